@@ -1,0 +1,341 @@
+//! Building a model and its first state from rods, branches and clamps.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use crate::darboux::{darboux, rotation_of};
+use crate::shape::frames;
+use crate::{Body, Damping, Joint, Load, Material, Model, Pose, Section, Segment, State, Stretch};
+
+/// The shape in which a rod has no bend-twist energy.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RestShape {
+    /// The shape it is built in.
+    Initial,
+    /// Straight and without twist.
+    Straight,
+    /// The same Darboux vector [1/m] at every joint.
+    Uniform(Vector3<f64>),
+    /// One Darboux vector [1/m] a joint, in order (a closed rod's last joint comes last).
+    PerJoint(Vec<Vector3<f64>>),
+}
+
+/// A rod to be built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RodSpec {
+    /// Centreline [m]: one segment between each two consecutive nodes, which must not coincide.
+    pub nodes: Vec<Vector3<f64>>,
+    /// Whether a further segment joins the last node to the first, and the last segment to the first.
+    pub closed: bool,
+    /// Radius [m] of every segment, or one value a segment.
+    pub radii: Vec<f64>,
+    /// Material.
+    pub material: Material,
+    /// Resistance to stretch and shear.
+    pub stretch: Stretch,
+    /// Turn of the material frame about the centreline from the first to the last segment [rad].
+    pub twist: f64,
+    /// Shape without bend-twist energy.
+    pub rest: RestShape,
+}
+
+impl RodSpec {
+    /// An open rod of one `radius` [m] along `nodes` [m], stiff against stretch, at rest as it is built.
+    pub fn new(nodes: Vec<Vector3<f64>>, radius: f64, material: Material) -> Self {
+        Self {
+            nodes,
+            closed: false,
+            radii: vec![radius],
+            material,
+            stretch: Stretch::ZERO_STRETCH,
+            twist: 0.0,
+            rest: RestShape::Initial,
+        }
+    }
+
+    fn radius(&self, segment: usize) -> f64 {
+        self.radii[segment.min(self.radii.len() - 1)]
+    }
+}
+
+/// Half of a joint: what one of its bodies contributes to its compliance.
+struct Half {
+    length: f64,
+    section: Section,
+}
+
+/// A [`Model`] and its first [`State`] in the making.
+#[derive(Clone, Debug, Default)]
+pub struct Assembly {
+    model: Model,
+    state: State,
+    rods: usize,
+    /// Material and stretch of each segment, for the joints to come.
+    made_of: Vec<(Material, Stretch)>,
+}
+
+impl Assembly {
+    /// Nothing yet, with `gravity` [m/s^2].
+    pub fn new(gravity: Vector3<f64>) -> Self {
+        Self { model: Model { gravity, ..Model::default() }, ..Self::default() }
+    }
+
+    /// Sets the damping.
+    pub fn damping(&mut self, damping: Damping) -> &mut Self {
+        self.model.damping = damping;
+        self
+    }
+
+    /// Adds a rod at rest (velocities zero) and returns the range of its segments.
+    pub fn rod(&mut self, spec: &RodSpec) -> Range<usize> {
+        let mut nodes = spec.nodes.clone();
+        if spec.closed {
+            nodes.extend(spec.nodes.first());
+        }
+        let first = self.model.segments.len();
+        for (i, pose) in frames(&nodes, spec.twist).into_iter().enumerate() {
+            self.model.segments.push(Segment {
+                length: (nodes[i + 1] - nodes[i]).norm(),
+                radius: spec.radius(i),
+                density: spec.material.density,
+                added_mass: 0.0,
+                fixed: false,
+                rod: self.rods,
+            });
+            self.made_of.push((spec.material, spec.stretch));
+            self.state.positions.push(pose.position);
+            self.state.orientations.push(pose.orientation);
+            self.state.velocities.push(Vector3::zeros());
+            self.state.angular_velocities.push(Vector3::zeros());
+        }
+        self.rods += 1;
+        let segments = first..self.model.segments.len();
+        let count = segments.len();
+        let joints = if spec.closed && count > 2 { count } else { count.saturating_sub(1) };
+        for k in 0..joints {
+            let joint = self.joint(first + k, 0.5, first + (k + 1) % count, -0.5);
+            self.model.joints.push(joint);
+            let rest = match &spec.rest {
+                RestShape::Initial => continue,
+                RestShape::Straight => Vector3::zeros(),
+                RestShape::Uniform(omega) => *omega,
+                RestShape::PerJoint(omegas) => omegas[k],
+            };
+            self.set_last_rest(rest);
+        }
+        segments
+    }
+
+    /// Joins the start of `branch` (a range returned by [`Assembly::rod`]) to segment `parent`, at `fraction` of its
+    /// length (0 its start, 1 its end), at the angle they have now. The joint is made of the branch's material.
+    pub fn branch(&mut self, parent: usize, fraction: f64, branch: &Range<usize>) -> &mut Self {
+        self.join(parent, fraction, branch.start, 0.0)
+    }
+
+    /// Joins two segments where they are, at fractions of their lengths (0 the start, 1 the end), at rest as they are.
+    /// The joint is made of the material of `b` and bends over one segment of `b`.
+    pub fn join(&mut self, a: usize, fraction_a: f64, b: usize, fraction_b: f64) -> &mut Self {
+        let mut joint = self.joint(a, fraction_a - 0.5, b, fraction_b - 0.5);
+        let segment = self.model.segments[b];
+        let half = || Half { length: 0.5 * segment.length, section: Section { radius: segment.radius } };
+        self.set_compliance(&mut joint, &[half(), half()], b);
+        joint.rest_darboux = self.current_darboux(&joint);
+        self.model.joints.push(joint);
+        self
+    }
+
+    /// Fixes a segment where it is (the paper's clamp).
+    pub fn fix(&mut self, segment: usize) -> &mut Self {
+        self.model.segments[segment].fixed = true;
+        self
+    }
+
+    /// Joins the start face of an open rod to the ground over half a segment.
+    pub fn clamp_start(&mut self, rod: &Range<usize>) -> &mut Self {
+        self.clamp_face(rod.start, -0.5, rod.len() > 1)
+    }
+
+    /// Joins the end face of an open rod to the ground over half a segment.
+    pub fn clamp_end(&mut self, rod: &Range<usize>) -> &mut Self {
+        self.clamp_face(rod.end - 1, 0.5, rod.len() > 1)
+    }
+
+    /// Adds a load.
+    pub fn load(&mut self, load: Load) -> &mut Self {
+        self.model.loads.push(load);
+        self
+    }
+
+    /// Adds `mass` [kg] at the centre of a segment.
+    pub fn add_mass(&mut self, segment: usize, mass: f64) -> &mut Self {
+        self.model.segments[segment].added_mass += mass;
+        self
+    }
+
+    /// The state in the making, to give segments their first velocities [m/s], [rad/s].
+    pub fn state_mut(&mut self) -> &mut State {
+        &mut self.state
+    }
+
+    /// The model in the making.
+    pub fn model_mut(&mut self) -> &mut Model {
+        &mut self.model
+    }
+
+    /// The model and its first state.
+    pub fn finish(self) -> (Model, State) {
+        (self.model, self.state)
+    }
+
+    fn joint(&self, a: usize, offset_a: f64, b: usize, offset_b: f64) -> Joint {
+        let (first, second) = (self.model.segments[a], self.model.segments[b]);
+        let mut joint = Joint {
+            a: Body::Segment(a),
+            b: Body::Segment(b),
+            offset_a: offset_a * first.length,
+            offset_b: offset_b * second.length,
+            length: 1.0,
+            rest_darboux: Vector3::zeros(),
+            stretch_compliance: 0.0,
+            shear_compliance: 0.0,
+            bend_compliance: Vector3::zeros(),
+            youngs_modulus: 0.0,
+            torsion_modulus: 0.0,
+        };
+        let half = |s: Segment| Half { length: 0.5 * s.length, section: Section { radius: s.radius } };
+        self.set_compliance(&mut joint, &[half(first), half(second)], b);
+        joint.rest_darboux = self.current_darboux(&joint);
+        joint
+    }
+
+    fn clamp_face(&mut self, segment: usize, side: f64, has_neighbour: bool) -> &mut Self {
+        let Segment { length, radius, .. } = self.model.segments[segment];
+        let pose = Pose {
+            position: self.state.positions[segment] + self.state.axis(segment) * (side * length),
+            orientation: self.state.orientations[segment],
+        };
+        // The face's direction continues the curvature and the twist of the neighbouring joint over half a segment.
+        let at_joint = |j: &&Joint| {
+            let end = if side < 0.0 { j.a } else { j.b };
+            end == Body::Segment(segment)
+        };
+        let neighbour = self.model.joints.iter().find(at_joint).filter(|_| has_neighbour);
+        let (now, rest) =
+            neighbour.map_or((Vector3::zeros(), Vector3::zeros()), |j| (self.current_darboux(j), j.rest_darboux));
+        let over_half = rotation_of(&now, 0.5 * length);
+        let turn = if side < 0.0 { over_half.inverse() } else { over_half };
+        self.model.anchors.push(Pose { orientation: pose.orientation * turn, ..pose });
+        let anchor = Body::Anchor(self.model.anchors.len() - 1);
+        // Body a comes first along the rod, so that the Darboux vector keeps its sense.
+        let own = Body::Segment(segment);
+        let (a, b, offset_a, offset_b) =
+            if side < 0.0 { (anchor, own, 0.0, side * length) } else { (own, anchor, side * length, 0.0) };
+        let mut joint = Joint {
+            a,
+            b,
+            offset_a,
+            offset_b,
+            length: 1.0,
+            rest_darboux: rest,
+            stretch_compliance: 0.0,
+            shear_compliance: 0.0,
+            bend_compliance: Vector3::zeros(),
+            youngs_modulus: 0.0,
+            torsion_modulus: 0.0,
+        };
+        self.set_compliance(&mut joint, &[Half { length: 0.5 * length, section: Section { radius } }], segment);
+        self.model.joints.push(joint);
+        self
+    }
+
+    /// Length and compliances of a joint whose halves act in series; the material is that of segment `made_of`.
+    fn set_compliance(&self, joint: &mut Joint, halves: &[Half], made_of: usize) {
+        let (material, stretch) = self.made_of[made_of];
+        let sum = |stiffness: &dyn Fn(Section) -> f64| -> f64 {
+            halves.iter().map(|half| half.length / stiffness(half.section)).sum()
+        };
+        let length: f64 = halves.iter().map(|half| half.length).sum();
+        let bend = sum(&|section| section.bending_stiffness(&material)) / length.powi(2);
+        let twist = sum(&|section| section.torsional_stiffness(&material)) / length.powi(2);
+        joint.length = length;
+        joint.bend_compliance = Vector3::new(bend, bend, twist);
+        joint.youngs_modulus = material.youngs_modulus;
+        joint.torsion_modulus = material.torsion_modulus;
+        (joint.stretch_compliance, joint.shear_compliance) = match stretch {
+            Stretch::Compliance(alpha) => (alpha, alpha),
+            Stretch::Physical => (
+                sum(&|section| material.youngs_modulus * section.area()),
+                sum(&|section| Stretch::SHEAR_FACTOR * material.torsion_modulus * section.area()),
+            ),
+        };
+    }
+
+    fn current_darboux(&self, joint: &Joint) -> Vector3<f64> {
+        let q_a = self.model.pose(joint.a, &self.state).orientation;
+        let q_b = self.model.pose(joint.b, &self.state).orientation;
+        darboux(&q_a, &q_b, joint.length)
+    }
+
+    fn set_last_rest(&mut self, rest: Vector3<f64>) {
+        if let Some(joint) = self.model.joints.last_mut() {
+            joint.rest_darboux = rest;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape;
+
+    const SOFT: Material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+
+    #[test]
+    fn a_uniform_rod_has_the_compliance_of_the_paper() {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 3.0, 30), 0.05, SOFT));
+        let (model, state) = assembly.finish();
+        model.validate(&state).unwrap();
+        assert_eq!((model.segments.len(), model.joints.len()), (30, 29));
+        let joint = model.joints[7];
+        let section = Section { radius: 0.05 };
+        let expected = 1.0 / (0.1 * section.bending_stiffness(&SOFT));
+        assert!((joint.bend_compliance.x / expected - 1.0).abs() < 1e-12);
+        assert!((joint.bend_compliance.z / (0.1 * section.torsional_stiffness(&SOFT)).recip() - 1.0).abs() < 1e-12);
+        assert!(joint.rest_darboux.norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_clamped_face_bends_over_half_a_segment() {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let rod = assembly.rod(&RodSpec::new(shape::helix(Vector3::zeros(), 0.5, 0.5, 2.5, 60), 0.05, SOFT));
+        assembly.clamp_start(&rod).clamp_end(&rod);
+        let (model, state) = assembly.finish();
+        model.validate(&state).unwrap();
+        for joint in &model.joints[59..] {
+            assert!((joint.length / (0.5 * model.segments[0].length) - 1.0).abs() < 1e-12);
+            let now = darboux(
+                &model.pose(joint.a, &state).orientation,
+                &model.pose(joint.b, &state).orientation,
+                joint.length,
+            );
+            assert!((now - joint.rest_darboux).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_ring_closes() {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let nodes = shape::ring(Vector3::zeros(), 1.0, 20);
+        assembly.rod(&RodSpec { closed: true, ..RodSpec::new(nodes, 0.05, SOFT) });
+        let (model, state) = assembly.finish();
+        model.validate(&state).unwrap();
+        assert_eq!((model.segments.len(), model.joints.len()), (20, 20));
+        let joint = model.joints[19];
+        assert_eq!((joint.a, joint.b), (Body::Segment(19), Body::Segment(0)));
+        let gap = state.positions[19] + state.axis(19) * joint.offset_a
+            - (state.positions[0] + state.axis(0) * joint.offset_b);
+        assert!(gap.norm() < 1e-12);
+    }
+}

@@ -1,0 +1,20 @@
+//! Elastic rods and trees of rods, as data: what a solver needs to know and nothing of how it solves.
+//!
+//! A [`Model`] holds [`Segment`]s (rigid cylinders), [`Joint`]s between them (a stretch-shear and a bend-twist constraint
+//! each, with compliance), ground anchors, loads, gravity and damping. A [`State`] holds what moves. An [`Assembly`]
+//! builds both from rods with a centreline, branches and clamps.
+//!
+//! Formulas follow Kugelstadt, Deul and Bender, "Direct Position-Based Solver for Stiff Rods" (2018), which the
+//! COPINGNet paper (Shao et al., "Accurately Solving Physical Systems with Graph Learning", ICLR 2021) builds on.
+//! Units are SI throughout. This crate knows no solver, no file format and no network.
+
+mod assembly;
+pub mod darboux;
+mod material;
+pub mod measure;
+mod model;
+pub mod shape;
+
+pub use assembly::{Assembly, RestShape, RodSpec};
+pub use material::{Material, Section, Stretch};
+pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};

@@ -1,0 +1,110 @@
+//! What one measures of a state: energies, momenta, lengths.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::darboux::darboux;
+use crate::{Joint, Model, Segment, State};
+
+/// Energies [J].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy of translation and rotation of the segments that move freely.
+    pub kinetic: f64,
+    /// Potential energy in gravity and under the constant forces, relative to the world's origin.
+    pub external: f64,
+    /// Energy of stretch and shear.
+    pub stretch: f64,
+    /// Energy of bending and twist.
+    pub bend: f64,
+}
+
+impl Energy {
+    /// Sum of all [J].
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.external + self.stretch + self.bend
+    }
+}
+
+/// `I w` [kg m^2/s] of a segment at orientation `q`, for any world vector `w`.
+fn apply_inertia(segment: &Segment, q: &UnitQuaternion<f64>, w: &Vector3<f64>) -> Vector3<f64> {
+    let axis = q * Vector3::z();
+    let along = axis * axis.dot(w);
+    (w - along) * segment.transverse_inertia() + along * segment.axial_inertia()
+}
+
+/// Gap C_s [m] between the connectors of a joint.
+pub fn stretch_gap(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
+    let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
+    let connector_a = a.position + a.orientation * Vector3::z() * joint.offset_a;
+    let connector_b = b.position + b.orientation * Vector3::z() * joint.offset_b;
+    connector_a - connector_b
+}
+
+/// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's body a.
+pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
+    let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
+    darboux(&a.orientation, &b.orientation, joint.length) - joint.rest_darboux
+}
+
+/// Energies of a state. Torques have no potential and are left out; a compliance of zero stores no energy.
+pub fn energy(model: &Model, state: &State) -> Energy {
+    let mut energy = Energy::default();
+    for (i, segment) in model.segments.iter().enumerate() {
+        if segment.fixed {
+            continue;
+        }
+        let (v, w) = (state.velocities[i], state.angular_velocities[i]);
+        energy.kinetic +=
+            0.5 * segment.mass() * v.norm_squared() + 0.5 * w.dot(&apply_inertia(segment, &state.orientations[i], &w));
+        energy.external -= segment.mass() * model.gravity.dot(&state.positions[i]);
+    }
+    for load in &model.loads {
+        energy.external -= load.force.dot(&(state.positions[load.segment] + state.axis(load.segment) * load.offset));
+    }
+    let quotient = |value: f64, compliance: f64| if compliance > 0.0 { value / compliance } else { 0.0 };
+    for joint in &model.joints {
+        let gap = stretch_gap(model, state, joint);
+        let along = gap.dot(&(model.pose(joint.a, state).orientation * Vector3::z())).powi(2);
+        energy.stretch += 0.5 * quotient(along, joint.stretch_compliance)
+            + 0.5 * quotient(gap.norm_squared() - along, joint.shear_compliance);
+        let strain = bend_strain(model, state, joint);
+        for k in 0..3 {
+            energy.bend += 0.5 * quotient(strain[k].powi(2), joint.bend_compliance[k]);
+        }
+    }
+    energy
+}
+
+/// Linear momentum [kg m/s] of the segments that move freely.
+pub fn linear_momentum(model: &Model, state: &State) -> Vector3<f64> {
+    free(model).map(|(i, segment)| state.velocities[i] * segment.mass()).sum()
+}
+
+/// Angular momentum about the world's origin [kg m^2/s] of the segments that move freely.
+pub fn angular_momentum(model: &Model, state: &State) -> Vector3<f64> {
+    let of_segment = |(i, segment): (usize, &Segment)| {
+        state.positions[i].cross(&(state.velocities[i] * segment.mass()))
+            + apply_inertia(segment, &state.orientations[i], &state.angular_velocities[i])
+    };
+    free(model).map(of_segment).sum()
+}
+
+/// Length of all rods [m] along their centrelines: the segments' lengths plus the gaps between them, signed along d3.
+pub fn centreline_length(model: &Model, state: &State) -> f64 {
+    let own: f64 = model.segments.iter().map(|s| s.length).sum();
+    let stretched = |joint: &Joint| {
+        let axis = model.pose(joint.a, state).orientation * Vector3::z();
+        -stretch_gap(model, state, joint).dot(&axis)
+    };
+    own + model.joints.iter().map(stretched).sum::<f64>()
+}
+
+/// Largest gap between two connectors, in units of the joint's length.
+pub fn worst_gap(model: &Model, state: &State) -> f64 {
+    let relative = |joint: &Joint| stretch_gap(model, state, joint).norm() / joint.length;
+    model.joints.iter().map(relative).fold(0.0, f64::max)
+}
+
+fn free(model: &Model) -> impl Iterator<Item = (usize, &Segment)> {
+    model.segments.iter().enumerate().filter(|(_, segment)| !segment.fixed)
+}

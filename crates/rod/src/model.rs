@@ -1,0 +1,317 @@
+//! The model (what stays the same over time) and the state (what moves).
+
+use nalgebra::{UnitQuaternion, Vector3};
+use thiserror::Error;
+
+/// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Position [m].
+    pub position: Vector3<f64>,
+    /// Orientation.
+    pub orientation: UnitQuaternion<f64>,
+}
+
+/// A rigid cylinder: one node of the paper's graph (section 3.1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Length l [m].
+    pub length: f64,
+    /// Radius r [m].
+    pub radius: f64,
+    /// Density rho [kg/m^3].
+    pub density: f64,
+    /// Mass added at the centre [kg], without inertia of its own.
+    pub added_mass: f64,
+    /// A fixed segment keeps its velocity whatever acts on it (the paper's clamp); at rest it stays where it is.
+    pub fixed: bool,
+    /// Index of the rod that the segment belongs to.
+    pub rod: usize,
+}
+
+impl Segment {
+    /// Mass m = rho pi r^2 l [kg], without the added mass.
+    pub fn own_mass(&self) -> f64 {
+        self.density * std::f64::consts::PI * self.radius.powi(2) * self.length
+    }
+
+    /// Mass [kg], the added mass included.
+    pub fn mass(&self) -> f64 {
+        self.own_mass() + self.added_mass
+    }
+
+    /// Moment of inertia across the axis, m (3 r^2 + l^2) / 12 [kg m^2].
+    pub fn transverse_inertia(&self) -> f64 {
+        self.own_mass() * (3.0 * self.radius.powi(2) + self.length.powi(2)) / 12.0
+    }
+
+    /// Moment of inertia about the axis, m r^2 / 2 [kg m^2].
+    pub fn axial_inertia(&self) -> f64 {
+        self.own_mass() * self.radius.powi(2) / 2.0
+    }
+}
+
+/// What a joint holds on to: a segment or an anchor in the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// Index into [`Model::segments`].
+    Segment(usize),
+    /// Index into [`Model::anchors`].
+    Anchor(usize),
+}
+
+/// A stretch-shear and a bend-twist constraint between two bodies: one edge of the paper's graph (section 3.1).
+///
+/// With connectors at `offset_a` and `offset_b` along the axes,
+/// `C_s = x_a + offset_a d3_a - x_b - offset_b d3_b` and `C_b = (2 / l) Im(conj(q_a) q_b) - Omega_0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// First body; the Darboux vector and the bend-twist multiplier are expressed in its frame.
+    pub a: Body,
+    /// Second body.
+    pub b: Body,
+    /// Place of the connector along the axis of `a`, from its centre [m].
+    pub offset_a: f64,
+    /// Place of the connector along the axis of `b`, from its centre [m].
+    pub offset_b: f64,
+    /// Length l over which the joint bends [m].
+    pub length: f64,
+    /// Rest Darboux vector Omega_0 in the frame of `a` [1/m].
+    pub rest_darboux: Vector3<f64>,
+    /// Compliance along the axis of `a` [m/N].
+    pub stretch_compliance: f64,
+    /// Compliance across the axis of `a` [m/N].
+    pub shear_compliance: f64,
+    /// Compliance alpha_b = 1 / (l K), K = (Y I, Y I, T J), of the Darboux vector's components [1/(N m^3)].
+    pub bend_compliance: Vector3<f64>,
+    /// Young's modulus Y of the joint's material [Pa] (an edge feature of the paper's graph).
+    pub youngs_modulus: f64,
+    /// Torsion modulus T of the joint's material [Pa] (an edge feature of the paper's graph).
+    pub torsion_modulus: f64,
+}
+
+/// A constant load on one segment, in world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// Index of the segment.
+    pub segment: usize,
+    /// Place along the segment's axis at which the force acts, from its centre [m].
+    pub offset: f64,
+    /// Force [N].
+    pub force: Vector3<f64>,
+    /// Torque [N m].
+    pub torque: Vector3<f64>,
+}
+
+/// Damping against the still surroundings: velocities decay as exp(-rate t) where nothing else acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Damping {
+    /// Rate for velocities [1/s].
+    pub linear: f64,
+    /// Rate for angular velocities [1/s].
+    pub angular: f64,
+}
+
+/// What stays the same over time. Built by [`crate::Assembly`] or by hand; checked by [`Model::validate`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    /// All segments.
+    pub segments: Vec<Segment>,
+    /// All joints.
+    pub joints: Vec<Joint>,
+    /// Places in the ground that joints hold on to.
+    pub anchors: Vec<Pose>,
+    /// Constant loads.
+    pub loads: Vec<Load>,
+    /// Gravitational acceleration [m/s^2].
+    pub gravity: Vector3<f64>,
+    /// Damping against the surroundings.
+    pub damping: Damping,
+}
+
+/// What moves: arrays with one entry a segment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// Positions of the centres x [m].
+    pub positions: Vec<Vector3<f64>>,
+    /// Orientations q; local z is the rod's axis d3.
+    pub orientations: Vec<UnitQuaternion<f64>>,
+    /// Velocities v [m/s].
+    pub velocities: Vec<Vector3<f64>>,
+    /// Angular velocities w in world axes [rad/s].
+    pub angular_velocities: Vec<Vector3<f64>>,
+}
+
+/// Why a model cannot be simulated.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ModelError {
+    /// A number is not finite or outside of what is allowed.
+    #[error("{what} {index}: {quantity} = {value}, but it must be {allowed}")]
+    Value {
+        /// "segment", "joint", "anchor", "load" or "model".
+        what: &'static str,
+        /// Index of the offender.
+        index: usize,
+        /// Which quantity.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// An index points outside of the model.
+    #[error("{what} {index}: {target} {to} does not exist (there are {count})")]
+    Index {
+        /// "joint" or "load".
+        what: &'static str,
+        /// Index of the offender.
+        index: usize,
+        /// "segment" or "anchor".
+        target: &'static str,
+        /// The index it points to.
+        to: usize,
+        /// How many of the target there are.
+        count: usize,
+    },
+    /// A joint that holds no segment, or the same segment twice.
+    #[error("joint {index}: it must hold two different bodies, at least one of them a segment")]
+    Degenerate {
+        /// Index of the joint.
+        index: usize,
+    },
+    /// The state's arrays do not fit the model.
+    #[error("state has {found} entries for {expected} segments")]
+    StateSize {
+        /// Entries found.
+        found: usize,
+        /// Entries expected.
+        expected: usize,
+    },
+}
+
+impl Model {
+    /// Pose of a joint's body in `state`.
+    pub fn pose(&self, body: Body, state: &State) -> Pose {
+        match body {
+            Body::Segment(i) => Pose { position: state.positions[i], orientation: state.orientations[i] },
+            Body::Anchor(i) => self.anchors[i],
+        }
+    }
+
+    /// Checks every number and index, and that `state` fits.
+    ///
+    /// # Errors
+    /// The first thing found wrong, with the place and what is allowed.
+    pub fn validate(&self, state: &State) -> Result<(), ModelError> {
+        const POSITIVE: &str = "finite and > 0";
+        const NOT_NEGATIVE: &str = "finite and >= 0";
+        const FINITE: &str = "finite";
+        let positive = |what, index, quantity, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                return Ok(());
+            }
+            Err(ModelError::Value { what, index, quantity, value, allowed: POSITIVE })
+        };
+        let not_negative = |what, index, quantity, value: f64| {
+            if value.is_finite() && value >= 0.0 {
+                return Ok(());
+            }
+            Err(ModelError::Value { what, index, quantity, value, allowed: NOT_NEGATIVE })
+        };
+        let finite = |what, index, quantity, values: &[f64]| match values.iter().find(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(&value) => Err(ModelError::Value { what, index, quantity, value, allowed: FINITE }),
+        };
+        for (i, s) in self.segments.iter().enumerate() {
+            positive("segment", i, "length", s.length)?;
+            positive("segment", i, "radius", s.radius)?;
+            positive("segment", i, "density", s.density)?;
+            positive("segment", i, "axial inertia", s.axial_inertia())?;
+            not_negative("segment", i, "added mass", s.added_mass)?;
+        }
+        for (i, j) in self.joints.iter().enumerate() {
+            self.validate_joint(i, j)?;
+            positive("joint", i, "length", j.length)?;
+            finite("joint", i, "offset", &[j.offset_a, j.offset_b])?;
+            finite("joint", i, "rest Darboux vector", j.rest_darboux.as_slice())?;
+            not_negative("joint", i, "stretch compliance", j.stretch_compliance)?;
+            not_negative("joint", i, "shear compliance", j.shear_compliance)?;
+            for &alpha in j.bend_compliance.as_slice() {
+                not_negative("joint", i, "bend compliance", alpha)?;
+            }
+        }
+        for (i, a) in self.anchors.iter().enumerate() {
+            finite("anchor", i, "position", a.position.as_slice())?;
+            finite("anchor", i, "orientation", a.orientation.as_vector().as_slice())?;
+        }
+        for (i, l) in self.loads.iter().enumerate() {
+            if l.segment >= self.segments.len() {
+                let count = self.segments.len();
+                return Err(ModelError::Index { what: "load", index: i, target: "segment", to: l.segment, count });
+            }
+            finite("load", i, "offset", &[l.offset])?;
+            finite("load", i, "force", l.force.as_slice())?;
+            finite("load", i, "torque", l.torque.as_slice())?;
+        }
+        finite("model", 0, "gravity", self.gravity.as_slice())?;
+        not_negative("model", 0, "linear damping", self.damping.linear)?;
+        not_negative("model", 0, "angular damping", self.damping.angular)?;
+        self.validate_state(state)
+    }
+
+    fn validate_joint(&self, index: usize, joint: &Joint) -> Result<(), ModelError> {
+        for body in [joint.a, joint.b] {
+            let (target, to, count) = match body {
+                Body::Segment(to) => ("segment", to, self.segments.len()),
+                Body::Anchor(to) => ("anchor", to, self.anchors.len()),
+            };
+            if to >= count {
+                return Err(ModelError::Index { what: "joint", index, target, to, count });
+            }
+        }
+        if joint.a == joint.b || matches!((joint.a, joint.b), (Body::Anchor(_), Body::Anchor(_))) {
+            return Err(ModelError::Degenerate { index });
+        }
+        Ok(())
+    }
+
+    fn validate_state(&self, state: &State) -> Result<(), ModelError> {
+        let expected = self.segments.len();
+        let sizes =
+            [state.positions.len(), state.orientations.len(), state.velocities.len(), state.angular_velocities.len()];
+        if let Some(&found) = sizes.iter().find(|&&n| n != expected) {
+            return Err(ModelError::StateSize { found, expected });
+        }
+        for index in 0..expected {
+            let vectors = [
+                ("position", state.positions[index].as_slice()),
+                ("orientation", state.orientations[index].as_vector().as_slice()),
+                ("velocity", state.velocities[index].as_slice()),
+                ("angular velocity", state.angular_velocities[index].as_slice()),
+            ];
+            for (quantity, values) in vectors {
+                if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                    return Err(ModelError::Value { what: "segment", index, quantity, value, allowed: "finite" });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl State {
+    /// Number of segments.
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there is no segment.
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// Axis d3 of segment `i`.
+    pub fn axis(&self, i: usize) -> Vector3<f64> {
+        self.orientations[i] * Vector3::z()
+    }
+}
