@@ -199,7 +199,8 @@ impl Assembly {
             rest_darboux: Vector3::zeros(),
             stretch_compliance: 0.0,
             shear_compliance: 0.0,
-            bend_compliance: Vector3::zeros(),
+            bend_compliance: 0.0,
+            twist_compliance: 0.0,
             youngs_modulus: 0.0,
             torsion_modulus: 0.0,
         };
@@ -240,7 +241,8 @@ impl Assembly {
             rest_darboux: rest,
             stretch_compliance: 0.0,
             shear_compliance: 0.0,
-            bend_compliance: Vector3::zeros(),
+            bend_compliance: 0.0,
+            twist_compliance: 0.0,
             youngs_modulus: 0.0,
             torsion_modulus: 0.0,
         };
@@ -259,7 +261,8 @@ impl Assembly {
         let bend = sum(&|section| section.bending_stiffness(&material)) / length.powi(2);
         let twist = sum(&|section| section.torsional_stiffness(&material)) / length.powi(2);
         joint.length = length;
-        joint.bend_compliance = Vector3::new(bend, bend, twist);
+        joint.bend_compliance = bend;
+        joint.twist_compliance = twist;
         joint.youngs_modulus = material.youngs_modulus;
         joint.torsion_modulus = material.torsion_modulus;
         (joint.stretch_compliance, joint.shear_compliance) = match stretch {
@@ -301,8 +304,8 @@ mod tests {
         let joint = model.joints[7];
         let section = Section { radius: 0.05 };
         let expected = 1.0 / (0.1 * section.bending_stiffness(&SOFT));
-        assert!((joint.bend_compliance.x / expected - 1.0).abs() < 1e-12);
-        assert!((joint.bend_compliance.z / (0.1 * section.torsional_stiffness(&SOFT)).recip() - 1.0).abs() < 1e-12);
+        assert!((joint.bend_compliance / expected - 1.0).abs() < 1e-12);
+        assert!((joint.twist_compliance / (0.1 * section.torsional_stiffness(&SOFT)).recip() - 1.0).abs() < 1e-12);
         assert!(joint.rest_darboux.norm() < 1e-12);
     }
 

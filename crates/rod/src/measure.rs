@@ -68,9 +68,8 @@ pub fn energy(model: &Model, state: &State) -> Energy {
         energy.stretch += 0.5 * quotient(along, joint.stretch_compliance)
             + 0.5 * quotient(gap.norm_squared() - along, joint.shear_compliance);
         let strain = bend_strain(model, state, joint);
-        for k in 0..3 {
-            energy.bend += 0.5 * quotient(strain[k].powi(2), joint.bend_compliance[k]);
-        }
+        energy.bend += 0.5 * quotient(strain.xy().norm_squared(), joint.bend_compliance)
+            + 0.5 * quotient(strain.z.powi(2), joint.twist_compliance);
     }
     energy
 }

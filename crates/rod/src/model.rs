@@ -82,8 +82,10 @@ pub struct Joint {
     pub stretch_compliance: f64,
     /// Compliance across the axis of `a` [m/N].
     pub shear_compliance: f64,
-    /// Compliance alpha_b = 1 / (l K), K = (Y I, Y I, T J), of the Darboux vector's components [1/(N m^3)].
-    pub bend_compliance: Vector3<f64>,
+    /// Compliance 1 / (l Y I) of the Darboux vector's two curvatures [1/(N m^3)].
+    pub bend_compliance: f64,
+    /// Compliance 1 / (l T J) of the Darboux vector's twist [1/(N m^3)].
+    pub twist_compliance: f64,
     /// Young's modulus Y of the joint's material [Pa] (an edge feature of the paper's graph).
     pub youngs_modulus: f64,
     /// Torsion modulus T of the joint's material [Pa] (an edge feature of the paper's graph).
@@ -236,9 +238,8 @@ impl Model {
             finite("joint", i, "rest Darboux vector", j.rest_darboux.as_slice())?;
             not_negative("joint", i, "stretch compliance", j.stretch_compliance)?;
             not_negative("joint", i, "shear compliance", j.shear_compliance)?;
-            for &alpha in j.bend_compliance.as_slice() {
-                not_negative("joint", i, "bend compliance", alpha)?;
-            }
+            not_negative("joint", i, "bend compliance", j.bend_compliance)?;
+            not_negative("joint", i, "twist compliance", j.twist_compliance)?;
         }
         for (i, a) in self.anchors.iter().enumerate() {
             finite("anchor", i, "position", a.position.as_slice())?;

@@ -1,0 +1,113 @@
+//! What was done and how long it took: every stage of every step is counted.
+
+use std::ops::AddAssign;
+use std::time::{Duration, Instant};
+
+/// Wall time of each stage, summed over the threads that ran it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageTimes {
+    /// Prediction (lines 1 to 5 of Algorithm 1) and the velocities' update (lines 16 to 19).
+    pub predict: Duration,
+    /// Initial guesses, what they learn from each solution included.
+    pub guess: Duration,
+    /// Constraints, residuals, Jacobians, mass matrices.
+    pub assemble: Duration,
+    /// Linear solves: blocks, factor or preconditioner, substitution or iterations.
+    pub solve: Duration,
+    /// Multipliers' and poses' update.
+    pub update: Duration,
+}
+
+impl StageTimes {
+    /// Sum of all stages.
+    pub fn total(&self) -> Duration {
+        self.predict + self.guess + self.assemble + self.solve + self.update
+    }
+}
+
+/// Counters of a simulation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counters {
+    /// Steps of a connected set of segments, substeps counted each.
+    pub steps: u64,
+    /// Steps that did not converge and were done again as two of half the length.
+    pub retries: u64,
+    /// Steps accepted though they did not converge, after the smallest substep.
+    pub not_converged: u64,
+    /// Steps whose numbers were not finite, after the smallest substep; the segments were left where they were.
+    pub non_finite: u64,
+    /// Outer iterations (linear solves), taken-back steps included.
+    pub iterations: u64,
+    /// Outer iterations times segments.
+    pub segment_iterations: u64,
+    /// Iterations of the linear solver.
+    pub linear_iterations: u64,
+    /// Linear solves that ended before their tolerance.
+    pub linear_failures: u64,
+    /// Guesses used as a start.
+    pub guesses_used: u64,
+    /// Guesses dropped because they were not finite.
+    pub guesses_dropped: u64,
+    /// Applications of a load to a segment.
+    pub load_evaluations: u64,
+    /// Dampings of a segment's velocity.
+    pub damping_evaluations: u64,
+    /// Eliminations of a segment with three or more joints.
+    pub branch_eliminations: u64,
+    /// Geometric stiffnesses of a segment.
+    pub geometric_evaluations: u64,
+    /// Momentum residuals of a segment.
+    pub momentum_evaluations: u64,
+    /// Worst stretch-shear residual of an accepted step, `|C_s + alpha~ lambda_s| / l`.
+    pub worst_stretch: f64,
+    /// Worst bend-twist residual of an accepted step, `|C_b + alpha~ lambda_b| l` [rad].
+    pub worst_bend: f64,
+    /// Worst momentum residual of an accepted step.
+    pub worst_momentum: f64,
+    /// Wall time per stage.
+    pub times: StageTimes,
+}
+
+impl AddAssign for Counters {
+    fn add_assign(&mut self, o: Self) {
+        self.steps += o.steps;
+        self.retries += o.retries;
+        self.not_converged += o.not_converged;
+        self.non_finite += o.non_finite;
+        self.iterations += o.iterations;
+        self.segment_iterations += o.segment_iterations;
+        self.linear_iterations += o.linear_iterations;
+        self.linear_failures += o.linear_failures;
+        self.guesses_used += o.guesses_used;
+        self.guesses_dropped += o.guesses_dropped;
+        self.load_evaluations += o.load_evaluations;
+        self.damping_evaluations += o.damping_evaluations;
+        self.branch_eliminations += o.branch_eliminations;
+        self.geometric_evaluations += o.geometric_evaluations;
+        self.momentum_evaluations += o.momentum_evaluations;
+        self.worst_stretch = self.worst_stretch.max(o.worst_stretch);
+        self.worst_bend = self.worst_bend.max(o.worst_bend);
+        self.worst_momentum = self.worst_momentum.max(o.worst_momentum);
+        self.times.predict += o.times.predict;
+        self.times.guess += o.times.guess;
+        self.times.assemble += o.times.assemble;
+        self.times.solve += o.times.solve;
+        self.times.update += o.times.update;
+    }
+}
+
+/// Attributes the time since the last mark to a stage.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stopwatch(Instant);
+
+impl Stopwatch {
+    pub(crate) fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    pub(crate) fn mark(&mut self, stage: &mut Duration) {
+        let now = Instant::now();
+        *stage += now - self.0;
+        self.0 = now;
+    }
+}

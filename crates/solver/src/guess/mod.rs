@@ -1,0 +1,57 @@
+//! The seam for initial guesses, and the guesses without learning.
+//!
+//! A guess can help in two places. The start of a *linear solve* is the paper's correctionGuess (its first equation):
+//! the solvers here work on the multipliers, so that dlambda0 is all there is to guess; dp0 = M^-1 J^T dlambda0 follows
+//! from it. The start of a *whole step* is where the outer iteration begins (p0, lambda0); only a formulation with a
+//! momentum residual corrects it, so it is not offered elsewhere.
+
+use crate::component::{Component, Pose};
+use crate::system::{Six, System};
+
+/// Proposes where to start. One guess serves one connected set of segments; all its times are counted.
+pub trait InitialGuess: Send {
+    /// Whether the guess proposes starts of linear solves.
+    fn helps_solves(&self) -> bool {
+        false
+    }
+
+    /// Whether the guess proposes starts of whole steps.
+    fn helps_steps(&self) -> bool {
+        false
+    }
+
+    /// Proposes dlambda0 for outer iteration `iteration` (from 0) into `dlambda`, one entry a joint, which comes zeroed.
+    /// Returns whether it did.
+    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Six<f64>]) -> bool {
+        let _ = (component, iteration, dlambda);
+        false
+    }
+
+    /// Learns the solution of outer iteration `iteration`.
+    fn observe_solve(&mut self, component: &Component<f64>, iteration: usize) {
+        let _ = (component, iteration);
+    }
+
+    /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did.
+    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
+        let _ = (component, poses, lambda);
+        false
+    }
+
+    /// Learns the end of an accepted step.
+    fn observe_step(&mut self, component: &Component<f64>) {
+        let _ = component;
+    }
+}
+
+/// The stretch-shear multipliers in the frame of each joint's body a, where a rod that turns leaves them as they are.
+pub(crate) fn to_body_frame(system: &System<f64>, joint: usize, x: Six<f64>) -> Six<f64> {
+    let q_a = system.bodies[system.topology.joints[joint][0] as usize].orientation;
+    Six { stretch: q_a.rotate_back(x.stretch), bend: x.bend }
+}
+
+/// The inverse of [`to_body_frame`].
+pub(crate) fn from_body_frame(system: &System<f64>, joint: usize, x: Six<f64>) -> Six<f64> {
+    let q_a = system.bodies[system.topology.joints[joint][0] as usize].orientation;
+    Six { stretch: q_a.rotate(x.stretch), bend: x.bend }
+}

@@ -1,0 +1,40 @@
+//! The seam between the outer loop and the linear solvers.
+
+use crate::kernel::lane::Real;
+use crate::system::{Six, System};
+
+/// How a linear solve ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LinearStatus {
+    /// To the tolerance, or exactly.
+    #[default]
+    Solved,
+    /// The cap on iterations came first; the result is the best so far.
+    OutOfIterations,
+    /// The matrix was not positive definite in floating point.
+    NotPositiveDefinite,
+}
+
+/// What a linear solve did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LinearInfo {
+    /// How it ended.
+    pub status: LinearStatus,
+    /// Iterations; 0 for a direct solve.
+    pub iterations: u64,
+    /// Residual relative to the right-hand side, in the solver's own norm; 0 for a direct solve.
+    pub residual: f64,
+    /// Relative residual of the stretch-shear rows alone, diagonally scaled; 0 for a direct solve.
+    pub stretch_residual: f64,
+    /// Relative residual of the bend-twist rows alone, diagonally scaled; 0 for a direct solve.
+    pub bend_residual: f64,
+}
+
+/// Solves `A dlambda = b`.
+pub trait LinearSolver<T: Real = f64>: Send {
+    /// Solves `system` into `dlambda` (one entry a joint), which holds the start when `has_start` and anything otherwise.
+    fn solve(&mut self, system: &System<T>, has_start: bool, dlambda: &mut [Six<T>]) -> LinearInfo;
+
+    /// Whether a start makes a difference.
+    fn uses_start(&self) -> bool;
+}

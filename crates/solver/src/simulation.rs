@@ -1,0 +1,177 @@
+//! Many connected sets of segments, stepped side by side: the entry point of this crate.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rod::{Model, ModelError, State};
+use thiserror::Error;
+
+use crate::component::{Component, Members, split};
+use crate::counters::Counters;
+use crate::guess::InitialGuess;
+use crate::kernel::lane::Lanes;
+use crate::solvers::SolverKind;
+use crate::step::{Status, StepParams};
+use crate::topology::Topology;
+use crate::unit::{Group, Single, Unit};
+
+/// Rods that move side by side in one vector register.
+pub const GROUP: usize = 8;
+/// Fewer rods than this do not fill a group's lanes well enough.
+const SMALLEST_GROUP: usize = 3;
+/// Below this many segments in all, threads cost more than they bring.
+const PARALLEL_SEGMENTS: usize = 256;
+
+/// How to simulate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// Formulation, tolerances, caps.
+    pub step: StepParams,
+    /// Linear solver.
+    pub solver: SolverKind,
+}
+
+/// Makes the guess of one connected set of segments; `None` for a zero start.
+pub type GuessFactory<'a> = &'a dyn Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>>;
+
+/// Why a simulation cannot start.
+#[derive(Debug, Error)]
+pub enum SimulationError {
+    /// The model or the state is not valid.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A guess for whole steps with a formulation that never corrects it.
+    #[error("a guess for the start of a whole step needs formulation newton; {0} would keep its error in the motion")]
+    StepGuess(crate::formulation::Formulation),
+    /// The solver cannot be set up for this graph.
+    #[error(transparent)]
+    Solver(#[from] crate::solvers::SolverError),
+    /// A time step that is not positive and finite.
+    #[error("time step dt = {0} s, but it must be finite and > 0")]
+    TimeStep(f64),
+}
+
+/// A model in motion.
+pub struct Simulation {
+    units: Vec<Unit>,
+    params: StepParams,
+    segments: usize,
+    time: f64,
+}
+
+/// What a step came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepReport {
+    /// The worst status of all connected sets.
+    pub status: Status,
+}
+
+impl Simulation {
+    /// A simulation of `model` from `state`. Rods with the same connectivity are stepped in groups, one a lane, where
+    /// the solver is direct and no guess is asked for.
+    ///
+    /// # Errors
+    /// If model, state or settings do not fit together.
+    pub fn new(
+        model: &Model,
+        state: &State,
+        settings: &Settings,
+        guess: Option<GuessFactory<'_>>,
+    ) -> Result<Self, SimulationError> {
+        model.validate(state)?;
+        let mut sets: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
+        let mut alike: Vec<(Arc<Topology>, Vec<Members>)> = Vec::new();
+        for (members, topology) in split(model) {
+            let key = (topology.joints.clone(), topology.fixed.clone());
+            let index = *sets.entry(key).or_insert_with(|| {
+                alike.push((Arc::new(topology), Vec::new()));
+                alike.len() - 1
+            });
+            alike[index].1.push(members);
+        }
+        let grouping = guess.is_none() && settings.solver == SolverKind::Direct;
+        let mut units = Vec::new();
+        for (topology, sets) in alike {
+            let mut sets = sets.into_iter().peekable();
+            while sets.peek().is_some() {
+                let chunk: Vec<Members> = sets.by_ref().take(GROUP).collect();
+                if grouping && chunk.len() >= SMALLEST_GROUP && topology.elimination.is_some() {
+                    units.push(Unit::Group(Box::new(Group::new(model, state, &topology, chunk))));
+                    continue;
+                }
+                for members in chunk {
+                    let guess = guess.and_then(|factory| factory(model, &members, &topology));
+                    if let Some(guess) = &guess
+                        && guess.helps_steps()
+                        && !settings.step.formulation.momentum()
+                    {
+                        return Err(SimulationError::StepGuess(settings.step.formulation));
+                    }
+                    let component = Component::new(model, state, topology.clone(), &[&members]);
+                    let solver = settings.solver.build(model, &members, &topology)?;
+                    units.push(Unit::Single(Box::new(Single::new(component, members, solver, guess))));
+                }
+            }
+        }
+        Ok(Self { units, params: settings.step, segments: model.segments.len(), time: 0.0 })
+    }
+
+    /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
+    /// number of threads.
+    ///
+    /// # Errors
+    /// If `dt` is not finite and positive.
+    pub fn step(&mut self, dt: f64) -> Result<StepReport, SimulationError> {
+        if !(dt.is_finite() && dt > 0.0) {
+            return Err(SimulationError::TimeStep(dt));
+        }
+        let params = self.params;
+        let parallel = self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1;
+        if parallel {
+            self.units.par_iter_mut().for_each(|unit| unit.advance(dt, &params));
+        } else {
+            self.units.iter_mut().for_each(|unit| unit.advance(dt, &params));
+        }
+        self.time += dt;
+        let status = self.units.iter().map(Unit::status).max().unwrap_or(Status::Converged);
+        Ok(StepReport { status })
+    }
+
+    /// Time since the start [s].
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Copies poses and velocities to `state`, which must be of the model's size.
+    pub fn store(&self, state: &mut State) {
+        for unit in &self.units {
+            unit.store(state);
+        }
+    }
+
+    /// Counters summed over all connected sets.
+    pub fn counters(&self) -> Counters {
+        let mut sum = Counters::default();
+        for unit in &self.units {
+            sum += *unit.counters();
+        }
+        sum
+    }
+
+    /// Number of connected sets of segments.
+    pub fn components(&self) -> usize {
+        self.units.iter().map(Unit::lanes).sum()
+    }
+
+    /// The components that are stepped one by one, in order: what a guess or a linear solver worked on last.
+    pub fn singles(&self) -> impl Iterator<Item = &Component<f64>> {
+        self.units.iter().filter_map(|unit| match unit {
+            Unit::Single(single) => Some(&single.component),
+            Unit::Group(_) => None,
+        })
+    }
+}
+
+/// A group of rods in the lanes of one component.
+pub type GroupComponent = Component<Lanes<GROUP>>;

@@ -1,0 +1,37 @@
+//! The linear solvers by name.
+
+use rod::Model;
+use thiserror::Error;
+
+use crate::component::Members;
+use crate::direct::Direct;
+use crate::linear::LinearSolver;
+use crate::topology::Topology;
+
+/// Which linear solver to use.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum SolverKind {
+    /// Block elimination along the tree; sparse Cholesky where the graph has a loop.
+    #[default]
+    Direct,
+}
+
+/// Why a linear solver cannot be set up.
+#[derive(Debug, Error)]
+pub enum SolverError {
+    /// TODO
+    #[error("loops")]
+    Loop,
+}
+
+impl SolverKind {
+    /// Sets the solver up for one connected set of segments.
+    pub fn build(
+        &self,
+        _model: &Model,
+        _members: &Members,
+        topology: &Topology,
+    ) -> Result<Box<dyn LinearSolver>, SolverError> {
+        Ok(Box::new(Direct::new(topology).ok_or(SolverError::Loop)?))
+    }
+}

@@ -1,0 +1,240 @@
+//! Algorithm 1 (paper, section 3) for one connected set of segments: predict, outer iterations, velocities.
+
+use crate::component::{Component, Residuals};
+use crate::counters::{Counters, Stopwatch};
+use crate::formulation::Formulation;
+use crate::guess::InitialGuess;
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
+use crate::linear::{LinearSolver, LinearStatus};
+use crate::system::Six;
+
+/// When the outer iterations end and how far a step may be divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepParams {
+    /// Equations to solve.
+    pub formulation: Formulation,
+    /// Residual to reach, relative to that of the predicted state with lambda = 0 (so that a better start does not buy a
+    /// stricter target). Scaled units: gaps in segment lengths, angles in radians.
+    pub relative_tolerance: f64,
+    /// Residual that is always good enough, in the same scaled units.
+    pub absolute_tolerance: f64,
+    /// Cap on the outer iterations of a step.
+    pub max_iterations: usize,
+    /// How many times a step that does not converge may be halved.
+    pub max_halvings: u32,
+}
+
+impl Default for StepParams {
+    fn default() -> Self {
+        Self {
+            formulation: Formulation::default(),
+            relative_tolerance: 1e-6,
+            absolute_tolerance: 1e-9,
+            max_iterations: 30,
+            max_halvings: 6,
+        }
+    }
+}
+
+/// How a step ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Status {
+    /// To the tolerance.
+    Converged,
+    /// To the tolerance, in substeps.
+    ConvergedInSubsteps,
+    /// The cap on iterations came first, even with the smallest substep.
+    OutOfIterations,
+    /// The numbers were not finite, even with the smallest substep; the segments were left where they were.
+    NonFinite,
+}
+
+impl Status {
+    /// The status in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Converged => "converged",
+            Status::ConvergedInSubsteps => "converged in substeps",
+            Status::OutOfIterations => "out of iterations",
+            Status::NonFinite => "not finite",
+        }
+    }
+}
+
+/// Result of an attempt at a step, a lane each.
+#[derive(Clone, Copy, Debug)]
+pub struct Attempt<T> {
+    /// Residuals at the end.
+    pub residuals: Residuals<T>,
+    /// The residual to reach.
+    pub target: T,
+}
+
+impl<T: Real> Attempt<T> {
+    /// How a lane ended.
+    pub fn status(&self, lane: usize) -> Status {
+        if !self.residuals.check.lane(lane).is_finite() {
+            Status::NonFinite
+        } else if self.residuals.worst().lane(lane) <= self.target.lane(lane) {
+            Status::Converged
+        } else {
+            Status::OutOfIterations
+        }
+    }
+}
+
+/// Attempts one step of `dt` [s]. Velocities are left to the caller, who accepts the step or takes it back.
+pub fn attempt<T: Real>(
+    component: &mut Component<T>,
+    dt: f64,
+    params: &StepParams,
+    solver: &mut dyn LinearSolver<T>,
+    guess: &mut dyn StepGuess<T>,
+    counters: &mut Counters,
+) -> Attempt<T> {
+    let formulation = params.formulation;
+    let mut watch = Stopwatch::start();
+    vectorized(
+        #[inline(always)]
+        || component.predict(dt, formulation),
+    );
+    watch.mark(&mut counters.times.predict);
+    let mut residuals = evaluate(component, formulation, counters);
+    watch.mark(&mut counters.times.assemble);
+    let target = (residuals.worst() * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance));
+    if guess.start_step(component, counters) {
+        watch.mark(&mut counters.times.guess);
+        residuals = evaluate(component, formulation, counters);
+        watch.mark(&mut counters.times.assemble);
+    }
+    for iteration in 0..params.max_iterations {
+        // A lane goes on while its residual is above the target, and stops for good when it is not finite.
+        let mut active = T::splat(-1.0);
+        let mut lanes = 0;
+        for lane in 0..T::LANES {
+            let result = Attempt { residuals, target };
+            if result.status(lane) == Status::OutOfIterations {
+                active.set_lane(lane, 1.0);
+                lanes += 1;
+            }
+        }
+        if lanes == 0 {
+            break;
+        }
+        let has_start = solver.uses_start() && guess.start_solve(component, iteration, counters);
+        watch.mark(&mut counters.times.guess);
+        let info = solver.solve(&component.system, has_start, &mut component.dlambda);
+        watch.mark(&mut counters.times.solve);
+        guess.observe_solve(component, iteration);
+        watch.mark(&mut counters.times.guess);
+        vectorized(
+            #[inline(always)]
+            || component.update(formulation, active),
+        );
+        watch.mark(&mut counters.times.update);
+        count_solve(component, &info, lanes, counters);
+        residuals = evaluate(component, formulation, counters);
+        watch.mark(&mut counters.times.assemble);
+    }
+    counters.load_evaluations += component.load_count() as u64;
+    if component.is_damped() {
+        counters.damping_evaluations += (component.segments() * T::LANES) as u64;
+    }
+    Attempt { residuals, target }
+}
+
+fn evaluate<T: Real>(component: &mut Component<T>, formulation: Formulation, counters: &mut Counters) -> Residuals<T> {
+    let segments = (component.segments() * T::LANES) as u64;
+    counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
+    counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };
+    vectorized(
+        #[inline(always)]
+        || component.evaluate(formulation),
+    )
+}
+
+fn count_solve<T: Real>(
+    component: &Component<T>,
+    info: &crate::linear::LinearInfo,
+    lanes: u64,
+    counters: &mut Counters,
+) {
+    counters.iterations += lanes;
+    counters.segment_iterations += lanes * component.segments() as u64;
+    counters.linear_iterations += info.iterations;
+    counters.linear_failures += u64::from(info.status != LinearStatus::Solved);
+    counters.branch_eliminations += lanes * component.system.topology.branches as u64;
+}
+
+/// A guess as the step sees it: one rod may have one, rods side by side have none.
+pub trait StepGuess<T: Real> {
+    /// Lets the guess replace p* and lambda = 0. Returns whether it did.
+    fn start_step(&mut self, component: &mut Component<T>, counters: &mut Counters) -> bool;
+    /// Lets the guess fill the start of a linear solve. Returns whether it did.
+    fn start_solve(&mut self, component: &mut Component<T>, iteration: usize, counters: &mut Counters) -> bool;
+    /// Shows the guess a solution.
+    fn observe_solve(&mut self, component: &Component<T>, iteration: usize);
+}
+
+/// No guess: every start is zero.
+#[derive(Clone, Copy, Debug)]
+pub struct NoGuess;
+
+impl<T: Real> StepGuess<T> for NoGuess {
+    fn start_step(&mut self, _: &mut Component<T>, _: &mut Counters) -> bool {
+        false
+    }
+    fn start_solve(&mut self, _: &mut Component<T>, _: usize, _: &mut Counters) -> bool {
+        false
+    }
+    fn observe_solve(&mut self, _: &Component<T>, _: usize) {}
+}
+
+impl StepGuess<f64> for Box<dyn InitialGuess> {
+    fn start_step(&mut self, component: &mut Component<f64>, counters: &mut Counters) -> bool {
+        if !self.helps_steps() {
+            return false;
+        }
+        let mut poses = std::mem::take(&mut component.poses);
+        let mut lambda = std::mem::take(&mut component.lambda);
+        let given = self.as_mut().start_step(component, &mut poses, &mut lambda);
+        let finite = lambda.iter().all(is_finite)
+            && poses.iter().all(|p| p.x.dot(p.x).is_finite() && (p.q.v.dot(p.q.v) + p.q.w * p.q.w).is_finite());
+        component.poses = poses;
+        component.lambda = lambda;
+        if given && !finite {
+            component.poses.copy_from_slice(&component.predicted);
+            component.lambda.fill(Six::zero());
+        }
+        count_guess(given, finite, counters)
+    }
+
+    fn start_solve(&mut self, component: &mut Component<f64>, iteration: usize, counters: &mut Counters) -> bool {
+        if !self.helps_solves() {
+            return false;
+        }
+        let mut dlambda = std::mem::take(&mut component.dlambda);
+        dlambda.fill(Six::zero());
+        let given = self.as_mut().start_solve(component, iteration, &mut dlambda);
+        let finite = dlambda.iter().all(is_finite);
+        component.dlambda = dlambda;
+        count_guess(given, finite, counters)
+    }
+
+    fn observe_solve(&mut self, component: &Component<f64>, iteration: usize) {
+        if self.helps_solves() {
+            self.as_mut().observe_solve(component, iteration);
+        }
+    }
+}
+
+fn is_finite(x: &Six<f64>) -> bool {
+    x.dot(*x).is_finite()
+}
+
+fn count_guess(given: bool, finite: bool, counters: &mut Counters) -> bool {
+    counters.guesses_used += u64::from(given && finite);
+    counters.guesses_dropped += u64::from(given && !finite);
+    given && finite
+}

@@ -1,0 +1,216 @@
+//! What is stepped as one piece: a connected set of segments, or a group of alike ones in lanes.
+
+use std::sync::Arc;
+
+use rod::{Model, State};
+
+use crate::component::{Component, Members};
+use crate::counters::{Counters, Stopwatch};
+use crate::direct::Direct;
+use crate::guess::InitialGuess;
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::{Lanes, Real};
+use crate::linear::LinearSolver;
+use crate::simulation::GROUP;
+use crate::step::{Attempt, NoGuess, Status, StepGuess, StepParams, attempt};
+use crate::topology::Topology;
+
+/// A piece of the simulation that needs no other to be stepped.
+pub(crate) enum Unit {
+    Single(Box<Single>),
+    Group(Box<Group>),
+}
+
+impl Unit {
+    pub(crate) fn advance(&mut self, dt: f64, params: &StepParams) {
+        match self {
+            Unit::Single(single) => single.advance(dt, params),
+            Unit::Group(group) => group.advance(dt, params),
+        }
+    }
+
+    pub(crate) fn status(&self) -> Status {
+        match self {
+            Unit::Single(single) => single.status,
+            Unit::Group(group) => group.status,
+        }
+    }
+
+    pub(crate) fn store(&self, state: &mut State) {
+        match self {
+            Unit::Single(single) => single.component.store_state(state, &single.members, 0),
+            Unit::Group(group) => group.store(state),
+        }
+    }
+
+    pub(crate) fn counters(&self) -> &Counters {
+        match self {
+            Unit::Single(single) => &single.counters,
+            Unit::Group(group) => &group.counters,
+        }
+    }
+
+    pub(crate) fn lanes(&self) -> usize {
+        match self {
+            Unit::Single(_) => 1,
+            Unit::Group(group) => group.members.len(),
+        }
+    }
+}
+
+/// One connected set of segments with its solver and guess.
+pub(crate) struct Single {
+    pub(crate) component: Component<f64>,
+    members: Members,
+    solver: Box<dyn LinearSolver>,
+    guess: Option<Box<dyn InitialGuess>>,
+    counters: Counters,
+    status: Status,
+}
+
+impl Single {
+    pub(crate) fn new(
+        component: Component<f64>,
+        members: Members,
+        solver: Box<dyn LinearSolver>,
+        guess: Option<Box<dyn InitialGuess>>,
+    ) -> Self {
+        Self { component, members, solver, guess, counters: Counters::default(), status: Status::Converged }
+    }
+
+    fn advance(&mut self, dt: f64, params: &StepParams) {
+        let Self { component, solver, guess, counters, .. } = self;
+        self.status = match guess {
+            Some(guess) => {
+                let status = advance(component, dt, 0, params, solver.as_mut(), guess, counters);
+                let mut watch = Stopwatch::start();
+                guess.observe_step(component);
+                watch.mark(&mut counters.times.guess);
+                status
+            }
+            None => advance(component, dt, 0, params, solver.as_mut(), &mut NoGuess, counters),
+        };
+    }
+}
+
+/// Steps by `dt`; where that does not converge, in two halves, `halvings` deep so far.
+fn advance(
+    component: &mut Component<f64>,
+    dt: f64,
+    halvings: u32,
+    params: &StepParams,
+    solver: &mut dyn LinearSolver,
+    guess: &mut dyn StepGuess<f64>,
+    counters: &mut Counters,
+) -> Status {
+    let result = attempt(component, dt, params, solver, guess, counters);
+    let status = result.status(0);
+    if status != Status::Converged && halvings < params.max_halvings {
+        component.roll_back();
+        counters.retries += 1;
+        return halves(component, dt, halvings, params, solver, guess, counters);
+    }
+    accept(component, &result, 0, counters);
+    if status == Status::NonFinite {
+        component.roll_back();
+    } else {
+        finish(component, counters);
+    }
+    status
+}
+
+fn halves(
+    component: &mut Component<f64>,
+    dt: f64,
+    halvings: u32,
+    params: &StepParams,
+    solver: &mut dyn LinearSolver,
+    guess: &mut dyn StepGuess<f64>,
+    counters: &mut Counters,
+) -> Status {
+    let mut worst = Status::ConvergedInSubsteps;
+    for _ in 0..2 {
+        worst = worst.max(advance(component, 0.5 * dt, halvings + 1, params, solver, guess, counters));
+        if worst == Status::NonFinite {
+            break;
+        }
+    }
+    worst
+}
+
+fn finish<T: Real>(component: &mut Component<T>, counters: &mut Counters) {
+    let mut watch = Stopwatch::start();
+    vectorized(
+        #[inline(always)]
+        || component.update_velocities(),
+    );
+    watch.mark(&mut counters.times.predict);
+}
+
+fn accept<T: Real>(component: &Component<T>, result: &Attempt<T>, lane: usize, counters: &mut Counters) {
+    let _ = component;
+    counters.steps += 1;
+    match result.status(lane) {
+        Status::NonFinite => counters.non_finite += 1,
+        status => {
+            counters.not_converged += u64::from(status == Status::OutOfIterations);
+            let residuals = &result.residuals;
+            counters.worst_stretch = counters.worst_stretch.max(residuals.stretch.lane(lane));
+            counters.worst_bend = counters.worst_bend.max(residuals.bend.lane(lane));
+            counters.worst_momentum = counters.worst_momentum.max(residuals.momentum.lane(lane));
+        }
+    }
+}
+
+/// Alike sets of segments, one a lane, solved directly and without guesses. A lane that does not converge goes on alone.
+pub(crate) struct Group {
+    component: Component<Lanes<GROUP>>,
+    members: Vec<Members>,
+    solver: Direct<Lanes<GROUP>>,
+    counters: Counters,
+    status: Status,
+}
+
+impl Group {
+    /// A group over a graph without loops.
+    pub(crate) fn new(model: &Model, state: &State, topology: &Arc<Topology>, members: Vec<Members>) -> Self {
+        let lanes: Vec<&Members> = members.iter().collect();
+        let component = Component::new(model, state, topology.clone(), &lanes);
+        let solver = Direct::for_tree(topology);
+        Self { component, members, solver, counters: Counters::default(), status: Status::Converged }
+    }
+
+    fn advance(&mut self, dt: f64, params: &StepParams) {
+        let Self { component, solver, counters, .. } = self;
+        let result = attempt(component, dt, params, solver, &mut NoGuess, counters);
+        self.status = Status::Converged;
+        let mut alone: Vec<(usize, Component<f64>)> = Vec::new();
+        for lane in 0..self.members.len() {
+            if result.status(lane) == Status::Converged || params.max_halvings == 0 {
+                accept(component, &result, lane, counters);
+                self.status = self.status.max(result.status(lane));
+                if result.status(lane) == Status::NonFinite {
+                    component.roll_back_lane(lane);
+                }
+                continue;
+            }
+            component.roll_back_lane(lane);
+            let mut single = component.extract_lane(lane);
+            let mut solver = Direct::for_tree(&single.system.topology);
+            counters.retries += 1;
+            let status = halves(&mut single, dt, 0, params, &mut solver, &mut NoGuess, counters);
+            self.status = self.status.max(status);
+            alone.push((lane, single));
+        }
+        finish(component, counters);
+        for (lane, single) in alone {
+            component.insert_lane(lane, &single);
+        }
+    }
+
+    fn store(&self, state: &mut State) {
+        for (lane, members) in self.members.iter().enumerate() {
+            self.component.store_state(state, members, lane);
+        }
+    }
+}
