@@ -1,0 +1,152 @@
+//! Constraints, residuals, Jacobians and mass matrices: the linear system of an outer iteration.
+
+use super::{Component, Residuals};
+use crate::formulation::Formulation;
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Sym3, Vec3};
+use crate::system::Six;
+
+impl<T: Real> Component<T> {
+    /// Evaluates constraints, residuals, Jacobians and mass matrices at the current poses and multipliers: the linear
+    /// system of this outer iteration (line 9 of Algorithm 1, its left half).
+    #[inline(always)]
+    pub fn evaluate(&mut self, formulation: Formulation) -> Residuals<T> {
+        self.evaluate_bodies(formulation);
+        let mut residuals = self.evaluate_joints();
+        if formulation.momentum() {
+            self.evaluate_momentum(&mut residuals);
+        }
+        residuals
+    }
+
+    #[inline(always)]
+    fn evaluate_bodies(&mut self, formulation: Formulation) {
+        let geometric = formulation.geometric();
+        if geometric {
+            self.gather_levers();
+        }
+        for (i, terms) in self.system.bodies.iter_mut().enumerate() {
+            let constants = &self.bodies[i];
+            let q = self.poses[i].q;
+            let axis = q.axis();
+            terms.orientation = q;
+            terms.axis = axis;
+            terms.inverse_mass = constants.inverse_mass;
+            terms.inverse_inertia = if geometric {
+                let inertia = Sym3::identity(constants.transverse)
+                    + Sym3::outer(axis, constants.axial - constants.transverse)
+                    + geometric_stiffness(self.scratch[i].stretch, axis);
+                inertia.inverse() * constants.free
+            } else {
+                let (across, along) = (constants.free / constants.transverse, constants.free / constants.axial);
+                Sym3::identity(across) + Sym3::outer(axis, along - across)
+            };
+        }
+    }
+
+    /// Sums `z lambda_s` (and dt^2 z F of the loads) per body, the force by which its axis is pulled.
+    #[inline(always)]
+    fn gather_levers(&mut self) {
+        self.scratch.fill(Six::zero());
+        for ((&[a, b], terms), lambda) in self.system.topology.joints.iter().zip(&self.system.joints).zip(&self.lambda)
+        {
+            self.scratch[a as usize].stretch += lambda.stretch * terms.offsets[0];
+            self.scratch[b as usize].stretch -= lambda.stretch * terms.offsets[1];
+        }
+        let dt2 = T::splat(self.dt * self.dt);
+        for load in &self.loads {
+            self.scratch[load.body].stretch += load.force * (load.offset * dt2);
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_joints(&mut self) -> Residuals<T> {
+        let zero = T::zero();
+        let mut worst = Residuals { stretch: zero, bend: zero, momentum: zero, check: zero };
+        for (k, terms) in self.system.joints.iter_mut().enumerate() {
+            let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
+            let (first, second) = (&self.poses[a], &self.poses[b]);
+            let (axis_a, axis_b) = (self.system.bodies[a].axis, self.system.bodies[b].axis);
+            let constants = &self.joints[k];
+            let lambda = self.lambda[k];
+            let gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
+            let relative = (first.q.conj() * second.q).upper();
+            // Away from a half turn, where G loses a direction; the residual stays exact.
+            terms.s = relative.w.max(T::splat(1e-6));
+            terms.t = first.q.rotate(relative.v);
+            let strain = relative.v * (T::splat(2.0) / terms.length) - constants.rest_darboux;
+            let stretch =
+                gap + lambda.stretch * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.stretch));
+            let mut bend = strain + lambda.bend * terms.bend;
+            bend.0[2] += lambda.bend.0[2] * terms.twist_extra;
+            terms.rhs = Six { stretch: -stretch, bend: -bend };
+            let inverse_length = T::splat(1.0) / terms.length;
+            let stretch = stretch.norm_squared() * (inverse_length * inverse_length);
+            let bend = bend.norm_squared() * (terms.length * terms.length);
+            worst.stretch = worst.stretch.max(stretch);
+            worst.bend = worst.bend.max(bend);
+            worst.check += stretch + bend;
+        }
+        worst.stretch = worst.stretch.sqrt();
+        worst.bend = worst.bend.sqrt();
+        worst
+    }
+
+    /// Adds the momentum residual `g = M (p - p*) - J^T lambda` to the system: `b += J M^-1 g`.
+    #[inline(always)]
+    fn evaluate_momentum(&mut self, worst: &mut Residuals<T>) {
+        let Self { system, scratch, momentum, lambda, .. } = self;
+        momentum.resize(scratch.len(), Six::zero());
+        scratch.fill(Six::zero());
+        for (j, &lambda) in lambda.iter().enumerate() {
+            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            system.add_impulse(j, system.joints[j].multipliers_to_world(lambda, q_a), scratch);
+        }
+        let dt2 = T::splat(self.dt * self.dt);
+        for load in &self.loads {
+            scratch[load.body].bend += system.bodies[load.body].axis.cross(load.force) * (load.offset * dt2);
+        }
+        let two = T::splat(2.0);
+        let mut largest = T::zero();
+        for i in 0..self.segments {
+            let (constants, pose, predicted) = (&self.bodies[i], &self.poses[i], &self.predicted[i]);
+            let axis = system.bodies[i].axis;
+            let phi = (pose.q * predicted.q.conj()).upper().v * two;
+            let turning =
+                phi * constants.transverse + axis * (axis.dot(phi) * (constants.axial - constants.transverse));
+            // In these units the translation's part of M^-1 g needs no division by the mass.
+            let dx = (predicted.x - pose.x) * constants.free + scratch[i].stretch * constants.inverse_mass;
+            let dphi = system.bodies[i].inverse_inertia.apply(scratch[i].bend - turning);
+            momentum[i] = Six { stretch: dx, bend: dphi };
+            let size = dx.norm_squared() / (constants.length * constants.length);
+            let turn = dphi.norm_squared();
+            largest = largest.max(size).max(turn);
+            worst.check += size + turn;
+        }
+        worst.momentum = largest.sqrt();
+        for j in 0..system.joints.len() {
+            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let terms = &system.joints[j];
+            let change = terms.from_world(system.constraint_change(j, momentum), q_a);
+            system.joints[j].rhs = terms.rhs.plus(change, T::splat(-1.0));
+        }
+    }
+}
+
+/// K+, the geometric stiffness of a pull `f` [N m s^2] on a body's axis d, without its negative part.
+///
+/// `K = (f.d) I - sym(f d^T)` has the eigenvalues `|f| (cos, (cos + 1) / 2, (cos - 1) / 2)` with cos the cosine of the
+/// angle between f and d; the last belongs to f/|f| + d, the second to f/|f| - d.
+#[inline(always)]
+fn geometric_stiffness<T: Real>(f: Vec3<T>, axis: Vec3<T>) -> Sym3<T> {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    let along = f.dot(axis);
+    let size = f.norm_squared().sqrt();
+    let unit = f * (one / size.max(T::splat(f64::MIN_POSITIVE)));
+    let sign = along.select(one, -one);
+    let pulled = along.select(one, zero);
+    let cosine = unit.dot(axis) * sign;
+    let bisector = unit + axis * sign;
+    let rest = (size - along.abs()).max(zero) / (T::splat(4.0) * (one + cosine));
+    Sym3::identity(along * pulled) + Sym3::sym_outer(f * pulled, -axis) + Sym3::outer(bisector, rest)
+}

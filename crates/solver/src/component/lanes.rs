@@ -1,0 +1,191 @@
+//! Filling the lanes of a component from a model and its state, and taking one lane out.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use rod::{Model, State};
+
+use super::{BodyConstants, BodyLoad, Component, JointConstants, Members, Pose};
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Vec3};
+use crate::system::{Six, System};
+
+pub(super) fn vec3(v: &Vector3<f64>) -> [f64; 3] {
+    [v.x, v.y, v.z]
+}
+
+fn put<T: Real>(target: &mut Vec3<T>, lane: usize, v: [f64; 3]) {
+    for (t, x) in target.0.iter_mut().zip(v) {
+        t.set_lane(lane, x);
+    }
+}
+
+fn pick<T: Real>(v: Vec3<T>, lane: usize) -> Vec3<f64> {
+    Vec3(v.0.map(|x| x.lane(lane)))
+}
+
+fn pick_six<T: Real>(x: &Six<T>, lane: usize) -> Six<f64> {
+    Six { stretch: pick(x.stretch, lane), bend: pick(x.bend, lane) }
+}
+
+fn pick_pose<T: Real>(pose: &Pose<T>, lane: usize) -> Pose<f64> {
+    Pose { x: pick(pose.x, lane), q: Quat { v: pick(pose.q.v, lane), w: pose.q.w.lane(lane) } }
+}
+
+pub(super) fn copy_pose<T: Real, U: Real>(to: &mut Pose<T>, lane: usize, from: &Pose<U>, from_lane: usize) {
+    let from = pick_pose(from, from_lane);
+    put(&mut to.x, lane, from.x.0);
+    put(&mut to.q.v, lane, from.q.v.0);
+    to.q.w.set_lane(lane, from.q.w);
+}
+
+fn get<T: Real>(v: Vec3<T>, lane: usize) -> Vector3<f64> {
+    Vector3::new(v.0[0].lane(lane), v.0[1].lane(lane), v.0[2].lane(lane))
+}
+
+fn get_quat<T: Real>(q: Quat<T>, lane: usize) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(q.w.lane(lane), get(q.v, lane)))
+}
+
+impl<T: Real> BodyConstants<T> {
+    fn pick(&self, lane: usize) -> BodyConstants<f64> {
+        BodyConstants {
+            inverse_mass: self.inverse_mass.lane(lane),
+            transverse: self.transverse.lane(lane),
+            axial: self.axial.lane(lane),
+            free: self.free.lane(lane),
+            length: self.length.lane(lane),
+        }
+    }
+}
+
+impl<T: Real> JointConstants<T> {
+    fn pick(&self, lane: usize) -> JointConstants<f64> {
+        JointConstants {
+            rest_darboux: pick(self.rest_darboux, lane),
+            stretch: self.stretch.lane(lane),
+            shear: self.shear.lane(lane),
+            bend: self.bend.lane(lane),
+            twist: self.twist.lane(lane),
+        }
+    }
+}
+
+impl<T: Real> BodyLoad<T> {
+    fn pick(&self, lane: usize) -> BodyLoad<f64> {
+        BodyLoad {
+            body: self.body,
+            offset: self.offset.lane(lane),
+            force: pick(self.force, lane),
+            torque: pick(self.torque, lane),
+        }
+    }
+}
+
+impl<T: Real> Component<T> {
+    pub(super) fn fill_lane(&mut self, model: &Model, members: &Members, lane: usize) {
+        for (body, &index) in self.bodies.iter_mut().zip(&members.segments) {
+            let segment = &model.segments[index];
+            body.length.set_lane(lane, segment.length);
+            if !segment.fixed {
+                body.inverse_mass.set_lane(lane, 1.0 / segment.mass());
+                body.transverse.set_lane(lane, segment.transverse_inertia());
+                body.axial.set_lane(lane, segment.axial_inertia());
+                body.free.set_lane(lane, 1.0);
+            }
+        }
+        for (k, &index) in members.joints.iter().enumerate() {
+            let joint = &model.joints[index];
+            let constants = &mut self.joints[k];
+            put(&mut constants.rest_darboux, lane, vec3(&joint.rest_darboux));
+            constants.stretch.set_lane(lane, joint.stretch_compliance);
+            constants.shear.set_lane(lane, joint.shear_compliance);
+            constants.bend.set_lane(lane, joint.bend_compliance);
+            constants.twist.set_lane(lane, joint.twist_compliance);
+            let terms = &mut self.system.joints[k];
+            terms.offsets[0].set_lane(lane, joint.offset_a);
+            terms.offsets[1].set_lane(lane, joint.offset_b);
+            terms.length.set_lane(lane, joint.length);
+        }
+        for (pose, &index) in self.poses[members.segments.len()..].iter_mut().zip(&members.anchors) {
+            let anchor = &model.anchors[index];
+            put(&mut pose.x, lane, vec3(&anchor.position));
+            put(&mut pose.q.v, lane, vec3(&anchor.orientation.imag()));
+            pose.q.w.set_lane(lane, anchor.orientation.w);
+        }
+    }
+
+    pub(super) fn add_loads(&mut self, model: &Model, lanes: &[&Members]) {
+        for load in &model.loads {
+            for (lane, members) in lanes.iter().enumerate() {
+                let Ok(body) = members.segments.binary_search(&load.segment) else { continue };
+                let zero = Vec3::zero();
+                let mut own = BodyLoad { body, offset: T::zero(), force: zero, torque: zero };
+                own.offset.set_lane(lane, load.offset);
+                put(&mut own.force, lane, vec3(&load.force));
+                put(&mut own.torque, lane, vec3(&load.torque));
+                self.loads.push(own);
+            }
+        }
+    }
+
+    /// Copies one lane's poses and velocities from `state`.
+    pub fn set_state(&mut self, state: &State, members: &Members, lane: usize) {
+        for (k, &index) in members.segments.iter().enumerate() {
+            let pose = &mut self.poses[k];
+            put(&mut pose.x, lane, vec3(&state.positions[index]));
+            put(&mut pose.q.v, lane, vec3(&state.orientations[index].imag()));
+            pose.q.w.set_lane(lane, state.orientations[index].w);
+            put(&mut self.velocities[k].stretch, lane, vec3(&state.velocities[index]));
+            put(&mut self.velocities[k].bend, lane, vec3(&state.angular_velocities[index]));
+        }
+    }
+
+    /// Copies one lane's poses and velocities to `state`.
+    pub fn store_state(&self, state: &mut State, members: &Members, lane: usize) {
+        for (k, &index) in members.segments.iter().enumerate() {
+            state.positions[index] = get(self.poses[k].x, lane);
+            state.orientations[index] = get_quat(self.poses[k].q, lane);
+            state.velocities[index] = get(self.velocities[k].stretch, lane);
+            state.angular_velocities[index] = get(self.velocities[k].bend, lane);
+        }
+    }
+
+    /// One lane as a component of its own.
+    pub fn extract_lane(&self, lane: usize) -> Component<f64> {
+        let mut out = Component {
+            system: System::new(self.system.topology.clone()),
+            poses: self.poses.iter().map(|pose| pick_pose(pose, lane)).collect(),
+            start: self.start.iter().map(|pose| pick_pose(pose, lane)).collect(),
+            predicted: self.predicted.iter().map(|pose| pick_pose(pose, lane)).collect(),
+            velocities: self.velocities.iter().map(|v| pick_six(v, lane)).collect(),
+            lambda: vec![Six::zero(); self.lambda.len()],
+            dlambda: vec![Six::zero(); self.lambda.len()],
+            scratch: vec![Six::zero(); self.scratch.len()],
+            momentum: Vec::new(),
+            bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
+            joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
+            loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
+            segments: self.segments,
+            gravity: pick(self.gravity, lane),
+            damping: self.damping,
+            last_dt: self.last_dt.lane(lane),
+            dt: self.dt,
+        };
+        for (terms, own) in out.system.joints.iter_mut().zip(&self.system.joints) {
+            terms.offsets = own.offsets.map(|z| z.lane(lane));
+            terms.length = own.length.lane(lane);
+        }
+        out
+    }
+
+    /// Puts poses and velocities of a component of its own back into its lane.
+    pub fn insert_lane(&mut self, lane: usize, from: &Component<f64>) {
+        for (pose, own) in self.poses.iter_mut().zip(&from.poses) {
+            copy_pose(pose, lane, own, 0);
+        }
+        for (velocity, own) in self.velocities.iter_mut().zip(&from.velocities) {
+            put(&mut velocity.stretch, lane, own.stretch.0);
+            put(&mut velocity.bend, lane, own.bend.0);
+        }
+        self.last_dt.set_lane(lane, from.last_dt);
+    }
+}

@@ -1,0 +1,190 @@
+//! One connected set of segments in motion: the state, and the stages of Algorithm 1 (paper, section 3) on it.
+//!
+//! Bodies are the set's segments, in the model's order, followed by the anchors that its joints hold on to. Several
+//! sets with the same connectivity can move side by side, one a lane.
+
+mod evaluate;
+mod lanes;
+mod predict;
+mod split;
+mod update;
+
+use std::sync::Arc;
+
+use rod::{Model, State};
+
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Vec3};
+use crate::system::{Six, System};
+use crate::topology::Topology;
+
+pub use split::split;
+
+/// Position and orientation of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose<T> {
+    /// Position x [m].
+    pub x: Vec3<T>,
+    /// Orientation q.
+    pub q: Quat<T>,
+}
+
+/// What stays the same of a body.
+#[derive(Clone, Copy, Debug)]
+struct BodyConstants<T> {
+    inverse_mass: T,
+    /// Moments of inertia across and about the axis [kg m^2]; 1 where fixed.
+    transverse: T,
+    axial: T,
+    /// 1 where the body moves freely, 0 where it is fixed.
+    free: T,
+    length: T,
+}
+
+/// What stays the same of a joint.
+#[derive(Clone, Copy, Debug)]
+struct JointConstants<T> {
+    rest_darboux: Vec3<T>,
+    stretch: T,
+    shear: T,
+    bend: T,
+    twist: T,
+}
+
+/// Constant loads on a body.
+#[derive(Clone, Copy, Debug)]
+struct BodyLoad<T> {
+    body: usize,
+    offset: T,
+    force: Vec3<T>,
+    torque: Vec3<T>,
+}
+
+/// Which segments and joints of a model form a component, by their indices there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Members {
+    /// Segments, ascending.
+    pub segments: Vec<usize>,
+    /// Joints, ascending.
+    pub joints: Vec<usize>,
+    /// Anchors, ascending.
+    pub anchors: Vec<usize>,
+}
+
+/// Largest residuals over a component, in scaled units, a lane each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals<T> {
+    /// Stretch-shear residual `|C_s + alpha~ lambda_s| / l`.
+    pub stretch: T,
+    /// Bend-twist residual `|C_b + alpha~ lambda_b| l` [rad].
+    pub bend: T,
+    /// Momentum residual as the correction it asks for, `|dx| / l` or `|dphi|`; zero where it is not part of the
+    /// formulation.
+    pub momentum: T,
+    /// A sum of all of it, which is not finite if any part is not.
+    pub check: T,
+}
+
+impl<T: Real> Residuals<T> {
+    /// The largest of the three.
+    pub fn worst(&self) -> T {
+        self.stretch.max(self.bend).max(self.momentum)
+    }
+}
+
+/// One connected set of segments in motion.
+#[derive(Clone, Debug)]
+pub struct Component<T> {
+    /// The linear system as of the last evaluation.
+    pub system: System<T>,
+    /// Current poses p^j, one a body.
+    pub poses: Vec<Pose<T>>,
+    /// Poses p_t at the start of the step.
+    pub start: Vec<Pose<T>>,
+    /// Predicted poses p*.
+    pub predicted: Vec<Pose<T>>,
+    /// Velocities (v, w), one a body.
+    pub velocities: Vec<Six<T>>,
+    /// Multipliers lambda: stretch-shear in world axes [N s^2], bend-twist in the frame of body a [N m^2 s^2].
+    pub lambda: Vec<Six<T>>,
+    /// The linear solve's result, like `lambda`.
+    pub dlambda: Vec<Six<T>>,
+    /// Per body: impulses, then corrections.
+    scratch: Vec<Six<T>>,
+    /// Per body: the correction (dx, dphi) that the momentum residual asks for; empty where it is not used.
+    momentum: Vec<Six<T>>,
+    bodies: Vec<BodyConstants<T>>,
+    joints: Vec<JointConstants<T>>,
+    loads: Vec<BodyLoad<T>>,
+    segments: usize,
+    gravity: Vec3<T>,
+    damping: [f64; 2],
+    /// Length of the last step [s], a lane each; 0 before the first.
+    last_dt: T,
+    dt: f64,
+}
+
+impl<T: Real> Component<T> {
+    /// Sets that share `topology`, one a lane; the first also fills the lanes left over.
+    pub fn new(model: &Model, state: &State, topology: Arc<Topology>, sets: &[&Members]) -> Self {
+        let system = System::new(topology);
+        let (bodies, joints) = (system.bodies.len(), system.joints.len());
+        let pose = Pose { x: Vec3::zero(), q: Quat::identity() };
+        let zero = T::zero();
+        let body = BodyConstants {
+            inverse_mass: zero,
+            transverse: T::splat(1.0),
+            axial: T::splat(1.0),
+            free: zero,
+            length: T::splat(1.0),
+        };
+        let joint = JointConstants { rest_darboux: Vec3::zero(), stretch: zero, shear: zero, bend: zero, twist: zero };
+        let mut component = Self {
+            system,
+            poses: vec![pose; bodies],
+            start: vec![pose; bodies],
+            predicted: vec![pose; bodies],
+            velocities: vec![Six::zero(); bodies],
+            lambda: vec![Six::zero(); joints],
+            dlambda: vec![Six::zero(); joints],
+            scratch: vec![Six::zero(); bodies],
+            momentum: Vec::new(),
+            bodies: vec![body; bodies],
+            joints: vec![joint; joints],
+            loads: Vec::new(),
+            segments: sets.first().map_or(0, |members| members.segments.len()),
+            gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),
+            damping: [model.damping.linear, model.damping.angular],
+            last_dt: zero,
+            dt: 0.0,
+        };
+        for lane in 0..T::LANES {
+            if let Some(members) = sets.get(lane).or(sets.first()) {
+                component.fill_lane(model, members, lane);
+                component.set_state(state, members, lane);
+            }
+        }
+        component.add_loads(model, sets);
+        component
+    }
+
+    /// Number of segments (bodies without the anchors).
+    pub fn segments(&self) -> usize {
+        self.segments
+    }
+
+    /// Number of loads.
+    pub fn load_count(&self) -> usize {
+        self.loads.len()
+    }
+
+    /// Whether velocities are damped.
+    pub fn is_damped(&self) -> bool {
+        self.damping != [0.0; 2]
+    }
+
+    /// Time step of the step under way [s].
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+}

@@ -1,0 +1,120 @@
+//! Prediction (lines 1 to 5 of Algorithm 1) and the free rotation of a segment.
+
+use super::{BodyConstants, Component, Pose};
+use crate::formulation::Formulation;
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Vec3};
+use crate::system::Six;
+
+impl<T: Real> Component<T> {
+    /// Lines 1 to 5 of Algorithm 1: symplectic Euler for velocities and poses, and lambda = 0.
+    ///
+    /// The rotation is the discrete free motion of a symmetric top (the gyroscopic term included): with the relative
+    /// rotation (s, u) of a step in the body's frame, `s I u + u x I u = (dt / 2) m`, where m is the body's angular
+    /// momentum, `(2 / dt)(s I u - u x I u)` of the step before. It keeps the angular momentum to rounding and gives
+    /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991).
+    #[inline(always)]
+    pub fn predict(&mut self, dt: f64, formulation: Formulation) {
+        let h = T::splat(dt);
+        let half = T::splat(0.5 * dt);
+        let last_half = self.last_dt * T::splat(0.5);
+        let decay = self.damping.map(|rate| T::splat(if rate > 0.0 { (-rate * dt).exp() } else { 1.0 }));
+        let one = T::splat(1.0);
+        self.dt = dt;
+        if !self.loads.is_empty() {
+            self.scratch.fill(Six::zero());
+            let implicit = formulation.momentum();
+            for load in &self.loads {
+                let target = &mut self.scratch[load.body];
+                target.stretch += load.force;
+                target.bend += load.torque;
+                if !implicit {
+                    target.bend += self.poses[load.body].q.axis().cross(load.force) * load.offset;
+                }
+            }
+        }
+        for i in 0..self.segments {
+            let constants = &self.bodies[i];
+            let pose = self.poses[i];
+            self.start[i] = pose;
+            let old = self.velocities[i];
+            let free = constants.free;
+            let kept = [one + (decay[0] - one) * free, one + (decay[1] - one) * free];
+            let mut v = old.stretch * kept[0] + self.gravity * (h * free);
+            let w = pose.q.rotate_back(old.bend);
+            let mut m = angular_momentum(constants, w, last_half);
+            m = m * kept[1];
+            if !self.loads.is_empty() {
+                let load = self.scratch[i];
+                v += load.stretch * (h * constants.inverse_mass);
+                m += pose.q.rotate_back(load.bend) * (h * free);
+            }
+            let turn = free_turn(constants, m, w, half);
+            self.predicted[i] = Pose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
+        }
+        for i in self.segments..self.poses.len() {
+            self.predicted[i] = self.poses[i];
+            self.start[i] = self.poses[i];
+        }
+        self.poses.copy_from_slice(&self.predicted);
+        self.lambda.fill(Six::zero());
+        self.set_compliances(dt);
+    }
+
+    fn set_compliances(&mut self, dt: f64) {
+        let k = T::splat(1.0 / (dt * dt));
+        for (terms, joint) in self.system.joints.iter_mut().zip(&self.joints) {
+            terms.shear = joint.shear * k;
+            terms.stretch_extra = (joint.stretch - joint.shear) * k;
+            terms.bend = joint.bend * k;
+            terms.twist_extra = (joint.twist - joint.bend) * k;
+        }
+    }
+}
+
+/// Angular momentum in the body's frame at the end of a step that turned with `w` (body frame): see
+/// [`Component::predict`].
+#[inline(always)]
+fn angular_momentum<T: Real>(body: &BodyConstants<T>, w: Vec3<T>, half_dt: T) -> Vec3<T> {
+    let one = T::splat(1.0);
+    let u = w * half_dt;
+    let s = (one - u.norm_squared()).max(T::zero()).sqrt();
+    let [x, y, z] = w.0;
+    let m = Vec3([x * body.transverse, y * body.transverse, z * body.axial]);
+    m * s - u.cross(m)
+}
+
+/// Relative rotation, in the body's frame, of the free motion with angular momentum `m`; where there is none (more than
+/// about a half turn a step) the rotation goes on with `w`. See [`Component::predict`].
+#[inline(always)]
+fn free_turn<T: Real>(body: &BodyConstants<T>, m: Vec3<T>, w: Vec3<T>, half_dt: T) -> Quat<T> {
+    let one = T::splat(1.0);
+    let [hx, hy, hz] = (m * half_dt).0;
+    let difference = body.axial - body.transverse;
+    // With y = s^2 and u_z = h_z / (s I_a): y + a / y + b / (c y + d / y) = 1.
+    let uz = hz / body.axial;
+    let (a, b, c) = (uz * uz, hx * hx + hy * hy, body.transverse * body.transverse);
+    let d = difference * difference * a;
+    let mut y = one;
+    for _ in 0..4 {
+        let inverse = one / y;
+        let across = one / (c * y + d * inverse);
+        let value = y + a * inverse + b * across - one;
+        let slope = one - a * inverse * inverse - b * (c - d * inverse * inverse) * across * across;
+        y = (y - value / slope).max(T::splat(0.01));
+    }
+    let s = y.sqrt();
+    let z = uz / s;
+    // s I_t u_x + (I_a - I_t) u_y u_z = h_x, s I_t u_y - (I_a - I_t) u_x u_z = h_y.
+    let (p, r) = (s * body.transverse, difference * z);
+    let inverse = one / (p * p + r * r);
+    let top = Quat { v: Vec3([(p * hx - r * hy) * inverse, (p * hy + r * hx) * inverse, z]), w: s };
+    let defect = (top.v.norm_squared() + s * s - one).abs();
+    let solved = T::splat(1e-9) - defect;
+    let u = w * half_dt;
+    let scalar = (one - u.norm_squared()).max(T::zero()).sqrt();
+    let plain = Quat { v: u, w: scalar };
+    let pick = |x: T, y: T| solved.select(x, y);
+    let v = Vec3([pick(top.v.0[0], plain.v.0[0]), pick(top.v.0[1], plain.v.0[1]), pick(top.v.0[2], plain.v.0[2])]);
+    Quat { v, w: pick(s, plain.w) }
+}

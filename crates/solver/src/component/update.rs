@@ -1,0 +1,70 @@
+//! What follows a linear solve: multipliers, poses, velocities; and taking a step back.
+
+use super::lanes::copy_pose;
+use super::{Component, Pose};
+use crate::formulation::Formulation;
+use crate::kernel::lane::Real;
+use crate::kernel::math::Quat;
+use crate::system::Six;
+
+impl<T: Real> Component<T> {
+    /// Lines 10 and 11 of Algorithm 1: `lambda += dlambda`, `p += dp` with `dp = M^-1 (J^T dlambda - g)`, in the lanes
+    /// where `active` >= 0.
+    #[inline(always)]
+    pub fn update(&mut self, formulation: Formulation, active: T) {
+        let Self { system, scratch, dlambda, lambda, .. } = self;
+        scratch.fill(Six::zero());
+        for (j, &dlambda) in dlambda.iter().enumerate() {
+            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            lambda[j] = select(active, lambda[j].plus(dlambda, T::splat(1.0)), lambda[j]);
+            system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), scratch);
+        }
+        for i in 0..self.segments {
+            let mut correction = system.correction(i, scratch[i]);
+            if formulation.momentum() {
+                correction = correction.plus(self.momentum[i], T::splat(1.0));
+            }
+            let old = self.poses[i];
+            let turned = old.q.turned(correction.bend);
+            let moved = Six { stretch: old.x + correction.stretch, bend: turned.v };
+            let kept = select(active, moved, Six { stretch: old.x, bend: old.q.v });
+            self.poses[i] = Pose { x: kept.stretch, q: Quat { v: kept.bend, w: active.select(turned.w, old.q.w) } };
+        }
+    }
+
+    /// Lines 16 to 19 of Algorithm 1: velocities from the poses, `v = (x' - x) / dt`, `w = 2 Im(q' conj(q)) / dt`.
+    #[inline(always)]
+    pub fn update_velocities(&mut self) {
+        let rate = T::splat(1.0 / self.dt);
+        let twice = T::splat(2.0 / self.dt);
+        for i in 0..self.segments {
+            let (pose, start) = (&self.poses[i], &self.start[i]);
+            let turn = (pose.q * start.q.conj()).upper();
+            self.velocities[i] = Six { stretch: (pose.x - start.x) * rate, bend: turn.v * twice };
+        }
+        self.last_dt = T::splat(self.dt);
+    }
+
+    /// Takes the step under way back.
+    pub fn roll_back(&mut self) {
+        self.poses.copy_from_slice(&self.start);
+    }
+
+    /// Takes the step under way back in one lane.
+    pub fn roll_back_lane(&mut self, lane: usize) {
+        for (pose, start) in self.poses.iter_mut().zip(&self.start) {
+            copy_pose(pose, lane, start, lane);
+        }
+    }
+}
+
+/// `then` in the lanes where `condition` >= 0, else `otherwise`.
+#[inline(always)]
+fn select<T: Real>(condition: T, then: Six<T>, otherwise: Six<T>) -> Six<T> {
+    let (a, b) = (then.to_array(), otherwise.to_array());
+    let mut out = b;
+    for k in 0..6 {
+        out[k] = condition.select(a[k], b[k]);
+    }
+    Six::from_array(out)
+}
