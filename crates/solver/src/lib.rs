@@ -8,6 +8,7 @@ pub mod kernel;
 pub mod linear;
 pub mod simulation;
 pub mod solvers;
+pub mod statics;
 pub mod step;
 pub mod system;
 pub mod topology;

@@ -97,7 +97,7 @@ pub fn attempt<T: Real>(
     let mut watch = Stopwatch::start();
     vectorized(
         #[inline(always)]
-        || component.predict(dt, formulation),
+        || component.predict(dt),
     );
     watch.mark(&mut counters.times.predict);
     let mut residuals = evaluate(component, formulation, counters);

@@ -76,6 +76,7 @@ impl<T: Real> BodyLoad<T> {
             offset: self.offset.lane(lane),
             force: pick(self.force, lane),
             torque: pick(self.torque, lane),
+            turns: self.turns,
         }
     }
 }
@@ -118,7 +119,8 @@ impl<T: Real> Component<T> {
             for (lane, members) in lanes.iter().enumerate() {
                 let Ok(body) = members.segments.binary_search(&load.segment) else { continue };
                 let zero = Vec3::zero();
-                let mut own = BodyLoad { body, offset: T::zero(), force: zero, torque: zero };
+                let mut own = BodyLoad { body, offset: T::zero(), force: zero, torque: zero, turns: false };
+                own.turns = load.torque.norm() > 0.0 || load.offset != 0.0;
                 own.offset.set_lane(lane, load.offset);
                 put(&mut own.force, lane, vec3(&load.force));
                 put(&mut own.torque, lane, vec3(&load.torque));
@@ -164,6 +166,7 @@ impl<T: Real> Component<T> {
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
+            torques_wait: false,
             segments: self.segments,
             gravity: pick(self.gravity, lane),
             damping: self.damping,

@@ -58,6 +58,8 @@ struct BodyLoad<T> {
     offset: T,
     force: Vec3<T>,
     torque: Vec3<T>,
+    /// Whether it turns the body.
+    turns: bool,
 }
 
 /// Which segments and joints of a model form a component, by their indices there.
@@ -116,6 +118,8 @@ pub struct Component<T> {
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     loads: Vec<BodyLoad<T>>,
+    /// Whether the loads' torques have yet to enter a linear system of this step.
+    torques_wait: bool,
     segments: usize,
     gravity: Vec3<T>,
     damping: [f64; 2],
@@ -152,6 +156,7 @@ impl<T: Real> Component<T> {
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
             loads: Vec::new(),
+            torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
             gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),
             damping: [model.damping.linear, model.damping.angular],

@@ -12,6 +12,7 @@ impl<T: Real> Component<T> {
     /// where `active` >= 0.
     #[inline(always)]
     pub fn update(&mut self, formulation: Formulation, active: T) {
+        let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
         let Self { system, scratch, dlambda, lambda, .. } = self;
         scratch.fill(Six::zero());
         for (j, &dlambda) in dlambda.iter().enumerate() {
@@ -21,7 +22,7 @@ impl<T: Real> Component<T> {
         }
         for i in 0..self.segments {
             let mut correction = system.correction(i, scratch[i]);
-            if formulation.momentum() {
+            if with_momentum {
                 correction = correction.plus(self.momentum[i], T::splat(1.0));
             }
             let old = self.poses[i];
@@ -48,6 +49,19 @@ impl<T: Real> Component<T> {
     /// Takes the step under way back.
     pub fn roll_back(&mut self) {
         self.poses.copy_from_slice(&self.start);
+    }
+
+    /// Largest movements of a segment since the start of the step: of its centre in segment lengths, and its turn [rad].
+    pub fn movement(&self) -> (T, T) {
+        let (mut shifts, mut turns) = (T::zero(), T::zero());
+        for i in 0..self.segments {
+            let (pose, start, length) = (&self.poses[i], &self.start[i], self.bodies[i].length);
+            let shift = (pose.x - start.x).norm_squared() / (length * length);
+            let turn = (pose.q * start.q.conj()).v.norm_squared() * T::splat(4.0);
+            shifts = shift.max(shifts);
+            turns = turn.max(turns);
+        }
+        (shifts.sqrt(), turns.sqrt())
     }
 
     /// Takes the step under way back in one lane.
