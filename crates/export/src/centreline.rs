@@ -8,12 +8,12 @@ use rod::{Segment, State};
 use crate::file::write_atomically;
 use crate::{ExportError, TrajectoryReader};
 
-/// Writes the segments' centres over time as CSV with the columns `frame,time_s,rod,segment,x_m,y_m,z_m`, one row for each
-/// segment of each frame, holding one frame in memory. Numbers keep all their digits.
+/// Writes the segments' centres over time as CSV with the columns `frame,time_s,rod,segment,x_m,y_m,z_m`, one row for
+/// each segment of each frame, holding one frame in memory. Numbers keep all their digits.
 ///
 /// # Errors
-/// [`ExportError::Segments`] if `segments` are not the trajectory's; [`ExportError::Io`] if the table cannot be written or the
-/// trajectory not be read.
+/// [`ExportError::Segments`] if `segments` are not the trajectory's; [`ExportError::Io`] if the table cannot be written
+/// or the trajectory not be read.
 pub fn write_centreline(
     path: &Path,
     trajectory: &mut TrajectoryReader,

@@ -22,7 +22,8 @@ pub(crate) fn temporary(directory: &Path, prefix: &str) -> io::Result<NamedTempF
 }
 
 /// Writes a file under a temporary name in the same directory, and renames it to `path` when it is complete and on the
-/// disk. A file that was there is replaced; after an error it is still there, untouched, and nothing else is left behind.
+/// disk. A file that was there is replaced; after an error it is still there, untouched, and nothing else is left
+/// behind.
 ///
 /// # Errors
 /// [`ExportError::Io`] with `path`, for an error of the system or of `write`.

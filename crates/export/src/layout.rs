@@ -1,7 +1,8 @@
 //! The layout of `trajectory.safetensors`, shared by its writer and its reader.
 //!
-//! The format is that of safetensors: the header's length (u64), a JSON header, then the tensors one after the other, all of
-//! them F64 and little endian. [`Checksum`] covers header and tensors; it stands in the header, and counts as zeros there.
+//! The format is that of safetensors: the header's length (u64), a JSON header, then the tensors one after the other,
+//! all of them F64 and little endian. [`Checksum`] covers header and tensors; it stands in the header, and counts as
+//! zeros there.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -98,15 +99,16 @@ impl Layout {
     }
 }
 
-/// Place of the checksum's digits in the header. Quotes inside of a JSON string are escaped, so the key is found only once.
+/// Place of the checksum's digits in the header. Quotes inside of a JSON string are escaped, so the key is found only
+/// once.
 pub(crate) fn checksum_digits(header: &[u8]) -> Option<std::ops::Range<usize>> {
     let key = CHECKSUM_KEY.as_bytes();
     let start = header.windows(key.len()).position(|w| w == key)? + key.len();
     (start + CHECKSUM_DIGITS <= header.len()).then_some(start..start + CHECKSUM_DIGITS)
 }
 
-/// A checksum against damage (not against forgery): FNV-1a on words of 64 bits, with a rotation that carries every bit on.
-/// Each step is invertible, so one changed word always shows.
+/// A checksum against damage (not against forgery): FNV-1a on words of 64 bits, with a rotation that carries every bit
+/// on. Each step is invertible, so one changed word always shows.
 pub(crate) struct Checksum(u64);
 
 impl Checksum {

@@ -1,8 +1,8 @@
 //! Writing what a run made: the trajectory, tables and JSON files.
 //!
-//! Every file is complete or not there: it is written under a temporary name in its own directory and renamed when all of
-//! it is on the disk ([`write_atomically`]). A trajectory may be larger than memory: [`TrajectoryWriter`] spools its frames
-//! to the disk while the simulation runs, and [`TrajectoryReader`] reads one frame at a time.
+//! Every file is complete or not there: it is written under a temporary name in its own directory and renamed when all
+//! of it is on the disk ([`write_atomically`]). A trajectory may be larger than memory: [`TrajectoryWriter`] spools its
+//! frames to the disk while the simulation runs, and [`TrajectoryReader`] reads one frame at a time.
 //!
 //! This crate sees states and segments of the crate `rod`. It knows no solver and no scene file.
 

@@ -54,8 +54,8 @@ impl TrajectoryWriter {
     /// Adds a frame at `time` [s].
     ///
     /// # Errors
-    /// [`ExportError::Segments`] if the state does not fit: the frame is not taken. [`ExportError::Io`] if the disk does
-    /// not take the frames: they are kept, and the next call tries again.
+    /// [`ExportError::Segments`] if the state does not fit: the frame is not taken. [`ExportError::Io`] if the disk
+    /// does not take the frames: they are kept, and the next call tries again.
     pub fn push(&mut self, state: &State, time: f64) -> Result<(), ExportError> {
         let State { positions, orientations, velocities, angular_velocities } = state;
         let expected = self.layout.segments;

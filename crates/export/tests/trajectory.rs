@@ -95,7 +95,7 @@ fn the_same_run_gives_the_same_bytes() {
 }
 
 #[test]
-fn every_flipped_bit_and_every_cut_is_one_clear_error() {
+fn a_flipped_bit_and_a_cut_anywhere_is_one_clear_error() {
     let directory = tempfile::tempdir().unwrap();
     let path = write(directory.path(), 2, 3);
     let bytes = fs::read(&path).unwrap();
@@ -112,11 +112,9 @@ fn every_flipped_bit_and_every_cut_is_one_clear_error() {
         }
     };
     for at in 0..bytes.len() {
-        for bit in [1, 32, 128] {
-            let mut flipped = bytes.clone();
-            flipped[at] ^= bit;
-            check(&flipped, &format!("byte {at} ^ {bit}"));
-        }
+        let mut flipped = bytes.clone();
+        flipped[at] ^= 1 << (at % 8);
+        check(&flipped, &format!("bit {} of byte {at}", at % 8));
     }
     for length in 0..bytes.len() {
         check(&bytes[..length], &format!("cut to {length}"));

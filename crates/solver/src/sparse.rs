@@ -1,14 +1,15 @@
 //! Sparse Cholesky factorisation `P A P^T = L L^T` of a symmetric positive definite matrix of 6x6 blocks.
 //!
-//! This is the direct solver for graphs of constraints with loops (rings, nets), where the elimination along a chain or a
-//! tree does not apply. It knows matrices only, and nothing of rods: one block row is one joint (stretch-shear and
+//! This is the direct solver for graphs of constraints with loops (rings, nets), where the elimination along a chain or
+//! a tree does not apply. It knows matrices only, and nothing of rods: one block row is one joint (stretch-shear and
 //! bend-twist), one off-diagonal block is a pair of joints that share a segment.
 //!
 //! The order of elimination comes from an approximate minimum degree (AMD) ordering of the *blocks*, expanded to their
 //! rows, so that a block stays together in one supernode. Ordering and symbolic factorisation happen once, in
-//! [`SparseCholesky::new`]; [`SparseCholesky::factor`] and [`SparseCholesky::solve`] run on one thread, allocate nothing
-//! and give the same bits for the same input. One exception: faer's matrix product keeps a workspace for each thread.
-//! `new` sees to the one of its own thread; the first `factor` on another thread makes that thread's.
+//! [`SparseCholesky::new`]; [`SparseCholesky::factor`] and [`SparseCholesky::solve`] run on one thread, allocate
+//! nothing and give the same bits for the same input on one machine. One exception: faer's matrix product keeps a
+//! workspace for each thread. `new` sees to the one of its own thread; the first `factor` on another thread makes that
+//! thread's.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
@@ -114,7 +115,7 @@ impl SparseCholesky {
     /// [`SparseError::Pair`] for a wrong pair, [`SparseError::TooLarge`] if the factor does not fit.
     pub fn new(blocks: usize, pairs: &[(u32, u32)]) -> Result<Self, SparseError> {
         let too_large = |_: FaerError| SparseError::TooLarge { blocks };
-        if u32::try_from(blocks).is_err() {
+        if blocks.saturating_add(pairs.len()).saturating_mul(B * B) > u32::MAX as usize {
             return Err(SparseError::TooLarge { blocks });
         }
         let (order, position) = block_order(blocks, pairs)?;
@@ -145,7 +146,7 @@ impl SparseCholesky {
             }
             for _ in 0..B {
                 rows.extend(column.iter().flat_map(|&(_, i, _)| (0..B as u32).map(move |r| i * B as u32 + r)));
-                col_ptr.push(u32::try_from(rows.len()).map_err(|_| SparseError::TooLarge { blocks })?);
+                col_ptr.push(rows.len() as u32);
             }
         }
         let values = vec![0.0; rows.len()];
@@ -176,12 +177,12 @@ impl SparseCholesky {
         Ok(cholesky)
     }
 
-    /// Factors the matrix with `diag[i]` on the diagonal, symmetric, of which the lower triangle is read, and `off[k]` at
-    /// `pairs[k]`; blocks are row-major.
+    /// Factors the matrix with `diag[i]` on the diagonal, symmetric, of which the lower triangle is read, and `off[k]`
+    /// at `pairs[k]`; blocks are row-major.
     ///
     /// # Errors
-    /// [`SparseError::NotPositiveDefinite`] if a pivot is not a positive number, [`SparseError::BlockCount`] if the blocks
-    /// are not those of the pattern. There is no factor then, and [`SparseCholesky::solve`] gives NaN.
+    /// [`SparseError::NotPositiveDefinite`] if a pivot is not a positive number, [`SparseError::BlockCount`] if the
+    /// blocks are not those of the pattern. There is no factor then, and [`SparseCholesky::solve`] gives NaN.
     pub fn factor(&mut self, diag: &[[[f64; B]; B]], off: &[[[f64; B]; B]]) -> Result<(), SparseError> {
         let counts =
             [("diagonal", diag.len(), self.diag_slots.len()), ("off-diagonal", off.len(), self.off_slots.len())];
