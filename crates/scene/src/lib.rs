@@ -21,7 +21,7 @@ pub mod defaults;
 mod error;
 mod format;
 mod random;
-// pub mod sampling;
+pub mod sampling;
 mod shape;
 mod tree;
 
