@@ -20,7 +20,31 @@ macro_rules! files {
 }
 
 /// Name and text of each file.
-const FILES: &[(&str, &str)] = files!["bending-rod", "helix"];
+const FILES: &[(&str, &str)] = files![
+    "bending-rod",
+    "helix",
+    "small-cantilever",
+    "elastica",
+    "heavy-cantilever",
+    "roll-up",
+    "bend-45",
+    "torsion-bar",
+    "euler-buckling",
+    "michell-ring",
+    "thin-heavy-rod",
+    "slack-rod",
+    "stiff-rod",
+    "tip-mass",
+    "free-spin",
+    "clamped-ends",
+    "all-clamped",
+    "heavy-ring",
+    "branch",
+    "tree",
+    "net",
+    "long-chain",
+    "tiny-rod",
+];
 
 /// All builtin scenes: the paper's first, then cases with a known answer, then stress cases.
 pub fn builtins() -> Vec<Builtin> {
