@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Body, Damping, Load, Material, ModelError, RestShape, RodSpec, Segment, Stretch};
 use toml::Spanned;
 
-use crate::error::{Result, Source};
+use crate::error::{Result, Source, short};
 use crate::shape::number_or;
 use crate::tree::{Growth, taper};
 use crate::{MAX_SEGMENTS, RodInfo, RunDefaults, Scene, defaults, format};
@@ -204,7 +204,7 @@ impl Builder {
                 format::Rest::Darboux(value) => {
                     let omega = source.vector(value, "1/m")?;
                     if omega.norm() * longest >= 2.0 {
-                        let allowed = format!("shorter than 2 / segment length = {} [1/m]", 2.0 / longest);
+                        let allowed = format!("shorter than 2 / segment length = {} [1/m]", short(2.0 / longest));
                         return source.must_be(value.span(), &allowed);
                     }
                     RestShape::Uniform(omega)
@@ -286,6 +286,7 @@ impl Builder {
         let gap = (self.point(a, fraction_a) - self.point(b, fraction_b)).norm();
         let most = JOIN_TOLERANCE * self.segment(a).length.min(self.segment(b).length);
         if gap > most {
+            let (gap, most) = (short(gap), short(most));
             let message = format!("`a` and `b` are {gap} m apart, but places to be joined must meet within {most} m");
             return source.wrong(join.span(), &message);
         }

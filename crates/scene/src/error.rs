@@ -66,17 +66,22 @@ impl Source<'_> {
             let at = syntax.span().unwrap_or(0..0).start;
             return self.invalid(at, format!("not valid TOML: {}", one_line(syntax.message())));
         }
-        let path = self.path(&span);
-        let message = match (message.split_once('`'), message.split_once(", expected ")) {
-            (Some(("unknown field ", _)), Some((_, known))) => {
-                format!("{path} is not a known key; expected {known}")
+        let (path, value) = (self.path(&span), self.value(&span));
+        let at = |message: String| if path.is_empty() { message } else { format!("{path}: {message}") };
+        let (kind, quoted) = message.split_once('`').unwrap_or((message, ""));
+        let expected = message.split_once(", expected ").map(|(_, expected)| expected);
+        let is_key = !value.starts_with(['"', '\'']);
+        let message = match (kind, expected) {
+            ("unknown field ", Some(known)) => format!("{path} is not a known key; expected {known}"),
+            ("unknown variant ", Some(known)) if is_key => format!("{path} is not a known key; expected {known}"),
+            ("missing field ", _) => at(format!("missing key `{quoted}")),
+            ("invalid type: map, expected a sequence", _) => {
+                format!("{path} is a table, but it must be a list: [...], or one [[...]] for each table in it")
             }
-            (Some(("missing field ", name)), _) if path.is_empty() => format!("missing key `{name}"),
-            (Some(("missing field ", name)), _) => format!("{path}: missing key `{name}"),
-            (_, Some((_, expected))) => {
-                format!("{path} = {}, but it must be {}", self.value(&span), plain_words(expected))
-            }
-            _ => format!("{path}: {}", one_line(message)),
+            ("wanted string or table", _) => format!("{path} = {value}, but it must be a string or a table"),
+            _ if kind.starts_with("wanted exactly 1 element") => at("it must hold exactly one key".to_owned()),
+            (_, Some(expected)) => format!("{path} = {value}, but it must be {}", plain_words(expected)),
+            (_, None) => at(one_line(message)),
         };
         self.invalid(span.start, message)
     }
@@ -191,6 +196,11 @@ fn inside(value: &Spanned<DeValue>, holds: &dyn Fn(Range<usize>) -> bool) -> boo
             DeValue::Array(items) => items.iter().any(|item| inside(item, holds)),
             _ => false,
         }
+}
+
+/// `value` to six digits, for messages.
+pub(crate) fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 fn in_brackets(unit: &str) -> String {
