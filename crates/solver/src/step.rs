@@ -97,7 +97,7 @@ pub fn attempt<T: Real>(
     let mut watch = Stopwatch::start();
     vectorized(
         #[inline(always)]
-        || component.predict(dt),
+        || component.predict(dt, formulation),
     );
     watch.mark(&mut counters.times.predict);
     let mut residuals = evaluate(component, formulation, counters);
