@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::Pose;
 
@@ -56,13 +56,17 @@ pub fn frames(nodes: &[Vector3<f64>], twist: f64) -> Vec<Pose> {
 
 /// The smallest rotation that takes unit vector `from` to unit vector `to`; a half turn about any normal if opposite.
 fn rotation_between(from: &Vector3<f64>, to: &Vector3<f64>) -> UnitQuaternion<f64> {
-    match Rotation3::rotation_between(from, to) {
-        Some(rotation) => UnitQuaternion::from_rotation_matrix(&rotation),
-        None => {
-            let helper = if from.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
-            let normal = nalgebra::Unit::new_normalize(from.cross(&helper));
-            UnitQuaternion::from_axis_angle(&normal, std::f64::consts::PI)
-        }
+    // Half of the way, `from` to `middle`, has the cosine and the axis of the quaternion. No arc cosine: rounding takes
+    // the cosine of two equal directions above 1.
+    let middle = from + to;
+    if middle.norm() > 1e-9 {
+        let middle = middle.normalize();
+        let (w, v) = (from.dot(&middle), from.cross(&middle));
+        UnitQuaternion::new_normalize(nalgebra::Quaternion::from_parts(w, v))
+    } else {
+        let helper = if from.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+        let normal = nalgebra::Unit::new_normalize(from.cross(&helper));
+        UnitQuaternion::from_axis_angle(&normal, std::f64::consts::PI)
     }
 }
 
@@ -87,5 +91,16 @@ mod tests {
         let nodes = [Vector3::zeros(), Vector3::z(), Vector3::zeros()];
         let poses = frames(&nodes, 0.0);
         assert!((poses[1].orientation * Vector3::z() + Vector3::z()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn straight_rods_in_any_direction_have_finite_frames() {
+        // Along (1, 0.2, 0.5) the cosine between two equal tangents is rounded to more than 1.
+        let directions = (0..200).map(|i| Vector3::new(1.0, 0.2 + 0.013 * f64::from(i), 0.5 - 0.021 * f64::from(i)));
+        for direction in directions {
+            for pose in frames(&straight(Vector3::new(0.0, 0.0, 0.45), direction, 0.6, 4), 0.0) {
+                assert!((pose.orientation * Vector3::z() - direction.normalize()).norm() < 1e-12);
+            }
+        }
     }
 }
