@@ -1,4 +1,5 @@
 //! Position-based dynamics of stiff Cosserat rods.
+pub mod cg;
 pub mod component;
 pub mod counters;
 pub mod direct;
@@ -6,6 +7,8 @@ pub mod formulation;
 pub mod guess;
 pub mod kernel;
 pub mod linear;
+pub mod operator;
+pub mod precondition;
 pub mod simulation;
 pub mod solvers;
 pub mod step;
