@@ -58,6 +58,11 @@ impl Ring {
         }
     }
 
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.len = 0;
+    }
+
     /// Takes the newest entry back if it is from `attempt`.
     pub(crate) fn forget(&mut self, attempt: u64) {
         if self.get(0).is_some_and(|entry| entry.attempt == attempt) {

@@ -26,6 +26,8 @@ pub enum GuessKind {
     Fischer(usize),
     /// Solves at the solution of the rest shape's system; a zero start where the graph has a loop.
     Frozen,
+    /// Steps at the previous step's multipliers and the prediction.
+    StepLambda,
     /// Steps at what the previous step added to the prediction.
     StepPrevious,
     /// Steps at the line through what the last two added.
@@ -36,13 +38,14 @@ pub enum GuessKind {
 
 impl GuessKind {
     /// All of them, with the default depths.
-    pub const ALL: [GuessKind; 9] = [
+    pub const ALL: [GuessKind; 10] = [
         Self::Zero,
         Self::Previous,
         Self::Linear,
         Self::Quadratic,
         Self::Fischer(Fischer::DEPTH),
         Self::Frozen,
+        Self::StepLambda,
         Self::StepPrevious,
         Self::StepLinear,
         Self::StepQuadratic,
@@ -57,6 +60,7 @@ impl GuessKind {
             Self::Quadratic => "quadratic",
             Self::Fischer(_) => "fischer",
             Self::Frozen => "frozen",
+            Self::StepLambda => "step-lambda",
             Self::StepPrevious => "step-previous",
             Self::StepLinear => "step-linear",
             Self::StepQuadratic => "step-quadratic",
@@ -65,7 +69,7 @@ impl GuessKind {
 
     /// Whether it starts whole steps, which formulation `newton` alone can use.
     pub fn helps_steps(self) -> bool {
-        matches!(self, Self::StepPrevious | Self::StepLinear | Self::StepQuadratic)
+        matches!(self, Self::StepLambda | Self::StepPrevious | Self::StepLinear | Self::StepQuadratic)
     }
 
     /// Sets the guess up for one connected set of segments; `None` for a zero start.
@@ -78,6 +82,7 @@ impl GuessKind {
             Self::Quadratic => Box::new(Extrapolation::new(2, joints)),
             Self::Fischer(depth) => Box::new(Fischer::new(depth, topology)),
             Self::Frozen => Box::new(FrozenGuess::new(Frozen::new(model, members, topology)?)),
+            Self::StepLambda => Box::new(StepExtrapolation::of_multipliers(bodies, joints)),
             Self::StepPrevious => Box::new(StepExtrapolation::new(0, bodies, joints)),
             Self::StepLinear => Box::new(StepExtrapolation::new(1, bodies, joints)),
             Self::StepQuadratic => Box::new(StepExtrapolation::new(2, bodies, joints)),

@@ -3,6 +3,9 @@
 //! Kept are each body's correction p' - p*, as a shift and a rotation vector in the body's predicted frame, and the
 //! multipliers in the frame of each joint's body a. Both scale with dt^2. Only the formulation with a momentum residual
 //! corrects such a start; elsewhere its error would stay in the motion.
+//!
+//! A step that did not converge is done again from the prediction, in substeps, and leaves no history: where the last
+//! steps say little about the next, a whole-step guess does harm.
 
 use super::InitialGuess;
 use super::history::Ring;
@@ -14,18 +17,28 @@ use crate::system::Six;
 #[derive(Clone, Debug)]
 pub struct StepExtrapolation {
     order: usize,
+    moves_bodies: bool,
     /// Corrections of all bodies, then the multipliers of all joints.
     ring: Ring,
     /// The extrapolation.
     values: Vec<Six<f64>>,
     steps: u64,
+    /// Attempts at the step under way.
+    attempts: u32,
 }
 
 impl StepExtrapolation {
     /// An extrapolation of `order` 0 (what the previous step added), 1 or 2.
     pub fn new(order: usize, bodies: usize, joints: usize) -> Self {
         let (order, size) = (order.min(2), bodies + joints);
-        Self { order, ring: Ring::new(size, order + 1), values: vec![Six::zero(); size], steps: 0 }
+        let values = vec![Six::zero(); size];
+        Self { order, moves_bodies: true, ring: Ring::new(size, order + 1), values, steps: 0, attempts: 0 }
+    }
+
+    /// The previous multipliers alone; the bodies start at the prediction. The multipliers then only serve the geometric
+    /// stiffness of the first outer iteration.
+    pub fn of_multipliers(bodies: usize, joints: usize) -> Self {
+        Self { moves_bodies: false, ..Self::new(0, bodies, joints) }
     }
 }
 
@@ -35,7 +48,11 @@ impl InitialGuess for StepExtrapolation {
     }
 
     fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
-        let Self { order, ring, values, steps } = self;
+        let Self { order, moves_bodies, ring, values, steps, attempts } = self;
+        *attempts += 1;
+        if *attempts > 1 {
+            return false;
+        }
         let (weights, count) = ring.extrapolation(*steps + 1, component.dt(), *order);
         if count == 0 {
             return false;
@@ -50,7 +67,8 @@ impl InitialGuess for StepExtrapolation {
                     }
                 }
                 let (corrections, multipliers) = values.split_at(poses.len());
-                for (pose, correction) in poses.iter_mut().zip(corrections) {
+                let moved = if *moves_bodies { corrections } else { &[] };
+                for (pose, correction) in poses.iter_mut().zip(moved) {
                     let x = pose.x + pose.q.rotate(correction.stretch);
                     *pose = Pose { x, q: pose.q.turned(pose.q.rotate(correction.bend)) };
                 }
@@ -64,6 +82,10 @@ impl InitialGuess for StepExtrapolation {
 
     fn observe_step(&mut self, component: &Component<f64>) {
         self.steps += 1;
+        if std::mem::take(&mut self.attempts) > 1 {
+            self.ring.clear();
+            return;
+        }
         self.ring.push(self.steps, component.dt(), |values| {
             let (corrections, multipliers) = values.split_at_mut(component.poses.len());
             for ((out, pose), predicted) in corrections.iter_mut().zip(&component.poses).zip(&component.predicted) {

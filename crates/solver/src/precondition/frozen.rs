@@ -82,26 +82,25 @@ impl Frozen {
     #[inline(always)]
     pub(crate) fn solve(&mut self, system: &System<f64>, r: impl Fn(usize) -> Six<f64>, z: &mut [Six<f64>]) {
         let order: &[Node] = self.rest.topology.elimination.as_deref().unwrap_or(&[]);
-        let frames = &self.frames;
+        let (frames, rest) = (&self.frames, &self.rest.joints);
         let current = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;
         self.factor.carry_up(
             order,
             #[inline(always)]
             |joint| {
-                let q = current(joint);
-                let world = system.joints[joint].to_world(r(joint), q);
-                let turn = frames[joint] * q.conj();
-                Six { stretch: turn.rotate(world.stretch), bend: turn.rotate(world.bend) }
+                // Bend-twist is in body frames already.
+                let turn = frames[joint] * current(joint).conj();
+                let r = r(joint);
+                rest[joint].to_world(Six { stretch: turn.rotate(r.stretch), bend: r.bend }, frames[joint])
             },
         );
         self.factor.back_substitute(
             order,
             #[inline(always)]
             |joint, x| {
-                let q = current(joint);
-                let back = q * frames[joint].conj();
-                let world = Six { stretch: back.rotate(x.stretch), bend: back.rotate(x.bend) };
-                z[joint] = system.joints[joint].multipliers_from_world(world, q);
+                let back = current(joint) * frames[joint].conj();
+                let x = rest[joint].multipliers_from_world(x, frames[joint]);
+                z[joint] = Six { stretch: back.rotate(x.stretch), bend: x.bend };
             },
         );
     }
