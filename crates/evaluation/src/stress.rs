@@ -124,8 +124,8 @@ pub fn run(case: &Case, formulation: Formulation) -> Result<Row, SimulationError
 /// Energy [J] that errors in the last digits of gaps and curvatures make.
 fn rounding(model: &Model) -> f64 {
     let of_joint = |joint: &rod::Joint| {
-        let stretch = (1e-15 * joint.length).powi(2) / joint.stretch_compliance.max(f64::MIN_POSITIVE);
-        let bend = (1e-15 / joint.length).powi(2) / joint.bend_compliance.max(f64::MIN_POSITIVE);
+        let stretch = (1e-14 * joint.length).powi(2) / joint.stretch_compliance.max(f64::MIN_POSITIVE);
+        let bend = (1e-14 / joint.length).powi(2) / joint.bend_compliance.max(f64::MIN_POSITIVE);
         stretch + bend
     };
     model.joints.iter().map(of_joint).sum()
