@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::Pose;
 
@@ -56,14 +56,14 @@ pub fn frames(nodes: &[Vector3<f64>], twist: f64) -> Vec<Pose> {
 
 /// The smallest rotation that takes unit vector `from` to unit vector `to`; a half turn about any normal if opposite.
 fn rotation_between(from: &Vector3<f64>, to: &Vector3<f64>) -> UnitQuaternion<f64> {
-    match Rotation3::rotation_between(from, to) {
-        Some(rotation) => UnitQuaternion::from_rotation_matrix(&rotation),
-        None => {
-            let helper = if from.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
-            let normal = nalgebra::Unit::new_normalize(from.cross(&helper));
-            UnitQuaternion::from_axis_angle(&normal, std::f64::consts::PI)
-        }
+    // (1 + cos, sin axis) is twice cos(angle / 2) times the rotation: no arc cosine, which rounding takes beyond 1.
+    let scalar = 1.0 + from.dot(to);
+    if scalar > 1e-12 {
+        return UnitQuaternion::from_quaternion(Quaternion::from_parts(scalar, from.cross(to)));
     }
+    let helper = if from.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+    let normal = nalgebra::Unit::new_normalize(from.cross(&helper));
+    UnitQuaternion::from_axis_angle(&normal, std::f64::consts::PI)
 }
 
 #[cfg(test)]
@@ -87,5 +87,17 @@ mod tests {
         let nodes = [Vector3::zeros(), Vector3::z(), Vector3::zeros()];
         let poses = frames(&nodes, 0.0);
         assert!((poses[1].orientation * Vector3::z() + Vector3::z()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn straight_rods_in_any_direction_have_finite_frames() {
+        for i in 0..2000 {
+            let (sin, cos) = (i as f64 * 0.01).sin_cos();
+            let nodes = straight(Vector3::new(0.1, 0.2, 0.3), Vector3::new(cos, 0.3 * sin, sin), 1.0, 40);
+            let poses = frames(&nodes, 0.0);
+            for (pose, pair) in poses.iter().zip(nodes.windows(2)) {
+                assert!((pose.orientation * Vector3::z() - (pair[1] - pair[0]).normalize()).norm() < 1e-12);
+            }
+        }
     }
 }

@@ -9,9 +9,10 @@ use rod::{Model, State};
 
 use crate::component::{Component, split};
 use crate::formulation::Formulation;
-use crate::linear::LinearSolver;
+use crate::linear::{LinearSolver, LinearStatus};
 use crate::simulation::SimulationError;
 use crate::solvers::SolverKind;
+use crate::system::Six;
 
 /// When the relaxation ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +76,9 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
 fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: &StaticParams) -> StaticReport {
     let mut report = StaticReport::default();
     let mut dt = params.first_dt;
+    let mut longest = params.first_dt * LONGEST;
     let mut quiet = 0;
+    let mut last = vec![Six::zero(); component.segments()];
     // Multipliers over dt^2: forces and moments, the same whatever dt.
     let mut forces = component.lambda.clone();
     let mut before = component.poses.clone();
@@ -88,27 +91,63 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
             *lambda = lambda.plus(*force, dt * dt);
         }
         component.evaluate(Formulation::Newton);
-        solver.solve(&component.system, false, &mut component.dlambda);
-        component.update(Formulation::Newton, 1.0);
-        let (shift, turn) = component.movement();
-        report.movement = shift.max(turn);
-        // Turns alone make the equations nonlinear; and what is not a number is taken back, too.
-        if !(turn <= LARGEST_TURN && shift.is_finite()) {
+        let info = solver.solve(&component.system, false, &mut component.dlambda);
+        if info.status != LinearStatus::Solved {
+            // With loops and a long step the compliances are too small a share of the matrix to make it definite.
             component.roll_back();
+            dt *= 0.25;
+            longest = dt;
+            quiet = 0;
+            continue;
+        }
+        component.update(Formulation::Newton, 1.0);
+        let step = movement(component, &mut last);
+        report.movement = step.shift.max(step.turn);
+        // Turns alone make the equations nonlinear; and what is not a number is taken back, too.
+        if !(step.turn <= LARGEST_TURN && step.shift.is_finite()) {
+            component.roll_back();
+            last.fill(Six::zero());
             dt *= 0.25;
             quiet = 0;
             continue;
         }
         for (force, lambda) in forces.iter_mut().zip(&component.lambda) {
-            *force = crate::system::Six::zero().plus(*lambda, 1.0 / (dt * dt));
+            *force = Six::zero().plus(*lambda, 1.0 / (dt * dt));
         }
         quiet = if report.movement <= params.tolerance { quiet + 1 } else { 0 };
         if quiet == QUIET_STEPS {
             report.converged = true;
             break;
         }
-        dt *= (GOOD_TURN / turn.max(1e-300)).clamp(0.5, 4.0);
-        dt = dt.min(params.first_dt * LONGEST);
+        if step.swings {
+            longest = 0.25 * dt;
+        }
+        dt = (dt * (GOOD_TURN / step.turn.max(1e-300)).clamp(0.5, 4.0)).min(longest);
     }
     report
+}
+
+/// How a step moved the segments.
+struct Movement {
+    /// Largest shift [segment lengths].
+    shift: f64,
+    /// Largest turn [rad].
+    turn: f64,
+    /// Whether the segments swing back by more than half of the step before. The flow does not: the step is too long for
+    /// a mass matrix that leaves out how torques change as joints turn.
+    swings: bool,
+}
+
+/// Compares the step with the `last` one and puts it in its place.
+fn movement(component: &Component<f64>, last: &mut [Six<f64>]) -> Movement {
+    let (mut shift, mut turn, mut back, mut size) = (0.0_f64, 0.0_f64, 0.0, 0.0);
+    for (body, last) in last.iter_mut().enumerate() {
+        let now = component.movement(body);
+        shift = if now.stretch.norm_squared() <= shift { shift } else { now.stretch.norm_squared() };
+        turn = if now.bend.norm_squared() <= turn { turn } else { now.bend.norm_squared() };
+        back -= now.bend.dot(last.bend);
+        size += last.bend.norm_squared();
+        *last = now;
+    }
+    Movement { shift: shift.sqrt(), turn: turn.sqrt(), swings: back > 0.5 * size }
 }

@@ -51,17 +51,11 @@ impl<T: Real> Component<T> {
         self.poses.copy_from_slice(&self.start);
     }
 
-    /// Largest movements of a segment since the start of the step: of its centre in segment lengths, and its turn [rad].
-    pub fn movement(&self) -> (T, T) {
-        let (mut shifts, mut turns) = (T::zero(), T::zero());
-        for i in 0..self.segments {
-            let (pose, start, length) = (&self.poses[i], &self.start[i], self.bodies[i].length);
-            let shift = (pose.x - start.x).norm_squared() / (length * length);
-            let turn = (pose.q * start.q.conj()).v.norm_squared() * T::splat(4.0);
-            shifts = shift.max(shifts);
-            turns = turn.max(turns);
-        }
-        (shifts.sqrt(), turns.sqrt())
+    /// Movement of a body since the start of the step: of its centre in segment lengths, and its turn [rad].
+    pub fn movement(&self, body: usize) -> Six<T> {
+        let (pose, start) = (&self.poses[body], &self.start[body]);
+        let turn = (pose.q * start.q.conj()).upper().v * T::splat(2.0);
+        Six { stretch: (pose.x - start.x) * (T::splat(1.0) / self.bodies[body].length), bend: turn }
     }
 
     /// Takes the step under way back in one lane.

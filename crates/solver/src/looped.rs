@@ -1,0 +1,94 @@
+//! The direct solver for graphs with loops (rings, nets): sparse Cholesky of the dual system, in world rows.
+
+use crate::direct::{joint_coupling, joint_diagonal};
+use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
+use crate::sparse::{SparseCholesky, SparseError};
+use crate::system::{Six, System};
+use crate::topology::Topology;
+
+type Block = [[f64; 6]; 6];
+
+/// Sparse Cholesky over the joints of any graph.
+pub struct Looped {
+    cholesky: SparseCholesky,
+    /// Pairs of joints and the body through which they are coupled; two joints may share two bodies.
+    couplings: Vec<Coupling>,
+    diagonal: Vec<Block>,
+    off_diagonal: Vec<Block>,
+    rhs: Vec<[f64; 6]>,
+}
+
+struct Coupling {
+    row: u32,
+    column: u32,
+    via: u32,
+    /// Index of the off-diagonal block.
+    block: usize,
+}
+
+impl Looped {
+    /// Orders the joints and analyses the factor's pattern.
+    ///
+    /// # Errors
+    /// If the factor would be too large.
+    pub fn new(topology: &Topology) -> Result<Self, SparseError> {
+        let pairs = topology.coupled_pairs();
+        let shared = |&row: &u32, &column: &u32| {
+            let other = topology.joints[column as usize];
+            let free = move |body: &u32| other.contains(body) && !topology.fixed[*body as usize];
+            topology.joints[row as usize].into_iter().filter(free)
+        };
+        let couplings = pairs
+            .iter()
+            .enumerate()
+            .flat_map(|(block, (row, column))| {
+                shared(row, column).map(move |via| Coupling { row: *row, column: *column, via, block })
+            })
+            .collect();
+        let (joints, zero) = (topology.joints.len(), [[0.0; 6]; 6]);
+        Ok(Self {
+            cholesky: SparseCholesky::new(joints, &pairs)?,
+            couplings,
+            diagonal: vec![zero; joints],
+            off_diagonal: vec![zero; pairs.len()],
+            rhs: vec![[0.0; 6]; joints],
+        })
+    }
+
+    fn assemble(&mut self, system: &System<f64>) {
+        for (joint, block) in self.diagonal.iter_mut().enumerate() {
+            *block = joint_diagonal(system, joint as u32);
+        }
+        self.off_diagonal.fill([[0.0; 6]; 6]);
+        for coupling in &self.couplings {
+            let part = joint_coupling(system, coupling.row, coupling.column, coupling.via);
+            let block = &mut self.off_diagonal[coupling.block];
+            for (sum, x) in block.iter_mut().flatten().zip(part.iter().flatten()) {
+                *sum += x;
+            }
+        }
+    }
+}
+
+impl LinearSolver for Looped {
+    fn solve(&mut self, system: &System<f64>, _has_start: bool, dlambda: &mut [Six<f64>]) -> LinearInfo {
+        self.assemble(system);
+        if self.cholesky.factor(&self.diagonal, &self.off_diagonal).is_err() {
+            dlambda.fill(Six::zero());
+            return LinearInfo { status: LinearStatus::NotPositiveDefinite, ..LinearInfo::default() };
+        }
+        let q_a = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;
+        for (joint, (rhs, terms)) in self.rhs.iter_mut().zip(&system.joints).enumerate() {
+            *rhs = terms.to_world(terms.rhs, q_a(joint)).to_array();
+        }
+        self.cholesky.solve(&mut self.rhs);
+        for (joint, (x, terms)) in self.rhs.iter().zip(&system.joints).enumerate() {
+            dlambda[joint] = terms.multipliers_from_world(Six::from_array(*x), q_a(joint));
+        }
+        LinearInfo::default()
+    }
+
+    fn uses_start(&self) -> bool {
+        false
+    }
+}
