@@ -129,7 +129,7 @@ fn eliminate(joints: &[[u32; 2]], fixed: &[bool], incident: &Incidence) -> Optio
         let first = walk.nodes.len();
         walk.eliminate_from(joint as u32, joints[joint][0])?;
         let is_chain = walk.nodes[first..].iter().all(|node| !node.resumes || node.leaves == Leaves::Nothing);
-        if is_chain {
+        if is_chain && walk.nodes.len() - first > 2 {
             // Rooted in its middle, a chain has two halves that do not depend on each other.
             let end = walk.nodes[first];
             walk.nodes.truncate(first);

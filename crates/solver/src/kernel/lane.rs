@@ -182,6 +182,7 @@ impl<const N: usize> Real for Lanes<N> {
 
 /// Two numbers that do not depend on each other: what is computed for two places of a rod at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(16))]
 pub struct Both<T>(pub [T; 2]);
 
 impl<T: Real> Both<T> {
