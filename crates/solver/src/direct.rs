@@ -81,8 +81,8 @@ pub fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: 
 }
 
 /// A joint as its elimination sees it, gathered from the system.
-struct View<T> {
-    joint: JointTerms<T>,
+struct View<'a, T> {
+    joint: &'a JointTerms<T>,
     orientation_a: Quat<T>,
     axis_a: Vec3<T>,
     /// +1 where the inner body is the joint's body a, -1 where it is b.
@@ -93,10 +93,10 @@ struct View<T> {
     inner: (T, Sym3<T>),
 }
 
-impl<T: Real> View<T> {
+impl<'a, T: Real> View<'a, T> {
     #[inline(always)]
-    fn new(system: &System<T>, node: &Node) -> Self {
-        let joint = system.joints[node.joint as usize];
+    fn new(system: &'a System<T>, node: &Node) -> Self {
+        let joint = &system.joints[node.joint as usize];
         let (outer, inner) = (&system.bodies[node.outer as usize], &system.bodies[node.inner as usize]);
         let [za, zb] = joint.offsets;
         let inner_is_a = system.topology.joints[node.joint as usize][0] == node.inner;
@@ -111,12 +111,12 @@ impl<T: Real> View<T> {
         }
     }
 
-    /// Two side by side.
+    /// Two side by side; `joint` is made of their joints.
     #[inline(always)]
-    fn both(a: &Self, b: &Self) -> View<Both<T>> {
+    fn both<'b>(a: &Self, b: &Self, joint: &'b JointTerms<Both<T>>) -> View<'b, Both<T>> {
         let (qa, qb) = (a.orientation_a, b.orientation_a);
         View {
-            joint: JointTerms::both(&a.joint, &b.joint),
+            joint,
             orientation_a: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
             axis_a: Vec3::both(a.axis_a, b.axis_a),
             sign: Both([a.sign, b.sign]),
@@ -223,18 +223,18 @@ impl<T: Real> TreeFactor<T> {
             if !node.follows {
                 carried = fresh(system, node.outer);
             }
-            let waited = if node.resumes { self.waiting.pop() } else { None };
-            let inner = waited.unwrap_or(view.fresh());
-            if node.leaves == Leaves::Nothing {
-                *factor = NodeFactor::eliminate_root(&view.terms(), &carried, &inner);
-                continue;
-            }
-            (*factor, carried) = if node.resumes {
-                self.resumed.push(inner.inverse_mass);
-                NodeFactor::eliminate::<false>(&view.terms(), &carried, &inner)
+            if node.leaves != Leaves::Nothing && !node.resumes {
+                factor.eliminate::<true>(&view.terms(), &mut carried, &view.fresh());
             } else {
-                NodeFactor::eliminate::<true>(&view.terms(), &carried, &inner)
-            };
+                let waited = if node.resumes { self.waiting.pop() } else { None };
+                let inner = waited.unwrap_or(view.fresh());
+                if node.leaves == Leaves::Nothing {
+                    factor.eliminate_root(&view.terms(), &carried, &inner);
+                    continue;
+                }
+                self.resumed.push(inner.inverse_mass);
+                factor.eliminate::<false>(&view.terms(), &mut carried, &inner);
+            }
             if node.leaves == Leaves::Waiting {
                 self.waiting.push(carried);
             }
@@ -247,8 +247,10 @@ impl<T: Real> TreeFactor<T> {
     fn factor_halves(&mut self, system: &System<T>, halves: [&[Node]; 2], start: [Left<T>; 2]) -> Left<Both<T>> {
         let mut carried = Left::both(&start[0], &start[1]);
         for (factor, (a, b)) in self.folded.iter_mut().zip(halves[0].iter().zip(halves[1])) {
-            let view = View::both(&View::new(system, a), &View::new(system, b));
-            (*factor, carried) = NodeFactor::eliminate::<true>(&view.terms(), &carried, &view.fresh());
+            let (a, b) = (View::new(system, a), View::new(system, b));
+            let joint = JointTerms::both(a.joint, b.joint);
+            let view = View::both(&a, &b, &joint);
+            factor.eliminate::<true>(&view.terms(), &mut carried, &view.fresh());
         }
         carried
     }
@@ -300,7 +302,9 @@ impl<T: Real> TreeFactor<T> {
         dlambda: &mut [Six<T>],
     ) -> Six<Both<T>> {
         for (factor, (a, b)) in self.folded.iter().zip(halves[0].iter().zip(halves[1])).rev() {
-            let view = View::both(&View::new(system, a), &View::new(system, b));
+            let views = [View::new(system, a), View::new(system, b)];
+            let joint = JointTerms::both(views[0].joint, views[1].joint);
+            let view = View::both(&views[0], &views[1], &joint);
             let x = factor.solve(view.change(impulse));
             let multipliers = view.multipliers(x);
             dlambda[a.joint as usize] = multipliers.one(0);
@@ -362,7 +366,12 @@ mod tests {
     }
 
     /// A rod along a random walk.
-    fn rod(assembly: &mut Assembly, start: Vector3<f64>, segments: usize, rng: &mut impl Rng) -> std::ops::Range<usize> {
+    fn rod(
+        assembly: &mut Assembly,
+        start: Vector3<f64>,
+        segments: usize,
+        rng: &mut impl Rng,
+    ) -> std::ops::Range<usize> {
         let mut nodes = vec![start];
         let mut direction = random(rng, 1.0);
         for k in 0..segments {
@@ -450,8 +459,7 @@ mod tests {
         let rhs = flat(&(0..n).map(world).collect::<Vec<_>>());
         let expected = dense.lu().solve(&rhs).unwrap();
         Direct::new(&system.topology).unwrap().solve(system, false, dlambda);
-        let got: Vec<_> =
-            (0..n).map(|j| system.joints[j].multipliers_to_world(dlambda[j], orientation(j))).collect();
+        let got: Vec<_> = (0..n).map(|j| system.joints[j].multipliers_to_world(dlambda[j], orientation(j))).collect();
         (flat(&got) - &expected).norm() / expected.norm().max(f64::MIN_POSITIVE)
     }
 

@@ -72,21 +72,30 @@ impl<T: Real> InverseMass<T> {
 
     #[inline(always)]
     fn share(&self, r: Vec3<T>) -> Share<T> {
-        // Row i of M [r]x is (row i of M) x r, and [r]x W is the transpose of -W [r]x.
-        let turned = transposed(map_rows(self.rotation.full(), |row| row.cross(r)));
-        let mixed = sum(self.mixed, turned);
+        let mixed = sum(self.mixed, crossed_by(r, self.rotation));
         let coupled = sum(self.translation.full(), transposed(map_rows(self.mixed, |row| row.cross(r))));
-        let [x, y, z] = map_rows(mixed, |row| row.cross(r));
-        let stretch = Sym3([
-            coupled[0][0] + x[0],
-            coupled[1][1] + y[1],
-            coupled[2][2] + z[2],
-            coupled[0][1] + x[1],
-            coupled[0][2] + x[2],
-            coupled[1][2] + y[2],
-        ]);
-        Share { stretch, mixed, coupled }
+        let upper = |m: [[T; 3]; 3]| Sym3([m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2]]);
+        Share { stretch: upper(coupled) + upper(map_rows(mixed, |row| row.cross(r))), mixed, coupled }
     }
+
+    /// The same where C = 0 and A is a multiple of the identity.
+    #[inline(always)]
+    fn share_of_free(&self, r: Vec3<T>) -> Share<T> {
+        let mixed = crossed_by(r, self.rotation);
+        let [x, y, z] = map_rows(mixed, |row| row.cross(r));
+        let k = self.translation.0[0];
+        Share {
+            stretch: Sym3([k + x[0], k + y[1], k + z[2], x[1], x[2], y[2]]),
+            mixed,
+            coupled: self.translation.full(),
+        }
+    }
+}
+
+/// `-[r]x W`: row i of W [r]x is (row i of W) x r, and its transpose is this.
+#[inline(always)]
+fn crossed_by<T: Real>(r: Vec3<T>, w: Sym3<T>) -> [[T; 3]; 3] {
+    transposed(map_rows(w.full(), |row| row.cross(r)))
 }
 
 /// `J (dx, dphi)` at a connector with the arm r: see [`Share`].
@@ -136,50 +145,50 @@ impl<T: Real> NodeFactor<T> {
 
     /// Factors the lower triangle of D.
     #[inline(always)]
-    fn factor(mut d: Block<T>, rhs: Six<T>) -> Self {
-        let mut out = Self { rhs: rhs.to_array(), ..Self::zero() };
+    fn factor(&mut self, mut d: Block<T>) {
         for k in 0..6 {
             let inverse = T::splat(1.0) / d[k][k];
-            out.inverse_pivots[k] = inverse;
+            self.inverse_pivots[k] = inverse;
             for i in k + 1..6 {
                 let l = d[i][k] * inverse;
-                out.lower[below(i, k)] = l;
+                self.lower[below(i, k)] = l;
                 for j in k + 1..=i {
                     d[i][j] -= l * d[j][k];
                 }
             }
         }
-        out
     }
 
-    /// D of a joint between two bodies and its factor; the share of the inner body.
+    /// Factors D of a joint between two bodies, given the inner one's share.
     #[inline(always)]
-    fn of_joint(terms: &NodeTerms<T>, outer: &Left<T>, inner: &Left<T>) -> (Self, Share<T>) {
+    fn set(&mut self, terms: &NodeTerms<T>, outer: &Left<T>, inner: &Left<T>, near: &Share<T>) {
         let [r_outer, r_inner] = terms.arms;
-        let (beyond, near) = (outer.inverse_mass.share(r_outer), inner.inverse_mass.share(r_inner));
+        let beyond = outer.inverse_mass.share(r_outer);
         let stretch = beyond.stretch + near.stretch + terms.compliance[0];
         let bend = outer.inverse_mass.rotation + inner.inverse_mass.rotation + terms.compliance[1];
         let mixed = sum(beyond.mixed, near.mixed);
+        let rhs = terms.rhs.plus(at_connector(r_outer, outer.correction), T::splat(1.0));
+        self.rhs = rhs.plus(at_connector(r_inner, inner.correction), T::splat(-1.0)).to_array();
         let minus = transposed(map_rows(mixed, |row| -row));
-        let mut rhs = terms.rhs.plus(at_connector(r_outer, outer.correction), T::splat(1.0));
-        rhs = rhs.plus(at_connector(r_inner, inner.correction), T::splat(-1.0));
-        (Self::factor(assemble(stretch.full(), mixed, minus, bend.full()), rhs), near)
+        self.factor(assemble(stretch.full(), mixed, minus, bend.full()));
     }
 
     /// Eliminates the last joint of a tree.
     #[inline(always)]
-    pub fn eliminate_root(terms: &NodeTerms<T>, outer: &Left<T>, inner: &Left<T>) -> Self {
-        Self::of_joint(terms, outer, inner).0
+    pub fn eliminate_root(&mut self, terms: &NodeTerms<T>, outer: &Left<T>, inner: &Left<T>) {
+        self.set(terms, outer, inner, &inner.inverse_mass.share(terms.arms[1]));
     }
 
-    /// Eliminates a joint and takes what it needs from the inner body.
+    /// Eliminates a joint: what is carried turns from the outer body into what is left of the inner one.
     ///
     /// With `V = L^-1 J H` and `y = L^-1 r`: `H -= V^T Delta^-1 V`, `correction += V^T Delta^-1 y`. If the inner body is
     /// `FRESH`, H is block diagonal and V has a triangle of zeros.
     #[inline(always)]
-    pub fn eliminate<const FRESH: bool>(terms: &NodeTerms<T>, outer: &Left<T>, inner: &Left<T>) -> (Self, Left<T>) {
-        let (out, near) = Self::of_joint(terms, outer, inner);
+    pub fn eliminate<const FRESH: bool>(&mut self, terms: &NodeTerms<T>, carried: &mut Left<T>, inner: &Left<T>) {
         let InverseMass { translation, mixed, rotation } = inner.inverse_mass;
+        let r = terms.arms[1];
+        let near = if FRESH { inner.inverse_mass.share_of_free(r) } else { inner.inverse_mass.share(r) };
+        self.set(terms, carried, inner, &near);
         let zero = T::zero();
         // First row of V that is not zero in a column.
         let first = |column: usize| if FRESH && column < 3 { column } else { 0 };
@@ -192,10 +201,10 @@ impl<T: Real> NodeFactor<T> {
                 }
             }
         }
-        let mut y = out.rhs;
+        let mut y = self.rhs;
         for i in 1..6 {
             for k in 0..i {
-                let l = out.lower[below(i, k)];
+                let l = self.lower[below(i, k)];
                 y[i] -= l * y[k];
                 for c in 0..6 {
                     if k >= first(c) {
@@ -208,7 +217,7 @@ impl<T: Real> NodeFactor<T> {
         let mut u = inner.correction.to_array();
         for r in 0..6 {
             for k in first(r)..6 {
-                let scaled = v[k][r] * out.inverse_pivots[k];
+                let scaled = v[k][r] * self.inverse_pivots[k];
                 u[r] += scaled * y[k];
                 for c in r..6 {
                     if k >= first(c) {
@@ -217,8 +226,7 @@ impl<T: Real> NodeFactor<T> {
                 }
             }
         }
-        let left = Left { inverse_mass: InverseMass::from_upper(h), correction: Six::from_array(u) };
-        (out, left)
+        *carried = Left { inverse_mass: InverseMass::from_upper(h), correction: Six::from_array(u) };
     }
 
     /// `x = D^-1 (r - J H impulse)`, given `change = J H impulse`.
