@@ -16,7 +16,7 @@
 
 use std::sync::Arc;
 
-use crate::kernel::lane::Real;
+use crate::kernel::lane::{Both, Real};
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::topology::Topology;
 
@@ -48,6 +48,12 @@ impl<T: Real> Six<T> {
         Self { stretch: self.stretch + other.stretch * k, bend: self.bend + other.bend * k }
     }
 
+    /// Two side by side.
+    #[inline(always)]
+    pub fn both(a: Self, b: Self) -> Six<Both<T>> {
+        Six { stretch: Vec3::both(a.stretch, b.stretch), bend: Vec3::both(a.bend, b.bend) }
+    }
+
     /// All six, stretch-shear first.
     #[inline(always)]
     pub fn to_array(self) -> [T; 6] {
@@ -59,6 +65,14 @@ impl<T: Real> Six<T> {
     #[inline(always)]
     pub fn from_array([a, b, c, d, e, f]: [T; 6]) -> Self {
         Self { stretch: Vec3([a, b, c]), bend: Vec3([d, e, f]) }
+    }
+}
+
+impl<T: Real> Six<Both<T>> {
+    /// One of the two.
+    #[inline(always)]
+    pub fn one(self, k: usize) -> Six<T> {
+        Six { stretch: self.stretch.one(k), bend: self.bend.one(k) }
     }
 }
 
@@ -99,6 +113,24 @@ pub struct JointTerms<T> {
 }
 
 impl<T: Real> JointTerms<T> {
+    /// Two side by side.
+    #[inline(always)]
+    pub fn both(a: &Self, b: &Self) -> JointTerms<Both<T>> {
+        let numbers = |x: &Self| [x.length, x.shear, x.stretch_extra, x.bend, x.twist_extra, x.s];
+        let [length, shear, stretch_extra, bend, twist_extra, s] = Both::zip(numbers(a), numbers(b));
+        JointTerms {
+            offsets: Both::zip(a.offsets, b.offsets),
+            length,
+            shear,
+            stretch_extra,
+            bend,
+            twist_extra,
+            s,
+            t: Vec3::both(a.t, b.t),
+            rhs: Six::both(a.rhs, b.rhs),
+        }
+    }
+
     /// alpha~ of stretch-shear in world axes, for body a's axis.
     #[inline(always)]
     pub fn stretch_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {

@@ -1,33 +1,36 @@
 //! Who is joined to whom in one connected set of segments, and the order in which the direct solver eliminates it.
 //!
-//! The unknowns are the joints' multipliers, and two of them are coupled where they share a segment that moves. A
-//! segment with three or more joints would couple all of them with each other; it becomes an unknown of its own instead
-//! (its six corrections, as in the undivided system of Baraff 1996). Then the unknowns of any acyclic graph form a tree,
-//! and elimination from its leaves to its roots, in post-order, fills nothing in.
+//! The unknowns are the joints' multipliers, and two of them are coupled where they share a segment that moves. Joints
+//! are eliminated from the leaves to a root, in post-order. A joint sees the segment at its outer end (towards the
+//! leaves) through what its other joints have left of that segment's inverse mass, so nothing fills in, however many
+//! joints a segment has.
 
-/// Marks "no node".
-pub const NONE: u32 = u32::MAX;
-
-/// What a node of the elimination tree stands for.
+/// What a joint that has been eliminated leaves of the body at its inner end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unknown {
-    /// The multipliers of a joint.
-    Joint(u32),
-    /// The corrections of a segment with three or more joints.
-    Body(u32),
+pub enum Leaves {
+    /// It is the outer body of the next node.
+    Carried,
+    /// It waits for the next joint of that body to be eliminated.
+    Waiting,
+    /// Nothing is needed of it: the node is a root.
+    Nothing,
 }
 
-/// A node of the elimination tree.
+/// A node of the elimination tree: a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Node {
-    /// What it stands for.
-    pub unknown: Unknown,
-    /// Index of the parent node, [`NONE`] at a root. Parents come later than their children.
-    pub parent: u32,
-    /// The body through which node and parent are coupled (the body itself where one of the two is a body).
-    pub via: u32,
-    /// How many children the node has.
-    pub children: u32,
+    /// The joint.
+    pub joint: u32,
+    /// The body towards the leaves. All its other joints come earlier.
+    pub outer: u32,
+    /// The body towards the root.
+    pub inner: u32,
+    /// Whether the outer body has other joints; the node before this one has left it.
+    pub follows: bool,
+    /// Whether joints of the inner body were eliminated before: what they left is the last that waits.
+    pub resumes: bool,
+    /// What becomes of the inner body.
+    pub leaves: Leaves,
 }
 
 /// Connectivity of one connected set of bodies.
@@ -39,9 +42,15 @@ pub struct Topology {
     pub fixed: Vec<bool>,
     /// Elimination order in post-order; `None` where the graph has a loop.
     pub elimination: Option<Vec<Node>>,
-    /// Most contributions of eliminated children that wait for their parents at any time.
+    /// Nodes of each half of a chain that is eliminated from both its ends, 0 where there is no such chain. Of n nodes,
+    /// the last is then the root, the `fold` before it are one half and the `fold` before those the other; one more
+    /// comes first where n is even.
+    pub fold: usize,
+    /// Most bodies that wait at any time.
     pub stack_depth: usize,
-    /// Bodies that are unknowns of their own.
+    /// Nodes that resume a body that has waited, roots left out.
+    pub resumptions: usize,
+    /// Segments with three or more joints.
     pub branches: usize,
 }
 
@@ -50,10 +59,12 @@ impl Topology {
     pub fn new(joints: Vec<[u32; 2]>, fixed: Vec<bool>) -> Self {
         let incident = Incidence::new(&joints, fixed.len());
         let elimination = eliminate(&joints, &fixed, &incident);
-        let stack_depth = elimination.as_deref().map_or(0, stack_depth);
-        let is_body = |node: &&Node| matches!(node.unknown, Unknown::Body(_));
-        let branches = elimination.as_deref().map_or(0, |nodes| nodes.iter().filter(is_body).count());
-        Self { joints, fixed, elimination, stack_depth, branches }
+        let nodes = elimination.as_deref().unwrap_or(&[]);
+        let fold = fold(nodes);
+        let stack_depth = stack_depth(nodes);
+        let resumptions = nodes.iter().filter(|node| node.resumes && node.leaves != Leaves::Nothing).count();
+        let branches = (0..fixed.len()).filter(|&body| !fixed[body] && incident.of(body).len() > 2).count();
+        Self { joints, fixed, elimination, fold, stack_depth, resumptions, branches }
     }
 
     /// Number of bodies.
@@ -108,82 +119,108 @@ impl Incidence {
     }
 }
 
-/// A node on the way down, before its children are known.
-struct Visit {
-    unknown: Unknown,
-    via: u32,
-    /// Index of the parent's visit, or [`NONE`].
-    parent: u32,
-}
-
 fn eliminate(joints: &[[u32; 2]], fixed: &[bool], incident: &Incidence) -> Option<Vec<Node>> {
-    let mut seen_joint = vec![false; joints.len()];
-    let mut seen_body = vec![false; fixed.len()];
-    let mut visits: Vec<Visit> = Vec::with_capacity(joints.len());
-    let mut open: Vec<Visit> = Vec::new();
-    for root in 0..joints.len() as u32 {
-        if seen_joint[root as usize] {
+    let mut walk = Walk { joints, fixed, incident, met: vec![0; joints.len()], walks: 0, nodes: Vec::new() };
+    walk.nodes.reserve(joints.len());
+    for joint in 0..joints.len() {
+        if walk.met[joint] != 0 {
             continue;
         }
-        open.push(Visit { unknown: Unknown::Joint(root), via: NONE, parent: NONE });
+        let first = walk.nodes.len();
+        walk.eliminate_from(joint as u32, joints[joint][0])?;
+        let is_chain = walk.nodes[first..].iter().all(|node| !node.resumes || node.leaves == Leaves::Nothing);
+        if is_chain && walk.nodes.len() - first > 2 {
+            // Rooted in its middle, a chain has two halves that do not depend on each other.
+            let end = walk.nodes[first];
+            walk.nodes.truncate(first);
+            walk.eliminate_from(end.joint, end.inner)?;
+            let middle = walk.nodes[first + (walk.nodes.len() - first - 1) / 2];
+            walk.nodes.truncate(first);
+            walk.eliminate_from(middle.joint, middle.outer)?;
+        }
+    }
+    Some(walk.nodes)
+}
+
+struct Walk<'a> {
+    joints: &'a [[u32; 2]],
+    fixed: &'a [bool],
+    incident: &'a Incidence,
+    /// Number of the walk that met a joint last.
+    met: Vec<u32>,
+    walks: u32,
+    nodes: Vec<Node>,
+}
+
+impl Walk<'_> {
+    /// Appends the tree around the joint `root`, first what lies beyond its inner end; `None` if there is a loop.
+    fn eliminate_from(&mut self, root: u32, outer: u32) -> Option<()> {
+        self.walks += 1;
+        let first = self.nodes.len();
+        let inner = self.opposite(root, outer);
+        let resumes = self.others(inner, root).next().is_some();
+        let mut open = Vec::new();
+        open.push(Node { joint: root, outer, inner, follows: false, resumes, leaves: Leaves::Nothing });
         // Pre-order, depth first. Read backwards it has every child before its parent, and subtrees stay together.
-        while let Some(visit) = open.pop() {
-            let index = visits.len() as u32;
-            match visit.unknown {
-                Unknown::Joint(joint) => {
-                    if std::mem::replace(&mut seen_joint[joint as usize], true) {
-                        return None;
-                    }
-                    for &body in joints[joint as usize].iter().filter(|&&body| !fixed[body as usize]) {
-                        if body == visit.via {
-                            continue;
-                        }
-                        match incident.of(body as usize) {
-                            [_] => {}
-                            &[first, second] => {
-                                let other = if first == joint { second } else { first };
-                                open.push(Visit { unknown: Unknown::Joint(other), via: body, parent: index });
-                            }
-                            _ => open.push(Visit { unknown: Unknown::Body(body), via: body, parent: index }),
-                        }
-                    }
-                }
-                Unknown::Body(body) => {
-                    if std::mem::replace(&mut seen_body[body as usize], true) {
-                        return None;
-                    }
-                    let Some(parent) = visits.get(visit.parent as usize) else { return None };
-                    let others = incident.of(body as usize).iter().filter(|&&j| Unknown::Joint(j) != parent.unknown);
-                    open.extend(others.map(|&j| Visit { unknown: Unknown::Joint(j), via: body, parent: index }));
-                }
+        while let Some(mut node) = open.pop() {
+            if std::mem::replace(&mut self.met[node.joint as usize], self.walks) == self.walks {
+                return None;
             }
-            visits.push(visit);
+            if node.leaves == Leaves::Nothing {
+                self.open_beyond(node.inner, node.joint, Leaves::Waiting, &mut open);
+            }
+            let before = open.len();
+            self.open_beyond(node.outer, node.joint, Leaves::Carried, &mut open);
+            node.follows = open.len() > before;
+            self.nodes.push(node);
+        }
+        self.nodes[first..].reverse();
+        Some(())
+    }
+
+    /// Opens all joints of `body` but one; the one to be eliminated last, directly before that one, has `leaves`.
+    fn open_beyond(&self, body: u32, joint: u32, leaves: Leaves, open: &mut Vec<Node>) {
+        let before = open.len();
+        open.extend(self.others(body, joint).map(|other| Node {
+            joint: other,
+            outer: self.opposite(other, body),
+            inner: body,
+            follows: false,
+            resumes: true,
+            leaves: Leaves::Waiting,
+        }));
+        if let [opened @ .., last] = &mut open[before..] {
+            last.leaves = leaves;
+            match opened.first_mut() {
+                Some(first) => first.resumes = false,
+                None => last.resumes = false,
+            }
         }
     }
-    let last = visits.len().wrapping_sub(1) as u32;
-    let mut nodes: Vec<Node> = visits
-        .iter()
-        .rev()
-        .map(|visit| Node {
-            unknown: visit.unknown,
-            parent: if visit.parent == NONE { NONE } else { last - visit.parent },
-            via: visit.via,
-            children: 0,
-        })
-        .collect();
-    for index in 0..nodes.len() {
-        if let Some(parent) = nodes.get(nodes[index].parent as usize).map(|_| nodes[index].parent as usize) {
-            nodes[parent].children += 1;
-        }
+
+    /// The joints that a body which moves has besides `joint`.
+    fn others(&self, body: u32, joint: u32) -> impl Iterator<Item = u32> {
+        let joints = if self.fixed[body as usize] { &[] } else { self.incident.of(body as usize) };
+        joints.iter().copied().filter(move |&other| other != joint)
     }
-    Some(nodes)
+
+    fn opposite(&self, joint: u32, body: u32) -> u32 {
+        let [a, b] = self.joints[joint as usize];
+        if a == body { b } else { a }
+    }
+}
+
+fn fold(nodes: &[Node]) -> usize {
+    let Some((root, rest)) = nodes.split_last() else { return 0 };
+    let one_chain = rest.iter().all(|node| !node.resumes && node.leaves != Leaves::Nothing);
+    if one_chain && root.resumes && root.follows { rest.len() / 2 } else { 0 }
 }
 
 fn stack_depth(nodes: &[Node]) -> usize {
     let (mut depth, mut deepest) = (0_usize, 0);
     for node in nodes {
-        depth -= node.children as usize;
-        depth += usize::from(node.parent != NONE);
+        depth -= usize::from(node.resumes);
+        depth += usize::from(node.leaves == Leaves::Waiting);
         deepest = deepest.max(depth);
     }
     deepest
@@ -198,23 +235,25 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_is_eliminated_from_one_end_with_one_waiting_block() {
-        let topology = chain(5);
-        let nodes = topology.elimination.unwrap();
-        let order: Vec<_> = nodes.iter().map(|n| n.unknown).collect();
-        assert_eq!(order, [3, 2, 1, 0].map(Unknown::Joint));
-        assert_eq!(nodes.iter().map(|n| n.parent).collect::<Vec<_>>(), [1, 2, 3, NONE]);
-        assert_eq!(topology.stack_depth, 1);
+    fn a_chain_is_eliminated_from_both_ends() {
+        for n in 2..9 {
+            let topology = chain(n);
+            let nodes = topology.elimination.unwrap();
+            let order: Vec<_> = nodes.iter().map(|n| n.joint).collect();
+            let (low, high): (Vec<u32>, Vec<u32>) = order.iter().partition(|&&joint| joint < *order.last().unwrap());
+            assert!(low.is_sorted() && high[..high.len() - 1].iter().rev().is_sorted(), "{order:?}");
+            assert_eq!(topology.fold, (n as usize - 2) / 2);
+            assert_eq!(topology.stack_depth, usize::from(n > 2));
+        }
     }
 
     #[test]
-    fn a_star_gets_a_node_for_its_centre_and_is_a_tree_in_post_order() {
+    fn a_star_is_eliminated_with_one_body_that_waits() {
         let topology = Topology::new((1..=1000).map(|i| [0, i]).collect(), vec![false; 1001]);
         let nodes = topology.elimination.as_ref().unwrap();
-        assert_eq!(nodes.len(), 1001);
-        assert_eq!(nodes.iter().filter(|n| n.unknown == Unknown::Body(0)).count(), 1);
-        assert!(nodes.iter().enumerate().all(|(i, n)| n.parent == NONE || n.parent as usize > i));
-        assert_eq!(topology.stack_depth, 999);
+        assert_eq!(nodes.len(), 1000);
+        assert_eq!((topology.stack_depth, topology.fold, topology.branches), (1, 0, 1));
+        assert_eq!(topology.resumptions, 998);
     }
 
     #[test]
@@ -231,6 +270,7 @@ mod tests {
     #[test]
     fn a_joint_between_fixed_bodies_stands_alone() {
         let nodes = Topology::new(vec![[0, 1]], vec![true; 2]).elimination.unwrap();
-        assert_eq!(nodes, [Node { unknown: Unknown::Joint(0), parent: NONE, via: NONE, children: 0 }]);
+        let alone = Node { joint: 0, outer: 0, inner: 1, follows: false, resumes: false, leaves: Leaves::Nothing };
+        assert_eq!(nodes, [alone]);
     }
 }

@@ -83,8 +83,8 @@ impl<const N: usize> Lanes<N> {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         let mut out = self;
-        for (o, r) in out.0.iter_mut().zip(other.0) {
-            *o = f(*o, r);
+        for lane in 0..N {
+            out.0[lane] = f(self.0[lane], other.0[lane]);
         }
         out
     }
@@ -177,5 +177,124 @@ impl<const N: usize> Real for Lanes<N> {
             out.0[lane] = if self.0[lane] >= 0.0 { then.0[lane] } else { otherwise.0[lane] };
         }
         out
+    }
+}
+
+/// Two numbers that do not depend on each other: what is computed for two places of a rod at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(16))]
+pub struct Both<T>(pub [T; 2]);
+
+impl<T: Real> Both<T> {
+    /// One of the two in an array of such numbers.
+    #[inline(always)]
+    pub fn pick<const N: usize>(both: [Self; N], which: usize) -> [T; N] {
+        let mut out = [T::zero(); N];
+        for k in 0..N {
+            out[k] = both[k].0[which];
+        }
+        out
+    }
+
+    /// Arrays of numbers side by side.
+    #[inline(always)]
+    pub fn zip<const N: usize>(a: [T; N], b: [T; N]) -> [Self; N] {
+        let mut out = [Self([T::zero(); 2]); N];
+        for k in 0..N {
+            out[k] = Self([a[k], b[k]]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn apply(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
+        Self([f(self.0[0], other.0[0]), f(self.0[1], other.0[1])])
+    }
+}
+
+impl<T: Real> Add for Both<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.apply(other, |a, b| a + b)
+    }
+}
+
+impl<T: Real> Sub for Both<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.apply(other, |a, b| a - b)
+    }
+}
+
+impl<T: Real> Mul for Both<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.apply(other, |a, b| a * b)
+    }
+}
+
+impl<T: Real> Div for Both<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.apply(other, |a, b| a / b)
+    }
+}
+
+impl<T: Real> Neg for Both<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self([-self.0[0], -self.0[1]])
+    }
+}
+
+impl<T: Real> AddAssign for Both<T> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<T: Real> SubAssign for Both<T> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<T: Real> Real for Both<T> {
+    const LANES: usize = 2 * T::LANES;
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([T::splat(value); 2])
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        self.0[lane / T::LANES].lane(lane % T::LANES)
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, value: f64) {
+        self.0[lane / T::LANES].set_lane(lane % T::LANES, value);
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self([self.0[0].sqrt(), self.0[1].sqrt()])
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self([self.0[0].abs(), self.0[1].abs()])
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.apply(other, |a, b| a.max(b))
+    }
+    #[inline(always)]
+    fn select(self, then: Self, otherwise: Self) -> Self {
+        let pick = |k: usize| self.0[k].select(then.0[k], otherwise.0[k]);
+        Self([pick(0), pick(1)])
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-use super::lane::Real;
+use super::lane::{Both, Real};
 
 /// A 3-vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,22 @@ impl<T: Real> Vec3<T> {
     #[inline(always)]
     pub fn norm_squared(self) -> T {
         self.dot(self)
+    }
+}
+
+impl<T: Real> Vec3<T> {
+    /// Two side by side.
+    #[inline(always)]
+    pub fn both(a: Self, b: Self) -> Vec3<Both<T>> {
+        Vec3(Both::zip(a.0, b.0))
+    }
+}
+
+impl<T: Real> Vec3<Both<T>> {
+    /// One of the two.
+    #[inline(always)]
+    pub fn one(self, k: usize) -> Vec3<T> {
+        Vec3(Both::pick(self.0, k))
     }
 }
 
@@ -199,14 +215,14 @@ impl<T: Real> Sym3<T> {
     /// `[a]x M` with the cross-product matrix of `a`, row by row.
     #[inline(always)]
     pub fn crossed(self, a: Vec3<T>) -> [[T; 3]; 3] {
-        let columns = self.full().map(|column| a.cross(Vec3(column)).0);
+        let columns = map_rows(self.full(), |column| a.cross(column));
         transposed(columns)
     }
     /// `[a]x M [a]x^T`, given `crossed = [a]x M`.
     #[inline(always)]
     pub fn crossed_twice(crossed: [[T; 3]; 3], a: Vec3<T>) -> Self {
         // Row i of P [a]x^T is a x (row i of P).
-        let [r0, r1, r2] = crossed.map(|row| a.cross(Vec3(row)).0);
+        let [r0, r1, r2] = map_rows(crossed, |row| a.cross(row));
         Self([r0[0], r1[1], r2[2], r0[1], r0[2], r1[2]])
     }
 }
@@ -216,8 +232,8 @@ impl<T: Real> Add for Sym3<T> {
     #[inline(always)]
     fn add(self, o: Self) -> Self {
         let mut out = self;
-        for (a, b) in out.0.iter_mut().zip(o.0) {
-            *a += b;
+        for k in 0..6 {
+            out.0[k] += o.0[k];
         }
         out
     }
@@ -227,8 +243,24 @@ impl<T: Real> Mul<T> for Sym3<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, k: T) -> Self {
-        Self(self.0.map(|a| a * k))
+        let mut out = self;
+        for entry in &mut out.0 {
+            *entry = *entry * k;
+        }
+        out
     }
+}
+
+/// `f` of each row. (The standard library's `map` on arrays is not always inlined, and then runs without vectors.)
+#[inline(always)]
+pub fn map_rows<T: Real>(m: [[T; 3]; 3], f: impl Fn(Vec3<T>) -> Vec3<T>) -> [[T; 3]; 3] {
+    [f(Vec3(m[0])).0, f(Vec3(m[1])).0, f(Vec3(m[2])).0]
+}
+
+/// Sum of two 3x3 matrices.
+#[inline(always)]
+pub fn sum<T: Real>(a: [[T; 3]; 3], b: [[T; 3]; 3]) -> [[T; 3]; 3] {
+    [(Vec3(a[0]) + Vec3(b[0])).0, (Vec3(a[1]) + Vec3(b[1])).0, (Vec3(a[2]) + Vec3(b[2])).0]
 }
 
 /// Transpose of a 3x3 matrix.

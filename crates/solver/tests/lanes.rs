@@ -1,0 +1,63 @@
+//! Rods in the lanes of vector registers move like rods alone, to the last bit.
+
+use nalgebra::Vector3;
+use rod::{Assembly, Material, Model, RodSpec, State};
+use solver::formulation::Formulation;
+use solver::simulation::{Settings, Simulation};
+
+const ALIKE: usize = 8;
+
+/// Adds the `k`-th of some rods that differ in all but their connectivity; every rod has a branch where `branched`.
+fn add(assembly: &mut Assembly, k: usize, segments: usize, branched: bool) {
+    let t = k as f64;
+    let material = Material { youngs_modulus: 1e5 * (1.0 + t), torsion_modulus: 1e5, density: 100.0 + 10.0 * t };
+    let direction = Vector3::new(1.0, 0.1 * t, 0.05 * t).normalize();
+    let nodes = |count: usize, from: Vector3<f64>, along: Vector3<f64>| -> Vec<Vector3<f64>> {
+        (0..=count).map(|i| from + along * (0.1 * i as f64)).collect()
+    };
+    let start = Vector3::new(0.0, t, 0.0);
+    let rod = assembly.rod(&RodSpec::new(nodes(segments, start, direction), 0.03 + 0.002 * t, material));
+    assembly.fix(rod.start);
+    if branched {
+        let parent = rod.start + segments / 2;
+        let branch = assembly.rod(&RodSpec::new(nodes(3, start + direction, Vector3::y()), 0.02, material));
+        assembly.branch(parent, 0.5, &branch);
+    }
+    assembly.state_mut().velocities[rod.end - 1] = Vector3::new(0.0, t, 1.0);
+}
+
+fn run(model: &Model, mut state: State, formulation: Formulation) -> State {
+    let mut settings = Settings::default();
+    settings.step.formulation = formulation;
+    let mut simulation = Simulation::new(model, &state, &settings, None).unwrap();
+    for _ in 0..20 {
+        simulation.step(0.02).unwrap();
+    }
+    simulation.store(&mut state);
+    state
+}
+
+#[test]
+fn rods_in_lanes_have_the_bits_of_rods_alone() {
+    for (segments, branched) in [(2, false), (5, false), (6, false), (30, false), (12, true)] {
+        for formulation in Formulation::ALL {
+            let mut together = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+            (0..ALIKE).for_each(|k| add(&mut together, k, segments, branched));
+            let (model, state) = together.finish();
+            let together = run(&model, state, formulation);
+            let mut offset = 0;
+            for k in 0..ALIKE {
+                let mut alone = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+                add(&mut alone, k, segments, branched);
+                let (model, state) = alone.finish();
+                let alone = run(&model, state, formulation);
+                let own = offset..offset + alone.len();
+                offset = own.end;
+                assert_eq!(together.positions[own.clone()], alone.positions, "rod {k} of {segments} segments");
+                assert_eq!(together.orientations[own.clone()], alone.orientations);
+                assert_eq!(together.velocities[own.clone()], alone.velocities);
+                assert_eq!(together.angular_velocities[own], alone.angular_velocities);
+            }
+        }
+    }
+}
