@@ -111,3 +111,17 @@ impl FromStr for SolverKind {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for kind in PreconditionerKind::ALL.map(SolverKind::cg).into_iter().chain([SolverKind::Direct]) {
+            assert_eq!(kind.to_string().parse(), Ok(kind));
+        }
+        assert_eq!("cg".parse(), Ok(SolverKind::cg(PreconditionerKind::BlockJacobi)));
+        assert!("cg-none".parse::<SolverKind>().unwrap_err().contains("cg-frozen"));
+    }
+}
