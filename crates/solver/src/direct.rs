@@ -182,29 +182,6 @@ impl<T: Real> TreeFactor<T> {
         }
     }
 
-    /// Carries another right-hand side, `rhs(joint)` in world rows, up the tree of the system factored last.
-    #[inline(always)]
-    pub fn carry_up(&mut self, order: &[Node], mut rhs: impl FnMut(usize) -> Six<T>) {
-        self.shares.clear();
-        for (index, node) in order.iter().enumerate() {
-            let mut r = match node.unknown {
-                Unknown::Joint(joint) => rhs(joint as usize).to_array(),
-                Unknown::Body(_) => [T::zero(); 6],
-            };
-            for _ in 0..node.children {
-                let Some(share) = self.shares.pop() else { break };
-                for row in 0..6 {
-                    r[row] -= share[row];
-                }
-            }
-            self.nodes[index].forward(&mut r);
-            if node.parent != NONE {
-                self.shares.push(self.nodes[index].passed_on(&r));
-            }
-            self.unknowns[index] = r;
-        }
-    }
-
     /// Goes down the tree; `take(joint, x)` gets each joint's multipliers in world rows.
     #[inline(always)]
     pub fn back_substitute(&mut self, order: &[Node], mut take: impl FnMut(usize, Six<T>)) {

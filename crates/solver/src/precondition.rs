@@ -21,7 +21,7 @@ pub enum PreconditionerKind {
     /// The 6x6 blocks on the diagonal of A.
     #[default]
     BlockJacobi,
-    /// The tree factor of the rest shape, turned along with the segments. Graphs without loops only.
+    /// The factor of the rest shape, turned along with the segments.
     Frozen,
 }
 

@@ -10,7 +10,9 @@ use crate::cg::{Cg, CgParams};
 use crate::component::Members;
 use crate::direct::Direct;
 use crate::linear::LinearSolver;
+use crate::looped::Looped;
 use crate::precondition::{Frozen, PreconditionerKind};
+use crate::sparse::SparseError;
 use crate::topology::Topology;
 
 /// Which linear solver to use.
@@ -19,23 +21,18 @@ pub enum SolverKind {
     /// Block elimination along the tree; sparse Cholesky where the graph has a loop.
     #[default]
     Direct,
+    /// Sparse Cholesky, on any graph.
+    Sparse,
     /// Preconditioned conjugate gradients, on any graph.
     Cg(CgParams),
 }
 
 /// Why a linear solver cannot be set up.
-#[derive(Debug, Error, PartialEq, Eq)]
+#[derive(Debug, Error, PartialEq)]
 pub enum SolverError {
-    /// Elimination along a tree where there is none.
-    #[error("{what} needs rods without loops, but these {segments} segments and {joints} joints form one")]
-    Loop {
-        /// Solver or preconditioner.
-        what: &'static str,
-        /// Segments of the connected set.
-        segments: usize,
-        /// Joints of the connected set.
-        joints: usize,
-    },
+    /// The sparse factor cannot be had.
+    #[error(transparent)]
+    Sparse(#[from] SparseError),
 }
 
 impl SolverKind {
@@ -48,6 +45,7 @@ impl SolverKind {
     pub fn name(self) -> &'static str {
         match self {
             SolverKind::Direct => "direct",
+            SolverKind::Sparse => "sparse",
             SolverKind::Cg(params) => match params.preconditioner {
                 PreconditionerKind::Raw => "cg-raw",
                 PreconditionerKind::Jacobi => "cg-jacobi",
@@ -67,19 +65,15 @@ impl SolverKind {
         members: &Members,
         topology: &Topology,
     ) -> Result<Box<dyn LinearSolver>, SolverError> {
-        let no_loop = |what| SolverError::Loop { what, segments: members.segments.len(), joints: members.joints.len() };
         match *self {
             SolverKind::Direct => match Direct::new(topology) {
                 Some(direct) => Ok(Box::new(direct)),
-                // The place of sparse Cholesky.
-                None => Err(no_loop("the direct solver")),
+                None => Ok(Box::new(Looped::new(topology)?)),
             },
+            SolverKind::Sparse => Ok(Box::new(Looped::new(topology)?)),
             SolverKind::Cg(params) => {
                 let frozen = match params.preconditioner {
-                    PreconditionerKind::Frozen => {
-                        let frozen = Frozen::new(model, members, topology);
-                        Some(frozen.ok_or_else(|| no_loop("the frozen preconditioner"))?)
-                    }
+                    PreconditionerKind::Frozen => Some(Frozen::new(model, members, topology)?),
                     _ => None,
                 };
                 Ok(Box::new(Cg::new(params, topology, frozen)))
@@ -101,13 +95,14 @@ impl FromStr for SolverKind {
     fn from_str(name: &str) -> Result<Self, String> {
         match name {
             "direct" => return Ok(Self::Direct),
+            "sparse" => return Ok(Self::Sparse),
             "cg" => return Ok(Self::Cg(CgParams::default())),
             _ => {}
         }
         let kind = name.strip_prefix("cg-").and_then(|kind| kind.parse().ok());
         kind.map(Self::cg).ok_or_else(|| {
             let names = PreconditionerKind::ALL.map(|kind| format!("cg-{kind}")).join(", ");
-            format!("expected one of direct, cg, {names}")
+            format!("expected one of direct, sparse, cg, {names}")
         })
     }
 }

@@ -10,7 +10,7 @@ use solver::formulation::Formulation;
 use solver::linear::{LinearInfo, LinearSolver, LinearStatus};
 use solver::operator::Operator;
 use solver::precondition::PreconditionerKind;
-use solver::solvers::{SolverError, SolverKind};
+use solver::solvers::SolverKind;
 use solver::system::Six;
 
 fn scenes() -> Vec<(&'static str, rod::Model, rod::State, usize)> {
@@ -19,7 +19,7 @@ fn scenes() -> Vec<(&'static str, rod::Model, rod::State, usize)> {
         named("rod", rod(3.0, 20, 0.05, material(1e5, 1000.0)), 20),
         named("helix", helix(24), 15),
         named("tree", tree(), 15),
-        named("ring", ring(), 0),
+        named("ring", ring(), 10),
     ]
 }
 
@@ -36,10 +36,6 @@ fn run(solver: &mut dyn LinearSolver, component: &Component<f64>) -> (LinearInfo
     let mut x = vec![Six::zero(); component.system.joints.len()];
     let info = solver.solve(&component.system, false, &mut x);
     (info, x)
-}
-
-fn has_loop(component: &Component<f64>) -> bool {
-    component.system.topology.elimination.is_none()
 }
 
 /// Largest difference, entry by entry, in units of the largest entry of the same kind (force or torque).
@@ -89,9 +85,6 @@ fn every_preconditioner_leads_to_the_dense_solution() {
             let (component, members) = component_after(&model, &state, steps, formulation);
             let expected = dense_solution(&component.system);
             for preconditioner in PreconditionerKind::ALL {
-                if preconditioner == PreconditionerKind::Frozen && has_loop(&component) {
-                    continue;
-                }
                 let params = CgParams { preconditioner, tolerance: 1e-11, ..CgParams::default() };
                 let (info, x) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
                 assert_eq!(info.status, LinearStatus::Solved, "{name} {formulation} {preconditioner}");
@@ -106,31 +99,26 @@ fn every_preconditioner_leads_to_the_dense_solution() {
 /// Iterations to 1e-2, 1e-4, 1e-6 and 1e-8: a rod of 3 m with r = 0.05 m and rho = 1000 kg/m^3, one end fixed, that fell
 /// from the horizontal for 50 steps of 0.02 s; the first outer iteration of the next step.
 ///
-/// A few per cent are left to rounding, which plain CG in raw units feels.
+/// A few per cent are left to rounding; plain CG in raw units feels it most: to 1e-4, with 60 segments, it needs 870 to 1000.
 #[test]
 fn iterations_of_a_falling_rod() {
     use PreconditionerKind::{BlockJacobi, Frozen, Jacobi, Raw};
     let expected = [
-        (30, 1e5, [(Raw, [7, 250, 278, 300]), (Jacobi, [41, 47, 55, 61]), (BlockJacobi, [32, 39, 46, 52])]),
-        (60, 1e5, [(Raw, [20, 997, 1078, 1196]), (Jacobi, [76, 94, 110, 126]), (BlockJacobi, [67, 85, 99, 115])]),
-        (
-            100,
-            1e6,
-            [(Raw, [100, 3420, 4173, 4635]), (Jacobi, [162, 240, 267, 278]), (BlockJacobi, [161, 233, 254, 270])],
-        ),
+        (30, 1e5, [[7, 250, 278, 300], [41, 47, 55, 61], [32, 39, 46, 52], [11, 14, 17, 19]]),
+        (60, 1e5, [[20, 930, 1080, 1196], [76, 94, 110, 126], [67, 85, 99, 115], [13, 17, 19, 22]]),
+        (100, 1e6, [[100, 3430, 4160, 4632], [162, 240, 267, 278], [161, 233, 254, 270], [10, 13, 15, 18]]),
     ];
     for (segments, youngs_modulus, kinds) in expected {
         let (model, state) = rod(3.0, segments, 0.05, material(youngs_modulus, 1000.0));
         let (component, members) = component_after(&model, &state, 50, Formulation::Xpbd);
-        let frozen = (Frozen, FROZEN[[30, 60, 100].iter().position(|&n| n == segments).unwrap()]);
-        for (preconditioner, expected) in kinds.into_iter().chain([frozen]) {
+        for (preconditioner, expected) in [Raw, Jacobi, BlockJacobi, Frozen].into_iter().zip(kinds) {
+            let slack = if preconditioner == Raw { 0.12 } else { 0.03 };
             for (tolerance, expected) in [1e-2, 1e-4, 1e-6, 1e-8].into_iter().zip(expected) {
                 let params = CgParams { preconditioner, tolerance, ..CgParams::default() };
                 let (info, _) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
-                println!("{segments} {preconditioner} {tolerance:e} {}", info.iterations);
                 let off = (info.iterations as f64 - expected as f64).abs();
                 assert!(
-                    expected == 0 || off <= 1.0 + SLACK * expected as f64,
+                    off <= 1.0 + slack * expected as f64,
                     "N = {segments}, {preconditioner}, {tolerance:e}: {} iterations, expected {expected}",
                     info.iterations
                 );
@@ -141,10 +129,6 @@ fn iterations_of_a_falling_rod() {
         }
     }
 }
-
-const SLACK: f64 = 1e9;
-/// Frozen preconditioner, N = 30, 60, 100.
-const FROZEN: [[u64; 4]; 3] = [[0; 4]; 3];
 
 #[test]
 fn a_zero_right_hand_side_is_solved_by_zero() {
@@ -205,14 +189,4 @@ fn the_frozen_factor_solves_the_rest_shape_and_follows_the_time_step() {
         let (info, _) = run(solver.as_mut(), &component);
         assert!(info.iterations <= 2, "dt = {dt}: {info:?}");
     }
-}
-
-#[test]
-fn loops_have_no_frozen_factor() {
-    let (model, state) = ring();
-    let (component, members) = component_after(&model, &state, 0, Formulation::Xpbd);
-    let kind = SolverKind::cg(PreconditionerKind::Frozen);
-    let error = kind.build(&model, &members, &component.system.topology).err().unwrap();
-    assert!(matches!(error, SolverError::Loop { .. }));
-    assert!(error.to_string().contains("frozen"));
 }

@@ -15,6 +15,8 @@ impl<T: Real> Component<T> {
         let mut residuals = self.evaluate_joints();
         if formulation.momentum() {
             self.evaluate_momentum(&mut residuals);
+        } else if self.torques_wait {
+            self.evaluate_torques(&mut residuals);
         }
         residuals
     }
@@ -22,8 +24,8 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     fn evaluate_bodies(&mut self, formulation: Formulation) {
         let geometric = formulation.geometric();
-        if geometric {
-            self.gather_levers();
+        if geometric && !self.fresh {
+            self.gather_pulls();
         }
         for (i, terms) in self.system.bodies.iter_mut().enumerate() {
             let constants = &self.bodies[i];
@@ -35,7 +37,7 @@ impl<T: Real> Component<T> {
             terms.inverse_inertia = if geometric {
                 let inertia = Sym3::identity(constants.transverse)
                     + Sym3::outer(axis, constants.axial - constants.transverse)
-                    + geometric_stiffness(self.scratch[i].stretch, axis);
+                    + geometric_stiffness(self.pulls[i], axis);
                 inertia.inverse() * constants.free
             } else {
                 let (across, along) = (constants.free / constants.transverse, constants.free / constants.axial);
@@ -46,17 +48,41 @@ impl<T: Real> Component<T> {
 
     /// Sums `z lambda_s` (and dt^2 z F of the loads) per body, the force by which its axis is pulled.
     #[inline(always)]
-    fn gather_levers(&mut self) {
-        self.scratch.fill(Six::zero());
+    fn gather_pulls(&mut self) {
+        self.pulls.fill(Vec3::zero());
         for ((&[a, b], terms), lambda) in self.system.topology.joints.iter().zip(&self.system.joints).zip(&self.lambda)
         {
-            self.scratch[a as usize].stretch += lambda.stretch * terms.offsets[0];
-            self.scratch[b as usize].stretch -= lambda.stretch * terms.offsets[1];
+            self.pulls[a as usize] += lambda.stretch * terms.offsets[0];
+            self.pulls[b as usize] -= lambda.stretch * terms.offsets[1];
         }
         let dt2 = T::splat(self.dt * self.dt);
         for load in &self.loads {
-            self.scratch[load.body].stretch += load.force * (load.offset * dt2);
+            self.pulls[load.body] += load.force * (load.offset * dt2);
         }
+    }
+
+    /// The pulls with which a step of `dt` [s] begins: those of the step before, as long as it lasted. Its multipliers
+    /// begin with zero, but a taut rod is taut from the start, and a first correction that did not know would break the
+    /// balance of momentum for good.
+    #[inline(always)]
+    pub(super) fn expect_pulls(&mut self, dt: f64) {
+        if self.dt > 0.0 {
+            self.gather_pulls();
+            let h = T::splat(dt);
+            let last = self.last_dt.max(T::splat(f64::MIN_POSITIVE));
+            let ratio = h / last;
+            let scale = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(ratio * ratio, T::zero());
+            for pull in &mut self.pulls {
+                *pull = *pull * scale;
+            }
+        }
+        self.fresh = true;
+    }
+
+    /// The multipliers, if there are any yet, are a guess for the step's end: from here on the pulls are theirs.
+    pub(crate) fn expect_multipliers(&mut self) {
+        let is_zero = |x: &Six<T>| (0..T::LANES).all(|lane| x.dot(*x).lane(lane) == 0.0);
+        self.fresh &= self.lambda.iter().all(is_zero);
     }
 
     #[inline(always)]
@@ -92,34 +118,61 @@ impl<T: Real> Component<T> {
         worst
     }
 
-    /// Adds the momentum residual `g = M (p - p*) - J^T lambda` to the system: `b += J M^-1 g`.
+    /// Adds the momentum residual `g = M (p - p*) - J^T lambda` (and the loads' torques) to the system: `b += J M^-1 g`.
     #[inline(always)]
     fn evaluate_momentum(&mut self, worst: &mut Residuals<T>) {
-        let Self { system, scratch, momentum, lambda, .. } = self;
-        momentum.resize(scratch.len(), Six::zero());
-        scratch.fill(Six::zero());
+        self.gather_torques();
+        let Self { system, scratch, lambda, .. } = self;
         for (j, &lambda) in lambda.iter().enumerate() {
             let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
             system.add_impulse(j, system.joints[j].multipliers_to_world(lambda, q_a), scratch);
         }
-        let dt2 = T::splat(self.dt * self.dt);
-        for load in &self.loads {
-            scratch[load.body].bend += system.bodies[load.body].axis.cross(load.force) * (load.offset * dt2);
-        }
         let two = T::splat(2.0);
-        let mut largest = T::zero();
         for i in 0..self.segments {
             let (constants, pose, predicted) = (&self.bodies[i], &self.poses[i], &self.predicted[i]);
-            let axis = system.bodies[i].axis;
+            let axis = self.system.bodies[i].axis;
             let phi = (pose.q * predicted.q.conj()).upper().v * two;
             let turning =
                 phi * constants.transverse + axis * (axis.dot(phi) * (constants.axial - constants.transverse));
-            // In these units the translation's part of M^-1 g needs no division by the mass.
-            let dx = (predicted.x - pose.x) * constants.free + scratch[i].stretch * constants.inverse_mass;
-            let dphi = system.bodies[i].inverse_inertia.apply(scratch[i].bend - turning);
-            momentum[i] = Six { stretch: dx, bend: dphi };
-            let size = dx.norm_squared() / (constants.length * constants.length);
-            let turn = dphi.norm_squared();
+            let impulse = self.scratch[i];
+            // The translation's part of M^-1 g, without the detour over the mass.
+            let dx = (predicted.x - pose.x) * constants.free + impulse.stretch * constants.inverse_mass;
+            let dphi = self.system.bodies[i].inverse_inertia.apply(impulse.bend - turning);
+            self.momentum[i] = Six { stretch: dx, bend: dphi };
+        }
+        self.add_momentum(worst);
+    }
+
+    /// Adds the loads' torques to the first system of a step that has no momentum residual.
+    #[inline(always)]
+    fn evaluate_torques(&mut self, worst: &mut Residuals<T>) {
+        self.gather_torques();
+        for i in 0..self.segments {
+            self.momentum[i] = self.system.correction(i, self.scratch[i]);
+        }
+        self.add_momentum(worst);
+    }
+
+    /// Sums the loads' torques times dt^2 per body.
+    #[inline(always)]
+    fn gather_torques(&mut self) {
+        self.momentum.resize(self.scratch.len(), Six::zero());
+        self.scratch.fill(Six::zero());
+        let dt2 = T::splat(self.dt * self.dt);
+        for load in &self.loads {
+            let arm = self.system.bodies[load.body].axis * load.offset;
+            self.scratch[load.body].bend += (load.torque + arm.cross(load.force)) * dt2;
+        }
+    }
+
+    /// Carries the corrections in `momentum` over to residuals and right-hand sides.
+    #[inline(always)]
+    fn add_momentum(&mut self, worst: &mut Residuals<T>) {
+        let Self { system, momentum, .. } = self;
+        let mut largest = T::zero();
+        for (constants, dp) in self.bodies.iter().zip(momentum.iter()).take(self.segments) {
+            let size = dp.stretch.norm_squared() / (constants.length * constants.length);
+            let turn = dp.bend.norm_squared();
             largest = largest.max(size).max(turn);
             worst.check += size + turn;
         }

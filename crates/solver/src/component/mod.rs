@@ -58,6 +58,8 @@ struct BodyLoad<T> {
     offset: T,
     force: Vec3<T>,
     torque: Vec3<T>,
+    /// Whether it turns the body.
+    turns: bool,
 }
 
 /// Which segments and joints of a model form a component, by their indices there.
@@ -113,9 +115,15 @@ pub struct Component<T> {
     scratch: Vec<Six<T>>,
     /// Per body: the correction (dx, dphi) that the momentum residual asks for; empty where it is not used.
     momentum: Vec<Six<T>>,
+    /// Per body: the force times dt^2 by which its axis is pulled, for the geometric stiffness.
+    pulls: Vec<Vec3<T>>,
+    /// Whether the pulls are those expected of the step, because it has no multipliers yet.
+    fresh: bool,
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     loads: Vec<BodyLoad<T>>,
+    /// Whether the loads' torques have yet to enter a linear system of this step.
+    torques_wait: bool,
     segments: usize,
     gravity: Vec3<T>,
     damping: [f64; 2],
@@ -149,9 +157,12 @@ impl<T: Real> Component<T> {
             dlambda: vec![Six::zero(); joints],
             scratch: vec![Six::zero(); bodies],
             momentum: Vec::new(),
+            pulls: vec![Vec3::zero(); bodies],
+            fresh: false,
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
             loads: Vec::new(),
+            torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
             gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),
             damping: [model.damping.linear, model.damping.angular],

@@ -12,9 +12,13 @@ impl<T: Real> Component<T> {
     /// The rotation is the discrete free motion of a symmetric top (the gyroscopic term included): with the relative
     /// rotation (s, u) of a step in the body's frame, `s I u + u x I u = (dt / 2) m`, where m is the body's angular
     /// momentum, `(2 / dt)(s I u - u x I u)` of the step before. It keeps the angular momentum to rounding and gives
-    /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991).
+    /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
+    /// which holds the joints' answer: alone they could turn a light segment about many times in a step.
     #[inline(always)]
     pub fn predict(&mut self, dt: f64, formulation: Formulation) {
+        if formulation.geometric() {
+            self.expect_pulls(dt);
+        }
         let h = T::splat(dt);
         let half = T::splat(0.5 * dt);
         let last_half = self.last_dt * T::splat(0.5);
@@ -23,16 +27,11 @@ impl<T: Real> Component<T> {
         self.dt = dt;
         if !self.loads.is_empty() {
             self.scratch.fill(Six::zero());
-            let implicit = formulation.momentum();
             for load in &self.loads {
-                let target = &mut self.scratch[load.body];
-                target.stretch += load.force;
-                target.bend += load.torque;
-                if !implicit {
-                    target.bend += self.poses[load.body].q.axis().cross(load.force) * load.offset;
-                }
+                self.scratch[load.body].stretch += load.force;
             }
         }
+        self.torques_wait = self.loads.iter().any(|load| load.turns);
         for i in 0..self.segments {
             let constants = &self.bodies[i];
             let pose = self.poses[i];
@@ -45,9 +44,7 @@ impl<T: Real> Component<T> {
             let mut m = angular_momentum(constants, w, last_half);
             m = m * kept[1];
             if !self.loads.is_empty() {
-                let load = self.scratch[i];
-                v += load.stretch * (h * constants.inverse_mass);
-                m += pose.q.rotate_back(load.bend) * (h * free);
+                v += self.scratch[i].stretch * (h * constants.inverse_mass);
             }
             let turn = free_turn(constants, m, w, half);
             self.predicted[i] = Pose { x: pose.x + v * h, q: (pose.q * turn).normalized() };

@@ -1,0 +1,1 @@
+//! Several solvers and guesses on one scene.

@@ -1,0 +1,6 @@
+//! What is measured across solvers, guesses and scenes: comparisons at equal error, and the stability table.
+//!
+//! This crate runs simulations and measures them. It knows no network (guesses come as factories) and prints nothing.
+
+pub mod compare;
+pub mod stress;

@@ -1,0 +1,57 @@
+//! What can go wrong between a run and its files.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Why a file was not written or not read.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// The operating system refused: no permission, disk full, no such directory, or data that cannot be put into the
+    /// format.
+    #[error("cannot {action} {}: {cause}", path.display())]
+    Io {
+        /// What was tried: "write", "read", "create the directory".
+        action: &'static str,
+        /// The file or directory.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The file is not a trajectory, or not the one that was written.
+    #[error("{} is damaged or not a trajectory: {reason}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        reason: String,
+    },
+    /// The arrays of a state, or the segments given, are not as many as the trajectory's.
+    #[error("{found} segments for a trajectory of {expected}")]
+    Segments {
+        /// Segments found.
+        found: usize,
+        /// Segments expected.
+        expected: usize,
+    },
+    /// There is no such frame.
+    #[error("frame {frame} does not exist, the trajectory has {frames}")]
+    NoFrame {
+        /// Frame asked for.
+        frame: usize,
+        /// Frames there are.
+        frames: usize,
+    },
+}
+
+impl ExportError {
+    /// An [`ExportError::Io`] to be made from the system's error.
+    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |cause| Self::Io { action, path: path.to_owned(), cause }
+    }
+
+    pub(crate) fn damaged(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Damaged { path: path.to_owned(), reason: reason.into() }
+    }
+}

@@ -1,0 +1,58 @@
+//! Files that are complete or not there.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use serde::Serialize;
+use tempfile::NamedTempFile;
+
+use crate::ExportError;
+
+/// Bytes that a writer or a reader moves at once.
+pub(crate) const CHUNK: usize = 1 << 20;
+
+/// A new file with a name of its own in `directory`, readable as the user's other files are; removed when dropped.
+pub(crate) fn temporary(directory: &Path, prefix: &str) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    // `File::create_new` obeys the umask; tempfile's own choice would hide the renamed file from everybody else.
+    let file = builder.prefix(prefix).suffix(".tmp").make_in(directory, |path| File::create_new(path));
+    // The error's kind alone: the random name that tempfile adds to it says nothing to a reader.
+    file.map_err(|error| error.kind().into())
+}
+
+/// Writes a file under a temporary name in the same directory, and renames it to `path` when it is complete and on the
+/// disk. A file that was there is replaced; after an error it is still there, untouched, and nothing else is left
+/// behind.
+///
+/// # Errors
+/// [`ExportError::Io`] with `path`, for an error of the system or of `write`.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<(), ExportError> {
+    let attempt = || {
+        let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+        let directory = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let file = temporary(directory, &format!(".{}-", name.to_string_lossy()))?;
+        let mut writer = BufWriter::with_capacity(CHUNK, file.as_file());
+        write(&mut writer)?;
+        writer.flush()?;
+        drop(writer);
+        file.as_file().sync_all()?;
+        file.persist(path)?;
+        Ok(())
+    };
+    attempt().map_err(ExportError::io("write", path))
+}
+
+/// Writes `value` as indented JSON. A number that is not finite becomes `null`.
+///
+/// # Errors
+/// [`ExportError::Io`] with `path`, if the system refuses or `value` has no form in JSON.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ExportError> {
+    write_atomically(path, |writer| {
+        serde_json::to_writer_pretty(&mut *writer, value)?;
+        writer.write_all(b"\n")
+    })
+}

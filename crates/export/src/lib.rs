@@ -1,0 +1,21 @@
+//! Writing what a run made: the trajectory, tables and JSON files.
+//!
+//! Every file is complete or not there: it is written under a temporary name in its own directory and renamed when all
+//! of it is on the disk ([`write_atomically`]). A trajectory may be larger than memory: [`TrajectoryWriter`] spools its
+//! frames to the disk while the simulation runs, and [`TrajectoryReader`] reads one frame at a time.
+//!
+//! This crate sees states and segments of the crate `rod`. It knows no solver and no scene file.
+
+mod centreline;
+mod error;
+mod file;
+mod layout;
+mod reader;
+mod writer;
+
+pub use centreline::write_centreline;
+pub use error::ExportError;
+pub use file::{write_atomically, write_json};
+pub use layout::TrajectoryInfo;
+pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
+pub use writer::TrajectoryWriter;

@@ -1,0 +1,345 @@
+//! From the file's words to a checked model: every value is checked before anything large is allocated.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{Assembly, Body, Damping, Load, Material, ModelError, RestShape, RodSpec, Segment, Stretch};
+use toml::Spanned;
+
+use crate::error::{Result, Source, short};
+use crate::shape::number_or;
+use crate::tree::{Growth, taper};
+use crate::{MAX_SEGMENTS, RodInfo, RunDefaults, Scene, defaults, format};
+
+/// How far apart two joined places may lie, in units of the shorter segment.
+const JOIN_TOLERANCE: f64 = 0.01;
+
+/// Rods and their names so far.
+pub(crate) struct Builder {
+    assembly: Assembly,
+    rods: Vec<RodInfo>,
+    by_name: HashMap<String, usize>,
+}
+
+/// The scene that `file` describes.
+pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
+    let vector = |value: &format::Vector| source.vector(value, "m/s^2");
+    let gravity = file.gravity_m_s2.as_ref().map_or(Ok(Vector3::new(0.0, 0.0, -defaults::GRAVITY)), vector)?;
+    let rate = |value: &Option<format::Number>| number_or(value, 0.0, |v| source.not_negative(v, "1/s"));
+    let damping = Damping { linear: rate(&file.damping.linear_per_s)?, angular: rate(&file.damping.angular_per_s)? };
+    let run = RunDefaults {
+        dt: number_or(&file.run.dt_s, defaults::DT, |v| source.positive(v, "s"))?,
+        steps: file.run.steps.as_ref().map_or(Ok(defaults::STEPS), |v| source.count(v, 1, 1_000_000_000))?,
+    };
+    if file.rods.is_empty() {
+        return Err(source.invalid(0, "rods: there must be at least one rod".to_owned()));
+    }
+    check_size(source, &file.rods)?;
+
+    let mut assembly = Assembly::new(gravity);
+    assembly.damping(damping);
+    let mut builder = Builder { assembly, rods: Vec::new(), by_name: HashMap::new() };
+    // The entry of the file that each rod comes from.
+    let mut entry_of = Vec::new();
+    for (i, rod) in file.rods.iter().enumerate() {
+        builder.declare(source, i, rod)?;
+        entry_of.resize(builder.rods.len(), i);
+    }
+    for join in &file.joins {
+        builder.join(source, join)?;
+    }
+
+    let Builder { assembly, rods, .. } = builder;
+    let (model, state) = assembly.finish();
+    if let Err(error) = model.validate(&state) {
+        let span = entry_at_fault(&model, &error).map_or(0..0, |rod| file.rods[entry_of[rod]].span());
+        return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
+    }
+    Ok(Scene { name: stem(source.file), description: file.description.clone(), model, state, run, rods })
+}
+
+/// Checks all counts, so that no later stage allocates more than [`MAX_SEGMENTS`] need.
+fn check_size(source: &Source, rods: &[Spanned<format::Rod>]) -> Result<()> {
+    let mut total: usize = 0;
+    for rod in rods {
+        total += rod.get_ref().shape.get_ref().segments(source)?;
+        if let Some(tree) = &rod.get_ref().tree {
+            let growth = Growth::new(source, tree)?;
+            total = total.saturating_add(growth.branches.saturating_mul(growth.segments));
+        }
+        if total > MAX_SEGMENTS {
+            let message = format!("with this rod the scene has {total} segments, but {MAX_SEGMENTS} are the most");
+            return source.wrong(rod.span(), &message);
+        }
+    }
+    Ok(())
+}
+
+/// The rod that the model's error is about.
+fn entry_at_fault(model: &rod::Model, error: &ModelError) -> Option<usize> {
+    let (ModelError::Value { what, index, .. } | ModelError::Index { what, index, .. }) = error else { return None };
+    let segment = match *what {
+        "segment" => *index,
+        "load" => model.loads.get(*index)?.segment,
+        "joint" => [model.joints.get(*index)?.b, model.joints[*index].a].into_iter().find_map(|body| match body {
+            Body::Segment(i) => Some(i),
+            Body::Anchor(_) => None,
+        })?,
+        _ => return None,
+    };
+    model.segments.get(segment).map(|s| s.rod)
+}
+
+/// The file's name without folder and extension.
+fn stem(file: &str) -> String {
+    std::path::Path::new(file).file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+}
+
+impl Builder {
+    pub(crate) fn segment(&mut self, i: usize) -> Segment {
+        self.assembly.model_mut().segments[i]
+    }
+
+    pub(crate) fn orientation(&mut self, i: usize) -> UnitQuaternion<f64> {
+        self.assembly.state_mut().orientations[i]
+    }
+
+    /// Place [m] at a fraction of a segment's length.
+    pub(crate) fn point(&mut self, i: usize, fraction: f64) -> Vector3<f64> {
+        let length = self.segment(i).length;
+        let state = self.assembly.state_mut();
+        state.positions[i] + state.axis(i) * ((fraction - 0.5) * length)
+    }
+
+    /// Adds a rod, grown on a segment at a fraction of its length if it is a branch, and returns its segments.
+    pub(crate) fn add_rod(&mut self, name: String, spec: &RodSpec, branch_of: Option<(usize, f64)>) -> Range<usize> {
+        let segments = self.assembly.rod(spec);
+        if let Some((segment, fraction)) = branch_of {
+            self.assembly.branch(segment, fraction, &segments);
+        }
+        self.by_name.insert(name.clone(), self.rods.len());
+        self.rods.push(RodInfo { name, segments: segments.clone(), closed: spec.closed });
+        segments
+    }
+
+    /// Builds entry `index` of the file's rods with all that belongs to it.
+    fn declare(&mut self, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
+        let rod = entry.get_ref();
+        let name = rod.name.as_ref().map_or_else(|| format!("rod-{index}"), |name| name.get_ref().clone());
+        if self.by_name.contains_key(&name) {
+            let span = rod.name.as_ref().map_or(entry.span(), Spanned::span);
+            return source.must_be(span, "a name that no other rod has");
+        }
+        let branch_of = rod.branch_of.as_ref().map(|place| self.place(source, place)).transpose()?;
+        let spec = self.spec(source, rod, branch_of)?;
+        let segments = self.add_rod(name, &spec, branch_of);
+        if spec.closed && !rod.clamp.is_empty() {
+            return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
+        }
+        for (i, clamp) in rod.clamp.iter().enumerate() {
+            if rod.clamp[..i].iter().any(|earlier| earlier.get_ref() == clamp.get_ref()) {
+                return source.wrong(clamp.span(), "named twice");
+            }
+            match clamp.get_ref() {
+                format::Clamp::StartSegment => self.assembly.fix(segments.start),
+                format::Clamp::EndSegment => self.assembly.fix(segments.end - 1),
+                format::Clamp::StartFace => self.assembly.clamp_start(&segments),
+                format::Clamp::EndFace => self.assembly.clamp_end(&segments),
+            };
+        }
+        for segment in &rod.fixed_segments {
+            self.assembly.fix(segments.start + source.index(segment, segments.len())?);
+        }
+        for mass in &rod.masses {
+            let segment = segments.start + source.index(&mass.segment, segments.len())?;
+            self.assembly.add_mass(segment, source.not_negative(&mass.mass_kg, "kg")?);
+        }
+        for load in &rod.loads {
+            self.load(source, load, &segments, spec.closed)?;
+        }
+        self.velocities(source, rod, &segments)?;
+        if let Some(tree) = &rod.tree {
+            if spec.closed {
+                return source.wrong(rod.shape.span(), "a tree's trunk must not be closed");
+            }
+            let length = segments.map(|i| self.segment(i).length).sum();
+            let trunk = self.rods[self.rods.len() - 1].clone();
+            Growth::new(source, tree)?.grow(self, &trunk, length, &spec);
+        }
+        Ok(())
+    }
+
+    fn spec(&mut self, source: &Source, rod: &format::Rod, branch_of: Option<(usize, f64)>) -> Result<RodSpec> {
+        let shape = rod.shape.get_ref();
+        let closed = shape.closed();
+        if let (Some(_), Some(start)) = (branch_of, shape.start()) {
+            return source.wrong(start.span(), "a branch starts on its parent; leave `start_m` out");
+        }
+        if let (true, Some(place)) = (closed, &rod.branch_of) {
+            return source.wrong(place.rod.span(), "a closed rod cannot be a branch; use `joins`");
+        }
+        let at = branch_of.map(|(segment, fraction)| self.point(segment, fraction));
+        let youngs_modulus = number_or(&rod.youngs_modulus_pa, defaults::YOUNGS_MODULUS, |v| source.positive(v, "Pa"))?;
+        let material = Material {
+            youngs_modulus,
+            torsion_modulus: number_or(&rod.torsion_modulus_pa, youngs_modulus, |v| source.positive(v, "Pa"))?,
+            density: number_or(&rod.density_kg_m3, defaults::DENSITY, |v| source.positive(v, "kg/m^3"))?,
+        };
+        let nodes = shape.nodes(source, rod.shape.span(), at)?;
+        let segments = if closed { nodes.len() } else { nodes.len() - 1 };
+        let longest = nodes.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max);
+        Ok(RodSpec {
+            closed,
+            radii: radii(source, &rod.radius_m, segments)?,
+            stretch: match &rod.stretch {
+                format::Stretch::Zero => Stretch::ZERO_STRETCH,
+                format::Stretch::Physical => Stretch::Physical,
+                format::Stretch::Compliance(value) => Stretch::Compliance(source.not_negative(value, "m/N")?),
+            },
+            twist: twist(source, &rod.twist_deg, closed, segments)?,
+            rest: match &rod.rest {
+                format::Rest::Initial => RestShape::Initial,
+                format::Rest::Straight => RestShape::Straight,
+                format::Rest::Darboux(value) => {
+                    let omega = source.vector(value, "1/m")?;
+                    if omega.norm() * longest >= 2.0 {
+                        let allowed = format!("shorter than 2 / segment length = {} [1/m]", short(2.0 / longest));
+                        return source.must_be(value.span(), &allowed);
+                    }
+                    RestShape::Uniform(omega)
+                }
+            },
+            ..RodSpec::new(nodes, 0.0, material)
+        })
+    }
+
+    fn load(
+        &mut self,
+        source: &Source,
+        load: &Spanned<format::Load>,
+        segments: &Range<usize>,
+        closed: bool,
+    ) -> Result<()> {
+        let format::Load { at, segment, fraction, force_n, torque_n_m } = load.get_ref();
+        let (segment, fraction) = match (at, segment) {
+            (Some(at), None) if closed => return source.wrong(at.span(), "a closed rod has no end faces"),
+            (Some(at), None) => {
+                if let Some(fraction) = fraction {
+                    return source.wrong(fraction.span(), "goes with `segment`, not with `at`");
+                }
+                match at.get_ref() {
+                    format::Face::StartFace => (segments.start, 0.0),
+                    format::Face::EndFace => (segments.end - 1, 1.0),
+                }
+            }
+            (None, Some(segment)) => {
+                let index = source.index(segment, segments.len())?;
+                (segments.start + index, number_or(fraction, 0.5, |v| check_fraction(source, v))?)
+            }
+            _ => return source.wrong(load.span(), "give either `at` or `segment`"),
+        };
+        if force_n.is_none() && torque_n_m.is_none() {
+            return source.wrong(load.span(), "give `force_n` or `torque_n_m` or both");
+        }
+        let vector = |value: &Option<format::Vector>, unit| {
+            value.as_ref().map_or(Ok(Vector3::zeros()), |v| source.vector(v, unit))
+        };
+        let offset = (fraction - 0.5) * self.segment(segment).length;
+        let (force, torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+        self.assembly.load(Load { segment, offset, force, torque });
+        Ok(())
+    }
+
+    /// Gives the rod's free segments the velocities of a rigid body, then single segments their own.
+    fn velocities(&mut self, source: &Source, rod: &format::Rod, segments: &Range<usize>) -> Result<()> {
+        let vector = |value: &Option<format::Vector>, unit| value.as_ref().map(|v| source.vector(v, unit)).transpose();
+        let of_all = vector(&rod.velocity_m_s, "m/s")?.unwrap_or_default();
+        let spin = vector(&rod.angular_velocity_rad_s, "rad/s")?.unwrap_or_default();
+        let masses: Vec<f64> = segments.clone().map(|i| self.segment(i).mass()).collect();
+        let fixed: Vec<bool> = segments.clone().map(|i| self.segment(i).fixed).collect();
+        let state = self.assembly.state_mut();
+        let weighted: Vector3<f64> = segments.clone().zip(&masses).map(|(i, mass)| state.positions[i] * *mass).sum();
+        let centre = weighted / masses.iter().sum::<f64>();
+        for i in segments.clone().filter(|i| !fixed[i - segments.start]) {
+            state.velocities[i] = of_all + spin.cross(&(state.positions[i] - centre));
+            state.angular_velocities[i] = spin;
+        }
+        for own in &rod.velocities {
+            let i = segments.start + source.index(&own.segment, segments.len())?;
+            if let Some(velocity) = vector(&own.velocity_m_s, "m/s")? {
+                state.velocities[i] = velocity;
+            }
+            if let Some(angular_velocity) = vector(&own.angular_velocity_rad_s, "rad/s")? {
+                state.angular_velocities[i] = angular_velocity;
+            }
+        }
+        Ok(())
+    }
+
+    fn join(&mut self, source: &Source, join: &Spanned<format::Join>) -> Result<()> {
+        let format::Join { a, b } = join.get_ref();
+        let ((a, fraction_a), (b, fraction_b)) = (self.place(source, a)?, self.place(source, b)?);
+        if a == b {
+            return source.wrong(join.span(), "`a` and `b` are the same segment");
+        }
+        let gap = (self.point(a, fraction_a) - self.point(b, fraction_b)).norm();
+        let most = JOIN_TOLERANCE * self.segment(a).length.min(self.segment(b).length);
+        if gap > most {
+            let (gap, most) = (short(gap), short(most));
+            let message = format!("`a` and `b` are {gap} m apart, but places to be joined must meet within {most} m");
+            return source.wrong(join.span(), &message);
+        }
+        self.assembly.join(a, fraction_a, b, fraction_b);
+        Ok(())
+    }
+
+    /// Segment of the model and fraction of its length.
+    fn place(&self, source: &Source, place: &format::Place) -> Result<(usize, f64)> {
+        let Some(&rod) = self.by_name.get(place.rod.get_ref()) else {
+            const SHOWN: usize = 8;
+            let mut known: Vec<_> = self.rods.iter().take(SHOWN).map(|rod| format!("`{}`", rod.name)).collect();
+            if self.rods.len() > SHOWN {
+                known.push("...".to_owned());
+            }
+            let allowed = match known.is_empty() {
+                true => "the name of a rod that comes before it, and there is none".to_owned(),
+                false => format!("the name of a rod that comes before it: {}", known.join(", ")),
+            };
+            return source.must_be(place.rod.span(), &allowed);
+        };
+        let segments = &self.rods[rod].segments;
+        let segment = match &place.segment {
+            Some(segment) => segments.start + source.index(segment, segments.len())?,
+            None => segments.end - 1,
+        };
+        Ok((segment, number_or(&place.fraction, 1.0, |v| check_fraction(source, v))?))
+    }
+}
+
+fn check_fraction(source: &Source, value: &format::Number) -> Result<f64> {
+    source.number(value, |v| (0.0..=1.0).contains(&v), "0 (the segment's start) to 1 (its end)")
+}
+
+fn radii(source: &Source, radius: &Option<Spanned<format::Radius>>, segments: usize) -> Result<Vec<f64>> {
+    let Some(radius) = radius else { return Ok(vec![defaults::RADIUS]) };
+    let format::Radius { start, end } = *radius.get_ref();
+    match [start, end].iter().all(|r| r.is_finite() && *r > 0.0) {
+        true => Ok(taper(start, end, segments)),
+        false => source.must_be(radius.span(), "finite and > 0 [m]"),
+    }
+}
+
+fn twist(source: &Source, twist: &Option<format::Number>, closed: bool, segments: usize) -> Result<f64> {
+    let Some(twist) = twist else { return Ok(0.0) };
+    let degrees = source.finite(twist, "degrees")?;
+    if closed {
+        return source
+            .wrong(twist.span(), "a closed rod is twisted by `rest = { darboux_per_m = [0, 0, -turn / length] }`");
+    }
+    let most = 180.0 * (segments as f64 - 1.0);
+    match degrees == 0.0 || degrees.abs() < most {
+        true => Ok(degrees.to_radians()),
+        false => source.must_be(twist.span(), &format!("less than half a turn a joint: {most} [degrees]")),
+    }
+}

@@ -1,0 +1,71 @@
+//! The scenes that come with the program: the files of `/scenes`, embedded.
+
+use serde::Deserialize;
+
+use crate::{Scene, SceneError, parse};
+
+/// Name and first words of a builtin scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Builtin {
+    /// Name to give to [`builtin`].
+    pub name: &'static str,
+    /// What it shows.
+    pub description: String,
+}
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../scenes/", $name, ".toml")))),*]
+    };
+}
+
+/// Name and text of each file.
+const FILES: &[(&str, &str)] = files![
+    "bending-rod",
+    "helix",
+    "small-cantilever",
+    "elastica",
+    "heavy-cantilever",
+    "roll-up",
+    "bend-45",
+    "torsion-bar",
+    "euler-buckling",
+    "michell-ring",
+    "thin-heavy-rod",
+    "slack-rod",
+    "stiff-rod",
+    "tip-mass",
+    "free-spin",
+    "clamped-ends",
+    "all-clamped",
+    "heavy-ring",
+    "branch",
+    "tree",
+    "net",
+    "long-chain",
+    "tiny-rod",
+];
+
+/// All builtin scenes: the paper's first, then cases with a known answer, then stress cases.
+pub fn builtins() -> Vec<Builtin> {
+    #[derive(Default, Deserialize)]
+    struct Head {
+        description: String,
+    }
+    let head = |text| toml::from_str::<Head>(text).unwrap_or_default();
+    FILES.iter().map(|&(name, text)| Builtin { name, description: head(text).description }).collect()
+}
+
+/// The builtin scene called `name`.
+///
+/// # Errors
+/// There is none of that name; the error lists those that exist.
+pub fn builtin(name: &str) -> Result<Scene, SceneError> {
+    match FILES.iter().find(|(known, _)| *known == name) {
+        Some((_, text)) => parse(text, &format!("scenes/{name}.toml")),
+        None => {
+            let known = FILES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+            Err(SceneError::UnknownBuiltin { name: name.to_owned(), known })
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! The file format as serde reads it: names, types and defaults, without any check of values.
+//!
+//! `docs/scenes.md` documents each key. Values keep their place in the text ([`Spanned`]), so that whoever checks them
+//! can name the line. Choices between shapes are externally tagged (`[rods.shape.helix]`): other forms lose the place.
+
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use toml::Spanned;
+
+pub(crate) type Number = Spanned<f64>;
+pub(crate) type Count = Spanned<i64>;
+pub(crate) type Vector = Spanned<[f64; 3]>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    #[serde(default)]
+    pub(crate) description: String,
+    pub(crate) gravity_m_s2: Option<Vector>,
+    #[serde(default)]
+    pub(crate) run: Run,
+    #[serde(default)]
+    pub(crate) damping: Damping,
+    pub(crate) rods: Vec<Spanned<Rod>>,
+    #[serde(default)]
+    pub(crate) joins: Vec<Spanned<Join>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Run {
+    pub(crate) dt_s: Option<Number>,
+    pub(crate) steps: Option<Count>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Damping {
+    pub(crate) linear_per_s: Option<Number>,
+    pub(crate) angular_per_s: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Rod {
+    pub(crate) name: Option<Spanned<String>>,
+    pub(crate) shape: Spanned<Shape>,
+    pub(crate) radius_m: Option<Spanned<Radius>>,
+    pub(crate) youngs_modulus_pa: Option<Number>,
+    pub(crate) torsion_modulus_pa: Option<Number>,
+    pub(crate) density_kg_m3: Option<Number>,
+    #[serde(default)]
+    pub(crate) stretch: Stretch,
+    pub(crate) twist_deg: Option<Number>,
+    #[serde(default)]
+    pub(crate) rest: Rest,
+    pub(crate) branch_of: Option<Place>,
+    #[serde(default)]
+    pub(crate) clamp: Vec<Spanned<Clamp>>,
+    #[serde(default)]
+    pub(crate) fixed_segments: Vec<Count>,
+    pub(crate) velocity_m_s: Option<Vector>,
+    pub(crate) angular_velocity_rad_s: Option<Vector>,
+    #[serde(default)]
+    pub(crate) velocities: Vec<Velocity>,
+    #[serde(default)]
+    pub(crate) masses: Vec<Mass>,
+    #[serde(default)]
+    pub(crate) loads: Vec<Spanned<Load>>,
+    pub(crate) tree: Option<Tree>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Shape {
+    Straight(Straight),
+    Helix(Helix),
+    Arc(Arc),
+    Ring(Ring),
+    Polyline(Polyline),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Straight {
+    pub(crate) start_m: Option<Vector>,
+    pub(crate) direction: Option<Vector>,
+    pub(crate) angle_deg: Option<Number>,
+    pub(crate) length_m: Number,
+    pub(crate) segments: Count,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Helix {
+    pub(crate) start_m: Option<Vector>,
+    pub(crate) radius_m: Number,
+    pub(crate) height_m: Number,
+    pub(crate) winding: Number,
+    pub(crate) segments: Count,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Arc {
+    pub(crate) start_m: Option<Vector>,
+    pub(crate) direction: Option<Vector>,
+    pub(crate) towards: Option<Vector>,
+    pub(crate) radius_m: Number,
+    pub(crate) angle_deg: Number,
+    pub(crate) segments: Count,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Ring {
+    pub(crate) centre_m: Option<Vector>,
+    pub(crate) radius_m: Number,
+    pub(crate) segments: Count,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Polyline {
+    pub(crate) nodes_m: Spanned<Vec<Vector>>,
+    #[serde(default)]
+    pub(crate) closed: bool,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Stretch {
+    #[default]
+    Zero,
+    Physical,
+    #[serde(rename = "compliance_m_per_n")]
+    Compliance(Number),
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Rest {
+    #[default]
+    Initial,
+    Straight,
+    #[serde(rename = "darboux_per_m")]
+    Darboux(Vector),
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Clamp {
+    StartSegment,
+    EndSegment,
+    StartFace,
+    EndFace,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Face {
+    StartFace,
+    EndFace,
+}
+
+/// A place on a rod's axis.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Place {
+    pub(crate) rod: Spanned<String>,
+    pub(crate) segment: Option<Count>,
+    pub(crate) fraction: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Velocity {
+    pub(crate) segment: Count,
+    pub(crate) velocity_m_s: Option<Vector>,
+    pub(crate) angular_velocity_rad_s: Option<Vector>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Mass {
+    pub(crate) segment: Count,
+    pub(crate) mass_kg: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Load {
+    pub(crate) at: Option<Spanned<Face>>,
+    pub(crate) segment: Option<Count>,
+    pub(crate) fraction: Option<Number>,
+    pub(crate) force_n: Option<Vector>,
+    pub(crate) torque_n_m: Option<Vector>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Tree {
+    pub(crate) branches: Count,
+    pub(crate) levels: Count,
+    pub(crate) segments: Count,
+    pub(crate) length_ratio: Option<Number>,
+    pub(crate) radius_ratio: Option<Number>,
+    pub(crate) angle_deg: Option<Number>,
+    #[serde(default)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Join {
+    pub(crate) a: Place,
+    pub(crate) b: Place,
+}
+
+/// One radius for the whole rod, or a linear taper.
+#[derive(Clone, Copy)]
+pub(crate) struct Radius {
+    pub(crate) start: f64,
+    pub(crate) end: f64,
+}
+
+impl<'de> Deserialize<'de> for Radius {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumberOrPair;
+
+        impl<'de> Visitor<'de> for NumberOrPair {
+            type Value = Radius;
+
+            fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+                formatter.write_str("a number or [start, end]")
+            }
+
+            fn visit_f64<E: Error>(self, value: f64) -> Result<Radius, E> {
+                Ok(Radius { start: value, end: value })
+            }
+
+            fn visit_i64<E: Error>(self, value: i64) -> Result<Radius, E> {
+                self.visit_f64(value as f64)
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Radius, A::Error> {
+                let wrong = |count| A::Error::invalid_length(count, &Self);
+                let start = values.next_element()?.ok_or_else(|| wrong(0))?;
+                let end = values.next_element()?.ok_or_else(|| wrong(1))?;
+                match values.next_element::<f64>()? {
+                    None => Ok(Radius { start, end }),
+                    Some(_) => Err(wrong(3)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(NumberOrPair)
+    }
+}

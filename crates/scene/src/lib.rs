@@ -1,0 +1,91 @@
+//! Scenes: TOML files, the builtin ones, and the paper's random ones, as a checked [`rod::Model`] and its first state.
+//!
+//! ```
+//! let scene = scene::builtin("bending-rod")?;
+//! assert_eq!(scene.model.segments.len(), 30);
+//! # Ok::<(), scene::SceneError>(())
+//! ```
+//!
+//! A file is read in two stages: serde reads names and types (`format`), then every value is checked and the model is
+//! assembled (`assemble`, `shape`, `tree`). Whatever is wrong, the first mistake gives one error with file, line, key,
+//! value and what is allowed; no text makes it panic. `docs/scenes.md` documents the format. This crate knows no solver.
+
+use std::ops::Range;
+use std::path::Path;
+
+use rod::{Model, State};
+
+mod assemble;
+mod builtin;
+pub mod defaults;
+mod error;
+mod format;
+mod random;
+pub mod sampling;
+mod shape;
+mod tree;
+
+pub use builtin::{Builtin, builtin, builtins};
+pub use error::SceneError;
+
+/// Most segments that a scene may have in all.
+pub const MAX_SEGMENTS: usize = 10_000_000;
+
+/// What is to be simulated, and for how long.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Name: the file's, without folder and extension.
+    pub name: String,
+    /// What it shows, in a sentence or two; may be empty.
+    pub description: String,
+    /// What stays the same over time; passes [`Model::validate`] with `state`.
+    pub model: Model,
+    /// First state.
+    pub state: State,
+    /// How it is run unless the user says otherwise.
+    pub run: RunDefaults,
+    /// The rods, in the order of their segments; [`rod::Segment::rod`] points here.
+    pub rods: Vec<RodInfo>,
+}
+
+/// Time step and number of steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunDefaults {
+    /// Time step [s].
+    pub dt: f64,
+    /// Number of steps.
+    pub steps: usize,
+}
+
+/// Where one rod of a scene is found in its model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RodInfo {
+    /// Name: the file's, `rod-K` for the nameless `rods[K]`, or `TRUNK/K` for the K-th branch grown on a tree's trunk.
+    pub name: String,
+    /// Its segments in the model.
+    pub segments: Range<usize>,
+    /// Whether its last segment is joined to its first.
+    pub closed: bool,
+}
+
+/// Reads the scene file at `path`.
+///
+/// # Errors
+/// The file cannot be read, or what [`parse`] finds wrong.
+pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+    let file = path.as_ref().display().to_string();
+    match std::fs::read_to_string(&path) {
+        Ok(text) => parse(&text, &file),
+        Err(source) => Err(SceneError::Read { file, source }),
+    }
+}
+
+/// Reads a scene from the `text` of a file; `file_name` gives the scene its name and stands in errors.
+///
+/// # Errors
+/// The first mistake found, with its line, key and value, and what is allowed.
+pub fn parse(text: &str, file_name: &str) -> Result<Scene, SceneError> {
+    let source = error::Source { file: file_name, text };
+    let file: format::File = toml::from_str(text).map_err(|e| source.reader_error(&e))?;
+    assemble::scene(&source, &file)
+}

@@ -1,0 +1,68 @@
+//! `docs/scenes.md` names every key that the reader knows, and its examples are scenes.
+
+use std::collections::BTreeSet;
+
+const DOCS: &str = include_str!("../../../docs/scenes.md");
+
+/// One file a table, with an unknown key in it; the error lists the known ones.
+const PROBES: [&str; 18] = [
+    "zzz = 1",
+    "run.zzz = 1",
+    "damping.zzz = 1",
+    "rods = [{ zzz = 1 }]",
+    "rods = [{ shape.zzz = 1 }]",
+    "rods = [{ shape.straight.zzz = 1 }]",
+    "rods = [{ shape.helix.zzz = 1 }]",
+    "rods = [{ shape.arc.zzz = 1 }]",
+    "rods = [{ shape.ring.zzz = 1 }]",
+    "rods = [{ shape.polyline.zzz = 1 }]",
+    "rods = [{ stretch.zzz = 1 }]",
+    "rods = [{ rest.zzz = 1 }]",
+    "rods = [{ branch_of.zzz = 1 }]",
+    "rods = [{ velocities = [{ zzz = 1 }] }]",
+    "rods = [{ masses = [{ zzz = 1 }] }]",
+    "rods = [{ loads = [{ zzz = 1 }] }]",
+    "rods = [{ tree.zzz = 1 }]",
+    "joins = [{ zzz = 1 }]",
+];
+
+#[test]
+fn every_key_is_documented_and_tried() {
+    let mut keys = BTreeSet::new();
+    for probe in PROBES {
+        let error = scene::parse(probe, "x.toml").unwrap_err().to_string();
+        let (_, known) = error.split_once("zzz is not a known key; expected ").expect(&error);
+        keys.extend(known.split('`').skip(1).step_by(2).map(str::to_owned));
+    }
+    assert!(keys.len() > 50, "{keys:?}");
+    let everything = include_str!("everything.toml");
+    for key in keys.iter().filter(|key| !["zero", "initial"].contains(&key.as_str())) {
+        let named =
+            [format!("`{key}`"), format!("`\"{key}\"`"), format!("`[rods.shape.{key}]`"), format!("{{ {key} =")];
+        assert!(named.iter().any(|text| DOCS.contains(text)), "`{key}` is not documented");
+        assert!(everything.contains(key.as_str()), "`{key}` is not tried in everything.toml");
+    }
+}
+
+#[test]
+fn the_examples_are_scenes() {
+    let blocks: Vec<&str> = DOCS.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    assert_eq!(blocks.len(), 2);
+    for block in blocks {
+        scene::parse(block, "docs.toml").unwrap();
+    }
+}
+
+#[test]
+fn the_defaults_are_those_documented() {
+    use scene::defaults::{DENSITY, DT, RADIUS, STEPS, YOUNGS_MODULUS};
+    for row in [
+        format!("| `dt_s` | number [s] | {DT} |"),
+        format!("| `steps` | whole number | {STEPS} |"),
+        format!("| `radius_m` | number or `[start, end]` [m] | {RADIUS} |"),
+        format!("| `youngs_modulus_pa` | number [Pa] | {YOUNGS_MODULUS:e} |"),
+        format!("| `density_kg_m3` | number [kg/m^3] | {DENSITY} |"),
+    ] {
+        assert!(DOCS.contains(&row), "{row}");
+    }
+}

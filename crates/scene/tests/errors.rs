@@ -1,0 +1,126 @@
+//! Typical mistakes: each gives one error that names file, line, key and value, and says what is allowed.
+
+const BASE: &str = r#"description = "A rod."
+
+[run]
+dt_s = 0.02
+
+[[rods]]
+name = "a"
+radius_m = 0.05
+clamp = ["start-segment"]
+
+[rods.shape.straight]
+length_m = 4
+segments = 30
+"#;
+
+/// The error of the base scene with `from` replaced by `to`.
+fn error(from: &str, to: &str) -> String {
+    assert!(BASE.contains(from));
+    scene::parse(&BASE.replacen(from, to, 1), "scenes/x.toml").unwrap_err().to_string()
+}
+
+macro_rules! mistakes {
+    ($($name:ident: $from:expr => $to:expr, $error:expr;)*) => {
+        $(#[test] fn $name() { assert_eq!(error($from, $to), concat!("scenes/x.toml:", $error)); })*
+    };
+}
+
+const END: &str = "segments = 30\n";
+
+mistakes! {
+    unknown_key: "dt_s" => "dt",
+        "4: run.dt is not a known key; expected `dt_s` or `steps`";
+    unknown_table: "[run]" => "[runs]",
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `run`, `damping`, `rods`, `joins`";
+    unknown_shape: "shape.straight" => "shape.strait",
+        "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`";
+    two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
+        "11: rods[0].shape: it must hold exactly one key";
+    missing_key: "segments = 30" => "",
+        "11: rods[0].shape.straight: missing key `segments`";
+    missing_shape: END => "segments = 30\n\n[[rods]]\nname = \"b\"\n",
+        "15: rods[1]: missing key `shape`";
+    no_rods: BASE => "", "1: missing key `rods`";
+    empty_rods: BASE => "rods = []", "1: rods: there must be at least one rod";
+    one_table_for_a_list: "[[rods]]" => "[rods]",
+        "6: rods is a table, but it must be a list: [...], or one [[...]] for each table in it";
+    syntax: "dt_s = 0.02" => "dt_s = 0.02 s", "4: not valid TOML: string values must be quoted, expected literal string";
+    duplicate_key: "dt_s = 0.02" => "dt_s = 0.02\ndt_s = 0.01", "5: not valid TOML: duplicate key";
+    number_with_unit: "dt_s = 0.02" => "dt_s = \"20 ms\"",
+        "4: run.dt_s = \"20 ms\", but it must be a number";
+    time_step_zero: "dt_s = 0.02" => "dt_s = 0",
+        "4: run.dt_s = 0, but it must be finite and > 0 [s]";
+    no_steps: "dt_s = 0.02" => "steps = 0",
+        "4: run.steps = 0, but it must be a whole number from 1 to 1000000000";
+    negative_radius: "0.05" => "-0.1",
+        "8: rods[0].radius_m = -0.1, but it must be finite and > 0 [m]";
+    radius_of_three: "0.05" => "[1, 2, 3]",
+        "8: rods[0].radius_m = [1, 2, 3], but it must be a number or [start, end]";
+    radius_not_a_number: "0.05" => "[0.1, nan]",
+        "8: rods[0].radius_m = [0.1, nan], but it must be finite and > 0 [m]";
+    infinite_length: "length_m = 4" => "length_m = inf",
+        "12: rods[0].shape.straight.length_m = inf, but it must be finite and > 0 [m]";
+    no_segments: "segments = 30" => "segments = 0",
+        "13: rods[0].shape.straight.segments = 0, but it must be a whole number from 1 to 10000000";
+    half_a_segment: "segments = 30" => "segments = 1.5",
+        "13: rods[0].shape.straight.segments = 1.5, but it must be a whole number";
+    too_many_segments: "segments = 30" => "segments = 4000000000000",
+        "13: rods[0].shape.straight.segments = 4000000000000, but it must be a whole number from 1 to 10000000";
+    too_many_in_all: END => "segments = 30\n\n[[rods]]\nshape.ring = { radius_m = 1, segments = 10_000_000 }\n",
+        "15: rods[1]: with this rod the scene has 10000030 segments, but 10000000 are the most";
+    too_many_branches: "clamp" => "tree = { branches = 10_000_000, levels = 2, segments = 10_000_000 }\nclamp",
+        "6: rods[0]: with this rod the scene has 100000000000030 segments, but 10000000 are the most";
+    fewer_branches_than_levels: "clamp" => "tree = { branches = 3, levels = 5, segments = 1 }\nclamp",
+        "9: rods[0].tree.branches = 3, but it must be a whole number from 5 to 10000000";
+    no_direction: END => "segments = 30\ndirection = [0, 0, 0]\n",
+        "14: rods[0].shape.straight.direction = [0, 0, 0], but it must be a vector other than zero";
+    direction_in_the_plane: END => "segments = 30\ndirection = [0, 1]\n",
+        "14: rods[0].shape.straight.direction = [0, 1], but it must be three numbers: [x, y, z]";
+    direction_and_angle: END => "segments = 30\ndirection = [1, 0, 0]\nangle_deg = 3\n",
+        "15: rods[0].shape.straight.angle_deg: give either `direction` or `angle_deg`, not both";
+    unknown_clamp: "start-segment" => "start",
+        "9: rods[0].clamp[0] = \"start\", but it must be one of `start-segment`, `end-segment`, `start-face`, `end-face`";
+    clamp_twice: "\"start-segment\"" => "\"start-face\", \"start-face\"", "9: rods[0].clamp[1]: named twice";
+    segment_out_of_range: "clamp" => "fixed_segments = [0, 30]\nclamp",
+        "9: rods[0].fixed_segments[1] = 30, but it must be a segment's index: 0 to 29, or -30 to -1 from the end";
+    unknown_rod: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"trunk\" }\nshape.straight = { length_m = 1, segments = 2 }\n",
+        "16: rods[1].branch_of.rod = \"trunk\", but it must be the name of a rod that comes before it: `a`";
+    branch_with_a_start: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"a\" }\nshape.straight = { start_m = [0, 0, 0], length_m = 1, segments = 2 }\n",
+        "17: rods[1].shape.straight.start_m: a branch starts on its parent; leave `start_m` out";
+    fraction_beyond_the_end: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"a\", fraction = 1.5 }\nshape.straight = { length_m = 1, segments = 2 }\n",
+        "16: rods[1].branch_of.fraction = 1.5, but it must be 0 (the segment's start) to 1 (its end)";
+    name_twice: END => "segments = 30\n\n[[rods]]\nname = \"a\"\nshape.ring = { radius_m = 1, segments = 5 }\n",
+        "16: rods[1].name = \"a\", but it must be a name that no other rod has";
+    coinciding_nodes: END => "segments = 30\n\n[[rods]]\nshape.polyline.nodes_m = [[0, 0, 0], [1, 0, 0], [1, 0, 0]]\n",
+        "16: rods[1].shape.polyline.nodes_m[2]: nodes 1 and 2 are 0 m apart, but neighbours must be 1e-12 to 1e12 m apart";
+    node_not_a_number: END => "segments = 30\n\n[[rods]]\nshape.polyline.nodes_m = [[0, 0, 0],\n[1, 0, nan]]\n",
+        "17: rods[1].shape.polyline.nodes_m[1] = [1, 0, nan], but it must be three finite numbers [m]";
+    one_node: END => "segments = 30\n\n[[rods]]\nshape.polyline.nodes_m = [[0, 0, 0]]\n",
+        "16: rods[1].shape.polyline.nodes_m: 1 nodes, but there must be at least 2";
+    arc_without_a_side: "[rods.shape.straight]\nlength_m = 4" => "[rods.shape.arc]\nradius_m = 1\nangle_deg = 90\ntowards = [2, 0, 0]",
+        "14: rods[0].shape.arc.towards: `towards` must not be parallel to `direction`";
+    empty_load: END => "segments = 30\n\n[[rods.loads]]\nat = \"end-face\"\n",
+        "15: rods[0].loads[0]: give `force_n` or `torque_n_m` or both";
+    load_without_a_place: END => "segments = 30\n\n[[rods.loads]]\nforce_n = [0, 0, 1]\n",
+        "15: rods[0].loads[0]: give either `at` or `segment`";
+    rest_of_a_wrong_type: "clamp" => "rest = 3\nclamp",
+        "9: rods[0].rest = 3, but it must be a string or a table";
+    unknown_rest: "clamp" => "rest = \"bent\"\nclamp",
+        "9: rods[0].rest = \"bent\", but it must be one of `initial`, `straight`, `darboux_per_m`";
+    rest_that_no_joint_reaches: "clamp" => "rest = { darboux_per_m = [0, 20, 0] }\nclamp",
+        "9: rods[0].rest.darboux_per_m = [0, 20, 0], but it must be shorter than 2 / segment length = 15 [1/m]";
+    negative_compliance: "clamp" => "stretch = { compliance_m_per_n = -1 }\nclamp",
+        "9: rods[0].stretch.compliance_m_per_n = -1, but it must be finite and >= 0 [m/N]";
+    too_much_twist: "clamp" => "twist_deg = 9999\nclamp",
+        "9: rods[0].twist_deg = 9999, but it must be less than half a turn a joint: 5220 [degrees]";
+    joined_to_itself: END => "segments = 30\n\n[[joins]]\na = { rod = \"a\" }\nb = { rod = \"a\" }\n",
+        "15: joins[0]: `a` and `b` are the same segment";
+    joined_from_afar: END => "segments = 30\n\n[[joins]]\na = { rod = \"a\" }\nb = { rod = \"a\", segment = 0, fraction = 0 }\n",
+        "15: joins[0]: `a` and `b` are 4 m apart, but places to be joined must meet within 0.00133333 m";
+    clamped_ring: "[rods.shape.straight]\nlength_m = 4" => "[rods.shape.ring]\nradius_m = 4",
+        "9: rods[0].clamp[0]: a closed rod has no ends; name `fixed_segments` instead";
+    mass_that_is_too_small_to_compute_with: "0.05" => "1e-200",
+        "6: rods[0]: this gives a model that cannot be simulated: segment 0: axial inertia = 0, but it must be finite and > 0";
+}

@@ -1,0 +1,153 @@
+//! Static analysis: the stable equilibrium that a state relaxes to.
+//!
+//! The flow `M (p' - p) = dt^2 (f_ext(p') + J^T f)` without velocities goes down in energy; its implicit steps are those
+//! of formulation `newton` with the velocities left out. `dt` grows while little moves and shrinks where much does, until
+//! steps as long as one likes move nothing any more. An unstable equilibrium is left where rounding or the state's own
+//! imperfection pushes, as a real rod would.
+
+use rod::{Model, State};
+
+use crate::component::{Component, split};
+use crate::formulation::Formulation;
+use crate::linear::{LinearSolver, LinearStatus};
+use crate::simulation::SimulationError;
+use crate::solvers::SolverKind;
+use crate::system::Six;
+
+/// When the relaxation ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StaticParams {
+    /// Largest movement of a segment in each of the last steps: in segment lengths, and in radians.
+    pub tolerance: f64,
+    /// First pseudo time step [s].
+    pub first_dt: f64,
+    /// Cap on the number of steps.
+    pub max_steps: usize,
+}
+
+impl Default for StaticParams {
+    fn default() -> Self {
+        Self { tolerance: 1e-9, first_dt: 1e-2, max_steps: 10_000 }
+    }
+}
+
+/// What the relaxation came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StaticReport {
+    /// Whether nothing moves any more.
+    pub converged: bool,
+    /// Steps (linear solves) taken, over all connected sets.
+    pub steps: usize,
+    /// Largest movement in the last step of any connected set.
+    pub movement: f64,
+}
+
+/// A larger turn of a segment in one step [rad] takes the step back.
+const LARGEST_TURN: f64 = 1.0;
+/// Turn that a step aims at [rad].
+const GOOD_TURN: f64 = 0.3;
+/// Quiet steps in a row, each of four times the length of the one before, that count as equilibrium.
+const QUIET_STEPS: usize = 5;
+/// Pseudo time steps longer than this many first ones bring nothing but rounding errors.
+const LONGEST: f64 = 1e6;
+
+/// Relaxes `state` to equilibrium; velocities are set to zero.
+///
+/// # Errors
+/// If the model or the state is not valid. Not to converge is no error: see [`StaticReport::converged`].
+pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, SimulationError> {
+    model.validate(state)?;
+    state.velocities.fill(nalgebra::Vector3::zeros());
+    state.angular_velocities.fill(nalgebra::Vector3::zeros());
+    let mut report = StaticReport { converged: true, ..StaticReport::default() };
+    for (members, topology) in split(model) {
+        let topology = std::sync::Arc::new(topology);
+        let mut component = Component::new(model, state, topology.clone(), &[&members]);
+        let mut solver = SolverKind::Direct.build(model, &members, &topology)?;
+        let own = relax(&mut component, solver.as_mut(), params);
+        report.converged &= own.converged;
+        report.steps += own.steps;
+        report.movement = report.movement.max(own.movement);
+        component.store_state(state, &members, 0);
+    }
+    Ok(report)
+}
+
+fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: &StaticParams) -> StaticReport {
+    let mut report = StaticReport::default();
+    let mut dt = params.first_dt;
+    let mut longest = params.first_dt * LONGEST;
+    let mut quiet = 0;
+    let mut last = vec![Six::zero(); component.segments()];
+    // Multipliers over dt^2: forces and moments, the same whatever dt.
+    let mut forces = component.lambda.clone();
+    let mut before = component.poses.clone();
+    while report.steps < params.max_steps {
+        report.steps += 1;
+        before.copy_from_slice(&component.poses);
+        component.predict(dt, Formulation::Xpbd);
+        component.poses.copy_from_slice(&before);
+        for (lambda, force) in component.lambda.iter_mut().zip(&forces) {
+            *lambda = lambda.plus(*force, dt * dt);
+        }
+        component.evaluate(Formulation::Newton);
+        let info = solver.solve(&component.system, false, &mut component.dlambda);
+        if info.status != LinearStatus::Solved {
+            // With loops and a long step the compliances are too small a share of the matrix to make it definite.
+            component.roll_back();
+            dt *= 0.25;
+            longest = dt;
+            quiet = 0;
+            continue;
+        }
+        component.update(Formulation::Newton, 1.0);
+        let step = movement(component, &mut last);
+        report.movement = step.shift.max(step.turn);
+        // Turns alone make the equations nonlinear; and what is not a number is taken back, too.
+        if !(step.turn <= LARGEST_TURN && step.shift.is_finite()) {
+            component.roll_back();
+            last.fill(Six::zero());
+            dt *= 0.25;
+            quiet = 0;
+            continue;
+        }
+        for (force, lambda) in forces.iter_mut().zip(&component.lambda) {
+            *force = Six::zero().plus(*lambda, 1.0 / (dt * dt));
+        }
+        quiet = if report.movement <= params.tolerance { quiet + 1 } else { 0 };
+        if quiet == QUIET_STEPS {
+            report.converged = true;
+            break;
+        }
+        if step.swings {
+            longest = 0.25 * dt;
+        }
+        dt = (dt * (GOOD_TURN / step.turn.max(1e-300)).clamp(0.5, 4.0)).min(longest);
+    }
+    report
+}
+
+/// How a step moved the segments.
+struct Movement {
+    /// Largest shift [segment lengths].
+    shift: f64,
+    /// Largest turn [rad].
+    turn: f64,
+    /// Whether the segments swing back by more than half of the step before. The flow does not: the step is too long for
+    /// a mass matrix that leaves out how torques change as joints turn.
+    swings: bool,
+}
+
+/// Compares the step with the `last` one and puts it in its place.
+fn movement(component: &Component<f64>, last: &mut [Six<f64>]) -> Movement {
+    let (mut shift, mut turn, mut back, mut size) = (0.0_f64, 0.0_f64, 0.0, 0.0);
+    for (body, last) in last.iter_mut().enumerate() {
+        let now = component.movement(body);
+        shift = if now.stretch.norm_squared() <= shift { shift } else { now.stretch.norm_squared() };
+        turn = if now.bend.norm_squared() <= turn { turn } else { now.bend.norm_squared() };
+        back -= now.bend.dot(last.bend);
+        size += last.bend.norm_squared();
+        *last = now;
+    }
+    Movement { shift: shift.sqrt(), turn: turn.sqrt(), swings: back > 0.5 * size }
+}
