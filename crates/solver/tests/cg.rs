@@ -96,6 +96,23 @@ fn every_preconditioner_leads_to_the_dense_solution() {
     }
 }
 
+#[test]
+#[ignore = "elimination counts a segment with three or more joints twice: wrong on trees"]
+fn direct_solvers_find_the_dense_solution() {
+    for formulation in Formulation::ALL {
+        for (name, model, state, steps) in scenes() {
+            let (component, members) = component_after(&model, &state, steps, formulation);
+            let expected = dense_solution(&component.system);
+            for kind in [SolverKind::Direct, SolverKind::Sparse] {
+                let mut solver = kind.build(&model, &members, &component.system.topology).unwrap();
+                let (_, x) = run(solver.as_mut(), &component);
+                let difference = difference(&flat(&x), &expected);
+                assert!(difference < 1e-8, "{name} {formulation} {kind}: {difference:e}");
+            }
+        }
+    }
+}
+
 /// Iterations to 1e-2, 1e-4, 1e-6 and 1e-8: a rod of 3 m with r = 0.05 m and rho = 1000 kg/m^3, one end fixed, that fell
 /// from the horizontal for 50 steps of 0.02 s; the first outer iteration of the next step.
 ///
