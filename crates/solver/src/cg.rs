@@ -36,7 +36,6 @@ impl Default for CgParams {
 }
 
 /// The chosen preconditioner.
-#[derive(Clone, Debug)]
 enum Preconditioner {
     Raw(Raw),
     Jacobi(Jacobi),
@@ -45,7 +44,6 @@ enum Preconditioner {
 }
 
 /// Preconditioned conjugate gradients. A solve does not allocate.
-#[derive(Clone, Debug)]
 pub struct Cg {
     params: CgParams,
     preconditioner: Preconditioner,

@@ -144,9 +144,10 @@ impl Operator {
             }
             block[3 + c][3 + c] += rows.bend.0[c];
         }
-        for c in 0..3 {
-            for r in 0..3 {
-                block[r][3 + c] = block[3 + c][r];
+        let mixed = [block[3], block[4], block[5]];
+        for (r, row) in block.iter_mut().enumerate().take(3) {
+            for (c, column) in mixed.iter().enumerate() {
+                row[3 + c] = column[r];
             }
         }
         block

@@ -30,16 +30,6 @@ pub enum SolverKind {
 /// Why a linear solver cannot be set up.
 #[derive(Debug, Error, PartialEq)]
 pub enum SolverError {
-    /// Elimination along a tree where there is none.
-    #[error("{what} needs rods without loops, but these {segments} segments and {joints} joints form one")]
-    Loop {
-        /// Solver or preconditioner.
-        what: &'static str,
-        /// Segments of the connected set.
-        segments: usize,
-        /// Joints of the connected set.
-        joints: usize,
-    },
     /// The sparse factor cannot be had.
     #[error(transparent)]
     Sparse(#[from] SparseError),
@@ -75,7 +65,6 @@ impl SolverKind {
         members: &Members,
         topology: &Topology,
     ) -> Result<Box<dyn LinearSolver>, SolverError> {
-        let no_loop = |what| SolverError::Loop { what, segments: members.segments.len(), joints: members.joints.len() };
         match *self {
             SolverKind::Direct => match Direct::new(topology) {
                 Some(direct) => Ok(Box::new(direct)),
@@ -84,10 +73,7 @@ impl SolverKind {
             SolverKind::Sparse => Ok(Box::new(Looped::new(topology)?)),
             SolverKind::Cg(params) => {
                 let frozen = match params.preconditioner {
-                    PreconditionerKind::Frozen => {
-                        let frozen = Frozen::new(model, members, topology);
-                        Some(frozen.ok_or_else(|| no_loop("the frozen preconditioner"))?)
-                    }
+                    PreconditionerKind::Frozen => Some(Frozen::new(model, members, topology)?),
                     _ => None,
                 };
                 Ok(Box::new(Cg::new(params, topology, frozen)))
@@ -118,5 +104,19 @@ impl FromStr for SolverKind {
             let names = PreconditionerKind::ALL.map(|kind| format!("cg-{kind}")).join(", ");
             format!("expected one of direct, sparse, cg, {names}")
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for kind in PreconditionerKind::ALL.map(SolverKind::cg).into_iter().chain([SolverKind::Direct]) {
+            assert_eq!(kind.to_string().parse(), Ok(kind));
+        }
+        assert_eq!("cg".parse(), Ok(SolverKind::cg(PreconditionerKind::BlockJacobi)));
+        assert!("cg-none".parse::<SolverKind>().unwrap_err().contains("cg-frozen"));
     }
 }

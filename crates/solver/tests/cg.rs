@@ -10,7 +10,7 @@ use solver::formulation::Formulation;
 use solver::linear::{LinearInfo, LinearSolver, LinearStatus};
 use solver::operator::Operator;
 use solver::precondition::PreconditionerKind;
-use solver::solvers::{SolverError, SolverKind};
+use solver::solvers::SolverKind;
 use solver::system::Six;
 
 fn scenes() -> Vec<(&'static str, rod::Model, rod::State, usize)> {
@@ -19,7 +19,7 @@ fn scenes() -> Vec<(&'static str, rod::Model, rod::State, usize)> {
         named("rod", rod(3.0, 20, 0.05, material(1e5, 1000.0)), 20),
         named("helix", helix(24), 15),
         named("tree", tree(), 15),
-        named("ring", ring(), 0),
+        named("ring", ring(), 10),
     ]
 }
 
@@ -36,10 +36,6 @@ fn run(solver: &mut dyn LinearSolver, component: &Component<f64>) -> (LinearInfo
     let mut x = vec![Six::zero(); component.system.joints.len()];
     let info = solver.solve(&component.system, false, &mut x);
     (info, x)
-}
-
-fn has_loop(component: &Component<f64>) -> bool {
-    component.system.topology.elimination.is_none()
 }
 
 /// Largest difference, entry by entry, in units of the largest entry of the same kind (force or torque).
@@ -89,9 +85,6 @@ fn every_preconditioner_leads_to_the_dense_solution() {
             let (component, members) = component_after(&model, &state, steps, formulation);
             let expected = dense_solution(&component.system);
             for preconditioner in PreconditionerKind::ALL {
-                if preconditioner == PreconditionerKind::Frozen && has_loop(&component) {
-                    continue;
-                }
                 let params = CgParams { preconditioner, tolerance: 1e-11, ..CgParams::default() };
                 let (info, x) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
                 assert_eq!(info.status, LinearStatus::Solved, "{name} {formulation} {preconditioner}");
@@ -104,31 +97,113 @@ fn every_preconditioner_leads_to_the_dense_solution() {
 }
 
 #[test]
-fn counts() {
-    let mut table = String::new();
-    for (n, y) in [(30, 1e5), (60, 1e5), (100, 1e6)] {
-        let (model, state) = rod(3.0, n, 0.05, material(y, 1000.0));
-        for steps in [0, 1, 10, 25, 50] {
-            let (component, members) = component_after(&model, &state, steps, Formulation::Xpbd);
-            for preconditioner in PreconditionerKind::ALL {
-                let counts = [1e-2, 1e-4, 1e-6, 1e-8].map(|tolerance| {
-                    let params = CgParams { preconditioner, tolerance, ..CgParams::default() };
-                    let (info, _) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
-                    (info.iterations, (info.stretch_residual * 1e4).round() / 1e4)
-                });
-                table += &format!("N={n} steps {steps} {preconditioner}: {counts:?}\n");
+#[ignore = "elimination counts a segment with three or more joints twice: wrong on trees"]
+fn direct_solvers_find_the_dense_solution() {
+    for formulation in Formulation::ALL {
+        for (name, model, state, steps) in scenes() {
+            let (component, members) = component_after(&model, &state, steps, formulation);
+            let expected = dense_solution(&component.system);
+            for kind in [SolverKind::Direct, SolverKind::Sparse] {
+                let mut solver = kind.build(&model, &members, &component.system.topology).unwrap();
+                let (_, x) = run(solver.as_mut(), &component);
+                let difference = difference(&flat(&x), &expected);
+                assert!(difference < 1e-8, "{name} {formulation} {kind}: {difference:e}");
             }
         }
     }
-    println!("{table}");
+}
+
+/// Iterations to 1e-2, 1e-4, 1e-6 and 1e-8: a rod of 3 m with r = 0.05 m and rho = 1000 kg/m^3, one end fixed, that fell
+/// from the horizontal for 50 steps of 0.02 s; the first outer iteration of the next step.
+///
+/// A few per cent are left to rounding; plain CG in raw units feels it most: to 1e-4, with 60 segments, it needs 870 to 1000.
+#[test]
+fn iterations_of_a_falling_rod() {
+    use PreconditionerKind::{BlockJacobi, Frozen, Jacobi, Raw};
+    let expected = [
+        (30, 1e5, [[7, 250, 278, 300], [41, 47, 55, 61], [32, 39, 46, 52], [11, 14, 17, 19]]),
+        (60, 1e5, [[20, 930, 1080, 1196], [76, 94, 110, 126], [67, 85, 99, 115], [13, 17, 19, 22]]),
+        (100, 1e6, [[100, 3430, 4160, 4632], [162, 240, 267, 278], [161, 233, 254, 270], [10, 13, 15, 18]]),
+    ];
+    for (segments, youngs_modulus, kinds) in expected {
+        let (model, state) = rod(3.0, segments, 0.05, material(youngs_modulus, 1000.0));
+        let (component, members) = component_after(&model, &state, 50, Formulation::Xpbd);
+        for (preconditioner, expected) in [Raw, Jacobi, BlockJacobi, Frozen].into_iter().zip(kinds) {
+            let slack = if preconditioner == Raw { 0.12 } else { 0.03 };
+            for (tolerance, expected) in [1e-2, 1e-4, 1e-6, 1e-8].into_iter().zip(expected) {
+                let params = CgParams { preconditioner, tolerance, ..CgParams::default() };
+                let (info, _) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
+                let off = (info.iterations as f64 - expected as f64).abs();
+                assert!(
+                    off <= 1.0 + slack * expected as f64,
+                    "N = {segments}, {preconditioner}, {tolerance:e}: {} iterations, expected {expected}",
+                    info.iterations
+                );
+                if preconditioner == Raw && tolerance == 1e-2 {
+                    assert!(info.stretch_residual > 5.0, "raw units hide the stretch residual: {info:?}");
+                }
+            }
+        }
+    }
 }
 
 #[test]
-fn loops_have_no_frozen_factor() {
-    let (model, state) = ring();
-    let (component, members) = component_after(&model, &state, 0, Formulation::Xpbd);
-    let kind = SolverKind::cg(PreconditionerKind::Frozen);
-    let error = kind.build(&model, &members, &component.system.topology).err().unwrap();
-    assert!(matches!(error, SolverError::Loop { .. }));
-    assert!(error.to_string().contains("frozen"));
+fn a_zero_right_hand_side_is_solved_by_zero() {
+    let (model, state) = rod(3.0, 10, 0.05, material(1e5, 1000.0));
+    let (mut component, members) = component_after(&model, &state, 5, Formulation::Xpbd);
+    component.system.joints.iter_mut().for_each(|joint| joint.rhs = Six::zero());
+    for preconditioner in PreconditionerKind::ALL {
+        let mut solver = solver_for(&model, &members, &component, CgParams { preconditioner, ..CgParams::default() });
+        let mut x = vec![Six::from_array([1.0; 6]); 9];
+        let info = solver.solve(&component.system, true, &mut x);
+        assert_eq!((info, x), (LinearInfo::default(), vec![Six::zero(); 9]));
+    }
+}
+
+#[test]
+fn caps_and_numbers_that_are_not_finite_end_with_a_status() {
+    let (model, state) = rod(3.0, 10, 0.05, material(1e5, 1000.0));
+    let (mut component, members) = component_after(&model, &state, 5, Formulation::Xpbd);
+    for preconditioner in PreconditionerKind::ALL {
+        let params = CgParams { preconditioner, max_iterations: Some(2), tolerance: 1e-12 };
+        let (info, _) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
+        assert_eq!((info.status, info.iterations), (LinearStatus::OutOfIterations, 2));
+        assert!(info.residual > 1e-12);
+    }
+    component.system.joints[3].rhs.stretch.0[0] = f64::NAN;
+    for preconditioner in PreconditionerKind::ALL {
+        let params = CgParams { preconditioner, ..CgParams::default() };
+        let (info, x) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
+        assert_eq!(info.status, LinearStatus::NotPositiveDefinite);
+        assert_eq!(x, vec![Six::zero(); 9]);
+    }
+}
+
+#[test]
+fn a_better_start_does_not_buy_a_stricter_target() {
+    let (model, state) = rod(3.0, 30, 0.05, material(1e5, 1000.0));
+    let (component, members) = component_after(&model, &state, 20, Formulation::Xpbd);
+    let solution = dense_solution(&component.system);
+    for preconditioner in PreconditionerKind::ALL {
+        let params = CgParams { preconditioner, ..CgParams::default() };
+        let mut solver = solver_for(&model, &members, &component, params);
+        let mut x = sixes(&solution);
+        let info = solver.solve(&component.system, true, &mut x);
+        assert_eq!((info.status, info.iterations), (LinearStatus::Solved, 0), "{preconditioner} {info:?}");
+    }
+}
+
+#[test]
+fn the_frozen_factor_solves_the_rest_shape_and_follows_the_time_step() {
+    let (model, state) = helix(24);
+    let (mut component, members) = component_after(&model, &state, 0, Formulation::Xpbd);
+    let params = CgParams { preconditioner: PreconditionerKind::Frozen, tolerance: 1e-8, ..CgParams::default() };
+    let mut solver = solver_for(&model, &members, &component, params);
+    for dt in [0.02, 0.001, 0.02] {
+        component.set_state(&state, &members, 0);
+        component.predict(dt, Formulation::Xpbd);
+        component.evaluate(Formulation::Xpbd);
+        let (info, _) = run(solver.as_mut(), &component);
+        assert!(info.iterations <= 2, "dt = {dt}: {info:?}");
+    }
 }

@@ -79,6 +79,12 @@ impl<T: Real> Component<T> {
         self.fresh = true;
     }
 
+    /// The multipliers, if there are any yet, are a guess for the step's end: from here on the pulls are theirs.
+    pub(crate) fn expect_multipliers(&mut self) {
+        let is_zero = |x: &Six<T>| (0..T::LANES).all(|lane| x.dot(*x).lane(lane) == 0.0);
+        self.fresh &= self.lambda.iter().all(is_zero);
+    }
+
     #[inline(always)]
     fn evaluate_joints(&mut self) -> Residuals<T> {
         let zero = T::zero();

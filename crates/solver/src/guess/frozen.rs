@@ -7,7 +7,6 @@ use crate::precondition::Frozen;
 use crate::system::Six;
 
 /// Starts linear solves from the solution of the rest shape's system. It has no memory.
-#[derive(Clone, Debug)]
 pub struct FrozenGuess {
     frozen: Frozen,
 }

@@ -17,7 +17,6 @@ use crate::system::Six;
 #[derive(Clone, Debug)]
 pub struct StepExtrapolation {
     order: usize,
-    moves_bodies: bool,
     /// Corrections of all bodies, then the multipliers of all joints.
     ring: Ring,
     /// The extrapolation.
@@ -32,13 +31,7 @@ impl StepExtrapolation {
     pub fn new(order: usize, bodies: usize, joints: usize) -> Self {
         let (order, size) = (order.min(2), bodies + joints);
         let values = vec![Six::zero(); size];
-        Self { order, moves_bodies: true, ring: Ring::new(size, order + 1), values, steps: 0, attempts: 0 }
-    }
-
-    /// The previous multipliers alone; the bodies start at the prediction. The multipliers then only serve the geometric
-    /// stiffness of the first outer iteration.
-    pub fn of_multipliers(bodies: usize, joints: usize) -> Self {
-        Self { moves_bodies: false, ..Self::new(0, bodies, joints) }
+        Self { order, ring: Ring::new(size, order + 1), values, steps: 0, attempts: 0 }
     }
 }
 
@@ -48,7 +41,7 @@ impl InitialGuess for StepExtrapolation {
     }
 
     fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
-        let Self { order, moves_bodies, ring, values, steps, attempts } = self;
+        let Self { order, ring, values, steps, attempts } = self;
         *attempts += 1;
         if *attempts > 1 {
             return false;
@@ -67,8 +60,7 @@ impl InitialGuess for StepExtrapolation {
                     }
                 }
                 let (corrections, multipliers) = values.split_at(poses.len());
-                let moved = if *moves_bodies { corrections } else { &[] };
-                for (pose, correction) in poses.iter_mut().zip(moved) {
+                for (pose, correction) in poses.iter_mut().zip(corrections) {
                     let x = pose.x + pose.q.rotate(correction.stretch);
                     *pose = Pose { x, q: pose.q.turned(pose.q.rotate(correction.bend)) };
                 }

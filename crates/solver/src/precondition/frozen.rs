@@ -1,4 +1,4 @@
-//! The tree factor of the rest shape, turned along with the segments.
+//! The factor of the rest shape, turned along with the segments.
 //!
 //! In the frame of its body a, a joint's world rows are those of the rest shape as long as the rod bends little over a
 //! joint. So: turn a residual from where the segments are to where they would be at rest, `R_a,rest R_a^T` joint by
@@ -13,27 +13,29 @@ use rod::Model;
 
 use super::Precondition;
 use crate::component::Members;
-use crate::direct::TreeFactor;
 use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::looped::Looped;
 use crate::operator::Operator;
+use crate::sparse::SparseError;
 use crate::system::{Six, System};
-use crate::topology::{Node, Topology};
+use crate::topology::Topology;
 
 /// The factored rest configuration of one connected set of segments.
-#[derive(Clone, Debug)]
 pub struct Frozen {
     rest: System<f64>,
     /// Orientation of each joint's body a at rest.
     frames: Vec<Quat<f64>>,
-    factor: TreeFactor<f64>,
+    factor: Looped,
     is_factored: bool,
 }
 
 impl Frozen {
-    /// The rest configuration of a set of segments; `None` where its graph has a loop.
-    pub fn new(model: &Model, members: &Members, topology: &Topology) -> Option<Self> {
-        let order = topology.elimination.as_deref()?;
-        let factor = TreeFactor::new(order.len(), topology.stack_depth);
+    /// The rest configuration of a set of segments.
+    ///
+    /// # Errors
+    /// If the factor would be too large.
+    pub fn new(model: &Model, members: &Members, topology: &Topology) -> Result<Self, SparseError> {
+        let factor = Looped::new(topology)?;
         let mut rest = System::new(Arc::new(topology.clone()));
         let orientations = rest_orientations(model, members, topology);
         for (body, terms) in rest.bodies.iter_mut().enumerate() {
@@ -59,7 +61,7 @@ impl Frozen {
             terms.s = relative.w.max(1e-6);
             terms.t = q_a.rotate(relative.v);
         }
-        Some(Self { rest, frames, factor, is_factored: false })
+        Ok(Self { rest, frames, factor, is_factored: false })
     }
 
     /// Factors anew where the compliances over dt^2 are not those of the last time.
@@ -72,20 +74,16 @@ impl Frozen {
             [own.shear, own.stretch_extra, own.bend, own.twist_extra] = current;
         }
         if !same {
-            let order = self.rest.topology.elimination.as_deref().unwrap_or(&[]);
-            self.factor.factor(&self.rest, order);
-            self.is_factored = true;
+            self.is_factored = self.factor.factor(&self.rest).is_ok();
         }
     }
 
     /// `z = M^-1 r`, one entry a joint.
     #[inline(always)]
     pub(crate) fn solve(&mut self, system: &System<f64>, r: impl Fn(usize) -> Six<f64>, z: &mut [Six<f64>]) {
-        let order: &[Node] = self.rest.topology.elimination.as_deref().unwrap_or(&[]);
         let (frames, rest) = (&self.frames, &self.rest.joints);
         let current = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;
-        self.factor.carry_up(
-            order,
+        self.factor.solve_factored(
             #[inline(always)]
             |joint| {
                 // Bend-twist is in body frames already.
@@ -93,9 +91,6 @@ impl Frozen {
                 let r = r(joint);
                 rest[joint].to_world(Six { stretch: turn.rotate(r.stretch), bend: r.bend }, frames[joint])
             },
-        );
-        self.factor.back_substitute(
-            order,
             #[inline(always)]
             |joint, x| {
                 let back = current(joint) * frames[joint].conj();
@@ -137,7 +132,8 @@ fn rest_rotation(joint: &rod::Joint) -> Quat<f64> {
     own_quat(&rod::darboux::rotation_of(&joint.rest_darboux, joint.length))
 }
 
-/// Orientations that bring every joint of an acyclic graph to rest (a fixed body obeys the first joint that reaches it).
+/// Orientations that bring the joints of a spanning tree to rest. Where a loop or fixed bodies do not agree with that, the
+/// joint that closes it is a little off its rest, which costs iterations and nothing else.
 fn rest_orientations(model: &Model, members: &Members, topology: &Topology) -> Vec<Quat<f64>> {
     let bodies = topology.bodies();
     let mut incident: Vec<Vec<usize>> = vec![Vec::new(); bodies];

@@ -100,6 +100,7 @@ impl Precondition for BlockJacobi {
 
 /// Inverse of a symmetric positive definite block: `D = L L^T`, then `L^-T L^-1`, symmetric to the last bit.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "indices as in the formulas")]
 fn inverted(mut d: Block<f64>) -> Block<f64> {
     for k in 0..6 {
         let pivot = d[k][k].sqrt();
