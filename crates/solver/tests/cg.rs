@@ -97,7 +97,6 @@ fn every_preconditioner_leads_to_the_dense_solution() {
 }
 
 #[test]
-#[ignore = "elimination counts a segment with three or more joints twice: wrong on trees"]
 fn direct_solvers_find_the_dense_solution() {
     for formulation in Formulation::ALL {
         for (name, model, state, steps) in scenes() {
