@@ -42,7 +42,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Seconds of evaluation, linear solve and update, one outer iteration each time.
+/// Seconds of evaluation, linear solve (any solver's) and update, one outer iteration each time.
 fn iterate(component: &mut Component<f64>, solver: &mut dyn LinearSolver, iterations: usize) -> [f64; 3] {
     let formulation = Formulation::default();
     let mut sums = [0.0; 3];
