@@ -1,1 +1,122 @@
-//! Several solvers and guesses on one scene.
+//! Several solvers and guesses side by side on one scene.
+
+use nalgebra::Vector3;
+use rod::{Model, State};
+use serde::Serialize;
+use solver::counters::Counters;
+use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use solver::step::Status;
+
+/// A way to simulate the scene.
+pub struct Entry<'a> {
+    /// Its name in the table.
+    pub name: String,
+    /// Formulation, tolerances, linear solver.
+    pub settings: Settings,
+    /// Guess; `None` for a zero start.
+    pub guess: Option<GuessFactory<'a>>,
+}
+
+/// What a way came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Name of the entry.
+    pub name: String,
+    /// Worst status of any step.
+    pub status: &'static str,
+    /// Outer iterations per step and connected set.
+    pub iterations_per_step: f64,
+    /// Iterations of the linear solver per outer iteration; 0 for direct solvers.
+    pub linear_iterations_per_solve: f64,
+    /// Wall time per step [us]: prediction and velocities.
+    pub predict_us: f64,
+    /// Wall time per step [us]: guesses.
+    pub guess_us: f64,
+    /// Wall time per step [us]: constraints, Jacobians, mass matrices.
+    pub assemble_us: f64,
+    /// Wall time per step [us]: linear solves.
+    pub solve_us: f64,
+    /// Wall time per step [us]: update of multipliers and poses.
+    pub update_us: f64,
+    /// Wall time per step [us]: all stages.
+    pub total_us: f64,
+    /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
+    /// the rods' mean length.
+    pub error: f64,
+}
+
+/// Outer tolerance of the reference.
+pub const REFERENCE_TOLERANCE: f64 = 1e-12;
+
+/// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
+/// formulation, solved directly to [`REFERENCE_TOLERANCE`]. After each step `progress(step)` says whether to go on.
+///
+/// # Errors
+/// If the scene or an entry is not valid.
+pub fn run(
+    model: &Model,
+    state: &State,
+    dt: f64,
+    steps: usize,
+    entries: &[Entry<'_>],
+    mut progress: impl FnMut(usize) -> bool,
+) -> Result<Vec<Row>, SimulationError> {
+    let mut exact = Settings::default();
+    if let Some(first) = entries.first() {
+        exact.step = first.settings.step;
+    }
+    exact.step.relative_tolerance = REFERENCE_TOLERANCE;
+    exact.step.absolute_tolerance = REFERENCE_TOLERANCE;
+    let mut reference = Simulation::new(model, state, &exact, None)?;
+    let mut runs = Vec::new();
+    for entry in entries {
+        let simulation = Simulation::new(model, state, &entry.settings, entry.guess)?;
+        runs.push((simulation, Status::Converged, 0.0_f64));
+    }
+    let (mut expected, mut found) = (state.clone(), state.clone());
+    let mut done = 0;
+    while done < steps {
+        reference.step(dt)?;
+        reference.store(&mut expected);
+        for (simulation, status, error) in &mut runs {
+            *status = (*status).max(simulation.step(dt)?.status);
+            simulation.store(&mut found);
+            *error = error.max(position_error(model, &found, &expected));
+        }
+        done += 1;
+        if !progress(done) {
+            break;
+        }
+    }
+    let row = |(entry, (simulation, status, error)): (&Entry<'_>, &(Simulation, Status, f64))| {
+        row(entry, &simulation.counters(), *status, *error, (done, simulation.components()))
+    };
+    Ok(entries.iter().zip(&runs).map(row).collect())
+}
+
+fn row(entry: &Entry<'_>, counters: &Counters, status: Status, error: f64, (steps, sets): (usize, usize)) -> Row {
+    let per_step = |time: std::time::Duration| time.as_secs_f64() * 1e6 / steps.max(1) as f64;
+    let times = &counters.times;
+    Row {
+        name: entry.name.clone(),
+        status: status.name(),
+        iterations_per_step: counters.iterations as f64 / (steps * sets).max(1) as f64,
+        linear_iterations_per_solve: counters.linear_iterations as f64 / counters.iterations.max(1) as f64,
+        predict_us: per_step(times.predict),
+        guess_us: per_step(times.guess),
+        assemble_us: per_step(times.assemble),
+        solve_us: per_step(times.solve),
+        update_us: per_step(times.update),
+        total_us: per_step(times.total()),
+        error,
+    }
+}
+
+/// Root mean square distance of the segments' centres in two states, relative to the mean length of the rods.
+pub fn position_error(model: &Model, a: &State, b: &State) -> f64 {
+    let distance = |(x, y): (&Vector3<f64>, &Vector3<f64>)| (x - y).norm_squared();
+    let sum: f64 = a.positions.iter().zip(&b.positions).map(distance).sum();
+    let rods = model.segments.iter().map(|s| s.rod).max().map_or(1, |last| last + 1);
+    let length = model.segments.iter().map(|s| s.length).sum::<f64>() / rods as f64;
+    (sum / a.positions.len().max(1) as f64).sqrt() / length
+}

@@ -3,4 +3,5 @@
 //! This crate runs simulations and measures them. It knows no network (guesses come as factories) and prints nothing.
 
 pub mod compare;
+pub mod starts;
 pub mod stress;

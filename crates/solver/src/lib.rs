@@ -1,4 +1,5 @@
 //! Position-based dynamics of stiff Cosserat rods.
+pub mod cg;
 pub mod component;
 pub mod counters;
 pub mod direct;
@@ -7,6 +8,8 @@ pub mod guess;
 pub mod kernel;
 pub mod linear;
 pub mod looped;
+pub mod operator;
+pub mod precondition;
 pub mod simulation;
 pub mod solvers;
 pub mod sparse;

@@ -55,6 +55,24 @@ impl Looped {
         })
     }
 
+    /// Factors a system's matrix, in world rows.
+    pub(crate) fn factor(&mut self, system: &System<f64>) -> Result<(), SparseError> {
+        self.assemble(system);
+        self.cholesky.factor(&self.diagonal, &self.off_diagonal)
+    }
+
+    /// Solves with the factor made last: `rhs(joint)` in world rows, `take(joint, x)` gets the multipliers of these.
+    #[inline(always)]
+    pub(crate) fn solve_factored(&mut self, rhs: impl Fn(usize) -> Six<f64>, mut take: impl FnMut(usize, Six<f64>)) {
+        for (joint, own) in self.rhs.iter_mut().enumerate() {
+            *own = rhs(joint).to_array();
+        }
+        self.cholesky.solve(&mut self.rhs);
+        for (joint, x) in self.rhs.iter().enumerate() {
+            take(joint, Six::from_array(*x));
+        }
+    }
+
     fn assemble(&mut self, system: &System<f64>) {
         for (joint, block) in self.diagonal.iter_mut().enumerate() {
             *block = joint_diagonal(system, joint as u32);
@@ -72,19 +90,15 @@ impl Looped {
 
 impl LinearSolver for Looped {
     fn solve(&mut self, system: &System<f64>, _has_start: bool, dlambda: &mut [Six<f64>]) -> LinearInfo {
-        self.assemble(system);
-        if self.cholesky.factor(&self.diagonal, &self.off_diagonal).is_err() {
+        if self.factor(system).is_err() {
             dlambda.fill(Six::zero());
             return LinearInfo { status: LinearStatus::NotPositiveDefinite, ..LinearInfo::default() };
         }
         let q_a = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;
-        for (joint, (rhs, terms)) in self.rhs.iter_mut().zip(&system.joints).enumerate() {
-            *rhs = terms.to_world(terms.rhs, q_a(joint)).to_array();
-        }
-        self.cholesky.solve(&mut self.rhs);
-        for (joint, (x, terms)) in self.rhs.iter().zip(&system.joints).enumerate() {
-            dlambda[joint] = terms.multipliers_from_world(Six::from_array(*x), q_a(joint));
-        }
+        self.solve_factored(
+            |joint| system.joints[joint].to_world(system.joints[joint].rhs, q_a(joint)),
+            |joint, x| dlambda[joint] = system.joints[joint].multipliers_from_world(x, q_a(joint)),
+        );
         LinearInfo::default()
     }
 

@@ -1,12 +1,17 @@
 //! The linear solvers by name.
 
+use std::fmt;
+use std::str::FromStr;
+
 use rod::Model;
 use thiserror::Error;
 
+use crate::cg::{Cg, CgParams};
 use crate::component::Members;
 use crate::direct::Direct;
 use crate::linear::LinearSolver;
 use crate::looped::Looped;
+use crate::precondition::{Frozen, PreconditionerKind};
 use crate::sparse::SparseError;
 use crate::topology::Topology;
 
@@ -16,10 +21,14 @@ pub enum SolverKind {
     /// Block elimination along the tree; sparse Cholesky where the graph has a loop.
     #[default]
     Direct,
+    /// Sparse Cholesky, on any graph.
+    Sparse,
+    /// Preconditioned conjugate gradients, on any graph.
+    Cg(CgParams),
 }
 
 /// Why a linear solver cannot be set up.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, PartialEq)]
 pub enum SolverError {
     /// The sparse factor cannot be had.
     #[error(transparent)]
@@ -27,21 +36,87 @@ pub enum SolverError {
 }
 
 impl SolverKind {
+    /// Conjugate gradients with this preconditioner and default tolerance and cap.
+    pub fn cg(preconditioner: PreconditionerKind) -> Self {
+        Self::Cg(CgParams { preconditioner, ..CgParams::default() })
+    }
+
+    /// Its name in files and flags.
+    pub fn name(self) -> &'static str {
+        match self {
+            SolverKind::Direct => "direct",
+            SolverKind::Sparse => "sparse",
+            SolverKind::Cg(params) => match params.preconditioner {
+                PreconditionerKind::Raw => "cg-raw",
+                PreconditionerKind::Jacobi => "cg-jacobi",
+                PreconditionerKind::BlockJacobi => "cg-block-jacobi",
+                PreconditionerKind::Frozen => "cg-frozen",
+            },
+        }
+    }
+
     /// Sets the solver up for one connected set of segments.
     ///
     /// # Errors
-    /// If the solver does not fit the graph.
+    /// If the solver cannot work on this graph.
     pub fn build(
         &self,
-        _model: &Model,
-        _members: &Members,
+        model: &Model,
+        members: &Members,
         topology: &Topology,
     ) -> Result<Box<dyn LinearSolver>, SolverError> {
-        match self {
+        match *self {
             SolverKind::Direct => match Direct::new(topology) {
                 Some(direct) => Ok(Box::new(direct)),
                 None => Ok(Box::new(Looped::new(topology)?)),
             },
+            SolverKind::Sparse => Ok(Box::new(Looped::new(topology)?)),
+            SolverKind::Cg(params) => {
+                let frozen = match params.preconditioner {
+                    PreconditionerKind::Frozen => Some(Frozen::new(model, members, topology)?),
+                    _ => None,
+                };
+                Ok(Box::new(Cg::new(params, topology, frozen)))
+            }
         }
+    }
+}
+
+impl fmt::Display for SolverKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for SolverKind {
+    type Err = String;
+
+    /// "direct", "cg" (with the default preconditioner) or "cg-" and a preconditioner's name.
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "direct" => return Ok(Self::Direct),
+            "sparse" => return Ok(Self::Sparse),
+            "cg" => return Ok(Self::Cg(CgParams::default())),
+            _ => {}
+        }
+        let kind = name.strip_prefix("cg-").and_then(|kind| kind.parse().ok());
+        kind.map(Self::cg).ok_or_else(|| {
+            let names = PreconditionerKind::ALL.map(|kind| format!("cg-{kind}")).join(", ");
+            format!("expected one of direct, sparse, cg, {names}")
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for kind in PreconditionerKind::ALL.map(SolverKind::cg).into_iter().chain([SolverKind::Direct]) {
+            assert_eq!(kind.to_string().parse(), Ok(kind));
+        }
+        assert_eq!("cg".parse(), Ok(SolverKind::cg(PreconditionerKind::BlockJacobi)));
+        assert!("cg-none".parse::<SolverKind>().unwrap_err().contains("cg-frozen"));
     }
 }

@@ -85,7 +85,7 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
     while report.steps < params.max_steps {
         report.steps += 1;
         before.copy_from_slice(&component.poses);
-        component.predict(dt);
+        component.predict(dt, Formulation::Xpbd);
         component.poses.copy_from_slice(&before);
         for (lambda, force) in component.lambda.iter_mut().zip(&forces) {
             *lambda = lambda.plus(*force, dt * dt);

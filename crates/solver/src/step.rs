@@ -97,7 +97,7 @@ pub fn attempt<T: Real>(
     let mut watch = Stopwatch::start();
     vectorized(
         #[inline(always)]
-        || component.predict(dt),
+        || component.predict(dt, formulation),
     );
     watch.mark(&mut counters.times.predict);
     let mut residuals = evaluate(component, formulation, counters);
@@ -105,7 +105,18 @@ pub fn attempt<T: Real>(
     let target = (residuals.worst() * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance));
     if guess.start_step(component, counters) {
         watch.mark(&mut counters.times.guess);
+        component.expect_multipliers();
+        let predicted = residuals.worst().lane(0);
         residuals = evaluate(component, formulation, counters);
+        let started = residuals.worst().lane(0);
+        if started > predicted || started.is_nan() {
+            // Further from the solution than the prediction: the bodies go back to it. The multipliers stay; with a
+            // momentum residual they matter to the next poses through the geometric stiffness alone.
+            component.poses.copy_from_slice(&component.predicted);
+            residuals = evaluate(component, formulation, counters);
+            counters.guesses_used -= 1;
+            counters.guesses_dropped += 1;
+        }
         watch.mark(&mut counters.times.assemble);
     }
     for iteration in 0..params.max_iterations {

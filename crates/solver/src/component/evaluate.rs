@@ -24,8 +24,8 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     fn evaluate_bodies(&mut self, formulation: Formulation) {
         let geometric = formulation.geometric();
-        if geometric {
-            self.gather_levers();
+        if geometric && !self.fresh {
+            self.gather_pulls();
         }
         for (i, terms) in self.system.bodies.iter_mut().enumerate() {
             let constants = &self.bodies[i];
@@ -37,7 +37,7 @@ impl<T: Real> Component<T> {
             terms.inverse_inertia = if geometric {
                 let inertia = Sym3::identity(constants.transverse)
                     + Sym3::outer(axis, constants.axial - constants.transverse)
-                    + geometric_stiffness(self.scratch[i].stretch, axis);
+                    + geometric_stiffness(self.pulls[i], axis);
                 inertia.inverse() * constants.free
             } else {
                 let (across, along) = (constants.free / constants.transverse, constants.free / constants.axial);
@@ -48,17 +48,41 @@ impl<T: Real> Component<T> {
 
     /// Sums `z lambda_s` (and dt^2 z F of the loads) per body, the force by which its axis is pulled.
     #[inline(always)]
-    fn gather_levers(&mut self) {
-        self.scratch.fill(Six::zero());
+    fn gather_pulls(&mut self) {
+        self.pulls.fill(Vec3::zero());
         for ((&[a, b], terms), lambda) in self.system.topology.joints.iter().zip(&self.system.joints).zip(&self.lambda)
         {
-            self.scratch[a as usize].stretch += lambda.stretch * terms.offsets[0];
-            self.scratch[b as usize].stretch -= lambda.stretch * terms.offsets[1];
+            self.pulls[a as usize] += lambda.stretch * terms.offsets[0];
+            self.pulls[b as usize] -= lambda.stretch * terms.offsets[1];
         }
         let dt2 = T::splat(self.dt * self.dt);
         for load in &self.loads {
-            self.scratch[load.body].stretch += load.force * (load.offset * dt2);
+            self.pulls[load.body] += load.force * (load.offset * dt2);
         }
+    }
+
+    /// The pulls with which a step of `dt` [s] begins: those of the step before, as long as it lasted. Its multipliers
+    /// begin with zero, but a taut rod is taut from the start, and a first correction that did not know would break the
+    /// balance of momentum for good.
+    #[inline(always)]
+    pub(super) fn expect_pulls(&mut self, dt: f64) {
+        if self.dt > 0.0 {
+            self.gather_pulls();
+            let h = T::splat(dt);
+            let last = self.last_dt.max(T::splat(f64::MIN_POSITIVE));
+            let ratio = h / last;
+            let scale = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(ratio * ratio, T::zero());
+            for pull in &mut self.pulls {
+                *pull = *pull * scale;
+            }
+        }
+        self.fresh = true;
+    }
+
+    /// The multipliers, if there are any yet, are a guess for the step's end: from here on the pulls are theirs.
+    pub(crate) fn expect_multipliers(&mut self) {
+        let is_zero = |x: &Six<T>| (0..T::LANES).all(|lane| x.dot(*x).lane(lane) == 0.0);
+        self.fresh &= self.lambda.iter().all(is_zero);
     }
 
     #[inline(always)]

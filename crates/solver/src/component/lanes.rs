@@ -37,6 +37,12 @@ pub(super) fn copy_pose<T: Real, U: Real>(to: &mut Pose<T>, lane: usize, from: &
     to.q.w.set_lane(lane, from.q.w);
 }
 
+pub(super) fn copy_six<T: Real, U: Real>(to: &mut Six<T>, lane: usize, from: &Six<U>, from_lane: usize) {
+    let from = pick_six(from, from_lane);
+    put(&mut to.stretch, lane, from.stretch.0);
+    put(&mut to.bend, lane, from.bend.0);
+}
+
 fn get<T: Real>(v: Vec3<T>, lane: usize) -> Vector3<f64> {
     Vector3::new(v.0[0].lane(lane), v.0[1].lane(lane), v.0[2].lane(lane))
 }
@@ -163,6 +169,8 @@ impl<T: Real> Component<T> {
             dlambda: vec![Six::zero(); self.lambda.len()],
             scratch: vec![Six::zero(); self.scratch.len()],
             momentum: Vec::new(),
+            pulls: vec![Vec3::zero(); self.pulls.len()],
+            fresh: false,
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
@@ -186,8 +194,10 @@ impl<T: Real> Component<T> {
             copy_pose(pose, lane, own, 0);
         }
         for (velocity, own) in self.velocities.iter_mut().zip(&from.velocities) {
-            put(&mut velocity.stretch, lane, own.stretch.0);
-            put(&mut velocity.bend, lane, own.bend.0);
+            copy_six(velocity, lane, own, 0);
+        }
+        for (lambda, own) in self.lambda.iter_mut().zip(&from.lambda) {
+            copy_six(lambda, lane, own, 0);
         }
         self.last_dt.set_lane(lane, from.last_dt);
     }

@@ -115,6 +115,10 @@ pub struct Component<T> {
     scratch: Vec<Six<T>>,
     /// Per body: the correction (dx, dphi) that the momentum residual asks for; empty where it is not used.
     momentum: Vec<Six<T>>,
+    /// Per body: the force times dt^2 by which its axis is pulled, for the geometric stiffness.
+    pulls: Vec<Vec3<T>>,
+    /// Whether the pulls are those expected of the step, because it has no multipliers yet.
+    fresh: bool,
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     loads: Vec<BodyLoad<T>>,
@@ -153,6 +157,8 @@ impl<T: Real> Component<T> {
             dlambda: vec![Six::zero(); joints],
             scratch: vec![Six::zero(); bodies],
             momentum: Vec::new(),
+            pulls: vec![Vec3::zero(); bodies],
+            fresh: false,
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
             loads: Vec::new(),

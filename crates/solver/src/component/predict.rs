@@ -1,6 +1,7 @@
 //! Prediction (lines 1 to 5 of Algorithm 1) and the free rotation of a segment.
 
 use super::{BodyConstants, Component, Pose};
+use crate::formulation::Formulation;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::system::Six;
@@ -14,7 +15,10 @@ impl<T: Real> Component<T> {
     /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
     /// which holds the joints' answer: alone they could turn a light segment about many times in a step.
     #[inline(always)]
-    pub fn predict(&mut self, dt: f64) {
+    pub fn predict(&mut self, dt: f64, formulation: Formulation) {
+        if formulation.geometric() {
+            self.expect_pulls(dt);
+        }
         let h = T::splat(dt);
         let half = T::splat(0.5 * dt);
         let last_half = self.last_dt * T::splat(0.5);

@@ -1,6 +1,6 @@
 //! What follows a linear solve: multipliers, poses, velocities; and taking a step back.
 
-use super::lanes::copy_pose;
+use super::lanes::{copy_pose, copy_six};
 use super::{Component, Pose};
 use crate::formulation::Formulation;
 use crate::kernel::lane::Real;
@@ -12,6 +12,7 @@ impl<T: Real> Component<T> {
     /// where `active` >= 0.
     #[inline(always)]
     pub fn update(&mut self, formulation: Formulation, active: T) {
+        self.fresh = false;
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
         let Self { system, scratch, dlambda, lambda, .. } = self;
         scratch.fill(Six::zero());
@@ -49,6 +50,7 @@ impl<T: Real> Component<T> {
     /// Takes the step under way back.
     pub fn roll_back(&mut self) {
         self.poses.copy_from_slice(&self.start);
+        self.lambda.fill(Six::zero());
     }
 
     /// Movement of a body since the start of the step: of its centre in segment lengths, and its turn [rad].
@@ -62,6 +64,9 @@ impl<T: Real> Component<T> {
     pub fn roll_back_lane(&mut self, lane: usize) {
         for (pose, start) in self.poses.iter_mut().zip(&self.start) {
             copy_pose(pose, lane, start, lane);
+        }
+        for lambda in &mut self.lambda {
+            copy_six(lambda, lane, &Six::<f64>::zero(), 0);
         }
     }
 }

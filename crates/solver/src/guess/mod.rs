@@ -5,8 +5,21 @@
 //! from it. The start of a *whole step* is where the outer iteration begins (p0, lambda0); only a formulation with a
 //! momentum residual corrects it, so it is not offered elsewhere.
 
+mod extrapolate;
+mod fischer;
+mod frozen;
+mod history;
+mod kind;
+mod step;
+
 use crate::component::{Component, Pose};
 use crate::system::{Six, System};
+
+pub use extrapolate::Extrapolation;
+pub use fischer::Fischer;
+pub use frozen::FrozenGuess;
+pub use kind::GuessKind;
+pub use step::StepExtrapolation;
 
 /// Proposes where to start. One guess serves one connected set of segments; all its times are counted.
 pub trait InitialGuess: Send {
@@ -45,12 +58,14 @@ pub trait InitialGuess: Send {
 }
 
 /// The stretch-shear multipliers in the frame of each joint's body a, where a rod that turns leaves them as they are.
+#[inline(always)]
 pub(crate) fn to_body_frame(system: &System<f64>, joint: usize, x: Six<f64>) -> Six<f64> {
     let q_a = system.bodies[system.topology.joints[joint][0] as usize].orientation;
     Six { stretch: q_a.rotate_back(x.stretch), bend: x.bend }
 }
 
 /// The inverse of [`to_body_frame`].
+#[inline(always)]
 pub(crate) fn from_body_frame(system: &System<f64>, joint: usize, x: Six<f64>) -> Six<f64> {
     let q_a = system.bodies[system.topology.joints[joint][0] as usize].orientation;
     Six { stretch: q_a.rotate(x.stretch), bend: x.bend }

@@ -1,0 +1,176 @@
+//! `simulate compare`: solvers and guesses side by side.
+
+use anyhow::Result;
+use comfy_table::{CellAlignment, Table};
+use evaluation::compare::{self, Entry};
+use evaluation::starts::{self, Cell, Plan};
+use rod::Model;
+use serde::Serialize;
+use solver::cg::CgParams;
+use solver::component::Members;
+use solver::formulation::Formulation;
+use solver::guess::{GuessKind, InitialGuess};
+use solver::precondition::PreconditionerKind;
+use solver::simulation::Settings;
+use solver::solvers::SolverKind;
+use solver::topology::Topology;
+
+use crate::Outcome;
+use crate::cli::CompareArgs;
+use crate::progress::Progress;
+use crate::scenes::{scene, settings, use_threads};
+
+/// Tolerances of the table of starts.
+const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];
+/// Preconditioners of the table of starts.
+const PRECONDITIONERS: [PreconditionerKind; 3] =
+    [PreconditionerKind::Raw, PreconditionerKind::Jacobi, PreconditionerKind::BlockJacobi];
+
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    segments: usize,
+    steps: usize,
+    dt_s: f64,
+    outer_tolerance: f64,
+    runs: Vec<compare::Row>,
+    starts: Vec<Cell>,
+}
+
+/// Runs both tables and prints them.
+pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
+    let scene = scene(&args.scene)?;
+    use_threads(&args.scene)?;
+    let base = settings(&args.scene);
+    let (dt, steps) = (scene.run.dt, scene.run.steps);
+    let say = !args.scene.quiet && !args.scene.json;
+    if say {
+        println!("{}: {} segments, {steps} steps of {dt} s", scene.name, scene.model.segments.len());
+    }
+    let kinds = [
+        GuessKind::Zero,
+        GuessKind::Previous,
+        GuessKind::Linear,
+        GuessKind::Quadratic,
+        GuessKind::Fischer(4),
+        GuessKind::Fischer(8),
+        GuessKind::Frozen,
+    ];
+    let factories = kinds.map(factory);
+    let step_kinds = [GuessKind::StepPrevious, GuessKind::StepLinear, GuessKind::StepQuadratic];
+    let step_factories = step_kinds.map(factory);
+
+    let mut entries = Vec::new();
+    let mut entry = |name: String, formulation, solver, guess| {
+        let step = solver::step::StepParams { formulation, ..base.step };
+        entries.push(Entry { name, settings: Settings { step, solver }, guess });
+    };
+    for formulation in Formulation::ALL {
+        entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
+    }
+    for (kind, factory) in step_kinds.iter().zip(&step_factories) {
+        entry(format!("newton, direct, {kind}"), Formulation::Newton, SolverKind::Direct, Some(factory as _));
+    }
+    let own = args.scene.formulation;
+    for preconditioner in PRECONDITIONERS {
+        for (kind, factory) in kinds.iter().zip(&factories) {
+            let solver = SolverKind::Cg(CgParams { preconditioner, ..CgParams::default() });
+            let guess = (*kind != GuessKind::Zero).then_some(factory as _);
+            entry(format!("{own}, cg {preconditioner}, {kind}"), own, solver, guess);
+        }
+    }
+    // The entry whose formulation the reference takes comes first.
+    entries.sort_by_key(|entry| entry.settings.step.formulation != own);
+
+    let progress = Progress::new(2 * steps, !say)?;
+    let runs = compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
+    let guesses = kinds.iter().zip(&factories).map(|(kind, factory)| {
+        (kind.to_string(), (*kind != GuessKind::Zero).then_some(factory as solver::simulation::GuessFactory<'_>))
+    });
+    let plan = Plan {
+        guesses: guesses.collect(),
+        preconditioners: PRECONDITIONERS.to_vec(),
+        tolerances: TOLERANCES.to_vec(),
+        skip: args.skip.min(steps.saturating_sub(1)),
+    };
+    let cells = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_| progress.advance())?;
+    let interrupted = progress.finish();
+
+    let outer_tolerance = base.step.relative_tolerance;
+    let (name, segments) = (scene.name, scene.model.segments.len());
+    let report = Report { scene: name, segments, steps, dt_s: dt, outer_tolerance, runs, starts: cells };
+    if args.scene.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else if say {
+        print_runs(&report);
+        print_starts(&report, args.skip);
+    }
+    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+fn factory(kind: GuessKind) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> {
+    move |model, members, topology| kind.build(model, members, topology)
+}
+
+fn print_runs(report: &Report) {
+    println!(
+        "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times in us a step; error: root\n\
+         mean square position error relative to the rods' length, against {} solved to {:e}",
+        report.outer_tolerance,
+        report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
+        compare::REFERENCE_TOLERANCE
+    );
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::NOTHING);
+    table.set_header([
+        "way", "outer", "linear", "predict", "guess", "assemble", "solve", "update", "total", "error", "status",
+    ]);
+    for row in &report.runs {
+        let us = |x: f64| format!("{x:.1}");
+        table.add_row([
+            row.name.clone(),
+            format!("{:.2}", row.iterations_per_step),
+            format!("{:.1}", row.linear_iterations_per_solve),
+            us(row.predict_us),
+            us(row.guess_us),
+            us(row.assemble_us),
+            us(row.solve_us),
+            us(row.update_us),
+            us(row.total_us),
+            format!("{:.1e}", row.error),
+            row.status.to_owned(),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1).take(9) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    println!("{table}");
+}
+
+fn print_starts(report: &Report, skip: usize) {
+    println!(
+        "\nStarts: cg iterations of the first outer iteration of each step relative to a zero start, on the same systems\n\
+         for all (the exact motion's), after the first {skip} steps; tolerances relative to the right-hand side"
+    );
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::NOTHING);
+    let mut header = vec!["guess".to_owned()];
+    for preconditioner in PRECONDITIONERS {
+        header.extend(TOLERANCES.map(|tolerance| format!("{preconditioner} {tolerance:e}")));
+    }
+    table.set_header(header);
+    let columns = PRECONDITIONERS.len() * TOLERANCES.len();
+    for (k, row) in report.starts.chunks(columns).enumerate() {
+        let Some(first) = row.first() else { continue };
+        if k == 0 {
+            let counts = row.iter().map(|cell| format!("{:.0}", cell.iterations));
+            table.add_row(std::iter::once(format!("{}, iterations", first.guess)).chain(counts));
+        }
+        let ratios = row.iter().map(|cell| format!("{:.2}", cell.ratio));
+        table.add_row(std::iter::once(first.guess.clone()).chain(ratios));
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    println!("{table}");
+}

@@ -1,0 +1,49 @@
+//! `simulate`: elastic rods on the command line. See `simulate --help`.
+
+mod cli;
+mod compare;
+mod list;
+mod progress;
+mod run;
+mod scenes;
+mod stress;
+mod summary;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::cli::{Cli, Command};
+
+/// Exit code of a run whose numbers were not finite.
+const FAILED: u8 = 1;
+/// Exit code of bad input: flags, scenes, places to write to.
+const BAD_INPUT: u8 = 2;
+/// Exit code of a run that was stopped by Ctrl-C, its results kept.
+const INTERRUPTED: u8 = 130;
+
+/// How a command ended.
+enum Outcome {
+    Done,
+    Interrupted,
+    NotFinite,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match cli.command {
+        None => run::run(&cli.scene, &cli.run),
+        Some(Command::List) => list::list(),
+        Some(Command::Compare(args)) => compare::compare(&args),
+        Some(Command::Stress(args)) => stress::stress(&args),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
+        Ok(Outcome::NotFinite) => ExitCode::from(FAILED),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}

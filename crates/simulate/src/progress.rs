@@ -1,0 +1,43 @@
+//! Progress on the terminal, and Ctrl-C.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// A bar with an estimate of the time left, and whether the user asked to stop.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    stopped: Arc<AtomicBool>,
+}
+
+impl Progress {
+    /// A bar of `length` steps, invisible when `quiet` or not on a terminal. Ctrl-C asks to stop, twice quits.
+    pub(crate) fn new(length: usize, quiet: bool) -> Result<Self> {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(Some(length as u64), target);
+        bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} gone, {eta} left")?);
+        let stopped = Arc::new(AtomicBool::new(false));
+        let flag = stopped.clone();
+        ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::Relaxed) {
+                std::process::exit(i32::from(crate::INTERRUPTED));
+            }
+        })
+        .context("cannot listen to Ctrl-C")?;
+        Ok(Self { bar, stopped })
+    }
+
+    /// One step done. Returns whether to go on.
+    pub(crate) fn advance(&self) -> bool {
+        self.bar.inc(1);
+        !self.stopped.load(Ordering::Relaxed)
+    }
+
+    /// Takes the bar away and returns whether the user asked to stop.
+    pub(crate) fn finish(self) -> bool {
+        self.bar.finish_and_clear();
+        self.stopped.load(Ordering::Relaxed)
+    }
+}

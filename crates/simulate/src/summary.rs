@@ -1,0 +1,236 @@
+//! What a run came to, as text and as JSON.
+
+use std::path::Path;
+use std::time::Duration;
+
+use comfy_table::Table;
+use rod::measure::{self, Energy};
+use rod::{Model, State};
+use scene::Scene;
+use serde::Serialize;
+use solver::guess::GuessKind;
+use solver::simulation::{Settings, Simulation};
+use solver::solvers::SolverKind;
+use solver::step::Status;
+
+/// Energies of the frames that were looked at.
+pub(crate) struct Drift {
+    first: Energy,
+    highest: f64,
+    length: f64,
+}
+
+impl Drift {
+    /// From the first state.
+    pub(crate) fn new(model: &Model, state: &State) -> Self {
+        let first = measure::energy(model, state);
+        Self { first, highest: first.total(), length: measure::centreline_length(model, state) }
+    }
+
+    /// Looks at a frame.
+    pub(crate) fn observe(&mut self, energy: &Energy) {
+        self.highest = self.highest.max(energy.total());
+    }
+}
+
+/// Wall time per stage [s], summed over threads.
+#[derive(Debug, Serialize)]
+struct StageSeconds {
+    predict: f64,
+    guess: f64,
+    assemble: f64,
+    solve: f64,
+    update: f64,
+}
+
+/// How often something was done; what the scene or the settings lack stays zero.
+#[derive(Debug, Serialize)]
+struct Work {
+    steps: u64,
+    retries: u64,
+    not_converged: u64,
+    non_finite: u64,
+    outer_iterations: u64,
+    segment_iterations: u64,
+    linear_iterations: u64,
+    linear_failures: u64,
+    guesses_used: u64,
+    guesses_dropped: u64,
+    load_evaluations: u64,
+    damping_evaluations: u64,
+    branch_eliminations: u64,
+    geometric_evaluations: u64,
+    momentum_evaluations: u64,
+}
+
+/// Worst residuals of any step, in scaled units.
+#[derive(Debug, Serialize)]
+struct Worst {
+    stretch_per_length: f64,
+    bend_rad: f64,
+    momentum: f64,
+}
+
+/// A run's summary.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    scene: String,
+    segments: usize,
+    joints: usize,
+    connected_sets: usize,
+    formulation: &'static str,
+    solver: String,
+    linear_tolerance: Option<f64>,
+    guess: String,
+    tolerance: f64,
+    dt_s: f64,
+    steps: usize,
+    threads: usize,
+    status: &'static str,
+    wall_s: f64,
+    stages_s: StageSeconds,
+    work: Work,
+    worst_residuals: Worst,
+    length_drift: f64,
+    energy_start_j: f64,
+    energy_end_j: f64,
+    /// Highest total energy of the frames that were looked at: all with `--out`, else the last.
+    energy_highest_j: f64,
+    /// BLAKE3 of the final positions, orientations, velocities and angular velocities, as little-endian f64.
+    final_state_hash: String,
+}
+
+impl Summary {
+    /// Gathers everything at the end of a run of (steps, worst status, wall time).
+    pub(crate) fn new(
+        scene: &Scene,
+        settings: &Settings,
+        guess: GuessKind,
+        simulation: &Simulation,
+        state: &State,
+        drift: &Drift,
+        (steps, status, wall): (usize, Status, Duration),
+    ) -> Self {
+        let counters = simulation.counters();
+        let seconds = |d: Duration| d.as_secs_f64();
+        let times = &counters.times;
+        Self {
+            scene: scene.name.clone(),
+            segments: scene.model.segments.len(),
+            joints: scene.model.joints.len(),
+            connected_sets: simulation.components(),
+            formulation: settings.step.formulation.name(),
+            solver: settings.solver.to_string(),
+            linear_tolerance: match settings.solver {
+                SolverKind::Cg(params) => Some(params.tolerance),
+                _ => None,
+            },
+            guess: guess.to_string(),
+            tolerance: settings.step.relative_tolerance,
+            dt_s: scene.run.dt,
+            steps,
+            threads: rayon::current_num_threads(),
+            status: status.name(),
+            wall_s: seconds(wall),
+            stages_s: StageSeconds {
+                predict: seconds(times.predict),
+                guess: seconds(times.guess),
+                assemble: seconds(times.assemble),
+                solve: seconds(times.solve),
+                update: seconds(times.update),
+            },
+            work: Work {
+                steps: counters.steps,
+                retries: counters.retries,
+                not_converged: counters.not_converged,
+                non_finite: counters.non_finite,
+                outer_iterations: counters.iterations,
+                segment_iterations: counters.segment_iterations,
+                linear_iterations: counters.linear_iterations,
+                linear_failures: counters.linear_failures,
+                guesses_used: counters.guesses_used,
+                guesses_dropped: counters.guesses_dropped,
+                load_evaluations: counters.load_evaluations,
+                damping_evaluations: counters.damping_evaluations,
+                branch_eliminations: counters.branch_eliminations,
+                geometric_evaluations: counters.geometric_evaluations,
+                momentum_evaluations: counters.momentum_evaluations,
+            },
+            worst_residuals: Worst {
+                stretch_per_length: counters.worst_stretch,
+                bend_rad: counters.worst_bend,
+                momentum: counters.worst_momentum,
+            },
+            length_drift: measure::centreline_length(&scene.model, state) / drift.length - 1.0,
+            energy_start_j: drift.first.total(),
+            energy_end_j: measure::energy(&scene.model, state).total(),
+            energy_highest_j: drift.highest,
+            final_state_hash: hash(state),
+        }
+    }
+
+    /// Prints it for a person.
+    pub(crate) fn print(&self, out: Option<&Path>) {
+        let work = &self.work;
+        let per_step = work.outer_iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
+        println!("formulation {}, solver {}, guess {}", self.formulation, self.solver, self.guess);
+        println!(
+            "{}: {} steps in {:.3} s, {:.1} times as fast as real time",
+            self.status,
+            self.steps,
+            self.wall_s,
+            self.dt_s * self.steps as f64 / self.wall_s.max(1e-9)
+        );
+        let retries = if work.retries > 0 { format!(", {} steps halved", work.retries) } else { String::new() };
+        let linear = match work.linear_iterations {
+            0 => String::new(),
+            n => format!(", {:.1} linear iterations in each", n as f64 / work.outer_iterations.max(1) as f64),
+        };
+        println!("outer iterations: {per_step:.2} a step{linear}{retries}");
+        let stages = &self.stages_s;
+        let mut table = Table::new();
+        table.load_style(comfy_table::presets::NOTHING);
+        table.set_header(["stage", "us a step", "share"]);
+        let rows = [
+            ("predict", stages.predict),
+            ("guess", stages.guess),
+            ("assemble", stages.assemble),
+            ("linear solve", stages.solve),
+            ("update", stages.update),
+        ];
+        let total: f64 = rows.iter().map(|(_, s)| s).sum();
+        for (name, seconds) in rows {
+            let us = seconds * 1e6 / self.steps.max(1) as f64;
+            table.add_row([
+                name.to_owned(),
+                format!("{us:.1}"),
+                format!("{:.0} %", 100.0 * seconds / total.max(1e-12)),
+            ]);
+        }
+        println!("{table}");
+        println!(
+            "worst residuals: stretch {:.1e} of a segment, bend {:.1e} rad",
+            self.worst_residuals.stretch_per_length, self.worst_residuals.bend_rad
+        );
+        println!(
+            "length drift {:.1e}, energy {:.6} J at the start, {:.6} J at the end",
+            self.length_drift, self.energy_start_j, self.energy_end_j
+        );
+        if let Some(out) = out {
+            println!("written to {}: trajectory.safetensors, centreline.csv, summary.json", out.display());
+        }
+    }
+}
+
+/// BLAKE3 of a state's bits.
+fn hash(state: &State) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let vectors = |v: &[f64]| v.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    for i in 0..state.len() {
+        hasher.update(&vectors(state.positions[i].as_slice()));
+        hasher.update(&vectors(state.orientations[i].as_vector().as_slice()));
+        hasher.update(&vectors(state.velocities[i].as_slice()));
+        hasher.update(&vectors(state.angular_velocities[i].as_slice()));
+    }
+    hasher.finalize().to_hex().to_string()
+}

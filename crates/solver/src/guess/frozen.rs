@@ -1,0 +1,42 @@
+//! The factor of the rest shape, turned along with the segments, applied to b.
+
+use super::InitialGuess;
+use crate::component::Component;
+use crate::kernel::dispatch::vectorized;
+use crate::precondition::Frozen;
+use crate::system::Six;
+
+/// Starts linear solves from the solution of the rest shape's system. It has no memory.
+pub struct FrozenGuess {
+    frozen: Frozen,
+}
+
+impl FrozenGuess {
+    /// A guess by this factor.
+    pub fn new(frozen: Frozen) -> Self {
+        Self { frozen }
+    }
+}
+
+impl InitialGuess for FrozenGuess {
+    fn helps_solves(&self) -> bool {
+        true
+    }
+
+    fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Six<f64>]) -> bool {
+        let system = &component.system;
+        vectorized(
+            #[inline(always)]
+            || {
+                self.frozen.refresh(system);
+                self.frozen.solve(
+                    system,
+                    #[inline(always)]
+                    |joint| system.joints[joint].rhs,
+                    dlambda,
+                );
+            },
+        );
+        true
+    }
+}

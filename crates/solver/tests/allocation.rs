@@ -1,0 +1,55 @@
+//! Nothing is allocated once solvers and guesses are set up.
+
+mod common;
+
+use common::*;
+use solver::cg::CgParams;
+use solver::formulation::Formulation;
+use solver::guess::GuessKind;
+use solver::precondition::PreconditionerKind;
+use solver::solvers::SolverKind;
+use solver::system::Six;
+
+fn allocations(f: impl FnOnce()) -> u64 {
+    allocation_counter::measure(f).count_total
+}
+
+#[test]
+fn solves_do_not_allocate() {
+    let (model, state) = tree();
+    let (component, members) = component_after(&model, &state, 10, Formulation::Xpbd);
+    let kinds = PreconditionerKind::ALL.map(|preconditioner| CgParams { preconditioner, ..CgParams::default() });
+    for kind in kinds.map(SolverKind::Cg).into_iter().chain([SolverKind::Direct]) {
+        let mut solver = kind.build(&model, &members, &component.system.topology).unwrap();
+        let mut x = vec![Six::zero(); component.system.joints.len()];
+        let count = allocations(|| {
+            for _ in 0..3 {
+                solver.solve(&component.system, false, &mut x);
+            }
+        });
+        assert_eq!(count, 0, "{kind}");
+    }
+}
+
+#[test]
+fn guesses_do_not_allocate() {
+    let (model, state) = tree();
+    let (mut component, members) = component_after(&model, &state, 10, Formulation::Xpbd);
+    for kind in GuessKind::ALL {
+        let Some(mut guess) = kind.build(&model, &members, &component.system.topology) else { continue };
+        let mut x = vec![Six::zero(); component.system.joints.len()];
+        let mut poses = component.poses.clone();
+        let count = allocations(|| {
+            for _ in 0..12 {
+                guess.start_step(&component, &mut poses, &mut x);
+                guess.start_solve(&component, 0, &mut x);
+                for (joint, terms) in component.dlambda.iter_mut().zip(&component.system.joints) {
+                    *joint = terms.rhs;
+                }
+                guess.observe_solve(&component, 0);
+                guess.observe_step(&component);
+            }
+        });
+        assert_eq!(count, 0, "{kind}");
+    }
+}
