@@ -10,13 +10,16 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use rival::Rival;
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
+use solver::cg::CgParams;
 use solver::component::{Component, split};
 use solver::direct::Direct;
 use solver::formulation::Formulation;
 use solver::kernel::dispatch::vectorized;
 use solver::linear::LinearSolver;
 use solver::looped::Looped;
+use solver::precondition::PreconditionerKind;
 use solver::simulation::{Settings, Simulation};
+use solver::solvers::SolverKind;
 
 const DT: f64 = 0.02;
 /// Segments times iterations that a variant runs in one repeat, at least.
@@ -42,12 +45,12 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Seconds of evaluation, linear solve and update, one outer iteration each time.
+/// Seconds of evaluation, linear solve (any solver's) and update, one outer iteration each time.
 fn iterate(component: &mut Component<f64>, solver: &mut dyn LinearSolver, iterations: usize) -> [f64; 3] {
     let formulation = Formulation::default();
     let mut sums = [0.0; 3];
     for _ in 0..iterations {
-        component.predict(DT);
+        component.predict(DT, formulation);
         let mut marks = [Instant::now(); 4];
         vectorized(
             #[inline(always)]
@@ -69,15 +72,22 @@ fn iterate(component: &mut Component<f64>, solver: &mut dyn LinearSolver, iterat
     sums
 }
 
-/// One chain: [evaluate, solve, update, all, nalgebra, faer] in microseconds per segment and iteration.
-fn one_rod(n: usize, repeats: usize) -> [f64; 6] {
+/// One chain: [evaluate, solve, update, all, nalgebra, faer, one iteration of conjugate gradients] in microseconds per
+/// segment and iteration.
+fn one_rod(n: usize, repeats: usize) -> [f64; 7] {
     let (model, state) = rods(1, n);
     let (members, topology) = split(&model).remove(0);
     let topology = Arc::new(topology);
     let mut component = Component::new(&model, &state, topology.clone(), &[&members]);
     let mut direct = Direct::new(&topology).expect("a chain has no loop");
     let mut sparse = (n <= LONGEST_SPARSE).then(|| Looped::new(&topology).expect("the pattern fits"));
-    component.predict(DT);
+    let cg = |max_iterations| {
+        let preconditioner = PreconditionerKind::BlockJacobi;
+        let params = CgParams { preconditioner, tolerance: 0.0, max_iterations: Some(max_iterations) };
+        SolverKind::Cg(params).build(&model, &members, &topology).expect("it works on any graph")
+    };
+    let mut gradients = [1, 11].map(cg);
+    component.predict(DT, Formulation::Xpbd);
     let mut predicted = state.clone();
     component.store_state(&mut predicted, &members, 0);
     let mut rival = Rival::new(&model, &predicted, DT);
@@ -90,7 +100,7 @@ fn one_rod(n: usize, repeats: usize) -> [f64; 6] {
 
     let iterations = WORK.div_ceil(n);
     let scale = 1e6 / (iterations * n) as f64;
-    let mut times: [Vec<f64>; 6] = Default::default();
+    let mut times: [Vec<f64>; 7] = Default::default();
     for _ in 0..repeats {
         let parts = iterate(&mut component, &mut direct, iterations);
         for (times, part) in times.iter_mut().zip(parts.into_iter().chain([parts.iter().sum()])) {
@@ -110,6 +120,9 @@ fn one_rod(n: usize, repeats: usize) -> [f64; 6] {
         } else {
             times[5].push(f64::NAN);
         }
+        // Ten iterations more, without what comes before the first.
+        let [one, eleven] = gradients.each_mut().map(|cg| iterate(&mut component, cg.as_mut(), iterations)[1]);
+        times[6].push((eleven - one) / 10.0 * scale);
     }
     times.map(median)
 }
@@ -143,14 +156,18 @@ fn processor() -> String {
 fn main() {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     println!("microseconds per segment and outer iteration, formulation {}", Formulation::default());
-    println!("{}, {threads} hardware threads, widest instructions {:?}", processor(), pulp::Arch::new());
+    let instructions = format!("{:?}", pulp::Arch::new());
+    let instructions = instructions.split('(').next().unwrap_or_default();
+    println!("{}, {threads} hardware threads, x86-64 instructions {instructions}", processor());
     println!("\none chain, one thread, one iteration from the predicted state; median of the repeats");
-    println!("      N repeats | evaluate  solve  update |    all | nalgebra | faer sparse LL^T");
+    println!(
+        "      N repeats | evaluate  solve  update |    all | nalgebra | faer sparse LL^T | one CG iteration (block-Jacobi)"
+    );
     for (n, repeats) in [(10, 41), (100, 41), (1_000, 41), (10_000, 31), (100_000, 11), (1_000_000, 5)] {
-        let [evaluate, solve, update, all, nalgebra, faer] = one_rod(n, repeats);
+        let [evaluate, solve, update, all, nalgebra, faer, cg] = one_rod(n, repeats);
         let faer = if faer.is_nan() { "       -".into() } else { format!("{faer:8.3}") };
         print!("{n:7} {repeats:7} | {evaluate:8.3} {solve:6.3} {update:7.3} |");
-        println!(" {all:6.3} | {nalgebra:8.3} | {faer}");
+        println!(" {all:6.3} | {nalgebra:8.3} | {faer}         | {cg:8.3}");
     }
     println!("measured elsewhere, one core: a version with Eigen 0.82, PositionBasedDynamics (C++) 2.3");
     println!("\nmany rods, whole steps with prediction, wall time; median of 15 steps");

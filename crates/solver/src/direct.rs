@@ -389,7 +389,8 @@ mod tests {
         let length = rng.random_range(2..14);
         let trunk = rod(&mut assembly, Vector3::zeros(), length, rng);
         let mut rods = vec![trunk.clone()];
-        let (is_chain, is_tree) = (seed % 3 == 0, seed % 3 == 1);
+        let kind = seed % 3;
+        let (is_chain, is_tree) = (kind == 0, kind == 1);
         let branches = if is_chain { 0 } else { rng.random_range(1..6) };
         for _ in 0..branches {
             let of = rods[rng.random_range(0..rods.len())].clone();
@@ -502,7 +503,7 @@ mod tests {
         let (model, state) = assembly.finish();
         let (members, topology) = split(&model).remove(0);
         let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
-        component.predict(0.01, Formulation::Xpbd);
+        component.predict(0.01, Formulation::Newton);
         component.evaluate(Formulation::Newton);
         for (k, terms) in component.system.joints.iter_mut().enumerate() {
             terms.rhs = Six::from_array([k as f64, 1.0, -1.0, 0.5, 0.3, 0.1]);

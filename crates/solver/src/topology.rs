@@ -122,12 +122,12 @@ impl Incidence {
 fn eliminate(joints: &[[u32; 2]], fixed: &[bool], incident: &Incidence) -> Option<Vec<Node>> {
     let mut walk = Walk { joints, fixed, incident, met: vec![0; joints.len()], walks: 0, nodes: Vec::new() };
     walk.nodes.reserve(joints.len());
-    for joint in 0..joints.len() {
+    for (joint, &[body, _]) in joints.iter().enumerate() {
         if walk.met[joint] != 0 {
             continue;
         }
         let first = walk.nodes.len();
-        walk.eliminate_from(joint as u32, joints[joint][0])?;
+        walk.eliminate_from(joint as u32, body)?;
         let is_chain = walk.nodes[first..].iter().all(|node| !node.resumes || node.leaves == Leaves::Nothing);
         if is_chain && walk.nodes.len() - first > 2 {
             // Rooted in its middle, a chain has two halves that do not depend on each other.

@@ -8,16 +8,16 @@ use rod::{Body, Joint, Model, State};
 type Block = Matrix6<f64>;
 
 /// A chain of segments and the memory for its outer iterations.
-pub struct Rival {
+pub(crate) struct Rival {
     model: Model,
-    pub state: State,
+    pub(crate) state: State,
     inverse_masses: Vec<Block>,
     jacobians: Vec<[Block; 2]>,
     diagonal: Vec<Block>,
     below: Vec<Block>,
     factors: Vec<Cholesky<f64, nalgebra::U6>>,
     rhs: Vec<Vector6<f64>>,
-    pub lambda: Vec<Vector6<f64>>,
+    pub(crate) lambda: Vec<Vector6<f64>>,
     dt: f64,
 }
 
@@ -26,7 +26,7 @@ fn set<const R: usize>(block: &mut Block, row: usize, column: usize, part: &SMat
 }
 
 impl Rival {
-    pub fn new(model: &Model, state: &State, dt: f64) -> Self {
+    pub(crate) fn new(model: &Model, state: &State, dt: f64) -> Self {
         let (n, joints) = (model.segments.len(), model.joints.len());
         Self {
             model: model.clone(),
@@ -47,7 +47,7 @@ impl Rival {
     }
 
     /// One outer iteration: constraints, Jacobians, blocks, factor, substitution, update.
-    pub fn iterate(&mut self) {
+    pub(crate) fn iterate(&mut self) {
         self.evaluate();
         self.assemble();
         self.solve();

@@ -21,8 +21,8 @@ impl<T: Real> Component<T> {
             lambda[j] = select(active, lambda[j].plus(dlambda, T::splat(1.0)), lambda[j]);
             system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), scratch);
         }
-        for i in 0..self.segments {
-            let mut correction = system.correction(i, scratch[i]);
+        for (i, &impulse) in scratch[..self.segments].iter().enumerate() {
+            let mut correction = system.correction(i, impulse);
             if with_momentum {
                 correction = correction.plus(self.momentum[i], T::splat(1.0));
             }

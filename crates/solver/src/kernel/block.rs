@@ -1,5 +1,8 @@
 //! The 6x6 kernels of the block elimination: what a joint sees of a body, factor, substitutions.
 
+// Rows and columns are numbered as in the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use super::lane::{Both, Real};
 use super::math::{Sym3, Vec3, map_rows, sum, transposed};
 use crate::system::Six;
