@@ -11,6 +11,7 @@ mod error;
 mod file;
 mod layout;
 mod reader;
+mod snapshots;
 mod writer;
 
 pub use centreline::write_centreline;
@@ -18,4 +19,5 @@ pub use error::ExportError;
 pub use file::{write_atomically, write_json};
 pub use layout::TrajectoryInfo;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
+pub use snapshots::write_snapshots;
 pub use writer::TrajectoryWriter;

@@ -83,7 +83,7 @@ pub(crate) struct RunArgs {
     /// step-linear, step-quadratic (for newton).
     #[arg(long, default_value_t = GuessKind::Zero)]
     pub(crate) guess: GuessKind,
-    /// Write trajectory.safetensors, centreline.csv and summary.json to this folder.
+    /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use export::{TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_json};
+use export::{TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_json, write_snapshots};
 use rod::measure;
 use solver::component::Members;
 use solver::guess::{GuessKind, InitialGuess};
@@ -74,6 +74,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         let trajectory = writer.finish()?;
         let mut reader = TrajectoryReader::open(&trajectory)?;
         write_centreline(&directory.join("centreline.csv"), &mut reader, &scene.model.segments)?;
+        write_snapshots(&directory.join("snapshots.svg"), &mut reader, &scene.model.segments)?;
         write_json(&directory.join("summary.json"), &summary)?;
     }
     if scene_args.json {

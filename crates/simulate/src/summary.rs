@@ -217,7 +217,10 @@ impl Summary {
             self.length_drift, self.energy_start_j, self.energy_end_j
         );
         if let Some(out) = out {
-            println!("written to {}: trajectory.safetensors, centreline.csv, summary.json", out.display());
+            println!(
+                "written to {}: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json",
+                out.display()
+            );
         }
     }
 }
