@@ -1,9 +1,11 @@
 //! Several solvers and guesses side by side on one scene.
 
+use std::time::Duration;
+
 use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::Serialize;
-use solver::counters::Counters;
+use solver::counters::StageTimes;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::Status;
 
@@ -28,17 +30,17 @@ pub struct Row {
     pub iterations_per_step: f64,
     /// Iterations of the linear solver per outer iteration; 0 for direct solvers.
     pub linear_iterations_per_solve: f64,
-    /// Wall time per step [us]: prediction and velocities.
+    /// Median wall time of a step [us]: prediction and velocities.
     pub predict_us: f64,
-    /// Wall time per step [us]: guesses.
+    /// Median wall time of a step [us]: guesses.
     pub guess_us: f64,
-    /// Wall time per step [us]: constraints, Jacobians, mass matrices.
+    /// Median wall time of a step [us]: constraints, Jacobians, mass matrices.
     pub assemble_us: f64,
-    /// Wall time per step [us]: linear solves.
+    /// Median wall time of a step [us]: linear solves.
     pub solve_us: f64,
-    /// Wall time per step [us]: update of multipliers and poses.
+    /// Median wall time of a step [us]: update of multipliers and poses.
     pub update_us: f64,
-    /// Wall time per step [us]: all stages.
+    /// Median wall time of a step [us]: all stages.
     pub total_us: f64,
     /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
     /// the rods' mean length.
@@ -70,46 +72,80 @@ pub fn run(
     let mut reference = Simulation::new(model, state, &exact, None)?;
     let mut runs = Vec::new();
     for entry in entries {
-        let simulation = Simulation::new(model, state, &entry.settings, entry.guess)?;
-        runs.push((simulation, Status::Converged, 0.0_f64));
+        runs.push(Run {
+            simulation: Simulation::new(model, state, &entry.settings, entry.guess)?,
+            status: Status::Converged,
+            error: 0.0,
+            times: Vec::with_capacity(steps),
+        });
     }
     let (mut expected, mut found) = (state.clone(), state.clone());
     let mut done = 0;
     while done < steps {
         reference.step(dt)?;
         reference.store(&mut expected);
-        for (simulation, status, error) in &mut runs {
-            *status = (*status).max(simulation.step(dt)?.status);
-            simulation.store(&mut found);
-            *error = error.max(position_error(model, &found, &expected));
+        for run in &mut runs {
+            let before = run.simulation.counters().times;
+            run.status = run.status.max(run.simulation.step(dt)?.status);
+            run.times.push(between(&before, &run.simulation.counters().times));
+            run.simulation.store(&mut found);
+            run.error = run.error.max(position_error(model, &found, &expected));
         }
         done += 1;
         if !progress(done) {
             break;
         }
     }
-    let row = |(entry, (simulation, status, error)): (&Entry<'_>, &(Simulation, Status, f64))| {
-        row(entry, &simulation.counters(), *status, *error, (done, simulation.components()))
-    };
-    Ok(entries.iter().zip(&runs).map(row).collect())
+    Ok(entries.iter().zip(&runs).map(|(entry, run)| run.row(entry, done)).collect())
 }
 
-fn row(entry: &Entry<'_>, counters: &Counters, status: Status, error: f64, (steps, sets): (usize, usize)) -> Row {
-    let per_step = |time: std::time::Duration| time.as_secs_f64() * 1e6 / steps.max(1) as f64;
-    let times = &counters.times;
-    Row {
-        name: entry.name.clone(),
-        status: status.name(),
-        iterations_per_step: counters.iterations as f64 / (steps * sets).max(1) as f64,
-        linear_iterations_per_solve: counters.linear_iterations as f64 / counters.iterations.max(1) as f64,
-        predict_us: per_step(times.predict),
-        guess_us: per_step(times.guess),
-        assemble_us: per_step(times.assemble),
-        solve_us: per_step(times.solve),
-        update_us: per_step(times.update),
-        total_us: per_step(times.total()),
-        error,
+struct Run {
+    simulation: Simulation,
+    status: Status,
+    error: f64,
+    /// Of each step, the times of the five stages and their sum [us].
+    times: Vec<[f64; 6]>,
+}
+
+impl Run {
+    fn row(&self, entry: &Entry<'_>, steps: usize) -> Row {
+        let counters = self.simulation.counters();
+        let solves = (steps * self.simulation.components()).max(1);
+        let [predict_us, guess_us, assemble_us, solve_us, update_us, total_us] =
+            std::array::from_fn(|stage| median(self.times.iter().map(|times| times[stage]).collect()));
+        Row {
+            name: entry.name.clone(),
+            status: self.status.name(),
+            iterations_per_step: counters.iterations as f64 / solves as f64,
+            linear_iterations_per_solve: counters.linear_iterations as f64 / counters.iterations.max(1) as f64,
+            predict_us,
+            guess_us,
+            assemble_us,
+            solve_us,
+            update_us,
+            total_us,
+            error: self.error,
+        }
     }
+}
+
+/// Times of the five stages and their sum [us] between two readings.
+fn between(before: &StageTimes, after: &StageTimes) -> [f64; 6] {
+    let us = |after: Duration, before: Duration| (after - before).as_secs_f64() * 1e6;
+    [
+        us(after.predict, before.predict),
+        us(after.guess, before.guess),
+        us(after.assemble, before.assemble),
+        us(after.solve, before.solve),
+        us(after.update, before.update),
+        us(after.total(), before.total()),
+    ]
+}
+
+/// Median; zero where there is nothing.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Root mean square distance of the segments' centres in two states, relative to the mean length of the rods.

@@ -114,7 +114,7 @@ fn factory(kind: GuessKind) -> impl Fn(&Model, &Members, &Topology) -> Option<Bo
 
 fn print_runs(report: &Report) {
     println!(
-        "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times in us a step; error: root\n\
+        "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times: medians in us a step; error: root\n\
          mean square position error relative to the rods' length, against {} solved to {:e}",
         report.outer_tolerance,
         report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
