@@ -1,4 +1,10 @@
-//! Position-based dynamics of stiff Cosserat rods.
+//! Position-based dynamics of stiff Cosserat rods: Algorithm 1 of the COPINGNet paper (Shao et al., ICLR 2021) on the
+//! model of Kugelstadt, Deul and Bender (2018), with its linear solvers and its initial guesses.
+//!
+//! [`simulation::Simulation`] is the entry point: it splits a model into connected sets of segments and steps them.
+//! [`statics::equilibrium`] relaxes a state instead. [`linear::LinearSolver`] and [`guess::InitialGuess`] are the seams.
+//! This crate knows no file format and no network.
+
 pub mod cg;
 pub mod component;
 pub mod counters;

@@ -3,10 +3,13 @@
 mod common;
 
 use common::*;
+use nalgebra::Vector3;
+use rod::{Assembly, Material, RodSpec, shape};
 use solver::cg::CgParams;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::precondition::PreconditionerKind;
+use solver::simulation::{Settings, Simulation};
 use solver::solvers::SolverKind;
 use solver::system::Six;
 
@@ -51,5 +54,34 @@ fn guesses_do_not_allocate() {
             }
         });
         assert_eq!(count, 0, "{kind}");
+    }
+}
+
+#[test]
+fn whole_steps_do_not_allocate() {
+    let (tree_model, tree_state) = tree();
+    let mut rods = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+    for k in 0..16 {
+        let nodes = shape::straight(Vector3::y() * f64::from(k), Vector3::x(), 2.0, 20);
+        let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let rod = rods.rod(&RodSpec::new(nodes, 0.05, material));
+        rods.fix(rod.start);
+    }
+    let (rods_model, rods_state) = rods.finish();
+    for (model, state) in [(&tree_model, &tree_state), (&rods_model, &rods_state)] {
+        for formulation in Formulation::ALL {
+            for solver in [SolverKind::Direct, SolverKind::cg(PreconditionerKind::BlockJacobi)] {
+                let mut settings = Settings { solver, ..Settings::default() };
+                settings.step.formulation = formulation;
+                let mut simulation = Simulation::new(model, state, &settings, None).unwrap();
+                simulation.step(0.02).unwrap();
+                let count = allocations(|| {
+                    for _ in 0..5 {
+                        simulation.step(0.02).unwrap();
+                    }
+                });
+                assert_eq!(count, 0, "{formulation}, {solver}");
+            }
+        }
     }
 }

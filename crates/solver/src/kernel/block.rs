@@ -101,13 +101,13 @@ fn crossed_by<T: Real>(r: Vec3<T>, w: Sym3<T>) -> [[T; 3]; 3] {
     transposed(map_rows(w.full(), |row| row.cross(r)))
 }
 
-/// `J (dx, dphi)` at a connector with the arm r: see [`Share`].
+/// `J (dx, dphi)` at a connector with the arm r: see `Share`.
 #[inline(always)]
 pub fn at_connector<T: Real>(r: Vec3<T>, correction: Six<T>) -> Six<T> {
     Six { stretch: correction.stretch + correction.bend.cross(r), bend: -correction.bend }
 }
 
-/// `J^T (force, torque)` at a connector with the arm r: see [`Share`].
+/// `J^T (force, torque)` at a connector with the arm r: see `Share`.
 #[inline(always)]
 pub fn on_body<T: Real>(r: Vec3<T>, x: Six<T>) -> Six<T> {
     Six { stretch: x.stretch, bend: r.cross(x.stretch) - x.bend }
