@@ -24,7 +24,7 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     fn evaluate_bodies(&mut self, formulation: Formulation) {
         let geometric = formulation.geometric();
-        if geometric && !self.fresh {
+        if geometric && !self.pulls_hold {
             self.gather_pulls();
         }
         for (i, terms) in self.system.bodies.iter_mut().enumerate() {
@@ -55,10 +55,17 @@ impl<T: Real> Component<T> {
             self.pulls[a as usize] += lambda.stretch * terms.offsets[0];
             self.pulls[b as usize] -= lambda.stretch * terms.offsets[1];
         }
+        self.add_loads_pulls();
+    }
+
+    /// Adds the loads' share to the pulls.
+    #[inline(always)]
+    pub(super) fn add_loads_pulls(&mut self) {
         let dt2 = T::splat(self.dt * self.dt);
         for load in &self.loads {
             self.pulls[load.body] += load.force * (load.offset * dt2);
         }
+        self.pulls_hold = true;
     }
 
     /// The pulls with which a step of `dt` [s] begins: those of the step before, as long as it lasted. Its multipliers
@@ -67,7 +74,9 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     pub(super) fn expect_pulls(&mut self, dt: f64) {
         if self.dt > 0.0 {
-            self.gather_pulls();
+            if !self.pulls_hold {
+                self.gather_pulls();
+            }
             let h = T::splat(dt);
             let last = self.last_dt.max(T::splat(f64::MIN_POSITIVE));
             let ratio = h / last;
@@ -76,13 +85,13 @@ impl<T: Real> Component<T> {
                 *pull = *pull * scale;
             }
         }
-        self.fresh = true;
+        self.pulls_hold = true;
     }
 
     /// The multipliers, if there are any yet, are a guess for the step's end: from here on the pulls are theirs.
     pub(crate) fn expect_multipliers(&mut self) {
         let is_zero = |x: &Six<T>| (0..T::LANES).all(|lane| x.dot(*x).lane(lane) == 0.0);
-        self.fresh &= self.lambda.iter().all(is_zero);
+        self.pulls_hold &= self.lambda.iter().all(is_zero);
     }
 
     #[inline(always)]

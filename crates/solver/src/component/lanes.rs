@@ -170,7 +170,7 @@ impl<T: Real> Component<T> {
             scratch: vec![Six::zero(); self.scratch.len()],
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); self.pulls.len()],
-            fresh: false,
+            pulls_hold: false,
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
@@ -200,5 +200,6 @@ impl<T: Real> Component<T> {
             copy_six(lambda, lane, own, 0);
         }
         self.last_dt.set_lane(lane, from.last_dt);
+        self.pulls_hold = false;
     }
 }

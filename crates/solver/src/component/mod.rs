@@ -117,8 +117,8 @@ pub struct Component<T> {
     momentum: Vec<Six<T>>,
     /// Per body: the force times dt^2 by which its axis is pulled, for the geometric stiffness.
     pulls: Vec<Vec3<T>>,
-    /// Whether the pulls are those expected of the step, because it has no multipliers yet.
-    fresh: bool,
+    /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
+    pulls_hold: bool,
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     loads: Vec<BodyLoad<T>>,
@@ -158,7 +158,7 @@ impl<T: Real> Component<T> {
             scratch: vec![Six::zero(); bodies],
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); bodies],
-            fresh: false,
+            pulls_hold: false,
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
             loads: Vec::new(),

@@ -18,6 +18,8 @@ impl<T: Real> Component<T> {
     pub fn predict(&mut self, dt: f64, formulation: Formulation) {
         if formulation.geometric() {
             self.expect_pulls(dt);
+        } else {
+            self.pulls_hold = false;
         }
         let h = T::splat(dt);
         let half = T::splat(0.5 * dt);

@@ -4,7 +4,7 @@ use super::lanes::{copy_pose, copy_six};
 use super::{Component, Pose};
 use crate::formulation::Formulation;
 use crate::kernel::lane::Real;
-use crate::kernel::math::Quat;
+use crate::kernel::math::{Quat, Vec3};
 use crate::system::Six;
 
 impl<T: Real> Component<T> {
@@ -12,15 +12,29 @@ impl<T: Real> Component<T> {
     /// where `active` >= 0.
     #[inline(always)]
     pub fn update(&mut self, formulation: Formulation, active: T) {
-        self.fresh = false;
+        let geometric = formulation.geometric();
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
-        let Self { system, scratch, dlambda, lambda, .. } = self;
+        let Self { system, scratch, dlambda, lambda, pulls, .. } = self;
         scratch.fill(Six::zero());
+        if geometric {
+            pulls.fill(Vec3::zero());
+        }
         for (j, &dlambda) in dlambda.iter().enumerate() {
             let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
             lambda[j] = select(active, lambda[j].plus(dlambda, T::splat(1.0)), lambda[j]);
-            system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), scratch);
+            let terms = &system.joints[j];
+            system.add_impulse(j, terms.multipliers_to_world(dlambda, q_a), scratch);
+            if geometric {
+                // While they pass by: the next evaluation need not gather them.
+                let [a, b] = system.topology.joints[j];
+                pulls[a as usize] += lambda[j].stretch * terms.offsets[0];
+                pulls[b as usize] -= lambda[j].stretch * terms.offsets[1];
+            }
         }
+        if geometric {
+            self.add_loads_pulls();
+        }
+        let Self { system, scratch, .. } = self;
         for (i, &impulse) in scratch[..self.segments].iter().enumerate() {
             let mut correction = system.correction(i, impulse);
             if with_momentum {
@@ -51,6 +65,7 @@ impl<T: Real> Component<T> {
     pub fn roll_back(&mut self) {
         self.poses.copy_from_slice(&self.start);
         self.lambda.fill(Six::zero());
+        self.pulls_hold = false;
     }
 
     /// Movement of a body since the start of the step: of its centre in segment lengths, and its turn [rad].
@@ -68,6 +83,7 @@ impl<T: Real> Component<T> {
         for lambda in &mut self.lambda {
             copy_six(lambda, lane, &Six::<f64>::zero(), 0);
         }
+        self.pulls_hold = false;
     }
 }
 
