@@ -28,6 +28,8 @@ pub(crate) enum Command {
     List,
     /// Run a scene with several solvers and guesses: iterations, time per stage, error against a tight reference.
     Compare(CompareArgs),
+    /// Find the equilibrium that a scene relaxes to.
+    Static(StaticArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
     Stress(StressArgs),
 }
@@ -95,6 +97,23 @@ pub(crate) struct CompareArgs {
     /// Steps to leave out of the table of starts, where a history is not full yet.
     #[arg(long, default_value_t = 10)]
     pub(crate) skip: usize,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct StaticArgs {
+    /// A scene file or the name of a builtin scene (see `simulate list`).
+    #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
+    pub(crate) scene: String,
+    /// Largest movement of a segment in the last steps: in segment lengths, and in radians.
+    #[arg(long, default_value_t = 1e-9, value_parser = positive)]
+    pub(crate) tolerance: f64,
+    /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
+    /// this folder.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

@@ -6,6 +6,7 @@ mod list;
 mod progress;
 mod run;
 mod scenes;
+mod statics;
 mod stress;
 mod summary;
 
@@ -15,7 +16,7 @@ use clap::Parser;
 
 use crate::cli::{Cli, Command};
 
-/// Exit code of a run whose numbers were not finite.
+/// Exit code of a run whose numbers were not finite, or of an equilibrium that was not found.
 const FAILED: u8 = 1;
 /// Exit code of bad input: flags, scenes, places to write to.
 const BAD_INPUT: u8 = 2;
@@ -27,6 +28,7 @@ enum Outcome {
     Done,
     Interrupted,
     NotFinite,
+    NotConverged,
 }
 
 fn main() -> ExitCode {
@@ -35,12 +37,13 @@ fn main() -> ExitCode {
         None => run::run(&cli.scene, &cli.run),
         Some(Command::List) => list::list(),
         Some(Command::Compare(args)) => compare::compare(&args),
+        Some(Command::Static(args)) => statics::relax(&args),
         Some(Command::Stress(args)) => stress::stress(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
-        Ok(Outcome::NotFinite) => ExitCode::from(FAILED),
+        Ok(Outcome::NotFinite | Outcome::NotConverged) => ExitCode::from(FAILED),
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(BAD_INPUT)

@@ -14,12 +14,17 @@ pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
     let mut scene = match args.scene.as_str() {
         "random-rod" => Parameters::sample(Family::Rod, args.seed, args.index).scene()?,
         "random-helix" => Parameters::sample(Family::Helix, args.seed, args.index).scene()?,
-        name if name.ends_with(".toml") || name.contains(['/', '\\']) => scene::load(name)?,
-        name => scene::builtin(name)?,
+        name => named(name)?,
     };
     scene.run.dt = args.dt.unwrap_or(scene.run.dt);
     scene.run.steps = args.steps.unwrap_or(scene.run.steps);
     Ok(scene)
+}
+
+/// The scene file or builtin scene of this name.
+pub(crate) fn named(name: &str) -> Result<Scene> {
+    let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
+    Ok(if is_file { scene::load(name)? } else { scene::builtin(name)? })
 }
 
 /// Settings with the formulation and the outer tolerance of the arguments.

@@ -1,0 +1,83 @@
+//! `simulate static`: the equilibrium that a scene relaxes to.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use export::{TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_json, write_snapshots};
+use rod::measure;
+use serde::Serialize;
+use solver::statics::{StaticParams, equilibrium};
+
+use crate::Outcome;
+use crate::cli::StaticArgs;
+use crate::scenes;
+
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    segments: usize,
+    converged: bool,
+    /// Linear solves, over all connected sets.
+    linear_solves: usize,
+    /// Largest movement in the last step: segment lengths or radians.
+    last_movement: f64,
+    tolerance: f64,
+    wall_s: f64,
+    energy_start_j: f64,
+    energy_end_j: f64,
+    /// End face of the last segment of each rod [m].
+    tips_m: Vec<[f64; 3]>,
+}
+
+/// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
+pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
+    let scene = scenes::named(&args.scene)?;
+    let params = StaticParams { tolerance: args.tolerance, ..StaticParams::default() };
+    let mut state = scene.state.clone();
+    let begin = Instant::now();
+    let found = equilibrium(&scene.model, &mut state, &params)?;
+    let tip = |segments: &std::ops::Range<usize>| {
+        let last = segments.end - 1;
+        (state.positions[last] + state.axis(last) * (0.5 * scene.model.segments[last].length)).into()
+    };
+    let report = Report {
+        scene: scene.name.clone(),
+        segments: state.len(),
+        converged: found.converged,
+        linear_solves: found.steps,
+        last_movement: found.movement,
+        tolerance: args.tolerance,
+        wall_s: begin.elapsed().as_secs_f64(),
+        energy_start_j: measure::energy(&scene.model, &scene.state).total(),
+        energy_end_j: measure::energy(&scene.model, &state).total(),
+        tips_m: scene.rods.iter().filter(|rod| !rod.segments.is_empty()).map(|rod| tip(&rod.segments)).collect(),
+    };
+    if let Some(directory) = &args.out {
+        let info = TrajectoryInfo { scene: scene.name.clone(), dt: 1.0 };
+        let mut writer = TrajectoryWriter::create(directory, state.len(), info)?;
+        writer.push(&scene.state, 0.0)?;
+        writer.push(&state, 1.0)?;
+        let mut reader = TrajectoryReader::open(&writer.finish()?)?;
+        write_centreline(&directory.join("centreline.csv"), &mut reader, &scene.model.segments)?;
+        write_snapshots(&directory.join("snapshots.svg"), &mut reader, &scene.model.segments)?;
+        write_json(&directory.join("summary.json"), &report)?;
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        print(&report);
+    }
+    Ok(if found.converged { Outcome::Done } else { Outcome::NotConverged })
+}
+
+fn print(report: &Report) {
+    let status = if report.converged { "equilibrium found" } else { "NOT converged" };
+    println!(
+        "{}: {status} after {} linear solves in {:.3} s; the last moved {:.1e} (segment lengths or rad)",
+        report.scene, report.linear_solves, report.wall_s, report.last_movement
+    );
+    println!("energy {:.6} J at the start, {:.6} J at rest", report.energy_start_j, report.energy_end_j);
+    for (k, [x, y, z]) in report.tips_m.iter().enumerate().take(10) {
+        println!("tip of rod {k}: ({x:.6}, {y:.6}, {z:.6}) m");
+    }
+}
