@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
@@ -130,7 +130,39 @@ impl Assembly {
     /// Joins the start of `branch` (a range returned by [`Assembly::rod`]) to segment `parent`, at `fraction` of its
     /// length (0 its start, 1 its end), at the angle they have now. The joint is made of the branch's material.
     pub fn branch(&mut self, parent: usize, fraction: f64, branch: &Range<usize>) -> &mut Self {
+        self.align(parent, branch);
         self.join(parent, fraction, branch.start, 0.0)
+    }
+
+    /// Turns the material frames of a rod about its axes, so that its first is the smallest rotation away from that of
+    /// `parent`. Nothing else changes: sections are round, and rest shapes turn along.
+    ///
+    /// With the relative rotation (s, u) at rest a joint is softer about u by 1 / s^2 than its material says (its measure
+    /// is a sine), without bounds towards a half turn. Roll is no part of a branch's direction and must not matter.
+    fn align(&mut self, parent: usize, rod: &Range<usize>) {
+        let relative = self.state.orientations[parent].inverse() * self.state.orientations[rod.start];
+        if relative.w.hypot(relative.k) < 1e-9 {
+            return;
+        }
+        let roll = UnitQuaternion::from_quaternion(Quaternion::new(relative.w, 0.0, 0.0, -relative.k));
+        for i in rod.clone() {
+            self.state.orientations[i] *= roll;
+        }
+        let mut joints = std::mem::take(&mut self.model.joints);
+        for joint in &mut joints {
+            let inside = [joint.a, joint.b].map(|body| matches!(body, Body::Segment(i) if rod.contains(&i)));
+            match (inside, joint.a, joint.b) {
+                ([false, false], ..) => continue,
+                ([true, true], ..) => joint.rest_darboux = roll.inverse() * joint.rest_darboux,
+                (_, Body::Anchor(k), _) | (_, _, Body::Anchor(k)) => {
+                    self.model.anchors[k].orientation *= roll;
+                    joint.rest_darboux = roll.inverse() * joint.rest_darboux;
+                }
+                // Joined to another rod, at rest as it is.
+                _ => joint.rest_darboux = self.current_darboux(joint),
+            }
+        }
+        self.model.joints = joints;
     }
 
     /// Joins two segments where they are, at fractions of their lengths (0 the start, 1 the end), at rest as they are.
@@ -340,5 +372,32 @@ mod tests {
         let gap = state.positions[19] + state.axis(19) * joint.offset_a
             - (state.positions[0] + state.axis(0) * joint.offset_b);
         assert!(gap.norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_branch_turns_its_frames_to_its_parent_and_keeps_its_shape() {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let trunk = assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 4), 0.05, SOFT));
+        let nodes = shape::helix(Vector3::x(), 0.2, 0.5, 0.5, 12);
+        let rest = RestShape::Uniform(Vector3::new(1.0, 2.0, 3.0));
+        let rod = assembly.rod(&RodSpec { rest, ..RodSpec::new(nodes.clone(), 0.02, SOFT) });
+        let twig = assembly.rod(&RodSpec::new(shape::straight(nodes[6], -Vector3::x(), 0.3, 3), 0.01, SOFT));
+        assembly.branch(rod.start + 5, 1.0, &twig).clamp_end(&rod);
+        let (before, state_before) = assembly.clone().finish();
+        assembly.branch(trunk.end - 1, 1.0, &rod);
+        let (model, state) = assembly.finish();
+        // World axes of the strains, and so energies, stay.
+        for (old, new) in before.joints.iter().zip(&model.joints) {
+            let strain = |model: &Model, state: &State, joint: &Joint| {
+                model.pose(joint.a, state).orientation * crate::measure::bend_strain(model, state, joint)
+            };
+            let change = strain(&before, &state_before, old) - strain(&model, &state, new);
+            assert!(change.norm() < 1e-12, "{change}");
+        }
+        let joint = model.joints.last().unwrap();
+        let relative = state.orientations[trunk.end - 1].inverse() * state.orientations[rod.start];
+        let angle = state.axis(trunk.end - 1).angle(&state.axis(rod.start));
+        assert!((relative.angle() - angle).abs() < 1e-12);
+        assert!(crate::measure::bend_strain(&model, &state, joint).norm() < 1e-12);
     }
 }
