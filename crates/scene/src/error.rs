@@ -141,6 +141,8 @@ impl Source<'_> {
     }
 
     pub(crate) fn invalid(&self, offset: usize, message: String) -> SceneError {
+        // Names quoted from the file may hold line breaks and other control characters.
+        let message = message.replace(char::is_control, " ");
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
         SceneError::Invalid { file: self.file.to_owned(), line, message }

@@ -124,3 +124,11 @@ mistakes! {
     mass_that_is_too_small_to_compute_with: "0.05" => "1e-200",
         "6: rods[0]: this gives a model that cannot be simulated: segment 0: axial inertia = 0, but it must be finite and > 0";
 }
+
+#[test]
+fn a_name_with_a_line_break_does_not_break_the_error() {
+    let text = BASE.replace("name = \"a\"", "name = \"a\\nb\"");
+    let branch = "\n[[rods]]\nbranch_of = { rod = \"trunk\" }\nshape.straight = { length_m = 1, segments = 3 }\n";
+    let error = scene::parse(&(text + branch), "scenes/x.toml").unwrap_err().to_string();
+    assert!(error.contains("a b") && !error.contains('\n'), "{error}");
+}
