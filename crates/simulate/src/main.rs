@@ -3,6 +3,8 @@
 mod cli;
 mod compare;
 mod list;
+mod measured;
+mod output;
 mod progress;
 mod run;
 mod scenes;
@@ -26,7 +28,8 @@ const INTERRUPTED: u8 = 130;
 enum Outcome {
     Done,
     Interrupted,
-    NotFinite,
+    /// Numbers were not finite: where.
+    NotFinite(String),
 }
 
 fn main() -> ExitCode {
@@ -40,9 +43,12 @@ fn main() -> ExitCode {
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
-        Ok(Outcome::NotFinite) => ExitCode::from(FAILED),
+        Ok(Outcome::NotFinite(place)) => {
+            output::complain(format_args!("numbers are not finite: {place}"));
+            ExitCode::from(FAILED)
+        }
         Err(error) => {
-            eprintln!("error: {error:#}");
+            output::complain(format_args!("{error:#}"));
             ExitCode::from(BAD_INPUT)
         }
     }
