@@ -1,12 +1,16 @@
 //! Flags and subcommands.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::precondition::PreconditionerKind;
 use solver::solvers::SolverKind;
+
+/// Most threads one may ask for: thousands take minutes to start and stop.
+const MOST_THREADS: usize = 1024;
 
 /// Simulates elastic rods: ropes, cables, springs, trees.
 ///
@@ -41,27 +45,28 @@ pub(crate) struct SceneArgs {
     /// Table 1, drawn by --seed and --index.
     #[arg(default_value = "bending-rod", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
-    /// Seed of a random scene.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
-    /// Index of a random scene: each seed has as many as you like.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) index: u64,
-    /// Number of steps [default: the scene's].
-    #[arg(long)]
+    /// Seed of a random scene [default: 0].
+    #[arg(long, value_parser = whole::<u64>, allow_negative_numbers = true)]
+    pub(crate) seed: Option<u64>,
+    /// Index of a random scene: each seed has as many as you like [default: 0].
+    #[arg(long, value_parser = whole::<u64>, allow_negative_numbers = true)]
+    pub(crate) index: Option<u64>,
+    /// Number of steps [default: the scene's]. 0 checks the scene and shows how it starts.
+    #[arg(long, value_parser = whole::<usize>, allow_negative_numbers = true)]
     pub(crate) steps: Option<usize>,
     /// Time step [s] [default: the scene's].
-    #[arg(long, value_parser = positive)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     pub(crate) dt: Option<f64>,
-    /// Equations of the projection: xpbd (the paper's), xpbd-geometric, newton.
+    /// Equations of the projection: xpbd (the paper's), xpbd-geometric (also stable for slack rods under tension),
+    /// newton (implicit Euler, solved to the end).
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
     /// Residual at which a step is done, relative to that of its prediction.
-    #[arg(long, default_value_t = 1e-6, value_parser = positive)]
+    #[arg(long, default_value = "1e-6", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
-    /// Threads for scenes of several rods [default: one per core].
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) threads: Option<u16>,
+    /// Threads for scenes of several rods, 1 to 1024 [default: one per core]. The motion is the same on any number.
+    #[arg(long, value_parser = threads, allow_negative_numbers = true)]
+    pub(crate) threads: Option<usize>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     pub(crate) json: bool,
@@ -72,19 +77,21 @@ pub(crate) struct SceneArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct RunArgs {
-    /// Linear solver: direct, sparse, cg.
+    /// Linear solver: direct (block elimination along the rods), sparse (Cholesky), cg (conjugate gradients).
     #[arg(long, default_value_t = SolverKind::Direct)]
     pub(crate) solver: SolverKind,
-    /// Preconditioner of cg: raw, jacobi, block-jacobi, frozen.
+    /// Preconditioner of cg: raw (none), jacobi, block-jacobi, frozen (the factor of the rest shape) [default:
+    /// block-jacobi].
     #[arg(long)]
     pub(crate) preconditioner: Option<PreconditionerKind>,
     /// Residual at which cg stops, relative to the right-hand side, in the preconditioner's norm [default: 1e-6].
-    #[arg(long, value_parser = positive)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     pub(crate) linear_tolerance: Option<f64>,
-    /// Initial guess: zero, previous, linear, quadratic, fischer, frozen (for cg); step-lambda, step-previous,
-    /// step-linear, step-quadratic (for newton).
-    #[arg(long, default_value_t = GuessKind::Zero)]
-    pub(crate) guess: GuessKind,
+    /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer, frozen. Of
+    /// a whole step (with newton): step-previous, step-linear, step-quadratic. [default: step-quadratic for newton
+    /// where rods do not move in groups, else zero]
+    #[arg(long)]
+    pub(crate) guess: Option<GuessKind>,
     /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -95,7 +102,7 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Steps to leave out of the table of starts, where a history is not full yet.
-    #[arg(long, default_value_t = 10)]
+    #[arg(long, default_value = "10", value_parser = whole::<usize>, allow_negative_numbers = true)]
     pub(crate) skip: usize,
 }
 
@@ -105,7 +112,7 @@ pub(crate) struct StaticArgs {
     #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
     /// Largest movement of a segment in the last steps: in segment lengths, and in radians.
-    #[arg(long, default_value_t = 1e-9, value_parser = positive)]
+    #[arg(long, default_value_t = 1e-9, value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
     /// this folder.
@@ -133,5 +140,16 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("it must be a finite number > 0".to_owned()),
+    }
+}
+
+fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| format!("it must be a whole number from 0 to {}", u64::MAX))
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=MOST_THREADS) => Ok(count),
+        _ => Err(format!("it must be a whole number from 1 to {MOST_THREADS}")),
     }
 }

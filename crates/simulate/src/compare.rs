@@ -1,6 +1,6 @@
 //! `simulate compare`: solvers and guesses side by side.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Entry};
 use evaluation::starts::{self, Cell, Plan};
@@ -13,10 +13,12 @@ use solver::guess::{GuessKind, InitialGuess};
 use solver::precondition::PreconditionerKind;
 use solver::simulation::Settings;
 use solver::solvers::SolverKind;
+use solver::step::Status;
 use solver::topology::Topology;
 
 use crate::Outcome;
 use crate::cli::CompareArgs;
+use crate::output::say;
 use crate::progress::Progress;
 use crate::scenes::{scene, settings, use_threads};
 
@@ -43,9 +45,12 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     use_threads(&args.scene)?;
     let base = settings(&args.scene);
     let (dt, steps) = (scene.run.dt, scene.run.steps);
-    let say = !args.scene.quiet && !args.scene.json;
-    if say {
-        println!("{}: {} segments, {steps} steps of {dt} s", scene.name, scene.model.segments.len());
+    if steps == 0 {
+        bail!("--steps 0, but a comparison needs at least 1");
+    }
+    let quiet = args.scene.quiet || args.scene.json;
+    if !quiet {
+        say!("{}: {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len())?;
     }
     let kinds = [
         GuessKind::Zero,
@@ -82,16 +87,17 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     // The entry whose formulation the reference takes comes first.
     entries.sort_by_key(|entry| entry.settings.step.formulation != own);
 
-    let progress = Progress::new(2 * steps, !say)?;
+    let progress = Progress::new(2 * steps, "steps", quiet)?;
     let runs = compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
     let guesses = kinds.iter().zip(&factories).map(|(kind, factory)| {
         (kind.to_string(), (*kind != GuessKind::Zero).then_some(factory as solver::simulation::GuessFactory<'_>))
     });
+    let skip = args.skip.min(steps - 1);
     let plan = Plan {
         guesses: guesses.collect(),
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
-        skip: args.skip.min(steps.saturating_sub(1)),
+        skip,
     };
     let cells = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_| progress.advance())?;
     let interrupted = progress.finish();
@@ -100,26 +106,31 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let (name, segments) = (scene.name, scene.model.segments.len());
     let report = Report { scene: name, segments, steps, dt_s: dt, outer_tolerance, runs, starts: cells };
     if args.scene.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
-    } else if say {
-        print_runs(&report);
-        print_starts(&report, args.skip);
+        say!("{}", serde_json::to_string_pretty(&report)?)?;
+    } else if !quiet {
+        print_runs(&report)?;
+        print_starts(&report, skip)?;
     }
-    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+    let failed = report.runs.iter().find(|row| row.status == Status::NonFinite.name());
+    Ok(match (failed, interrupted) {
+        (Some(row), _) => Outcome::NotFinite(format!("{}, {}", report.scene, row.name)),
+        (None, true) => Outcome::Interrupted,
+        (None, false) => Outcome::Done,
+    })
 }
 
 fn factory(kind: GuessKind) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> {
     move |model, members, topology| kind.build(model, members, topology)
 }
 
-fn print_runs(report: &Report) {
-    println!(
+fn print_runs(report: &Report) -> Result<()> {
+    say!(
         "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times: medians in us a step; error: root\n\
          mean square position error relative to the rods' length, against {} solved to {:e}",
         report.outer_tolerance,
         report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
         compare::REFERENCE_TOLERANCE
-    );
+    )?;
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
@@ -144,14 +155,14 @@ fn print_runs(report: &Report) {
     for column in table.column_iter_mut().skip(1).take(9) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    println!("{table}");
+    say!("{table}")
 }
 
-fn print_starts(report: &Report, skip: usize) {
-    println!(
+fn print_starts(report: &Report, skip: usize) -> Result<()> {
+    say!(
         "\nStarts: cg iterations of the first outer iteration of each step relative to a zero start, on the same systems\n\
          for all (the exact motion's), after the first {skip} steps; tolerances relative to the right-hand side"
-    );
+    )?;
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     let mut header = vec!["guess".to_owned()];
@@ -163,14 +174,19 @@ fn print_starts(report: &Report, skip: usize) {
     for (k, row) in report.starts.chunks(columns).enumerate() {
         let Some(first) = row.first() else { continue };
         if k == 0 {
-            let counts = row.iter().map(|cell| format!("{:.0}", cell.iterations));
+            let counts = row.iter().map(|cell| counted(cell.iterations, 0));
             table.add_row(std::iter::once(format!("{}, iterations", first.guess)).chain(counts));
         }
-        let ratios = row.iter().map(|cell| format!("{:.2}", cell.ratio));
+        let ratios = row.iter().map(|cell| counted(cell.ratio, 2));
         table.add_row(std::iter::once(first.guess.clone()).chain(ratios));
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    println!("{table}");
+    say!("{table}")
+}
+
+/// A number, or a dash where nothing was counted.
+fn counted(value: f64, digits: usize) -> String {
+    if value.is_finite() { format!("{value:.digits$}") } else { "-".to_owned() }
 }

@@ -3,14 +3,15 @@
 use anyhow::Result;
 
 use crate::Outcome;
+use crate::output::say;
 
 /// Prints the builtin scenes.
 pub(crate) fn list() -> Result<Outcome> {
     let builtins = scene::builtins();
     let width = builtins.iter().map(|b| b.name.len()).max().unwrap_or(0);
     for builtin in &builtins {
-        println!("{:width$}  {}", builtin.name, builtin.description);
+        say!("{:width$}  {}", builtin.name, builtin.description)?;
     }
-    println!("\nAnd random-rod, random-helix: the paper's Table 1, drawn by --seed and --index.");
+    say!("\nAnd random-rod, random-helix: the paper's Table 1, drawn by --seed and --index.")?;
     Ok(Outcome::Done)
 }

@@ -3,6 +3,8 @@
 mod cli;
 mod compare;
 mod list;
+mod measured;
+mod output;
 mod progress;
 mod run;
 mod scenes;
@@ -27,7 +29,9 @@ const INTERRUPTED: u8 = 130;
 enum Outcome {
     Done,
     Interrupted,
-    NotFinite,
+    /// Numbers were not finite: where.
+    NotFinite(String),
+    /// No equilibrium was found.
     NotConverged,
 }
 
@@ -43,9 +47,13 @@ fn main() -> ExitCode {
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
-        Ok(Outcome::NotFinite | Outcome::NotConverged) => ExitCode::from(FAILED),
+        Ok(Outcome::NotFinite(place)) => {
+            output::complain(format_args!("numbers are not finite: {place}"));
+            ExitCode::from(FAILED)
+        }
+        Ok(Outcome::NotConverged) => ExitCode::from(FAILED),
         Err(error) => {
-            eprintln!("error: {error:#}");
+            output::complain(format_args!("{error:#}"));
             ExitCode::from(BAD_INPUT)
         }
     }

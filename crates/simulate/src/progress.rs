@@ -13,11 +13,13 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// A bar of `length` steps, invisible when `quiet` or not on a terminal. Ctrl-C asks to stop, twice quits.
-    pub(crate) fn new(length: usize, quiet: bool) -> Result<Self> {
+    /// A bar of `length` things called `unit`, invisible when `quiet` or not on a terminal. Ctrl-C asks to stop, twice
+    /// quits.
+    pub(crate) fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-        bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} gone, {eta} left")?);
+        let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
+        bar.set_style(ProgressStyle::with_template(&template)?);
         let stopped = Arc::new(AtomicBool::new(false));
         let flag = stopped.clone();
         ctrlc::set_handler(move || {
@@ -29,15 +31,20 @@ impl Progress {
         Ok(Self { bar, stopped })
     }
 
-    /// One step done. Returns whether to go on.
+    /// One of them done. Returns whether to go on.
     pub(crate) fn advance(&self) -> bool {
         self.bar.inc(1);
-        !self.stopped.load(Ordering::Relaxed)
+        !self.stopped()
+    }
+
+    /// Whether the user asked to stop.
+    pub(crate) fn stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
     }
 
     /// Takes the bar away and returns whether the user asked to stop.
     pub(crate) fn finish(self) -> bool {
         self.bar.finish_and_clear();
-        self.stopped.load(Ordering::Relaxed)
+        self.stopped()
     }
 }

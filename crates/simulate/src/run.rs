@@ -1,10 +1,12 @@
 //! `simulate [SCENE]`: one run.
 
-use std::time::Instant;
+use std::path::Path;
+use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Context, Result, bail};
 use export::{TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_json, write_snapshots};
-use rod::measure;
+use rod::State;
+use scene::Scene;
 use solver::component::Members;
 use solver::guess::{GuessKind, InitialGuess};
 use solver::simulation::{GuessFactory, Simulation};
@@ -13,9 +15,28 @@ use solver::topology::Topology;
 
 use crate::Outcome;
 use crate::cli::{RunArgs, SceneArgs};
+use crate::measured::Measured;
+use crate::output::say;
 use crate::progress::Progress;
-use crate::scenes::{linear_solver, scene, settings, use_threads};
-use crate::summary::{Drift, Summary};
+use crate::scenes::{asked_guess, best_guess, linear_solver, scene, settings, use_threads};
+use crate::summary::Summary;
+
+/// Files that are written beside the trajectory.
+const CENTRELINE: &str = "centreline.csv";
+const SNAPSHOTS: &str = "snapshots.svg";
+const SUMMARY: &str = "summary.json";
+
+/// How far a run came.
+pub(crate) struct Course {
+    /// Steps done.
+    pub(crate) steps: usize,
+    /// The worst status of any of them.
+    pub(crate) status: Status,
+    /// Whether Ctrl-C stopped it.
+    pub(crate) interrupted: bool,
+    /// Wall time of the steps alone, without measuring and writing.
+    pub(crate) wall: Duration,
+}
 
 /// Runs a scene, writes what was asked for, and prints the summary.
 pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
@@ -23,68 +44,107 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     use_threads(scene_args)?;
     let mut settings = settings(scene_args);
     settings.solver = linear_solver(args)?;
-    let say = !scene_args.quiet && !scene_args.json;
-    if say {
-        println!(
-            "{}: {} segments, {} joints, {} steps of {} s",
+    let asked = asked_guess(args, &settings)?;
+    let quiet = scene_args.quiet || scene_args.json;
+    // Listens to Ctrl-C before the first temporary file is made.
+    let progress = Progress::new(scene.run.steps, "steps", quiet)?;
+    let mut writer = match &args.out {
+        Some(directory) => Some(open(directory, &scene).context("--out")?),
+        None => None,
+    };
+    if !quiet {
+        say!(
+            "{}: {} segments, {} joints, {} steps of {:?} s",
             scene.name,
             scene.model.segments.len(),
             scene.model.joints.len(),
             scene.run.steps,
             scene.run.dt
-        );
+        )?;
     }
+    let guess = asked.map_or_else(|| best_guess(&scene, &settings), Ok)?;
     let build = |model: &rod::Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
-        args.guess.build(model, members, topology)
+        guess.build(model, members, topology)
     };
-    let guess: Option<GuessFactory<'_>> = if args.guess == GuessKind::Zero { None } else { Some(&build) };
-    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, guess)?;
+    let factory: Option<GuessFactory<'_>> = if guess == GuessKind::Zero { None } else { Some(&build) };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, factory)?;
     let mut state = scene.state.clone();
-    let mut writer = match &args.out {
-        Some(directory) => {
-            let info = TrajectoryInfo { scene: scene.name.clone(), dt: scene.run.dt };
-            let mut writer = TrajectoryWriter::create(directory, state.len(), info)?;
-            writer.push(&state, 0.0)?;
-            Some(writer)
-        }
-        None => None,
-    };
-    let progress = Progress::new(scene.run.steps, !say)?;
-    let mut drift = Drift::new(&scene.model, &state);
-    let (mut status, mut steps) = (Status::Converged, 0);
-    let begin = Instant::now();
-    while steps < scene.run.steps {
-        status = status.max(simulation.step(scene.run.dt)?.status);
-        steps += 1;
-        if let Some(writer) = &mut writer {
-            simulation.store(&mut state);
-            writer.push(&state, simulation.time())?;
-            drift.observe(&measure::energy(&scene.model, &state));
-        }
-        if !progress.advance() || status == Status::NonFinite {
-            break;
-        }
-    }
-    let wall = begin.elapsed();
-    let interrupted = progress.finish();
-    simulation.store(&mut state);
-    drift.observe(&measure::energy(&scene.model, &state));
-    let summary = Summary::new(&scene, &settings, args.guess, &simulation, &state, &drift, (steps, status, wall));
+    let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
+    let course = go(&scene, &mut simulation, &mut state, &mut measured, &mut writer, progress)?;
+    let summary = Summary::new(&scene, &settings, guess, &simulation, &state, &measured, &course);
     if let (Some(writer), Some(directory)) = (writer, &args.out) {
         let trajectory = writer.finish()?;
         let mut reader = TrajectoryReader::open(&trajectory)?;
-        write_centreline(&directory.join("centreline.csv"), &mut reader, &scene.model.segments)?;
-        write_snapshots(&directory.join("snapshots.svg"), &mut reader, &scene.model.segments)?;
-        write_json(&directory.join("summary.json"), &summary)?;
+        write_centreline(&directory.join(CENTRELINE), &mut reader, &scene.model.segments)?;
+        write_snapshots(&directory.join(SNAPSHOTS), &mut reader, &scene.model.segments)?;
+        write_json(&directory.join(SUMMARY), &summary)?;
     }
     if scene_args.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
-    } else if say {
-        summary.print(args.out.as_deref());
+        say!("{}", serde_json::to_string_pretty(&summary)?)?;
+    } else if !quiet {
+        summary.print(args.out.as_deref())?;
     }
-    Ok(match (interrupted, status) {
-        (_, Status::NonFinite) => Outcome::NotFinite,
+    Ok(match (course.interrupted, course.status) {
+        (_, Status::NonFinite) => Outcome::NotFinite(format!(
+            "{} stopped after step {}, with the last finite state; a smaller --dt may help",
+            scene.name, course.steps
+        )),
         (true, _) => Outcome::Interrupted,
         _ => Outcome::Done,
     })
+}
+
+/// The trajectory in `directory`, its first frame written, after a look at whether the other files can follow.
+fn open(directory: &Path, scene: &Scene) -> Result<TrajectoryWriter> {
+    let info = TrajectoryInfo { scene: scene.name.clone(), dt: scene.run.dt };
+    let mut writer = TrajectoryWriter::create(directory, scene.state.len(), info)?;
+    for file in [CENTRELINE, SNAPSHOTS, SUMMARY] {
+        let path = directory.join(file);
+        if path.is_dir() {
+            bail!("cannot write {}: is a directory", path.display());
+        }
+    }
+    writer.push(&scene.state, 0.0)?;
+    Ok(writer)
+}
+
+/// Steps until all are done, numbers are not finite, or Ctrl-C. `state` is the last finite one in the end.
+fn go(
+    scene: &Scene,
+    simulation: &mut Simulation,
+    state: &mut State,
+    measured: &mut Measured,
+    writer: &mut Option<TrajectoryWriter>,
+    progress: Progress,
+) -> Result<Course> {
+    let (mut status, mut steps, mut wall) = (Status::Converged, 0, Duration::ZERO);
+    let mut next = state.clone();
+    let mut last = scene.run.steps == 0 || progress.stopped();
+    while !last {
+        let begin = Instant::now();
+        status = status.max(simulation.step(scene.run.dt)?.status);
+        wall += begin.elapsed();
+        steps += 1;
+        last = !progress.advance() || steps == scene.run.steps || status == Status::NonFinite;
+        let measure = last || measured.wants(steps);
+        if !measure && writer.is_none() {
+            continue;
+        }
+        simulation.store(&mut next);
+        if !is_finite(&next) || (measure && !measured.observe(&scene.model, &next)) {
+            status = Status::NonFinite;
+            break;
+        }
+        std::mem::swap(state, &mut next);
+        if let Some(writer) = writer {
+            writer.push(state, simulation.time())?;
+        }
+    }
+    Ok(Course { steps, status, interrupted: progress.finish(), wall })
+}
+
+fn is_finite(state: &State) -> bool {
+    let vectors = [&state.positions, &state.velocities, &state.angular_velocities];
+    vectors.into_iter().flatten().flatten().all(|x| x.is_finite())
+        && state.orientations.iter().flat_map(|q| &q.coords).all(|x| x.is_finite())
 }

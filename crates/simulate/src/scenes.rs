@@ -1,20 +1,32 @@
 //! From the command line to a scene and settings.
 
-use anyhow::{Result, bail};
-use scene::Scene;
+use anyhow::{Result, anyhow, bail};
 use scene::sampling::{Family, Parameters};
+use scene::{Scene, SceneError};
 use solver::cg::CgParams;
-use solver::simulation::Settings;
+use solver::guess::GuessKind;
+use solver::simulation::{Settings, Simulation};
 use solver::solvers::SolverKind;
 
 use crate::cli::{RunArgs, SceneArgs};
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
-    let mut scene = match args.scene.as_str() {
-        "random-rod" => Parameters::sample(Family::Rod, args.seed, args.index).scene()?,
-        "random-helix" => Parameters::sample(Family::Helix, args.seed, args.index).scene()?,
-        name => named(name)?,
+    let random = match args.scene.as_str() {
+        "random-rod" => Some(Family::Rod),
+        "random-helix" => Some(Family::Helix),
+        _ => None,
+    };
+    let mut scene = match random {
+        Some(family) => Parameters::sample(family, args.seed.unwrap_or(0), args.index.unwrap_or(0)).scene()?,
+        None => {
+            for (flag, given) in [("--seed", args.seed.is_some()), ("--index", args.index.is_some())] {
+                if given {
+                    bail!("{flag} needs the scene random-rod or random-helix, but the scene is {}", args.scene);
+                }
+            }
+            named(&args.scene)?
+        }
     };
     scene.run.dt = args.dt.unwrap_or(scene.run.dt);
     scene.run.steps = args.steps.unwrap_or(scene.run.steps);
@@ -24,7 +36,14 @@ pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
 /// The scene file or builtin scene of this name.
 pub(crate) fn named(name: &str) -> Result<Scene> {
     let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
-    Ok(if is_file { scene::load(name)? } else { scene::builtin(name)? })
+    let found = if is_file { scene::load(name) } else { scene::builtin(name) };
+    found.map_err(|error| match error {
+        SceneError::Read { file, source } => anyhow!("cannot read the scene {file}: {source}"),
+        SceneError::UnknownBuiltin { name, known } => anyhow!(
+            "there is no builtin scene `{name}`; there are {known}, random-rod, random-helix, and files that end in .toml"
+        ),
+        invalid @ SceneError::Invalid { .. } => invalid.into(),
+    })
 }
 
 /// Settings with the formulation and the outer tolerance of the arguments.
@@ -58,10 +77,36 @@ pub(crate) fn linear_solver(args: &RunArgs) -> Result<SolverKind> {
     }
 }
 
+/// The guess that the arguments ask for; `None` for the best one.
+pub(crate) fn asked_guess(args: &RunArgs, settings: &Settings) -> Result<Option<GuessKind>> {
+    let Some(kind) = args.guess else { return Ok(None) };
+    let (formulation, solver) = (settings.step.formulation, settings.solver);
+    if kind.helps_steps() && !formulation.momentum() {
+        bail!("--guess {kind} needs --formulation newton, but the formulation is {formulation}");
+    }
+    let helps_solves = kind != GuessKind::Zero && !kind.helps_steps();
+    if helps_solves && !matches!(solver, SolverKind::Cg(_)) {
+        bail!("--guess {kind} needs --solver cg, but the solver is {solver}, which has no use for a start");
+    }
+    Ok(Some(kind))
+}
+
+/// The guess for whoever asks for none: the formulation's best, or none at all where most of the scene moves in groups
+/// of alike rods, which a guess would take apart.
+pub(crate) fn best_guess(scene: &Scene, settings: &Settings) -> Result<GuessKind> {
+    let best = GuessKind::best_for(settings.step.formulation);
+    if best == GuessKind::Zero {
+        return Ok(best);
+    }
+    let grouped = Simulation::new(&scene.model, &scene.state, settings, None)?;
+    let alone: usize = grouped.singles().map(|component| component.segments()).sum();
+    Ok(if 2 * alone < scene.model.segments.len() { GuessKind::Zero } else { best })
+}
+
 /// Sets the number of threads for the whole program.
 pub(crate) fn use_threads(args: &SceneArgs) -> Result<()> {
     if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     }
     Ok(())
 }

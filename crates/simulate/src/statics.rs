@@ -10,6 +10,7 @@ use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
 use crate::cli::StaticArgs;
+use crate::output::say;
 use crate::scenes;
 
 #[derive(Serialize)]
@@ -63,21 +64,25 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
         write_json(&directory.join("summary.json"), &report)?;
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        say!("{}", serde_json::to_string_pretty(&report)?)?;
     } else {
-        print(&report);
+        print(&report)?;
     }
     Ok(if found.converged { Outcome::Done } else { Outcome::NotConverged })
 }
 
-fn print(report: &Report) {
+fn print(report: &Report) -> Result<()> {
     let status = if report.converged { "equilibrium found" } else { "NOT converged" };
-    println!(
+    say!(
         "{}: {status} after {} linear solves in {:.3} s; the last moved {:.1e} (segment lengths or rad)",
-        report.scene, report.linear_solves, report.wall_s, report.last_movement
-    );
-    println!("energy {:.6} J at the start, {:.6} J at rest", report.energy_start_j, report.energy_end_j);
+        report.scene,
+        report.linear_solves,
+        report.wall_s,
+        report.last_movement
+    )?;
+    say!("energy {:.6} J at the start, {:.6} J at rest", report.energy_start_j, report.energy_end_j)?;
     for (k, [x, y, z]) in report.tips_m.iter().enumerate().take(10) {
-        println!("tip of rod {k}: ({x:.6}, {y:.6}, {z:.6}) m");
+        say!("tip of rod {k}: ({x:.6}, {y:.6}, {z:.6}) m")?;
     }
+    Ok(())
 }

@@ -1,12 +1,14 @@
 //! `simulate stress`: the stability table.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use comfy_table::{CellAlignment, Table};
 use evaluation::stress;
 use solver::formulation::Formulation;
+use solver::step::Status;
 
 use crate::Outcome;
 use crate::cli::StressArgs;
+use crate::output::say;
 use crate::progress::Progress;
 
 /// Runs the cases and prints a row each.
@@ -14,7 +16,16 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
     let formulations = if args.formulation.is_empty() { Formulation::ALL.to_vec() } else { args.formulation.clone() };
     let mut cases = stress::cases();
     cases.retain(|case| case.name.contains(&args.only));
-    let progress = Progress::new(cases.len() * formulations.len(), args.json)?;
+    if cases.is_empty() {
+        let names = stress::cases().into_iter().map(|case| case.name).collect::<Vec<_>>().join("; ");
+        bail!("--only {}: no case's name holds this text; there are: {names}", args.only);
+    }
+    let runs = cases.len() * formulations.len();
+    let progress = Progress::new(runs, "runs", args.json)?;
+    if !args.json {
+        let names = formulations.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        say!("{runs} runs: {} cases in {names}", cases.len())?;
+    }
     let mut rows = Vec::new();
     'all: for case in &cases {
         for &formulation in &formulations {
@@ -26,20 +37,25 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
     }
     let interrupted = progress.finish();
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        say!("{}", serde_json::to_string_pretty(&rows)?)?;
     } else {
-        print(&rows);
+        print(&rows)?;
     }
-    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+    let failed = rows.iter().find(|row| !row.finite || row.status == Status::NonFinite.name());
+    Ok(match (failed, interrupted) {
+        (Some(row), _) => Outcome::NotFinite(format!("{}, {}", row.case, row.formulation)),
+        (None, true) => Outcome::Interrupted,
+        (None, false) => Outcome::Done,
+    })
 }
 
-fn print(rows: &[stress::Row]) {
-    println!(
+fn print(rows: &[stress::Row]) -> Result<()> {
+    say!(
         "Outer tolerance {:e} relative, {:e} absolute. Energy rise: largest rise of the total energy above its start,\n\
          relative to the energy at stake. Length: largest relative change.",
         stress::RELATIVE_TOLERANCE,
         stress::ABSOLUTE_TOLERANCE
-    );
+    )?;
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
@@ -74,5 +90,5 @@ fn print(rows: &[stress::Row]) {
     for column in table.column_iter_mut().skip(4) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    println!("{table}");
+    say!("{table}")
 }

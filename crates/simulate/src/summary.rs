@@ -3,35 +3,18 @@
 use std::path::Path;
 use std::time::Duration;
 
+use anyhow::Result;
 use comfy_table::Table;
-use rod::measure::{self, Energy};
-use rod::{Model, State};
+use rod::State;
 use scene::Scene;
 use serde::Serialize;
 use solver::guess::GuessKind;
 use solver::simulation::{Settings, Simulation};
 use solver::solvers::SolverKind;
-use solver::step::Status;
 
-/// Energies of the frames that were looked at.
-pub(crate) struct Drift {
-    first: Energy,
-    highest: f64,
-    length: f64,
-}
-
-impl Drift {
-    /// From the first state.
-    pub(crate) fn new(model: &Model, state: &State) -> Self {
-        let first = measure::energy(model, state);
-        Self { first, highest: first.total(), length: measure::centreline_length(model, state) }
-    }
-
-    /// Looks at a frame.
-    pub(crate) fn observe(&mut self, energy: &Energy) {
-        self.highest = self.highest.max(energy.total());
-    }
-}
+use crate::measured::Measured;
+use crate::output::say;
+use crate::run::Course;
 
 /// Wall time per stage [s], summed over threads.
 #[derive(Debug, Serialize)]
@@ -85,31 +68,39 @@ pub(crate) struct Summary {
     tolerance: f64,
     dt_s: f64,
     steps: usize,
+    steps_asked: usize,
     threads: usize,
+    /// Worst status of any step.
     status: &'static str,
+    /// Whether Ctrl-C stopped the run.
+    interrupted: bool,
+    /// Wall time of the steps [s], without measuring and writing.
     wall_s: f64,
     stages_s: StageSeconds,
     work: Work,
     worst_residuals: Worst,
+    /// Frames whose energy and length were measured: the first, up to 200 evenly spaced ones, and the last.
+    frames_measured: usize,
+    /// Largest relative change of the rods' length of the frames measured.
     length_drift: f64,
     energy_start_j: f64,
     energy_end_j: f64,
-    /// Highest total energy of the frames that were looked at: all with `--out`, else the last.
+    /// Highest total energy of the frames measured.
     energy_highest_j: f64,
     /// BLAKE3 of the final positions, orientations, velocities and angular velocities, as little-endian f64.
     final_state_hash: String,
 }
 
 impl Summary {
-    /// Gathers everything at the end of a run of (steps, worst status, wall time).
+    /// Gathers everything at the end of a run.
     pub(crate) fn new(
         scene: &Scene,
         settings: &Settings,
         guess: GuessKind,
         simulation: &Simulation,
         state: &State,
-        drift: &Drift,
-        (steps, status, wall): (usize, Status, Duration),
+        measured: &Measured,
+        course: &Course,
     ) -> Self {
         let counters = simulation.counters();
         let seconds = |d: Duration| d.as_secs_f64();
@@ -128,10 +119,12 @@ impl Summary {
             guess: guess.to_string(),
             tolerance: settings.step.relative_tolerance,
             dt_s: scene.run.dt,
-            steps,
+            steps: course.steps,
+            steps_asked: scene.run.steps,
             threads: rayon::current_num_threads(),
-            status: status.name(),
-            wall_s: seconds(wall),
+            status: course.status.name(),
+            interrupted: course.interrupted,
+            wall_s: seconds(course.wall),
             stages_s: StageSeconds {
                 predict: seconds(times.predict),
                 guess: seconds(times.guess),
@@ -161,32 +154,61 @@ impl Summary {
                 bend_rad: counters.worst_bend,
                 momentum: counters.worst_momentum,
             },
-            length_drift: measure::centreline_length(&scene.model, state) / drift.length - 1.0,
-            energy_start_j: drift.first.total(),
-            energy_end_j: measure::energy(&scene.model, state).total(),
-            energy_highest_j: drift.highest,
+            frames_measured: measured.frames,
+            length_drift: measured.length_drift,
+            energy_start_j: measured.energy_start,
+            energy_end_j: measured.energy_end,
+            energy_highest_j: measured.energy_highest,
             final_state_hash: hash(state),
         }
     }
 
     /// Prints it for a person.
-    pub(crate) fn print(&self, out: Option<&Path>) {
+    pub(crate) fn print(&self, out: Option<&Path>) -> Result<()> {
         let work = &self.work;
-        let per_step = work.outer_iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
-        println!("formulation {}, solver {}, guess {}", self.formulation, self.solver, self.guess);
-        println!(
-            "{}: {} steps in {:.3} s, {:.1} times as fast as real time",
+        say!("formulation {}, solver {}, guess {}", self.formulation, self.solver, self.guess)?;
+        let stopped = if self.interrupted { format!(" of {}, stopped", self.steps_asked) } else { String::new() };
+        let speed = self.dt_s * self.steps as f64 / self.wall_s.max(1e-9);
+        let speed = if speed < 1e6 { format!("{speed:.1}") } else { format!("{speed:.1e}") };
+        say!(
+            "{}: {} steps{stopped} in {:.3} s, {speed} times as fast as real time",
             self.status,
             self.steps,
-            self.wall_s,
-            self.dt_s * self.steps as f64 / self.wall_s.max(1e-9)
-        );
-        let retries = if work.retries > 0 { format!(", {} steps halved", work.retries) } else { String::new() };
-        let linear = match work.linear_iterations {
-            0 => String::new(),
-            n => format!(", {:.1} linear iterations in each", n as f64 / work.outer_iterations.max(1) as f64),
-        };
-        println!("outer iterations: {per_step:.2} a step{linear}{retries}");
+            self.wall_s
+        )?;
+        let per_step = work.outer_iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
+        let mut line = format!("outer iterations: {per_step:.2} a step");
+        if work.linear_iterations > 0 {
+            let each = work.linear_iterations as f64 / work.outer_iterations.max(1) as f64;
+            line += &format!(", {each:.1} linear iterations in each");
+        }
+        if work.retries > 0 {
+            line += &format!(", {} steps halved", work.retries);
+        }
+        if work.not_converged > 0 {
+            line += &format!(", {} steps kept though not converged", work.not_converged);
+        }
+        say!("{line}")?;
+        say!("{}", self.stage_table())?;
+        say!(
+            "worst residuals: stretch {:.1e} of a segment, bend {:.1e} rad",
+            self.worst_residuals.stretch_per_length,
+            self.worst_residuals.bend_rad
+        )?;
+        say!(
+            "length changed by {:.1e} at most, energy {} J at the start, {} J at the end, {} J at its highest",
+            self.length_drift,
+            short(self.energy_start_j),
+            short(self.energy_end_j),
+            short(self.energy_highest_j)
+        )?;
+        if let Some(out) = out {
+            say!("written to {}: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json", out.display())?;
+        }
+        Ok(())
+    }
+
+    fn stage_table(&self) -> Table {
         let stages = &self.stages_s;
         let mut table = Table::new();
         table.load_style(comfy_table::presets::NOTHING);
@@ -201,27 +223,19 @@ impl Summary {
         let total: f64 = rows.iter().map(|(_, s)| s).sum();
         for (name, seconds) in rows {
             let us = seconds * 1e6 / self.steps.max(1) as f64;
-            table.add_row([
-                name.to_owned(),
-                format!("{us:.1}"),
-                format!("{:.0} %", 100.0 * seconds / total.max(1e-12)),
-            ]);
+            let share = 100.0 * seconds / total.max(1e-12);
+            table.add_row([name.to_owned(), format!("{us:.1}"), format!("{share:.0} %")]);
         }
-        println!("{table}");
-        println!(
-            "worst residuals: stretch {:.1e} of a segment, bend {:.1e} rad",
-            self.worst_residuals.stretch_per_length, self.worst_residuals.bend_rad
-        );
-        println!(
-            "length drift {:.1e}, energy {:.6} J at the start, {:.6} J at the end",
-            self.length_drift, self.energy_start_j, self.energy_end_j
-        );
-        if let Some(out) = out {
-            println!(
-                "written to {}: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json",
-                out.display()
-            );
-        }
+        table
+    }
+}
+
+/// A number to about five digits, as text that stays short.
+fn short(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        0.01..1e6 => format!("{x:.4}"),
+        _ => format!("{x:.4e}"),
     }
 }
 

@@ -134,11 +134,15 @@ pub fn attempt<T: Real>(
             break;
         }
         let has_start = solver.uses_start() && guess.start_solve(component, iteration, counters);
-        watch.mark(&mut counters.times.guess);
+        if guess.exists() {
+            watch.mark(&mut counters.times.guess);
+        }
         let info = solver.solve(&component.system, has_start, &mut component.dlambda);
         watch.mark(&mut counters.times.solve);
-        guess.observe_solve(component, iteration);
-        watch.mark(&mut counters.times.guess);
+        if guess.exists() {
+            guess.observe_solve(component, iteration);
+            watch.mark(&mut counters.times.guess);
+        }
         vectorized(
             #[inline(always)]
             || component.update(formulation, active),
@@ -180,6 +184,10 @@ fn count_solve<T: Real>(
 
 /// A guess as the step sees it: one rod may have one, rods side by side have none.
 pub trait StepGuess<T: Real> {
+    /// Whether there is a guess at all: what does not exist takes no time.
+    fn exists(&self) -> bool {
+        true
+    }
     /// Lets the guess replace p* and lambda = 0. Returns whether it did.
     fn start_step(&mut self, component: &mut Component<T>, counters: &mut Counters) -> bool;
     /// Lets the guess fill the start of a linear solve. Returns whether it did.
@@ -193,6 +201,9 @@ pub trait StepGuess<T: Real> {
 pub struct NoGuess;
 
 impl<T: Real> StepGuess<T> for NoGuess {
+    fn exists(&self) -> bool {
+        false
+    }
     fn start_step(&mut self, _: &mut Component<T>, _: &mut Counters) -> bool {
         false
     }
