@@ -9,8 +9,8 @@ use solver::component::{Component, split};
 use solver::formulation::Formulation;
 use solver::kernel::math::Vec3;
 use solver::linear::LinearSolver;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::Settings;
-use solver::solvers::SolverKind;
 use solver::statics::{StaticParams, equilibrium};
 use solver::system::Six;
 

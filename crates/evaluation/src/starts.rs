@@ -8,13 +8,13 @@ use std::sync::{Arc, Mutex};
 
 use rod::{Model, State};
 use serde::Serialize;
-use solver::cg::CgParams;
 use solver::component::{Component, Members};
 use solver::guess::InitialGuess;
 use solver::linear::LinearSolver;
-use solver::precondition::PreconditionerKind;
+use solver::linear::cg::CgParams;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::solvers::SolverKind;
 use solver::system::Six;
 use solver::topology::Topology;
 

@@ -6,8 +6,8 @@ use std::str::FromStr;
 use clap::{Args, Parser, Subcommand};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
-use solver::precondition::PreconditionerKind;
-use solver::solvers::SolverKind;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 
 /// Most threads one may ask for: thousands take minutes to start and stop.
 const MOST_THREADS: usize = 1024;

@@ -6,13 +6,13 @@ use evaluation::compare::{self, Entry};
 use evaluation::starts::{self, Cell, Plan};
 use rod::Model;
 use serde::Serialize;
-use solver::cg::CgParams;
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::{GuessKind, InitialGuess};
-use solver::precondition::PreconditionerKind;
+use solver::linear::cg::CgParams;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::Settings;
-use solver::solvers::SolverKind;
 use solver::step::Status;
 use solver::topology::Topology;
 

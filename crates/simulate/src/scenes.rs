@@ -3,10 +3,10 @@
 use anyhow::{Result, anyhow, bail};
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
-use solver::cg::CgParams;
 use solver::guess::GuessKind;
+use solver::linear::cg::CgParams;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::solvers::SolverKind;
 
 use crate::cli::{RunArgs, SceneArgs};
 

@@ -9,8 +9,8 @@ use rod::State;
 use scene::Scene;
 use serde::Serialize;
 use solver::guess::GuessKind;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::solvers::SolverKind;
 
 use crate::measured::Measured;
 use crate::output::say;

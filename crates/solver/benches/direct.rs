@@ -10,16 +10,16 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use rival::Rival;
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
-use solver::cg::CgParams;
 use solver::component::{Component, split};
-use solver::direct::Direct;
 use solver::formulation::Formulation;
 use solver::kernel::dispatch::vectorized;
 use solver::linear::LinearSolver;
-use solver::looped::Looped;
-use solver::precondition::PreconditionerKind;
+use solver::linear::cg::CgParams;
+use solver::linear::direct::Direct;
+use solver::linear::looped::Looped;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::solvers::SolverKind;
 
 const DT: f64 = 0.02;
 /// Segments times iterations that a variant runs in one repeat, at least.

@@ -5,20 +5,13 @@
 //! [`statics::equilibrium`] relaxes a state instead. [`linear::LinearSolver`] and [`guess::InitialGuess`] are the seams.
 //! This crate knows no file format and no network.
 
-pub mod cg;
 pub mod component;
 pub mod counters;
-pub mod direct;
 pub mod formulation;
 pub mod guess;
 pub mod kernel;
 pub mod linear;
-pub mod looped;
-pub mod operator;
-pub mod precondition;
 pub mod simulation;
-pub mod solvers;
-pub mod sparse;
 pub mod statics;
 pub mod step;
 pub mod system;

@@ -11,7 +11,7 @@ use crate::component::{Component, Members, split};
 use crate::counters::Counters;
 use crate::guess::InitialGuess;
 use crate::kernel::lane::Lanes;
-use crate::solvers::SolverKind;
+use crate::linear::solvers::SolverKind;
 use crate::step::{Status, StepParams};
 use crate::topology::Topology;
 use crate::unit::{Group, Single, Unit};
@@ -46,7 +46,7 @@ pub enum SimulationError {
     StepGuess(crate::formulation::Formulation),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
-    Solver(#[from] crate::solvers::SolverError),
+    Solver(#[from] crate::linear::solvers::SolverError),
     /// A time step that is not positive and finite.
     #[error("time step dt = {0} s, but it must be finite and > 0")]
     TimeStep(f64),

@@ -9,9 +9,9 @@ use rod::{Model, State};
 
 use crate::component::{Component, split};
 use crate::formulation::Formulation;
+use crate::linear::solvers::SolverKind;
 use crate::linear::{LinearSolver, LinearStatus};
 use crate::simulation::SimulationError;
-use crate::solvers::SolverKind;
 use crate::system::Six;
 
 /// When the relaxation ends.

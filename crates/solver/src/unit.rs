@@ -6,11 +6,11 @@ use rod::{Model, State};
 
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
-use crate::direct::Direct;
 use crate::guess::InitialGuess;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::linear::LinearSolver;
+use crate::linear::direct::Direct;
 use crate::simulation::GROUP;
 use crate::step::{Attempt, NoGuess, Status, StepGuess, StepParams, attempt};
 use crate::topology::Topology;

@@ -5,12 +5,12 @@ mod common;
 use common::*;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
-use solver::cg::CgParams;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
-use solver::precondition::PreconditionerKind;
+use solver::linear::cg::CgParams;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::solvers::SolverKind;
 use solver::system::Six;
 
 fn allocations(f: impl FnOnce()) -> u64 {

@@ -4,13 +4,13 @@ mod common;
 
 use common::*;
 use nalgebra::{DMatrix, DVector};
-use solver::cg::CgParams;
 use solver::component::{Component, Members};
 use solver::formulation::Formulation;
+use solver::linear::cg::CgParams;
+use solver::linear::operator::Operator;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 use solver::linear::{LinearInfo, LinearSolver, LinearStatus};
-use solver::operator::Operator;
-use solver::precondition::PreconditionerKind;
-use solver::solvers::SolverKind;
 use solver::system::Six;
 
 fn scenes() -> Vec<(&'static str, rod::Model, rod::State, usize)> {

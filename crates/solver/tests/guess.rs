@@ -4,15 +4,15 @@ mod common;
 
 use common::*;
 use rod::{Model, State};
-use solver::cg::CgParams;
 use solver::component::{Component, Members};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{Fischer, GuessKind, InitialGuess};
 use solver::kernel::math::Vec3;
-use solver::precondition::PreconditionerKind;
+use solver::linear::cg::CgParams;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
-use solver::solvers::SolverKind;
 use solver::step::{Status, StepParams};
 use solver::system::Six;
 use solver::topology::Topology;

@@ -1,6 +1,6 @@
 //! Factoring and solving with a sparse Cholesky factor must not touch the heap: it happens in every step.
 
-use solver::sparse::SparseCholesky;
+use solver::linear::sparse::SparseCholesky;
 
 /// `value` on the diagonal.
 fn diagonal(value: f64) -> [[f64; 6]; 6] {

@@ -10,7 +10,7 @@ use super::history::SolveHistory;
 use super::{InitialGuess, from_body_frame};
 use crate::component::Component;
 use crate::kernel::dispatch::vectorized;
-use crate::operator::Operator;
+use crate::linear::operator::Operator;
 use crate::system::{Six, System};
 use crate::topology::Topology;
 

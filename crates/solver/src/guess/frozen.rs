@@ -3,7 +3,7 @@
 use super::InitialGuess;
 use crate::component::Component;
 use crate::kernel::dispatch::vectorized;
-use crate::precondition::Frozen;
+use crate::linear::precondition::Frozen;
 use crate::system::Six;
 
 /// Starts linear solves from the solution of the rest shape's system. It has no memory.

@@ -8,7 +8,7 @@ use rod::Model;
 use super::{Extrapolation, Fischer, FrozenGuess, InitialGuess, StepExtrapolation};
 use crate::component::Members;
 use crate::formulation::Formulation;
-use crate::precondition::Frozen;
+use crate::linear::precondition::Frozen;
 use crate::topology::Topology;
 
 /// Where linear solves, or whole steps, begin.

@@ -2,7 +2,7 @@
 
 use super::Precondition;
 use crate::kernel::block::Block;
-use crate::operator::Operator;
+use crate::linear::operator::Operator;
 use crate::system::{Six, System};
 
 /// M = I.

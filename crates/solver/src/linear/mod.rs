@@ -1,4 +1,12 @@
-//! The seam between the outer loop and the linear solvers.
+//! The linear solvers, and the seam between them and the outer loop.
+
+pub mod cg;
+pub mod direct;
+pub mod looped;
+pub mod operator;
+pub mod precondition;
+pub mod solvers;
+pub mod sparse;
 
 use crate::kernel::lane::Real;
 use crate::system::{Six, System};

@@ -12,9 +12,9 @@
 //! says little about stretch, so that the residuals of the stretch-shear and of the bend-twist rows are told apart.
 
 use crate::kernel::dispatch::vectorized;
+use crate::linear::operator::Operator;
+use crate::linear::precondition::{BlockJacobi, Frozen, Jacobi, Precondition, PreconditionerKind, Raw};
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
-use crate::operator::Operator;
-use crate::precondition::{BlockJacobi, Frozen, Jacobi, Precondition, PreconditionerKind, Raw};
 use crate::system::{Six, System};
 use crate::topology::Topology;
 

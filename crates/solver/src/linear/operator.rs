@@ -1,9 +1,9 @@
 //! The matrix `A = J M^-1 J^T + alpha~` as a product, in the original rows and SI units: stretch-shear in world axes [m],
 //! bend-twist in the frame of body a [1/m]. Nothing is multiplied out, so that it works on any graph, loops included.
 
-use crate::direct::joint_diagonal;
 use crate::kernel::block::Block;
 use crate::kernel::math::{Sym3, Vec3, transposed};
+use crate::linear::direct::joint_diagonal;
 use crate::system::{Six, System};
 use crate::topology::Topology;
 

@@ -6,13 +6,13 @@ use std::str::FromStr;
 use rod::Model;
 use thiserror::Error;
 
-use crate::cg::{Cg, CgParams};
 use crate::component::Members;
-use crate::direct::Direct;
 use crate::linear::LinearSolver;
-use crate::looped::Looped;
-use crate::precondition::{Frozen, PreconditionerKind};
-use crate::sparse::SparseError;
+use crate::linear::cg::{Cg, CgParams};
+use crate::linear::direct::Direct;
+use crate::linear::looped::Looped;
+use crate::linear::precondition::{Frozen, PreconditionerKind};
+use crate::linear::sparse::SparseError;
 use crate::topology::Topology;
 
 /// Which linear solver to use.

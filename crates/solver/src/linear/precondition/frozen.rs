@@ -14,9 +14,9 @@ use rod::Model;
 use super::Precondition;
 use crate::component::Members;
 use crate::kernel::math::{Quat, Sym3, Vec3};
-use crate::looped::Looped;
-use crate::operator::Operator;
-use crate::sparse::SparseError;
+use crate::linear::looped::Looped;
+use crate::linear::operator::Operator;
+use crate::linear::sparse::SparseError;
 use crate::system::{Six, System};
 use crate::topology::Topology;
 

@@ -58,7 +58,7 @@ impl FromStr for PreconditionerKind {
 /// `z = M^-1 r` with M standing in for A.
 pub(crate) trait Precondition {
     /// Takes over a system's matrix.
-    fn prepare(&mut self, operator: &crate::operator::Operator, system: &System<f64>);
+    fn prepare(&mut self, operator: &crate::linear::operator::Operator, system: &System<f64>);
 
     /// `z = M^-1 r`; returns `r^T z`.
     fn apply(&mut self, system: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64;
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::component::{Component, split};
     use crate::formulation::Formulation;
-    use crate::operator::Operator;
+    use crate::linear::operator::Operator;
 
     /// The first outer iteration of a shaken rod with a branch, and its frozen factor.
     fn branched() -> (Component<f64>, Frozen) {

@@ -1,8 +1,8 @@
 //! The direct solver for graphs with loops (rings, nets): sparse Cholesky of the dual system, in world rows.
 
-use crate::direct::{joint_coupling, joint_diagonal};
+use crate::linear::direct::{joint_coupling, joint_diagonal};
+use crate::linear::sparse::{SparseCholesky, SparseError};
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
-use crate::sparse::{SparseCholesky, SparseError};
 use crate::system::{Six, System};
 use crate::topology::Topology;
 
