@@ -50,6 +50,9 @@ pub struct Row {
 /// Outer tolerance of the reference.
 pub const REFERENCE_TOLERANCE: f64 = 1e-12;
 
+/// Cap on the reference's outer iterations.
+const REFERENCE_ITERATIONS: usize = 1000;
+
 /// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
 /// formulation, solved directly to [`REFERENCE_TOLERANCE`]. After each step `progress(step)` says whether to go on.
 ///
@@ -69,6 +72,8 @@ pub fn run(
     }
     exact.step.relative_tolerance = REFERENCE_TOLERANCE;
     exact.step.absolute_tolerance = REFERENCE_TOLERANCE;
+    // Substeps would be another motion.
+    exact.step.max_iterations = REFERENCE_ITERATIONS;
     let mut reference = Simulation::new(model, state, &exact, None)?;
     let mut runs = Vec::new();
     for entry in entries {
