@@ -19,10 +19,7 @@ pub fn write_centreline(
     trajectory: &mut TrajectoryReader,
     segments: &[Segment],
 ) -> Result<(), ExportError> {
-    let (found, expected) = (segments.len(), trajectory.segments());
-    if found != expected {
-        return Err(ExportError::Segments { found, expected });
-    }
+    trajectory.expect_segments(segments.len())?;
     let mut state = State::default();
     write_atomically(path, |writer| {
         writeln!(writer, "frame,time_s,rod,segment,x_m,y_m,z_m")?;

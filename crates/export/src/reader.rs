@@ -114,6 +114,12 @@ impl TrajectoryReader {
         self.layout.segments
     }
 
+    /// Checks that the trajectory is of `found` segments.
+    pub(crate) fn expect_segments(&self, found: usize) -> Result<(), ExportError> {
+        let expected = self.segments();
+        if found == expected { Ok(()) } else { Err(ExportError::Segments { found, expected }) }
+    }
+
     /// Reads a frame into `state`, whose arrays are resized if need be, and returns its time [s].
     ///
     /// # Errors

@@ -29,10 +29,7 @@ pub fn write_snapshots(
     trajectory: &mut TrajectoryReader,
     segments: &[Segment],
 ) -> Result<(), ExportError> {
-    let (found, expected) = (segments.len(), trajectory.segments());
-    if found != expected {
-        return Err(ExportError::Segments { found, expected });
-    }
+    trajectory.expect_segments(segments.len())?;
     let last = trajectory.frames().saturating_sub(1);
     let shown = FRAMES.min(trajectory.frames());
     let mut frames = Vec::with_capacity(shown);

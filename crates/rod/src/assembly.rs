@@ -114,7 +114,9 @@ impl Assembly {
         let count = segments.len();
         let joints = if spec.closed && count > 2 { count } else { count.saturating_sub(1) };
         for k in 0..joints {
-            let joint = self.joint(first + k, 0.5, first + (k + 1) % count, -0.5);
+            let (a, b) = (first + k, first + (k + 1) % count);
+            let mut joint = self.joint([(a, 1.0), (b, 0.0)], &[self.half(a), self.half(b)]);
+            joint.rest_darboux = self.current_darboux(&joint);
             self.model.joints.push(joint);
             let rest = match &spec.rest {
                 RestShape::Initial => continue,
@@ -168,10 +170,8 @@ impl Assembly {
     /// Joins two segments where they are, at fractions of their lengths (0 the start, 1 the end), at rest as they are.
     /// The joint is made of the material of `b` and bends over one segment of `b`.
     pub fn join(&mut self, a: usize, fraction_a: f64, b: usize, fraction_b: f64) -> &mut Self {
-        let mut joint = self.joint(a, fraction_a - 0.5, b, fraction_b - 0.5);
-        let segment = self.model.segments[b];
-        let half = || Half { length: 0.5 * segment.length, section: Section { radius: segment.radius } };
-        self.set_compliance(&mut joint, &[half(), half()], b);
+        let half = || self.half(b);
+        let mut joint = self.joint([(a, fraction_a), (b, fraction_b)], &[half(), half()]);
         joint.rest_darboux = self.current_darboux(&joint);
         self.model.joints.push(joint);
         self
@@ -220,30 +220,20 @@ impl Assembly {
         (self.model, self.state)
     }
 
-    fn joint(&self, a: usize, offset_a: f64, b: usize, offset_b: f64) -> Joint {
-        let (first, second) = (self.model.segments[a], self.model.segments[b]);
-        let mut joint = Joint {
-            a: Body::Segment(a),
-            b: Body::Segment(b),
-            offset_a: offset_a * first.length,
-            offset_b: offset_b * second.length,
-            length: 1.0,
-            rest_darboux: Vector3::zeros(),
-            stretch_compliance: 0.0,
-            shear_compliance: 0.0,
-            bend_compliance: 0.0,
-            twist_compliance: 0.0,
-            youngs_modulus: 0.0,
-            torsion_modulus: 0.0,
-        };
-        let half = |s: Segment| Half { length: 0.5 * s.length, section: Section { radius: s.radius } };
-        self.set_compliance(&mut joint, &[half(first), half(second)], b);
-        joint.rest_darboux = self.current_darboux(&joint);
-        joint
+    /// What segment `i` contributes to a joint at one of its ends.
+    fn half(&self, i: usize) -> Half {
+        let Segment { length, radius, .. } = self.model.segments[i];
+        Half { length: 0.5 * length, section: Section { radius } }
+    }
+
+    /// A joint between segments at fractions of their lengths, of the second one's material, its rest shape straight.
+    fn joint(&self, ends: [(usize, f64); 2], halves: &[Half]) -> Joint {
+        let end = |(i, fraction): (usize, f64)| (Body::Segment(i), (fraction - 0.5) * self.model.segments[i].length);
+        self.composed(ends.map(end), halves, ends[1].0)
     }
 
     fn clamp_face(&mut self, segment: usize, side: f64, has_neighbour: bool) -> &mut Self {
-        let Segment { length, radius, .. } = self.model.segments[segment];
+        let length = self.model.segments[segment].length;
         let pose = Pose {
             position: self.state.positions[segment] + self.state.axis(segment) * (side * length),
             orientation: self.state.orientations[segment],
@@ -262,48 +252,42 @@ impl Assembly {
         let anchor = Body::Anchor(self.model.anchors.len() - 1);
         // Body a comes first along the rod, so that the Darboux vector keeps its sense.
         let own = Body::Segment(segment);
-        let (a, b, offset_a, offset_b) =
-            if side < 0.0 { (anchor, own, 0.0, side * length) } else { (own, anchor, side * length, 0.0) };
-        let mut joint = Joint {
-            a,
-            b,
-            offset_a,
-            offset_b,
-            length: 1.0,
-            rest_darboux: rest,
-            stretch_compliance: 0.0,
-            shear_compliance: 0.0,
-            bend_compliance: 0.0,
-            twist_compliance: 0.0,
-            youngs_modulus: 0.0,
-            torsion_modulus: 0.0,
-        };
-        self.set_compliance(&mut joint, &[Half { length: 0.5 * length, section: Section { radius } }], segment);
-        self.model.joints.push(joint);
+        let own = (own, side * length);
+        let ends = if side < 0.0 { [(anchor, 0.0), own] } else { [own, (anchor, 0.0)] };
+        let joint = self.composed(ends, &[self.half(segment)], segment);
+        self.model.joints.push(Joint { rest_darboux: rest, ..joint });
         self
     }
 
-    /// Length and compliances of a joint whose halves act in series; the material is that of segment `made_of`.
-    fn set_compliance(&self, joint: &mut Joint, halves: &[Half], made_of: usize) {
+    /// A joint between two bodies at places on their axes [m], whose halves act in series; the material is that of
+    /// segment `made_of`.
+    fn composed(&self, [(a, offset_a), (b, offset_b)]: [(Body, f64); 2], halves: &[Half], made_of: usize) -> Joint {
         let (material, stretch) = self.made_of[made_of];
         let sum = |stiffness: &dyn Fn(Section) -> f64| -> f64 {
             halves.iter().map(|half| half.length / stiffness(half.section)).sum()
         };
         let length: f64 = halves.iter().map(|half| half.length).sum();
-        let bend = sum(&|section| section.bending_stiffness(&material)) / length.powi(2);
-        let twist = sum(&|section| section.torsional_stiffness(&material)) / length.powi(2);
-        joint.length = length;
-        joint.bend_compliance = bend;
-        joint.twist_compliance = twist;
-        joint.youngs_modulus = material.youngs_modulus;
-        joint.torsion_modulus = material.torsion_modulus;
-        (joint.stretch_compliance, joint.shear_compliance) = match stretch {
+        let (stretch_compliance, shear_compliance) = match stretch {
             Stretch::Compliance(alpha) => (alpha, alpha),
             Stretch::Physical => (
                 sum(&|section| material.youngs_modulus * section.area()),
                 sum(&|section| Stretch::SHEAR_FACTOR * material.torsion_modulus * section.area()),
             ),
         };
+        Joint {
+            a,
+            b,
+            offset_a,
+            offset_b,
+            length,
+            rest_darboux: Vector3::zeros(),
+            stretch_compliance,
+            shear_compliance,
+            bend_compliance: sum(&|section| section.bending_stiffness(&material)) / length.powi(2),
+            twist_compliance: sum(&|section| section.torsional_stiffness(&material)) / length.powi(2),
+            youngs_modulus: material.youngs_modulus,
+            torsion_modulus: material.torsion_modulus,
+        }
     }
 
     fn current_darboux(&self, joint: &Joint) -> Vector3<f64> {

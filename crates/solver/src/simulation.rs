@@ -10,7 +10,6 @@ use thiserror::Error;
 use crate::component::{Component, Members, split};
 use crate::counters::Counters;
 use crate::guess::InitialGuess;
-use crate::kernel::lane::Lanes;
 use crate::linear::solvers::SolverKind;
 use crate::step::{Status, StepParams};
 use crate::topology::Topology;
@@ -172,6 +171,3 @@ impl Simulation {
         })
     }
 }
-
-/// A group of rods in the lanes of one component.
-pub type GroupComponent = Component<Lanes<GROUP>>;

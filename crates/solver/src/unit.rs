@@ -110,7 +110,7 @@ fn advance(
         counters.retries += 1;
         return halves(component, dt, halvings, params, solver, guess, counters);
     }
-    accept(component, &result, 0, counters);
+    accept(&result, 0, counters);
     if status == Status::NonFinite {
         component.roll_back();
     } else {
@@ -147,8 +147,7 @@ fn finish<T: Real>(component: &mut Component<T>, counters: &mut Counters) {
     watch.mark(&mut counters.times.predict);
 }
 
-fn accept<T: Real>(component: &Component<T>, result: &Attempt<T>, lane: usize, counters: &mut Counters) {
-    let _ = component;
+fn accept<T: Real>(result: &Attempt<T>, lane: usize, counters: &mut Counters) {
     counters.steps += 1;
     match result.status(lane) {
         Status::NonFinite => counters.non_finite += 1,
@@ -187,7 +186,7 @@ impl Group {
         let mut alone: Vec<(usize, Component<f64>)> = Vec::new();
         for lane in 0..self.members.len() {
             if result.status(lane) == Status::Converged || params.max_halvings == 0 {
-                accept(component, &result, lane, counters);
+                accept(&result, lane, counters);
                 self.status = self.status.max(result.status(lane));
                 if result.status(lane) == Status::NonFinite {
                     component.roll_back_lane(lane);
