@@ -317,3 +317,52 @@ impl<'a> Sample<'a> {
         first..first + n
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::PaperBatch;
+    use crate::{Config, record, write};
+
+    /// The data set's scenarios are chains without anchors; its format is not restricted to them.
+    #[test]
+    fn a_tree_with_an_anchor_is_read_back() {
+        let scene = scene::parse(
+            "[[rods]]\nname = \"trunk\"\nradius_m = 0.05\nclamp = [\"start-face\"]\n\n[rods.shape.straight]\nlength_m = 1.0\n\
+             segments = 5\n\n[rods.tree]\nbranches = 3\nlevels = 2\nsegments = 4\nseed = 1\n",
+            "small-tree.toml",
+        );
+        let scene = scene.unwrap();
+        let record = record::record(&scene, 3, Config::default().step(), 0.02, 3).unwrap();
+        assert_eq!((record.model.anchors.len(), record.model.segments.len()), (1, 17));
+        let bytes = write::shard(std::slice::from_ref(&record)).unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), &bytes).unwrap();
+        let shard = Shard::open(file.path(), blake3::hash(&bytes).to_hex().as_str()).unwrap();
+        let entry = entry(&shard, 0, 0, 3).unwrap();
+        assert_eq!(entry.model, record.model);
+        let trajectory = Trajectory { shard: &shard, entry: &entry };
+        let mut component = trajectory.component();
+        let mut batch = PaperBatch::default();
+        for sample in trajectory.samples() {
+            sample.restore(&mut component);
+            let rhs = component.system.joints.iter().map(|joint| joint.rhs.to_array().map(|x| x as f32));
+            assert!(rhs.eq(sample.rhs()));
+            batch.clear();
+            batch.push(&sample, &record.norms);
+            assert_eq!((batch.graphs.nodes(), batch.graphs.edges()), (18, 17));
+            let anchor = &batch.nodes[17 * 14..];
+            assert!(anchor[..3].iter().all(|x| x.abs() < 1e-9) && anchor[11] == 0.0);
+            assert_eq!(batch.node_targets[17 * 6..], [0.0; 6]);
+        }
+        assert!(trajectory.len() >= 3);
+    }
+
+    #[test]
+    fn scenes_that_cannot_be_stored_are_refused() {
+        let two = "[[rods]]\nradius_m = 0.05\n[rods.shape.straight]\nlength_m = 1.0\nsegments = 3\n";
+        let scene = scene::parse(&format!("{two}\n{two}"), "two.toml").unwrap();
+        let error = record::record(&scene, 0, Config::default().step(), 0.02, 1).unwrap_err();
+        assert_eq!(error.to_string(), "trajectory 0: 2 connected sets of segments, but it must be one");
+    }
+}

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{generated, small};
-use dataset::{BodyFrameBatch, PaperBatch, Scenario, Split, Workspace, shuffled};
+use dataset::{BodyFrameBatch, Config, PaperBatch, Scenario, Split, Workspace, shuffled};
 use graph::{Normal, Norms, body_frame, corrections, paper};
 use solver::cg::CgParams;
 use solver::direct::Direct;
@@ -180,4 +180,26 @@ fn orders_are_permutations_fixed_by_seed_and_epoch() {
     sorted.sort_unstable();
     assert!(sorted.into_iter().eq(0..1000));
     assert!(shuffled(0, 0, 0).is_empty());
+}
+
+#[test]
+fn attempts_that_were_taken_back_leave_no_samples() {
+    let directory = tempfile::tempdir().unwrap();
+    let config = Config { dt_s: 0.1, max_iterations: 4, steps: 12, ..small(Scenario::Helix) };
+    let dataset = generated(directory.path(), &config);
+    let mut divided = 0;
+    for trajectory in dataset.trajectories(Split::Train) {
+        for step in 0..12 {
+            let samples: Vec<_> = trajectory.samples().filter(|sample| sample.step() == step).collect();
+            let substeps = samples.chunk_by(|_, next| next.iteration() > 0);
+            let mut time = 0.0;
+            for substep in substeps {
+                assert!(substep.iter().enumerate().all(|(k, s)| s.iteration() == k as u32 && s.dt() == substep[0].dt()));
+                time += substep[0].dt();
+                divided += usize::from(substep[0].dt() < 0.1);
+            }
+            assert!((time - 0.1).abs() < 1e-12, "step {step} of {}: {time} s", trajectory.index());
+        }
+    }
+    assert!(divided > 0);
 }
