@@ -246,6 +246,6 @@ impl Plan {
 
     /// Name of the file that says what is in it.
     pub(crate) fn entry_file(&self) -> String {
-        format!("{}.toml", self.name)
+        format!("{}.done.toml", self.name)
     }
 }

@@ -69,7 +69,7 @@ impl DatasetError {
     }
 
     /// Whether a file says that it is of another version of the format.
-    pub(crate) fn is_newer_schema(&self) -> bool {
+    pub(crate) fn is_other_schema(&self) -> bool {
         matches!(self, Self::Value { key, value, .. } if key == "schema_version" && value != "missing")
     }
 

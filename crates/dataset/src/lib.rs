@@ -30,7 +30,7 @@
 //! A data set is a directory. `manifest.toml` ([`Manifest`]) says what it is: versions, seed, ranges, tolerances, norms,
 //! numbers, and the BLAKE3 hash of every shard. Shards `train-0000.safetensors`, `validation-0000.safetensors`, ... hold
 //! whole trajectories, each split's in the order of their indices; training trajectories come first in that count, and
-//! trajectory i is made from stream i of the seed. A `.toml` beside each shard says that it is finished. Tensors, one
+//! trajectory i is made from stream i of the seed. A `.done.toml` beside each shard says that it is finished; only generation reads it. Tensors, one
 //! row each unless said otherwise, little endian:
 //!
 //! | tensor | type | holds |

@@ -70,8 +70,8 @@ fn what_is_there_and_whole_is_kept() {
     bytes[5000] ^= 1;
     std::fs::write(&path, &bytes).unwrap();
     assert_eq!(again(), (1, 3));
-    std::fs::remove_file(directory.path().join("validation-0000.toml")).unwrap();
-    std::fs::write(directory.path().join("train-0002.toml"), "schema_version = 1").unwrap();
+    std::fs::remove_file(directory.path().join("validation-0000.done.toml")).unwrap();
+    std::fs::write(directory.path().join("train-0002.done.toml"), "schema_version = 1").unwrap();
     assert_eq!(again(), (2, 2));
     std::fs::remove_file(directory.path().join(MANIFEST)).unwrap();
     assert_eq!(again(), (0, 4));
@@ -85,7 +85,7 @@ fn another_set_is_not_written_over() {
     let error = generate(directory.path(), &Config { seed: 6, ..config.clone() }, None, &|_| ()).unwrap_err();
     let message = error.to_string();
     assert!(message.ends_with(": config.seed = 5, but it must be 6 to go on in this directory"), "{message}");
-    let path = directory.path().join("train-0000.toml");
+    let path = directory.path().join("train-0000.done.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replace("schema_version = 1", "schema_version = 2")).unwrap();
     let message = generate(directory.path(), &config, None, &|_| ()).unwrap_err().to_string();

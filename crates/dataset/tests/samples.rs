@@ -194,7 +194,9 @@ fn attempts_that_were_taken_back_leave_no_samples() {
             let substeps = samples.chunk_by(|_, next| next.iteration() > 0);
             let mut time = 0.0;
             for substep in substeps {
-                assert!(substep.iter().enumerate().all(|(k, s)| s.iteration() == k as u32 && s.dt() == substep[0].dt()));
+                assert!(
+                    substep.iter().enumerate().all(|(k, s)| s.iteration() == k as u32 && s.dt() == substep[0].dt())
+                );
                 time += substep[0].dt();
                 divided += usize::from(substep[0].dt() < 0.1);
             }

@@ -46,8 +46,8 @@ impl Whitening {
                 false => (mean, variance.sqrt()),
             };
             whitening.shift[k] = shift as f32;
-            // Rounding alone spreads what is all alike.
-            if spread > 1e-6 * mean.abs().max(1e-30) {
+            // Rounding alone spreads what is all alike, zeros included.
+            if spread > 1e-6 * mean.abs().max(1e-3) {
                 whitening.scale[k] = (1.0 / spread) as f32;
             }
         }

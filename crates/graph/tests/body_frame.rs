@@ -263,6 +263,9 @@ fn whitening_gives_unit_size_and_keeps_the_zero_of_vectors() {
     let square: f32 = column(0).map(|x| x * x).sum::<f32>() / 100.0;
     assert!(mean.abs() < 1e-5 && (square - 1.0).abs() < 1e-5);
     assert!(column(1).all(|x| x == 1.0) && column(2).all(|x| x == 0.0));
+    // Zeros but for rounding are not blown up.
+    let noise = [1e-16, 0.0, 2e-16];
+    assert_eq!(Whitening::fit(&[Channel::Polar(0)], [noise.as_slice()]), Whitening::identity(1));
     let mut far = [1e9, -1e9, 7.5];
     whitening.apply(&mut far);
     assert_eq!(far, [6.0, -6.0, 0.5]);
