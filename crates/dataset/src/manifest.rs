@@ -1,0 +1,299 @@
+//! The manifest, and the entries that say of each shard that it is finished.
+//!
+//! Both are TOML with a first line of their own, `checksum = "..."`, the BLAKE3 hash of all that follows.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use graph::Norms;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::config::{Config, Scenario, Split};
+use crate::layout::Counts;
+use crate::{DatasetError, SCHEMA_VERSION};
+
+/// Name of the manifest's file.
+pub const MANIFEST: &str = "manifest.toml";
+
+/// What a data set is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of the format, [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Version of the program that generated it.
+    pub program_version: String,
+    /// The program's source revision, where it was found when the set was finished.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub git_revision: Option<String>,
+    /// Formulation of the projection, "xpbd".
+    pub formulation: String,
+    /// What was generated.
+    pub config: Config,
+    /// Range of every parameter of the scenes.
+    pub ranges: BTreeMap<String, [f64; 2]>,
+    /// Largest magnitudes over the training samples.
+    pub norms: StoredNorms,
+    /// Numbers of the training split.
+    pub train: Numbers,
+    /// Numbers of the validation split.
+    pub validation: Numbers,
+    /// The files, training first.
+    pub shards: Vec<ShardInfo>,
+}
+
+/// [`Norms`] with units in their names.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StoredNorms {
+    /// Of dx [m].
+    pub dx_m: f64,
+    /// Of dphi [rad].
+    pub dphi_rad: f64,
+    /// Of dlambda's stretch-shear part [N s^2].
+    pub dlambda_stretch_n_s2: f64,
+    /// Of dlambda's bend-twist part [N m^2 s^2].
+    pub dlambda_bend_n_m2_s2: f64,
+}
+
+/// How much there is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Numbers {
+    /// Trajectories.
+    pub trajectories: usize,
+    /// Samples: outer iterations.
+    pub samples: usize,
+    /// Segments of all samples.
+    pub sample_segments: usize,
+    /// Joints of all samples.
+    pub sample_joints: usize,
+    /// Steps that ended at the cap on iterations.
+    pub unconverged_steps: usize,
+}
+
+/// One file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShardInfo {
+    /// Its name.
+    pub file: String,
+    /// What it belongs to.
+    pub split: Split,
+    /// Index of its first trajectory.
+    pub first_trajectory: u64,
+    /// Its size in bytes.
+    pub bytes: usize,
+    /// BLAKE3 hash of the file.
+    pub blake3: String,
+    /// What is in it.
+    pub numbers: Numbers,
+}
+
+/// A finished shard, in a file beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Entry {
+    pub(crate) schema_version: u32,
+    pub(crate) program_version: String,
+    pub(crate) config: Config,
+    pub(crate) norms: StoredNorms,
+    pub(crate) shard: ShardInfo,
+}
+
+impl From<Norms> for StoredNorms {
+    fn from(norms: Norms) -> Self {
+        Self {
+            dx_m: norms.dx,
+            dphi_rad: norms.dphi,
+            dlambda_stretch_n_s2: norms.dlambda_stretch,
+            dlambda_bend_n_m2_s2: norms.dlambda_bend,
+        }
+    }
+}
+
+impl From<StoredNorms> for Norms {
+    fn from(norms: StoredNorms) -> Self {
+        Self {
+            dx: norms.dx_m,
+            dphi: norms.dphi_rad,
+            dlambda_stretch: norms.dlambda_stretch_n_s2,
+            dlambda_bend: norms.dlambda_bend_n_m2_s2,
+        }
+    }
+}
+
+impl Numbers {
+    pub(crate) fn new(counts: Counts, unconverged_steps: usize) -> Self {
+        Self {
+            trajectories: counts.trajectories,
+            samples: counts.samples,
+            sample_segments: counts.sample_segments,
+            sample_joints: counts.sample_joints,
+            unconverged_steps,
+        }
+    }
+
+    /// The sum.
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self {
+            trajectories: self.trajectories.saturating_add(other.trajectories),
+            samples: self.samples.saturating_add(other.samples),
+            sample_segments: self.sample_segments.saturating_add(other.sample_segments),
+            sample_joints: self.sample_joints.saturating_add(other.sample_joints),
+            unconverged_steps: self.unconverged_steps.saturating_add(other.unconverged_steps),
+        }
+    }
+}
+
+impl Manifest {
+    /// Number of samples and more of a split.
+    pub fn numbers(&self, split: Split) -> Numbers {
+        match split {
+            Split::Train => self.train,
+            Split::Validation => self.validation,
+        }
+    }
+
+    /// Reads and checks the manifest of the data set in `directory`.
+    ///
+    /// # Errors
+    /// If there is none, or it is damaged, foreign, or of another version.
+    pub fn read(directory: &Path) -> Result<Self, DatasetError> {
+        let file = directory.join(MANIFEST);
+        let manifest: Self = read_sealed(&file)?;
+        manifest.check(&file)?;
+        Ok(manifest)
+    }
+
+    /// The manifest of finished shards, in order.
+    pub(crate) fn of(config: &Config, entries: &[Entry], git_revision: Option<String>) -> Self {
+        let mut norms = Norms::default();
+        let mut numbers = [Numbers::default(); 2];
+        for entry in entries {
+            let split = &mut numbers[entry.shard.split as usize];
+            *split = split.plus(entry.shard.numbers);
+            if entry.shard.split == Split::Train {
+                norms = norms.union(entry.norms.into());
+            }
+        }
+        Self {
+            schema_version: SCHEMA_VERSION,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            git_revision,
+            formulation: config.step().formulation.name().to_owned(),
+            config: config.clone(),
+            ranges: config.scenario.ranges(),
+            norms: norms.into(),
+            train: numbers[Split::Train as usize],
+            validation: numbers[Split::Validation as usize],
+            shards: entries.iter().map(|entry| entry.shard.clone()).collect(),
+        }
+    }
+
+    fn check(&self, file: &Path) -> Result<(), DatasetError> {
+        let wrong = |key: &str, value: String, allowed: String| Err(DatasetError::value(file, key, value, allowed));
+        self.config.check().map_err(|error| match error {
+            DatasetError::Setting { key, value, allowed } => {
+                DatasetError::value(file, format!("config.{key}"), value, allowed)
+            }
+            other => other,
+        })?;
+        let formulation = self.config.step().formulation.name();
+        if self.formulation != formulation {
+            return wrong("formulation", format!("\"{}\"", self.formulation), format!("\"{formulation}\""));
+        }
+        let norms = [
+            ("norms.dx_m", self.norms.dx_m),
+            ("norms.dphi_rad", self.norms.dphi_rad),
+            ("norms.dlambda_stretch_n_s2", self.norms.dlambda_stretch_n_s2),
+            ("norms.dlambda_bend_n_m2_s2", self.norms.dlambda_bend_n_m2_s2),
+        ];
+        if let Some((key, value)) = norms.into_iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0)) {
+            return wrong(key, value.to_string(), "finite and >= 0".to_owned());
+        }
+        let plans = self.config.shards();
+        if self.shards.len() != plans.len() {
+            return wrong("number of shards", self.shards.len().to_string(), format!("{}, by config", plans.len()));
+        }
+        let mut sums = [Numbers::default(); 2];
+        for (k, (shard, plan)) in self.shards.iter().zip(&plans).enumerate() {
+            let key = |name: &str| format!("shards[{k}].{name}");
+            if shard.file != plan.file() {
+                return wrong(&key("file"), format!("\"{}\"", shard.file), format!("\"{}\"", plan.file()));
+            }
+            if (shard.split, shard.first_trajectory) != (plan.split, plan.first) {
+                let value = format!("{}, from trajectory {}", shard.split.name(), shard.first_trajectory);
+                let allowed = format!("{}, from trajectory {}", plan.split.name(), plan.first);
+                return wrong(&key("split"), value, allowed);
+            }
+            if shard.numbers.trajectories != plan.trajectories {
+                let (value, allowed) = (shard.numbers.trajectories.to_string(), plan.trajectories.to_string());
+                return wrong(&key("numbers.trajectories"), value, allowed);
+            }
+            let sum = &mut sums[shard.split as usize];
+            *sum = sum.plus(shard.numbers);
+        }
+        for split in Split::ALL {
+            let (found, sum) = (self.numbers(split), sums[split as usize]);
+            if found != sum {
+                return wrong(split.name(), format!("{found:?}"), format!("{sum:?}, the sum over its shards"));
+            }
+        }
+        let scenario: Scenario = self.config.scenario;
+        if self.ranges != scenario.ranges() {
+            return wrong("ranges", format!("{:?}", self.ranges), format!("{:?}", scenario.ranges()));
+        }
+        Ok(())
+    }
+}
+
+/// TOML with its checksum in front.
+pub(crate) fn seal<T: Serialize>(value: &T) -> Result<String, toml::ser::Error> {
+    let body = toml::to_string(value)?;
+    Ok(format!("{}\n{body}", checksum_line(&body)))
+}
+
+fn checksum_line(body: &str) -> String {
+    format!("checksum = \"{}\"", blake3::hash(body.as_bytes()).to_hex())
+}
+
+/// Reads what [`seal`] has written. What is wrong with a key is said before what is wrong with the checksum.
+pub(crate) fn read_sealed<T: DeserializeOwned>(file: &Path) -> Result<T, DatasetError> {
+    let bytes = std::fs::read(file).map_err(DatasetError::io("read", file))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        DatasetError::Text { file: file.to_owned(), line, message: "not UTF-8 text".to_owned() }
+    })?;
+    let wrong = |offset: usize, message: &str| text_error(file, &text, offset, message);
+    let table: toml::Table =
+        toml::from_str(&text).map_err(|error| wrong(error.span().map_or(0, |span| span.start), error.message()))?;
+    let version = table.get("schema_version");
+    if version.and_then(toml::Value::as_integer) != Some(i64::from(SCHEMA_VERSION)) {
+        let value = version.map_or("missing".to_owned(), toml::Value::to_string);
+        let newer = version.and_then(toml::Value::as_integer).is_some_and(|v| v > i64::from(SCHEMA_VERSION));
+        let hint = if newer { " (a newer program has written it)" } else { "" };
+        return Err(DatasetError::value(file, "schema_version", value, format!("{SCHEMA_VERSION}{hint}")));
+    }
+    let (line, body) = text.split_once('\n').unwrap_or((&text, ""));
+    let start = text.len() - body.len();
+    let value = toml::from_str(body)
+        .map_err(|error| wrong(start + error.span().map_or(0, |span| span.start), error.message()))?;
+    if line != checksum_line(body) {
+        let value = table.get("checksum").map_or("missing".to_owned(), toml::Value::to_string);
+        let hash = blake3::hash(body.as_bytes()).to_hex();
+        let allowed = format!("\"{hash}\" by the text below it: it was changed after it was written");
+        return Err(DatasetError::value(file, "checksum", value, allowed));
+    }
+    Ok(value)
+}
+
+fn text_error(file: &Path, text: &str, offset: usize, message: &str) -> DatasetError {
+    let before = &text.as_bytes()[..offset.min(text.len())];
+    let number = before.iter().filter(|&&byte| byte == b'\n').count();
+    let line: String = text.lines().nth(number).unwrap_or_default().chars().take(80).collect();
+    let message = format!("`{line}`: {}", message.split_whitespace().collect::<Vec<_>>().join(" "));
+    DatasetError::Text { file: file.to_owned(), line: number + 1, message }
+}

@@ -1,0 +1,50 @@
+//! Several graphs as one, without edges between them.
+
+use std::ops::Range;
+
+use crate::Graph;
+
+/// Connectivity of graphs joined by concatenation: features of all nodes, and of all edges, lie one after the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Batch {
+    /// Number of nodes of each graph. `[graphs]`
+    pub n_node: Vec<u32>,
+    /// Number of edges of each graph. `[graphs]`
+    pub n_edge: Vec<u32>,
+    /// Sender of every edge, counted through all graphs. `[sum of n_edge]`
+    pub senders: Vec<u32>,
+    /// Receiver of every edge, counted through all graphs. `[sum of n_edge]`
+    pub receivers: Vec<u32>,
+    nodes: usize,
+}
+
+impl Batch {
+    /// Removes all graphs and keeps the memory.
+    pub fn clear(&mut self) {
+        let Self { n_node, n_edge, senders, receivers, nodes } = self;
+        [n_node, n_edge, senders, receivers].into_iter().for_each(Vec::clear);
+        *nodes = 0;
+    }
+
+    /// Appends a graph and returns the rows of its nodes and of its edges.
+    pub fn push(&mut self, graph: &Graph) -> (Range<usize>, Range<usize>) {
+        let (first_node, first_edge) = (self.nodes, self.senders.len());
+        let offset = first_node as u32;
+        self.senders.extend(graph.senders().iter().map(|&i| i + offset));
+        self.receivers.extend(graph.receivers().iter().map(|&i| i + offset));
+        self.n_node.push(graph.nodes().len() as u32);
+        self.n_edge.push(graph.edges().len() as u32);
+        self.nodes += graph.nodes().len();
+        (first_node..self.nodes, first_edge..self.senders.len())
+    }
+
+    /// Number of nodes of all graphs.
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Number of edges of all graphs.
+    pub fn edges(&self) -> usize {
+        self.senders.len()
+    }
+}

@@ -1,0 +1,54 @@
+//! The solver's state as a graph: what a learned guess reads, and the numbers it predicts (paper, section 3.1).
+//!
+//! A [`Graph`] is what stays the same of one connected set of segments: bodies are nodes, joints are edges from their
+//! body a (the sender) to their body b (the receiver). Two kinds of features are made of it and of the solver's state:
+//!
+//! - [`paper`]: the paper's 14 inputs a node and 5 an edge, in world axes and SI units, with its norms;
+//! - [`body_frame`]: inputs that neither a shift nor a rotation of the scene changes, with the right-hand side on the
+//!   edges and outputs in a scale of their own.
+//!
+//! Arrays are `f32`, row by row (`[nodes, k]` is `nodes` rows of `k` numbers), and lie in buffers of the caller's, so
+//! that no call allocates. What stays the same over a scene is filled apart from what changes with every solve. Ragged
+//! graphs are joined by [`Batch`].
+//!
+//! This crate knows the solver. It knows no network and no file format.
+
+mod batch;
+pub mod body_frame;
+mod channel;
+mod graph;
+pub mod paper;
+mod particular;
+mod planar;
+mod whitening;
+
+pub use batch::Batch;
+pub use channel::{Channel, mask};
+pub use graph::{Edge, Graph, Node, Visit};
+pub use paper::Norms;
+pub use planar::{Normal, planar_normal};
+pub use whitening::Whitening;
+
+use solver::component::Component;
+use solver::system::Six;
+
+/// `dp = M^-1 J^T dlambda`: the corrections (dx [m], dphi [rad], world axes) that multipliers bring about, one entry a
+/// node, zero where it is fixed. The system in `component` must be the one that `dlambda` solves.
+pub fn corrections(component: &Component<f64>, dlambda: &[Six<f64>], dp: &mut [Six<f64>]) {
+    let system = &component.system;
+    dp.fill(Six::zero());
+    for (j, (&dlambda, &[a, _])) in dlambda.iter().zip(&system.topology.joints).enumerate() {
+        let q_a = system.bodies[a as usize].orientation;
+        system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), dp);
+    }
+    for (body, dp) in dp.iter_mut().enumerate() {
+        *dp = system.correction(body, *dp);
+    }
+}
+
+/// Writes numbers to the start of `out`, in single precision.
+fn put<const N: usize>(out: &mut [f32], values: [f64; N]) {
+    for (out, value) in out.iter_mut().zip(values) {
+        *out = value as f32;
+    }
+}

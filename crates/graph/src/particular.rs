@@ -1,0 +1,71 @@
+//! A particular solution that costs one walk out and one walk back: translations that close the gaps, and the forces
+//! and moments that move the segments so.
+//!
+//! With dphi = 0 the stretch-shear rows of a joint read `dx_a - dx_b = b_s`, so that outwards from the clamp
+//! `xp = xp_parent -/+ b_s`. Inwards again, J^T lambda = M (xp, 0) gives each joint on the way the force that all
+//! segments beyond it need together, and the moment that keeps them from turning. Of a set without a fixed body the mean
+//! shift is taken out, because no force acts on it from outside. Edges that close a loop carry nothing.
+
+use solver::component::Component;
+use solver::kernel::math::Vec3;
+use solver::system::Six;
+
+use crate::Graph;
+
+/// Memory for the particular solution of one graph, and the solution.
+#[derive(Clone, Debug)]
+pub(crate) struct Particular {
+    /// Translations xp, one a node [m].
+    pub(crate) shift: Vec<Vec3<f64>>,
+    /// Multipliers in world rows: a force [kg m] and a torque [kg m^2] an edge.
+    pub(crate) world: Vec<Six<f64>>,
+    /// What a node's joint towards the clamp has to carry.
+    need: Vec<Six<f64>>,
+}
+
+impl Particular {
+    pub(crate) fn new(graph: &Graph) -> Self {
+        let (nodes, edges) = (graph.nodes().len(), graph.edges().len());
+        Self { shift: vec![Vec3::zero(); nodes], world: vec![Six::zero(); edges], need: vec![Six::zero(); nodes] }
+    }
+
+    /// Solves for the right-hand side of the component's system.
+    pub(crate) fn solve(&mut self, graph: &Graph, component: &Component<f64>) {
+        let Self { shift, world, need } = self;
+        let system = &component.system;
+        let sign = |is_sender: bool| if is_sender { 1.0 } else { -1.0 };
+        shift.fill(Vec3::zero());
+        world.fill(Six::zero());
+        for visit in graph.visits() {
+            let gap = system.joints[visit.edge as usize].rhs.stretch * sign(visit.is_sender);
+            shift[visit.node as usize] = shift[visit.parent as usize] + gap;
+        }
+        if graph.visits().len() + 1 == graph.nodes().len() && graph.nodes().iter().all(|node| node.free[0]) {
+            take_out_mean(graph, shift);
+        }
+        for ((need, node), &shift) in need.iter_mut().zip(graph.nodes()).zip(shift.iter()) {
+            *need = Six { stretch: shift * if node.free[0] { node.mass } else { 0.0 }, bend: Vec3::zero() };
+        }
+        for visit in graph.visits().iter().rev() {
+            let (node, parent, edge) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
+            let [of_sender, of_receiver] = system.joints[edge].offsets;
+            let (own, other) = if visit.is_sender { (of_sender, of_receiver) } else { (of_receiver, of_sender) };
+            // On the sender acts +f at its connector and -torque; on the receiver the opposite.
+            let force = need[node].stretch;
+            let moment = need[node].bend + system.bodies[node].axis.cross(force) * own;
+            world[edge] = Six { stretch: force * sign(visit.is_sender), bend: moment * sign(visit.is_sender) };
+            need[parent].stretch += force;
+            need[parent].bend += moment - system.bodies[parent].axis.cross(force) * other;
+        }
+    }
+}
+
+fn take_out_mean(graph: &Graph, shift: &mut [Vec3<f64>]) {
+    let (mut sum, mut mass) = (Vec3::zero(), 0.0);
+    for (node, &shift) in graph.nodes().iter().zip(shift.iter()) {
+        sum += shift * node.mass;
+        mass += node.mass;
+    }
+    let mean = sum * (1.0 / mass);
+    shift.iter_mut().for_each(|shift| *shift -= mean);
+}

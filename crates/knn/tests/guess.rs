@@ -1,0 +1,66 @@
+//! The guess: data points predict themselves, and a simulation takes it without harm.
+
+use std::sync::Arc;
+
+use dataset::{Config, Dataset, Scenario, Split, generate};
+use graph::Graph;
+use knn::{Knn, KnnGuess, Params};
+use rod::Model;
+use solver::component::Members;
+use solver::guess::InitialGuess;
+use solver::simulation::{Settings, Simulation};
+use solver::solvers::SolverKind;
+use solver::system::Six;
+use solver::topology::Topology;
+
+fn dataset(directory: &std::path::Path) -> Dataset {
+    let config =
+        Config { train_trajectories: 6, validation_trajectories: 1, steps: 10, ..Config::table_1(Scenario::Helix) };
+    generate(directory, &config, None, &|_| ()).unwrap();
+    Dataset::open(directory).unwrap()
+}
+
+#[test]
+fn data_points_predict_themselves() {
+    let directory = tempfile::tempdir().unwrap();
+    let dataset = dataset(directory.path());
+    let knn = Arc::new(Knn::new(&dataset, Params { every: 1, ..Params::default() }));
+    assert_eq!(knn.len(), dataset.manifest().train.sample_joints);
+    let trajectory = dataset.trajectory(Split::Train, 2).unwrap();
+    let mut guess = KnnGuess::new(knn, trajectory.graph().clone());
+    let mut component = trajectory.component();
+    let (mut dlambda, mut dp) =
+        (vec![Six::zero(); trajectory.graph().edges().len()], vec![Six::zero(); trajectory.graph().nodes().len()]);
+    let norm = |x: &mut dyn Iterator<Item = Six<f64>>| x.map(|x| x.dot(x)).sum::<f64>().sqrt();
+    // Later iterations correct so little that their inputs, in single precision, hardly differ.
+    for sample in trajectory.samples().filter(|sample| sample.iteration() == 0) {
+        sample.restore(&mut component);
+        assert!(guess.start_solve(&component, 0, &mut dlambda));
+        guess.dp(&mut dp);
+        let exact: Vec<Six<f64>> = sample.dp().map(|x| Six::from_array(x.map(f64::from))).collect();
+        // The clamped segment, and so the first edge's sender, looks the same at all times.
+        let pairs = [(&dlambda[1..], &component.dlambda[1..]), (&dp, &exact)];
+        for (found, exact) in pairs {
+            let apart = norm(&mut found.iter().zip(exact).map(|(a, b)| a.plus(*b, -1.0)));
+            assert!(apart < 1e-4 * norm(&mut exact.iter().copied()), "{apart}");
+        }
+    }
+}
+
+#[test]
+fn a_simulation_takes_the_guess() {
+    let directory = tempfile::tempdir().unwrap();
+    let dataset = dataset(directory.path());
+    let knn = Arc::new(Knn::new(&dataset, Params::default()));
+    let scene = Scenario::Helix.sample(0, 100).scene().unwrap();
+    let build = |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
+        Some(Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology))))
+    };
+    let settings = Settings { solver: "cg-block-jacobi".parse::<SolverKind>().unwrap(), ..Settings::default() };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, Some(&build)).unwrap();
+    for _ in 0..5 {
+        simulation.step(0.02).unwrap();
+    }
+    let counters = simulation.counters();
+    assert!(counters.guesses_used > 5 && counters.guesses_dropped == 0 && counters.linear_failures == 0);
+}
