@@ -5,11 +5,11 @@ mod common;
 use common::{generated, small};
 use dataset::{BodyFrameBatch, Config, PaperBatch, Scenario, Split, Workspace, shuffled};
 use graph::{Normal, Norms, body_frame, corrections, paper};
-use solver::cg::CgParams;
-use solver::direct::Direct;
+use solver::linear::cg::CgParams;
+use solver::linear::direct::Direct;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 use solver::linear::{LinearSolver, LinearStatus};
-use solver::precondition::PreconditionerKind;
-use solver::solvers::SolverKind;
 use solver::system::Six;
 
 fn single(x: Six<f64>) -> [f32; 6] {

@@ -8,8 +8,8 @@ use graph::{Channel, Normal, Whitening, corrections, mask, planar_normal};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rod::{Model, State};
-use solver::direct::Direct;
 use solver::linear::LinearSolver;
+use solver::linear::direct::Direct;
 
 fn in_motion(which: usize) -> (Model, State) {
     let (model, mut state) = match which {

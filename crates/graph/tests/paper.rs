@@ -7,8 +7,8 @@ use graph::paper::{self, fill_changing_nodes, fill_constant_nodes, fill_edges, n
 use graph::{Batch, Norms, corrections};
 use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
-use solver::direct::Direct;
 use solver::linear::LinearSolver;
+use solver::linear::direct::Direct;
 use solver::system::Six;
 
 #[test]

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use dataset::{Dataset, Split};
 use knn::{Knn, KnnGuess, Params};
-use solver::cg::CgParams;
 use solver::guess::InitialGuess;
 use solver::linear::LinearSolver;
-use solver::precondition::PreconditionerKind;
-use solver::solvers::SolverKind;
+use solver::linear::cg::CgParams;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);

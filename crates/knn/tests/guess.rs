@@ -8,8 +8,8 @@ use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use solver::component::Members;
 use solver::guess::InitialGuess;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::solvers::SolverKind;
 use solver::system::Six;
 use solver::topology::Topology;
 
