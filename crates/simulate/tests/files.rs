@@ -156,6 +156,8 @@ fn an_interrupted_run_keeps_its_results() {
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(200));
+    // Pressed twice in a hurry, as people do.
+    interrupt(child.id());
     interrupt(child.id());
     let output = child.wait_with_output().expect("it ends");
     let (code, printed, err) = texts(&output);
