@@ -46,26 +46,26 @@ pub(crate) struct SceneArgs {
     #[arg(default_value = "bending-rod", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
     /// Seed of a random scene [default: 0].
-    #[arg(long, value_parser = whole::<u64>, allow_negative_numbers = true)]
+    #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) seed: Option<u64>,
     /// Index of a random scene: each seed has as many as you like [default: 0].
-    #[arg(long, value_parser = whole::<u64>, allow_negative_numbers = true)]
+    #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) index: Option<u64>,
     /// Number of steps [default: the scene's]. 0 checks the scene and shows how it starts.
-    #[arg(long, value_parser = whole::<usize>, allow_negative_numbers = true)]
+    #[arg(long, value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) steps: Option<usize>,
     /// Time step [s] [default: the scene's].
-    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) dt: Option<f64>,
     /// Equations of the projection: xpbd (the paper's), xpbd-geometric (also stable for slack rods under tension),
     /// newton (implicit Euler, solved to the end).
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
     /// Residual at which a step is done, relative to that of its prediction.
-    #[arg(long, default_value = "1e-6", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, default_value = "1e-6", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) tolerance: f64,
     /// Threads for scenes of several rods, 1 to 1024 [default: one per core]. The motion is the same on any number.
-    #[arg(long, value_parser = threads, allow_negative_numbers = true)]
+    #[arg(long, value_parser = threads, allow_hyphen_values = true)]
     pub(crate) threads: Option<usize>,
     /// Print one JSON object instead of text.
     #[arg(long)]
@@ -85,7 +85,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) preconditioner: Option<PreconditionerKind>,
     /// Residual at which cg stops, relative to the right-hand side, in the preconditioner's norm [default: 1e-6].
-    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) linear_tolerance: Option<f64>,
     /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer, frozen. Of
     /// a whole step (with newton): step-previous, step-linear, step-quadratic. [default: step-quadratic for newton
@@ -102,7 +102,7 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Steps to leave out of the table of starts, where a history is not full yet.
-    #[arg(long, default_value = "10", value_parser = whole::<usize>, allow_negative_numbers = true)]
+    #[arg(long, default_value = "10", value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) skip: usize,
 }
 

@@ -49,6 +49,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         bail!("--steps 0, but a comparison needs at least 1");
     }
     let quiet = args.scene.quiet || args.scene.json;
+    let progress = Progress::new(2 * steps, "steps", quiet)?;
     if !quiet {
         say!("{}: {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len())?;
     }
@@ -87,7 +88,6 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     // The entry whose formulation the reference takes comes first.
     entries.sort_by_key(|entry| entry.settings.step.formulation != own);
 
-    let progress = Progress::new(2 * steps, "steps", quiet)?;
     let runs = compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
     let guesses = kinds.iter().zip(&factories).map(|(kind, factory)| {
         (kind.to_string(), (*kind != GuessKind::Zero).then_some(factory as solver::simulation::GuessFactory<'_>))

@@ -2,9 +2,13 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// How long further Ctrl-C count as the first: nobody who presses it twice in a hurry wants to lose the results.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A bar with an estimate of the time left, and whether the user asked to stop.
 pub(crate) struct Progress {
@@ -13,8 +17,8 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// A bar of `length` things called `unit`, invisible when `quiet` or not on a terminal. Ctrl-C asks to stop, twice
-    /// quits.
+    /// A bar of `length` things called `unit`, invisible when `quiet` or not on a terminal. Ctrl-C asks to stop and
+    /// keeps the results; once more, after [`PATIENCE`], gives them up.
     pub(crate) fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(length as u64), target);
@@ -22,8 +26,10 @@ impl Progress {
         bar.set_style(ProgressStyle::with_template(&template)?);
         let stopped = Arc::new(AtomicBool::new(false));
         let flag = stopped.clone();
+        let mut first: Option<Instant> = None;
         ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::Relaxed) {
+            flag.store(true, Ordering::Relaxed);
+            if first.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
                 std::process::exit(i32::from(crate::INTERRUPTED));
             }
         })

@@ -1,0 +1,148 @@
+//! Mistakes: one error that names the flag or file, the value and what is allowed; exit code 2; nothing on standard
+//! output.
+
+mod common;
+
+use std::fs;
+
+use common::{builtin_names, run, texts};
+
+/// The first line of the error of arguments that are not accepted.
+fn error(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    let (code, out, err) = texts(&output);
+    assert_eq!((code, out), (Some(2), ""), "{arguments:?}: {err}");
+    assert_eq!(err.matches("error: ").count(), 1, "{arguments:?}: {err}");
+    err.lines().next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn flags() {
+    let whole = "it must be a whole number from 0 to 18446744073709551615";
+    let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic";
+    for (arguments, expected) in [
+        ("--dt=-1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
+        ("--dt -1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
+        ("--dt 0", "invalid value '0' for '--dt <DT>': it must be a finite number > 0".to_owned()),
+        ("--dt nan", "invalid value 'nan' for '--dt <DT>': it must be a finite number > 0".to_owned()),
+        ("--dt inf", "invalid value 'inf' for '--dt <DT>': it must be a finite number > 0".to_owned()),
+        ("--tolerance -1e-6", "invalid value '-1e-6' for '--tolerance <TOLERANCE>': it must be a finite number > 0".to_owned()),
+        ("--dt -1e-3", "invalid value '-1e-3' for '--dt <DT>': it must be a finite number > 0".to_owned()),
+        ("--dt --json", "invalid value '--json' for '--dt <DT>': it must be a finite number > 0".to_owned()),
+        ("--steps -3", format!("invalid value '-3' for '--steps <STEPS>': {whole}")),
+        ("--steps 1.5", format!("invalid value '1.5' for '--steps <STEPS>': {whole}")),
+        ("--steps 99999999999999999999", format!("invalid value '99999999999999999999' for '--steps <STEPS>': {whole}")),
+        ("compare --steps 0", "--steps 0, but a comparison needs at least 1".to_owned()),
+        ("--threads 0", "invalid value '0' for '--threads <THREADS>': it must be a whole number from 1 to 1024".to_owned()),
+        ("--threads 60000", "invalid value '60000' for '--threads <THREADS>': it must be a whole number from 1 to 1024".to_owned()),
+        (
+            "--formulation pbd",
+            "invalid value 'pbd' for '--formulation <FORMULATION>': expected one of xpbd, xpbd-geometric, newton".to_owned(),
+        ),
+        (
+            "--guess best",
+            format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions)"),
+        ),
+        (
+            "--guess step-linear --formulation xpbd",
+            "--guess step-linear needs --formulation newton, but the formulation is xpbd".to_owned(),
+        ),
+        (
+            "--guess frozen",
+            "--guess frozen needs --solver cg, but the solver is direct, which has no use for a start".to_owned(),
+        ),
+        ("--preconditioner jacobi", "--preconditioner needs --solver cg, but the solver is direct".to_owned()),
+        (
+            "--linear-tolerance 1e-3 --solver sparse",
+            "--linear-tolerance needs --solver cg, but the solver is sparse".to_owned(),
+        ),
+        (
+            "--solver cg --preconditioner ilu",
+            "invalid value 'ilu' for '--preconditioner <PRECONDITIONER>': expected one of raw, jacobi, block-jacobi, frozen"
+                .to_owned(),
+        ),
+        ("--seed 3", "--seed needs the scene random-rod or random-helix, but the scene is bending-rod".to_owned()),
+        ("--verbose", "unexpected argument '--verbose' found".to_owned()),
+    ] {
+        let words: Vec<&str> = arguments.split(' ').collect();
+        assert_eq!(error(&words), format!("error: {expected}"), "{arguments}");
+    }
+    assert!(
+        error(&["stress", "--only", "jelly"]).starts_with("error: --only jelly: no case's name holds this text; there")
+    );
+}
+
+#[test]
+fn scenes() {
+    let names = builtin_names().join(", ");
+    assert_eq!(
+        error(&["bend"]),
+        format!(
+            "error: there is no builtin scene `bend`; there are {names}, random-rod, random-helix, and files that end in .toml"
+        )
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let missing = path("missing.toml");
+    assert_eq!(
+        error(&[&missing]),
+        format!("error: cannot read the scene {missing}: No such file or directory (os error 2)")
+    );
+    let directory = path("");
+    assert_eq!(error(&[&directory]), format!("error: cannot read the scene {directory}: Is a directory (os error 21)"));
+    let scene = path("scene.toml");
+    let shape = "shape.straight = { length_m = 4, segments = 30 }";
+    for (text, expected) in [
+        (
+            format!("[[rods]]\n{shape}\nradius_m = -0.1\n"),
+            ":3: rods[0].radius_m = -0.1, but it must be finite and > 0 [m]",
+        ),
+        (
+            format!("[run]\nsteps = 0\n[[rods]]\n{shape}\n"),
+            ":2: run.steps = 0, but it must be a whole number from 1 to 1000000000",
+        ),
+        (
+            format!("[[rods]]\n{shape}\nclamp = \"start-face\"\n"),
+            ":3: rods[0].clamp = \"start-face\", but it must be a list: [...]",
+        ),
+        ("gravity_m_s2 = 3\n".to_owned(), ":1: gravity_m_s2 = 3, but it must be three numbers: [x, y, z]"),
+        ("[[rods]\n".to_owned(), ":1: not valid TOML"),
+    ] {
+        fs::write(&scene, &text).expect("a scene");
+        let found = error(&[&scene]);
+        assert!(found.starts_with(&format!("error: {scene}{expected}")), "{found}");
+    }
+    fs::write(&scene, format!("[[rods]]\n{shape}\n\nthickness = 2\n")).expect("a scene");
+    let found = error(&[&scene]);
+    assert!(
+        found.starts_with(&format!("error: {scene}:4: rods[0].thickness is not a known key; expected one of")),
+        "{found}"
+    );
+    assert!(found.contains("`radius_m`"), "{found}");
+    fs::write(&scene, [0xff, 0xfe, 0x00]).expect("a scene");
+    assert_eq!(error(&[&scene]), format!("error: cannot read the scene {scene}: stream did not contain valid UTF-8"));
+}
+
+/// A place that cannot be written to is found out before the run, however long that would be.
+#[test]
+fn places_to_write() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let long = ["bending-rod", "--steps", "1000000000", "--out"];
+    let file = path("file");
+    fs::write(&file, "keep me").expect("a file");
+    assert_eq!(
+        error(&[&long[..], &[&file]].concat()),
+        format!("error: --out: cannot create the directory {file}: not a directory")
+    );
+    assert_eq!(fs::read_to_string(&file).expect("a file"), "keep me");
+    for name in ["trajectory.safetensors", "centreline.csv", "summary.json"] {
+        let out = path(&format!("out-{name}"));
+        let taken = format!("{out}/{name}");
+        fs::create_dir_all(&taken).expect("a folder");
+        let found = error(&[&long[..], &[&out]].concat());
+        assert_eq!(found, format!("error: --out: cannot write {taken}: is a directory"));
+        assert_eq!(fs::read_dir(&out).expect("a folder").count(), 1, "no temporary file stays");
+    }
+    assert!(error(&["--out", ""]).starts_with("error: "));
+}

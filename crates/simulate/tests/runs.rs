@@ -1,0 +1,236 @@
+//! Runs that go well: what they print, count and repeat.
+
+mod common;
+
+use std::fs;
+
+use common::{builtin_names, json, many_rods, nulls, run, simulate, texts};
+use serde_json::Value;
+
+const FORMULATIONS: [&str; 3] = ["xpbd", "xpbd-geometric", "newton"];
+
+#[test]
+fn without_arguments_it_runs_the_bending_rod() {
+    let output = run(&[]);
+    let (code, out, err) = texts(&output);
+    assert_eq!((code, err), (Some(0), ""));
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!(lines[0], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
+    assert_eq!(lines[1], "formulation xpbd-geometric, solver direct, guess zero");
+    assert!(lines[2].starts_with("converged: 100 steps in "), "{out}");
+    for stage in ["predict", "guess", "assemble", "linear solve", "update"] {
+        assert!(lines.iter().any(|line| line.trim_start().starts_with(stage)), "{stage}: {out}");
+    }
+    assert!(!out.contains("NaN") && !out.contains("inf"), "{out}");
+}
+
+#[test]
+fn quiet_prints_nothing_and_json_may_still_be_asked_for() {
+    assert_eq!(texts(&run(&["--quiet"])), (Some(0), "", ""));
+    assert_eq!(json(&["--quiet"])["status"], "converged");
+}
+
+#[test]
+fn list_names_every_scene_with_its_description() {
+    let output = run(&["list"]);
+    let (code, out, err) = texts(&output);
+    assert_eq!((code, err), (Some(0), ""));
+    for builtin in scene::builtins() {
+        let line = out.lines().find(|line| line.split_whitespace().next() == Some(builtin.name)).expect(builtin.name);
+        assert!(!builtin.description.is_empty() && line.ends_with(&builtin.description), "{line}");
+    }
+    assert!(out.contains("random-rod, random-helix"));
+}
+
+#[test]
+fn help_explains_every_flag() {
+    let output = run(&["--help"]);
+    let (code, out, _) = texts(&output);
+    assert_eq!(code, Some(0));
+    for flag in
+        ["steps", "dt", "formulation", "solver", "preconditioner", "guess", "tolerance", "threads", "out", "json"]
+    {
+        let at = out.find(&format!("      --{flag}")).expect(flag);
+        assert!(out[at..].lines().nth(1).is_some_and(|line| line.trim().len() > 10), "--{flag} has no text");
+    }
+    for command in ["list", "compare", "stress"] {
+        assert_eq!(run(&[command, "--help"]).status.code(), Some(0));
+    }
+}
+
+#[test]
+fn every_builtin_scene_runs_in_every_formulation() {
+    for name in builtin_names() {
+        for formulation in FORMULATIONS {
+            let summary = json(&[name, "--steps", "3", "--formulation", formulation]);
+            let status = summary["status"].as_str().expect("a status");
+            assert!(["converged", "converged in substeps"].contains(&status), "{name}, {formulation}: {status}");
+            assert_eq!(nulls(&summary, ""), [".linear_tolerance"], "{name}, {formulation}");
+            assert_eq!((&summary["scene"], &summary["formulation"]), (&name.into(), &formulation.into()));
+            assert_eq!((&summary["steps"], &summary["frames_measured"]), (&3.into(), &4.into()));
+        }
+    }
+}
+
+#[test]
+fn random_scenes_are_drawn_by_seed_and_index() {
+    let hash =
+        |arguments: &[&str]| json(&[&["random-helix", "--steps", "2"], arguments].concat())["final_state_hash"].clone();
+    assert_eq!(hash(&[]), hash(&["--seed", "0", "--index", "0"]));
+    assert_ne!(hash(&[]), hash(&["--seed", "1"]));
+    assert_ne!(hash(&[]), hash(&["--index", "1"]));
+}
+
+/// The JSON's keys are an interface: a key that goes is a change to announce.
+#[test]
+fn json_has_all_keys() {
+    let summary = json(&["helix", "--steps", "5", "--solver", "cg", "--guess", "linear"]);
+    let keys = |value: &Value| value.as_object().expect("an object").keys().cloned().collect::<Vec<_>>().join(" ");
+    assert_eq!(
+        keys(&summary),
+        "connected_sets dt_s energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
+         guess interrupted joints length_drift linear_tolerance scene segments solver stages_s status steps steps_asked \
+         threads tolerance wall_s work worst_residuals"
+    );
+    assert_eq!(keys(&summary["stages_s"]), "assemble guess predict solve update");
+    assert_eq!(keys(&summary["worst_residuals"]), "bend_rad momentum stretch_per_length");
+    assert_eq!(
+        keys(&summary["work"]),
+        "branch_eliminations damping_evaluations geometric_evaluations guesses_dropped guesses_used linear_failures \
+         linear_iterations load_evaluations momentum_evaluations non_finite not_converged outer_iterations retries \
+         segment_iterations steps"
+    );
+    assert_eq!(nulls(&summary, ""), [""; 0]);
+    let hash = summary["final_state_hash"].as_str().expect("a hash");
+    assert!(hash.len() == 64 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()));
+    assert_eq!((&summary["guess"], &summary["solver"]), (&"linear".into(), &"cg-block-jacobi".into()));
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("many.toml");
+    fs::write(&path, many_rods()).expect("a scene");
+    let path = path.to_str().expect("UTF-8");
+    for formulation in FORMULATIONS {
+        let run = |threads: &str| json(&[path, "--formulation", formulation, "--threads", threads]);
+        let (one, two) = (run("1"), run("2"));
+        assert_eq!((&one["threads"], &two["threads"]), (&1.into(), &2.into()));
+        assert_eq!((&one["connected_sets"], &one["segments"]), (&40.into(), &420.into()));
+        assert_eq!(one["final_state_hash"], two["final_state_hash"], "{formulation}");
+        assert_eq!(one["work"], two["work"], "{formulation}");
+    }
+}
+
+#[test]
+fn the_default_guess_is_the_best_for_the_formulation_and_leaves_groups_alone() {
+    let guess = |arguments: &[&str]| json(&[arguments, &["--steps", "4"]].concat())["guess"].clone();
+    assert_eq!(guess(&[]), "zero");
+    assert_eq!(guess(&["--formulation", "newton"]), "step-quadratic");
+    assert_eq!(guess(&["--formulation", "newton", "--guess", "zero"]), "zero");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("many.toml");
+    fs::write(&path, many_rods()).expect("a scene");
+    let path = path.to_str().expect("UTF-8");
+    assert_eq!(guess(&[path, "--formulation", "newton"]), "zero");
+    assert_eq!(guess(&[path, "--formulation", "newton", "--guess", "step-linear"]), "step-linear");
+}
+
+/// What a scene lacks is not counted and takes no time; what it has is.
+#[test]
+fn counters_tell_what_the_scene_has() {
+    let work = |summary: &Value, key: &str| summary["work"][key].as_u64().expect("a count");
+    let plain = json(&["bending-rod", "--steps", "10"]);
+    for key in [
+        "load_evaluations",
+        "damping_evaluations",
+        "branch_eliminations",
+        "guesses_used",
+        "guesses_dropped",
+        "linear_iterations",
+        "linear_failures",
+        "momentum_evaluations",
+        "retries",
+        "not_converged",
+        "non_finite",
+    ] {
+        assert_eq!(work(&plain, key), 0, "{key}");
+    }
+    assert_eq!(plain["stages_s"]["guess"], 0.0);
+    assert_eq!(work(&plain, "steps"), 10);
+    assert_eq!(work(&plain, "segment_iterations"), 30 * work(&plain, "outer_iterations"));
+    assert_eq!(work(&json(&["--steps", "10", "--formulation", "xpbd"]), "geometric_evaluations"), 0);
+    assert!(work(&plain, "geometric_evaluations") > 0);
+
+    assert_eq!(work(&json(&["elastica", "--steps", "10", "--guess", "zero"]), "load_evaluations"), 10);
+    let branch = json(&["branch", "--steps", "10"]);
+    assert_eq!(work(&branch, "branch_eliminations"), work(&branch, "outer_iterations"));
+    let newton = json(&["--steps", "10", "--formulation", "newton"]);
+    assert!(work(&newton, "momentum_evaluations") > 0 && work(&newton, "guesses_used") > 0);
+    assert!(newton["stages_s"]["guess"].as_f64().is_some_and(|seconds| seconds > 0.0));
+    let cg = json(&["--steps", "10", "--solver", "cg", "--guess", "previous"]);
+    assert!(work(&cg, "linear_iterations") > 0 && work(&cg, "guesses_used") > 0);
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("damped.toml");
+    let text = "damping = { linear_per_s = 1 }\n[[rods]]\nshape.straight = { length_m = 1, segments = 5 }\n";
+    fs::write(&path, text).expect("a scene");
+    let damped = json(&[path.to_str().expect("UTF-8"), "--steps", "10"]);
+    assert_eq!(work(&damped, "damping_evaluations"), 50);
+}
+
+#[test]
+fn no_steps_show_how_the_scene_starts() {
+    let summary = json(&["--steps", "0"]);
+    assert_eq!(
+        (&summary["steps"], &summary["frames_measured"], &summary["wall_s"]),
+        (&0.into(), &1.into(), &0.0.into())
+    );
+    assert_eq!(summary["energy_start_j"], summary["energy_end_j"]);
+    assert_eq!(nulls(&summary, ""), [".linear_tolerance"]);
+    assert_eq!(run(&["--steps", "0"]).status.code(), Some(0));
+}
+
+#[test]
+fn compare_and_stress_print_tables_and_json() {
+    let output = run(&["compare", "helix", "--steps", "3"]);
+    let (code, out, err) = texts(&output);
+    assert_eq!((code, err), (Some(0), ""));
+    assert!(out.contains("after the first 2 steps") && !out.contains("NaN"), "{out}");
+    for way in ["xpbd, direct", "newton, direct, step-quadratic", "xpbd-geometric, cg block-jacobi, frozen"] {
+        assert!(out.contains(way), "{way}");
+    }
+    let report = json(&["compare", "net", "--steps", "2"]);
+    assert_eq!(nulls(&report, ""), [""; 0]);
+
+    let output = run(&["stress", "--only", "modulus 1e1", "--formulation", "xpbd,newton", "--json"]);
+    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(rows.as_array().map(Vec::len), Some(6));
+    let output = run(&["stress", "--only", "2 segments"]);
+    assert!(texts(&output).1.starts_with("3 runs: 1 cases in xpbd, xpbd-geometric, newton\n"), "{}", texts(&output).1);
+}
+
+/// `simulate ... | head -1`: the reader goes away after a line, or before.
+#[test]
+fn a_closed_pipe_is_no_panic() {
+    for arguments in [&[][..], &["list"], &["--json"], &["--help"], &["stress", "--only", "2 segments"]] {
+        let mut child = simulate(arguments)
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!((output.status.code(), texts(&output).2), (Some(0), ""), "{arguments:?}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_output_that_is_full_is_an_error() {
+    let full = fs::File::options().write(true).open("/dev/full").expect("a full device");
+    let output = simulate(&[]).stdout(full).stderr(std::process::Stdio::piped()).output().expect("it starts");
+    let (code, _, err) = texts(&output);
+    assert_eq!(code, Some(2));
+    assert!(err.starts_with("error: cannot write to standard output: "), "{err}");
+}

@@ -1,0 +1,125 @@
+//! The stability table by its statuses: what holds in the default formulation, and where the others give way.
+//!
+//! `simulate stress` prints the same table.
+
+use evaluation::stress::{self, Case, Row};
+use rod::{Body, Segment, measure};
+use solver::formulation::Formulation;
+
+/// Runs every case in a formulation.
+fn table(formulation: Formulation) -> Vec<Row> {
+    let cases = stress::cases();
+    cases.iter().map(|case| stress::run(case, formulation).expect("a valid case")).collect()
+}
+
+fn row<'a>(rows: &'a [Row], case: &str) -> &'a Row {
+    rows.iter().find(|row| row.case == case).unwrap_or_else(|| panic!("no case {case}"))
+}
+
+/// Names of the rows that are as `is` says.
+fn names(rows: &[Row], is: impl Fn(&Row) -> bool) -> Vec<&str> {
+    rows.iter().filter(|row| is(row)).map(|row| row.case.as_str()).collect()
+}
+
+/// Finite, without energy from nowhere, of unchanged length, and converged.
+fn stands(row: &Row) -> bool {
+    let converged = ["converged", "converged in substeps"].contains(&row.status);
+    converged && row.finite && row.energy_rise <= 1e-6 && row.length_drift <= 1e-3
+}
+
+#[test]
+fn the_default_formulation_stands_every_case() {
+    let rows = table(Formulation::default());
+    assert_eq!(rows.len(), stress::cases().len());
+    for row in &rows {
+        assert!(stands(row), "{row:?}");
+        assert!(row.steps > 0 && row.worst_stretch <= 1e-6 && row.worst_bend <= 1e-6, "{row:?}");
+    }
+    // None of them even needs a smaller step.
+    assert_eq!(names(&rows, |row| row.retries > 0), [""; 0]);
+}
+
+/// The paper's formulation, without geometric stiffness, shows that the table tells one from the other.
+#[test]
+fn the_papers_formulation_gives_way_under_tension() {
+    let rows = table(Formulation::Xpbd);
+    assert!(rows.iter().all(|row| row.finite), "it gives way without a number that is not finite");
+    let fallen = names(&rows, |row| !stands(row));
+    assert_eq!(fallen, ["mass ratio 1e6, heavy end", "tip mass x 1e4, dt = 0.1 s"]);
+    for case in fallen {
+        assert_eq!(row(&rows, case).status, "out of iterations");
+    }
+    let heavy = row(&rows, "mass ratio 1e6, heavy end");
+    assert!(heavy.length_drift > 0.1 && heavy.energy_rise > 0.1, "{heavy:?}");
+    let halved = names(&rows, |row| row.retries > 0 && stands(row));
+    assert_eq!(halved, ["tip mass x 1e4, dt = 0.02 s", "slack helix, dt = 0.1 s"]);
+}
+
+/// Newton solves the whole of implicit Euler. It says so where it does not get there.
+#[test]
+fn newton_is_honest_about_the_steps_it_does_not_solve() {
+    let rows = table(Formulation::Newton);
+    assert_eq!(names(&rows, |row| !stands(row)), ["slack rod thrown at its clamp"]);
+    let thrown = row(&rows, "slack rod thrown at its clamp");
+    assert_eq!(thrown.status, "out of iterations");
+    // What it kept is a motion all the same.
+    assert!(thrown.finite && thrown.energy_rise <= 1e-6 && thrown.length_drift <= 1e-3, "{thrown:?}");
+    let halved = names(&rows, |row| row.retries > 0 && stands(row));
+    assert_eq!(halved, ["folded back: almost antiparallel frames"]);
+}
+
+/// Smallest and largest of some values.
+fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+}
+
+#[test]
+fn the_table_covers_what_it_should() {
+    let cases = stress::cases();
+    let mut names: Vec<_> = cases.iter().map(|case| &case.name).collect();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), cases.len(), "every case has a name of its own");
+
+    for decade in 4..=12 {
+        let wanted = 10_f64.powi(decade);
+        let is = |case: &Case| case.model.joints.iter().any(|joint| (joint.youngs_modulus / wanted - 1.0).abs() < 1e-9);
+        assert!(cases.iter().any(is), "Y = {wanted:e} Pa");
+    }
+    assert_eq!(range(cases.iter().map(|case| case.dt)), (1e-4, 0.1));
+    assert_eq!(range(cases.iter().map(|case| case.model.segments.len() as f64)), (1.0, 100_000.0));
+    let of_segments = |value: fn(&Segment) -> f64| range(cases.iter().flat_map(|c| &c.model.segments).map(value));
+    let (length, radius) = (of_segments(|s| s.length), of_segments(|s| s.radius));
+    assert!(length.0 < 1.01e-4 && length.1 > 4.99, "{length:?} m");
+    assert!(radius.0 < 1.01e-4 && radius.1 > 0.49, "{radius:?} m");
+
+    // Neighbours of very different mass, with the heavy one at the free end and at the clamp.
+    let mass_ratio = |case: &Case| {
+        let masses = range(case.model.segments.iter().map(Segment::mass));
+        masses.1 / masses.0
+    };
+    assert!(cases.iter().filter(|case| mass_ratio(case) > 0.99e6).count() >= 2);
+    assert!(cases.iter().any(|case| case.model.segments.iter().any(|s| s.added_mass > 0.99e4 * s.own_mass())));
+
+    let any = |what: &str, is: &dyn Fn(&Case) -> bool| assert!(cases.iter().any(is), "no case with {what}");
+    any("damping", &|case| case.model.damping.linear > 0.0 && case.model.damping.angular > 0.0);
+    any("no gravity", &|case| case.model.gravity.norm() == 0.0);
+    any("no support", &|case| case.model.joints.len() > 1 && case.model.segments.iter().all(|s| !s.fixed));
+    any("all segments fixed", &|case| case.model.segments.iter().all(|s| s.fixed));
+    any("fixed segments in a row", &|case| case.model.segments.windows(3).any(|w| w.iter().all(|s| s.fixed)));
+    any("clamped end faces", &|case| case.model.anchors.len() == 2);
+    any("a loop", &|case| case.model.anchors.is_empty() && case.model.joints.len() >= case.model.segments.len());
+    any("about a thousand branches", &|case| {
+        let mut joints = vec![0_usize; case.model.segments.len()];
+        for body in case.model.joints.iter().flat_map(|joint| [joint.a, joint.b]) {
+            if let Body::Segment(segment) = body {
+                joints[segment] += 1;
+            }
+        }
+        joints.iter().map(|&n| n.saturating_sub(2)).sum::<usize>() >= 990
+    });
+    any("a bent first state", &|case| measure::energy(&case.model, &case.state).bend > 0.0);
+    any("a moving first state", &|case| case.state.velocities.iter().any(|v| v.norm() > 1.0));
+    let negated = |q: &[nalgebra::UnitQuaternion<f64>]| q[0].coords.dot(&q[1].coords) < -0.9;
+    any("negated quaternions", &|case| case.state.orientations.windows(2).any(negated));
+}
