@@ -123,3 +123,16 @@ fn the_table_covers_what_it_should() {
     let negated = |q: &[nalgebra::UnitQuaternion<f64>]| q[0].coords.dot(&q[1].coords) < -0.9;
     any("negated quaternions", &|case| case.state.orientations.windows(2).any(negated));
 }
+
+#[test]
+fn a_prediction_far_off_does_not_make_a_bad_step_good_enough() {
+    let case = stress::cases().into_iter().find(|case| case.name.starts_with("Young's modulus 1e5")).unwrap();
+    let settings = solver::simulation::Settings::default();
+    let mut simulation = solver::simulation::Simulation::new(&case.model, &case.state, &settings, None).unwrap();
+    for _ in 0..3 {
+        let report = simulation.step(1e4).unwrap();
+        let counters = simulation.counters();
+        let worst = counters.worst_stretch.max(counters.worst_bend);
+        assert!(report.status > solver::step::Status::ConvergedInSubsteps || worst <= settings.step.ceiling, "{worst}");
+    }
+}

@@ -23,14 +23,18 @@ fn tensor(file: &[u8], name: &str) -> (Vec<f64>, Vec<usize>) {
     (values.collect(), view.shape().to_vec())
 }
 
-/// Checks that the three files are whole and agree with each other; returns the summary.
+/// Checks that the four files are whole and agree with each other; returns the summary.
 fn check(folder: &Path, dt: f64) -> Value {
     let mut names: Vec<String> = fs::read_dir(folder)
         .expect("a folder")
         .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
         .collect();
     names.sort();
-    assert_eq!(names, ["centreline.csv", "summary.json", "trajectory.safetensors"], "and no temporary files");
+    assert_eq!(
+        names,
+        ["centreline.csv", "snapshots.svg", "summary.json", "trajectory.safetensors"],
+        "and no temporary files"
+    );
 
     let summary: Value =
         serde_json::from_slice(&fs::read(folder.join("summary.json")).expect("a summary")).expect("JSON");

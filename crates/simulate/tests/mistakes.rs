@@ -136,7 +136,7 @@ fn places_to_write() {
         format!("error: --out: cannot create the directory {file}: not a directory")
     );
     assert_eq!(fs::read_to_string(&file).expect("a file"), "keep me");
-    for name in ["trajectory.safetensors", "centreline.csv", "summary.json"] {
+    for name in ["trajectory.safetensors", "centreline.csv", "snapshots.svg", "summary.json"] {
         let out = path(&format!("out-{name}"));
         let taken = format!("{out}/{name}");
         fs::create_dir_all(&taken).expect("a folder");

@@ -19,6 +19,8 @@ pub struct StepParams {
     pub relative_tolerance: f64,
     /// Residual that is always good enough, in the same scaled units.
     pub absolute_tolerance: f64,
+    /// Residual above which no step is good enough, however far off its prediction was.
+    pub ceiling: f64,
     /// Cap on the outer iterations of a step.
     pub max_iterations: usize,
     /// How many times a step that does not converge may be halved.
@@ -31,6 +33,7 @@ impl Default for StepParams {
             formulation: Formulation::default(),
             relative_tolerance: 1e-6,
             absolute_tolerance: 1e-9,
+            ceiling: 1e-3,
             max_iterations: 30,
             max_halvings: 6,
         }
@@ -102,7 +105,9 @@ pub fn attempt<T: Real>(
     watch.mark(&mut counters.times.predict);
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
-    let target = (residuals.worst() * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance));
+    let wanted = (residuals.worst() * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance));
+    let ceiling = T::splat(params.ceiling);
+    let target = (ceiling - wanted).select(wanted, ceiling);
     if guess.start_step(component, counters) {
         watch.mark(&mut counters.times.guess);
         component.expect_multipliers();
@@ -149,6 +154,9 @@ pub fn attempt<T: Real>(
         );
         watch.mark(&mut counters.times.update);
         count_solve(component, &info, lanes, counters);
+        if !solver.uses_start() {
+            counters.branch_eliminations += lanes * component.system.topology.branches as u64;
+        }
         residuals = evaluate(component, formulation, counters);
         watch.mark(&mut counters.times.assemble);
     }
@@ -179,7 +187,6 @@ fn count_solve<T: Real>(
     counters.segment_iterations += lanes * component.segments() as u64;
     counters.linear_iterations += info.iterations;
     counters.linear_failures += u64::from(info.status != LinearStatus::Solved);
-    counters.branch_eliminations += lanes * component.system.topology.branches as u64;
 }
 
 /// A guess as the step sees it: one rod may have one, rods side by side have none.
