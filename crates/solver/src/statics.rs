@@ -46,7 +46,7 @@ pub struct StaticReport {
 const LARGEST_TURN: f64 = 1.0;
 /// Turn that a step aims at [rad].
 const GOOD_TURN: f64 = 0.3;
-/// Quiet steps in a row, each of four times the length of the one before, that count as equilibrium.
+/// Quiet steps in a row that count as equilibrium; each is four times as long as the one before where swinging allows.
 const QUIET_STEPS: usize = 5;
 /// Pseudo time steps longer than this many first ones bring nothing but rounding errors.
 const LONGEST: f64 = 1e6;
@@ -116,7 +116,8 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
         }
         quiet = if report.movement <= params.tolerance { quiet + 1 } else { 0 };
         if quiet == QUIET_STEPS {
-            report.converged = true;
+            // Little moves in short steps in any case.
+            report.converged = dt >= params.first_dt;
             break;
         }
         if step.swings {
@@ -143,8 +144,10 @@ fn movement(component: &Component<f64>, last: &mut [Six<f64>]) -> Movement {
     let (mut shift, mut turn, mut back, mut size) = (0.0_f64, 0.0_f64, 0.0, 0.0);
     for (body, last) in last.iter_mut().enumerate() {
         let now = component.movement(body);
-        shift = if now.stretch.norm_squared() <= shift { shift } else { now.stretch.norm_squared() };
-        turn = if now.bend.norm_squared() <= turn { turn } else { now.bend.norm_squared() };
+        // What is not a number stays.
+        let larger = |x: f64, y: f64| if x.is_nan() || x >= y { x } else { y };
+        shift = larger(shift, now.stretch.norm_squared());
+        turn = larger(turn, now.bend.norm_squared());
         back -= now.bend.dot(last.bend);
         size += last.bend.norm_squared();
         *last = now;

@@ -15,12 +15,11 @@ pub struct StepParams {
     /// Equations to solve.
     pub formulation: Formulation,
     /// Residual to reach, relative to that of the predicted state with lambda = 0 (so that a better start does not buy a
-    /// stricter target). Scaled units: gaps in segment lengths, angles in radians.
+    /// stricter target) or to 1, whichever is less (so that a prediction far off does not make a bad step good enough).
+    /// Scaled units: gaps in segment lengths, angles in radians.
     pub relative_tolerance: f64,
     /// Residual that is always good enough, in the same scaled units.
     pub absolute_tolerance: f64,
-    /// Residual above which no step is good enough, however far off its prediction was.
-    pub ceiling: f64,
     /// Cap on the outer iterations of a step.
     pub max_iterations: usize,
     /// How many times a step that does not converge may be halved.
@@ -33,7 +32,6 @@ impl Default for StepParams {
             formulation: Formulation::default(),
             relative_tolerance: 1e-6,
             absolute_tolerance: 1e-9,
-            ceiling: 1e-3,
             max_iterations: 30,
             max_halvings: 6,
         }
@@ -72,6 +70,8 @@ pub struct Attempt<T> {
     pub residuals: Residuals<T>,
     /// The residual to reach.
     pub target: T,
+    /// Not 0 where a segment spins by more than half a turn in the step.
+    pub unsolved: T,
 }
 
 impl<T: Real> Attempt<T> {
@@ -79,7 +79,7 @@ impl<T: Real> Attempt<T> {
     pub fn status(&self, lane: usize) -> Status {
         if !self.residuals.check.lane(lane).is_finite() {
             Status::NonFinite
-        } else if self.residuals.worst().lane(lane) <= self.target.lane(lane) {
+        } else if self.residuals.worst().lane(lane) <= self.target.lane(lane) && self.unsolved.lane(lane) == 0.0 {
             Status::Converged
         } else {
             Status::OutOfIterations
@@ -105,9 +105,9 @@ pub fn attempt<T: Real>(
     watch.mark(&mut counters.times.predict);
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
-    let wanted = (residuals.worst() * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance));
-    let ceiling = T::splat(params.ceiling);
-    let target = (ceiling - wanted).select(wanted, ceiling);
+    let (reference, one) = (residuals.worst(), T::splat(1.0));
+    let reference = (one - reference).select(reference, one);
+    let target = (reference * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance));
     if guess.start_step(component, counters) {
         watch.mark(&mut counters.times.guess);
         component.expect_multipliers();
@@ -128,9 +128,8 @@ pub fn attempt<T: Real>(
         // A lane goes on while its residual is above the target, and stops for good when it is not finite.
         let mut active = T::splat(-1.0);
         let mut lanes = 0;
-        for lane in 0..T::LANES {
-            let result = Attempt { residuals, target };
-            if result.status(lane) == Status::OutOfIterations {
+        for lane in 0..component.used {
+            if residuals.check.lane(lane).is_finite() && residuals.worst().lane(lane) > target.lane(lane) {
                 active.set_lane(lane, 1.0);
                 lanes += 1;
             }
@@ -162,13 +161,13 @@ pub fn attempt<T: Real>(
     }
     counters.load_evaluations += component.load_count() as u64;
     if component.is_damped() {
-        counters.damping_evaluations += (component.segments() * T::LANES) as u64;
+        counters.damping_evaluations += (component.segments() * component.used) as u64;
     }
-    Attempt { residuals, target }
+    Attempt { residuals, target, unsolved: component.unsolved }
 }
 
 fn evaluate<T: Real>(component: &mut Component<T>, formulation: Formulation, counters: &mut Counters) -> Residuals<T> {
-    let segments = (component.segments() * T::LANES) as u64;
+    let segments = (component.segments() * component.used) as u64;
     counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
     counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };
     vectorized(

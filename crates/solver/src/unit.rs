@@ -6,6 +6,7 @@ use rod::{Model, State};
 
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
+use crate::formulation::Formulation;
 use crate::guess::InitialGuess;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
@@ -114,7 +115,7 @@ fn advance(
     if status == Status::NonFinite {
         component.roll_back();
     } else {
-        finish(component, counters);
+        finish(component, params.formulation, 1.0, counters);
     }
     status
 }
@@ -138,11 +139,11 @@ fn halves(
     worst
 }
 
-fn finish<T: Real>(component: &mut Component<T>, counters: &mut Counters) {
+fn finish<T: Real>(component: &mut Component<T>, formulation: Formulation, active: T, counters: &mut Counters) {
     let mut watch = Stopwatch::start();
     vectorized(
         #[inline(always)]
-        || component.update_velocities(),
+        || component.update_velocities(formulation, active),
     );
     watch.mark(&mut counters.times.predict);
 }
@@ -184,12 +185,14 @@ impl Group {
         let result = attempt(component, dt, params, solver, &mut NoGuess, counters);
         self.status = Status::Converged;
         let mut alone: Vec<(usize, Component<f64>)> = Vec::new();
+        let mut active = Lanes::splat(1.0);
         for lane in 0..self.members.len() {
             if result.status(lane) == Status::Converged || params.max_halvings == 0 {
                 accept(&result, lane, counters);
                 self.status = self.status.max(result.status(lane));
                 if result.status(lane) == Status::NonFinite {
                     component.roll_back_lane(lane);
+                    active.set_lane(lane, -1.0);
                 }
                 continue;
             }
@@ -201,7 +204,7 @@ impl Group {
             self.status = self.status.max(status);
             alone.push((lane, single));
         }
-        finish(component, counters);
+        finish(component, params.formulation, active, counters);
         for (lane, single) in alone {
             component.insert_lane(lane, &single);
         }

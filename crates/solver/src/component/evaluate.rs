@@ -73,17 +73,9 @@ impl<T: Real> Component<T> {
     /// balance of momentum for good.
     #[inline(always)]
     pub(super) fn expect_pulls(&mut self, dt: f64) {
-        if self.dt > 0.0 {
-            if !self.pulls_hold {
-                self.gather_pulls();
-            }
-            let h = T::splat(dt);
-            let last = self.last_dt.max(T::splat(f64::MIN_POSITIVE));
-            let ratio = h / last;
-            let scale = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(ratio * ratio, T::zero());
-            for pull in &mut self.pulls {
-                *pull = *pull * scale;
-            }
+        let dt2 = T::splat(dt * dt);
+        for (pull, held) in self.pulls.iter_mut().zip(&self.held) {
+            *pull = *held * dt2;
         }
         self.pulls_hold = true;
     }

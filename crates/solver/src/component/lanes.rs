@@ -170,6 +170,9 @@ impl<T: Real> Component<T> {
             scratch: vec![Six::zero(); self.scratch.len()],
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); self.pulls.len()],
+            held: self.held.iter().map(|held| pick(*held, lane)).collect(),
+            unsolved: 0.0,
+            used: 1,
             pulls_hold: false,
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
@@ -198,6 +201,9 @@ impl<T: Real> Component<T> {
         }
         for (lambda, own) in self.lambda.iter_mut().zip(&from.lambda) {
             copy_six(lambda, lane, own, 0);
+        }
+        for (held, own) in self.held.iter_mut().zip(&from.held) {
+            put(held, lane, own.0);
         }
         self.last_dt.set_lane(lane, from.last_dt);
         self.pulls_hold = false;

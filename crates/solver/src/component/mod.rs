@@ -117,6 +117,12 @@ pub struct Component<T> {
     momentum: Vec<Six<T>>,
     /// Per body: the force times dt^2 by which its axis is pulled, for the geometric stiffness.
     pulls: Vec<Vec3<T>>,
+    /// The pulls as forces at the end of the last step [N m].
+    held: Vec<Vec3<T>>,
+    /// Not 0 where a segment spins by more than half a turn in this step, a lane each.
+    pub unsolved: T,
+    /// Lanes that hold a set of their own; the others repeat the first.
+    pub used: usize,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
     pulls_hold: bool,
     bodies: Vec<BodyConstants<T>>,
@@ -158,6 +164,9 @@ impl<T: Real> Component<T> {
             scratch: vec![Six::zero(); bodies],
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); bodies],
+            held: vec![Vec3::zero(); bodies],
+            unsolved: zero,
+            used: sets.len().min(T::LANES),
             pulls_hold: false,
             bodies: vec![body; bodies],
             joints: vec![joint; joints],

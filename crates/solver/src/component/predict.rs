@@ -13,7 +13,9 @@ impl<T: Real> Component<T> {
     /// rotation (s, u) of a step in the body's frame, `s I u + u x I u = (dt / 2) m`, where m is the body's angular
     /// momentum, `(2 / dt)(s I u - u x I u)` of the step before. It keeps the angular momentum to rounding and gives
     /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
-    /// which holds the joints' answer: alone they could turn a light segment about many times in a step.
+    /// which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
+    /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose tells it, and
+    /// the step is not converged.
     #[inline(always)]
     pub fn predict(&mut self, dt: f64, formulation: Formulation) {
         if formulation.geometric() {
@@ -23,9 +25,11 @@ impl<T: Real> Component<T> {
         }
         let h = T::splat(dt);
         let half = T::splat(0.5 * dt);
-        let last_half = self.last_dt * T::splat(0.5);
+        // Before the first step there is none: velocities are taken as those of a step like this one.
+        let last_half = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt * T::splat(0.5), half);
         let decay = self.damping.map(|rate| T::splat(if rate > 0.0 { (-rate * dt).exp() } else { 1.0 }));
         let one = T::splat(1.0);
+        let mut unsolved = T::zero();
         self.dt = dt;
         if !self.loads.is_empty() {
             self.scratch.fill(Six::zero());
@@ -48,9 +52,12 @@ impl<T: Real> Component<T> {
             if !self.loads.is_empty() {
                 v += self.scratch[i].stretch * (h * constants.inverse_mass);
             }
-            let turn = free_turn(constants, m, w, half);
+            let (turn, solved) = free_turn(constants, m, w, half);
+            let told = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();
+            unsolved = solved.select(told.select(unsolved, one), one);
             self.predicted[i] = Pose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
         }
+        self.unsolved = unsolved;
         for i in self.segments..self.poses.len() {
             self.predicted[i] = self.poses[i];
             self.start[i] = self.poses[i];
@@ -84,9 +91,10 @@ fn angular_momentum<T: Real>(body: &BodyConstants<T>, w: Vec3<T>, half_dt: T) ->
 }
 
 /// Relative rotation, in the body's frame, of the free motion with angular momentum `m`; where there is none (more than
-/// about a half turn a step) the rotation goes on with `w`. See [`Component::predict`].
+/// about a half turn a step) the rotation goes on with `w`. With it, a number that is < 0 where that is more than half a
+/// turn. See [`Component::predict`].
 #[inline(always)]
-fn free_turn<T: Real>(body: &BodyConstants<T>, m: Vec3<T>, w: Vec3<T>, half_dt: T) -> Quat<T> {
+fn free_turn<T: Real>(body: &BodyConstants<T>, m: Vec3<T>, w: Vec3<T>, half_dt: T) -> (Quat<T>, T) {
     let one = T::splat(1.0);
     let [hx, hy, hz] = (m * half_dt).0;
     let difference = body.axial - body.transverse;
@@ -94,7 +102,9 @@ fn free_turn<T: Real>(body: &BodyConstants<T>, m: Vec3<T>, w: Vec3<T>, half_dt: 
     let uz = hz / body.axial;
     let (a, b, c) = (uz * uz, hx * hx + hy * hy, body.transverse * body.transverse);
     let d = difference * difference * a;
-    let mut y = one;
+    // Two turns have the same momentum: less and more than a right angle. The one nearer to the last step's counts.
+    let u = w * half_dt;
+    let mut y = (one - u.norm_squared()).max(T::splat(0.01));
     for _ in 0..4 {
         let inverse = one / y;
         let across = one / (c * y + d * inverse);
@@ -110,10 +120,10 @@ fn free_turn<T: Real>(body: &BodyConstants<T>, m: Vec3<T>, w: Vec3<T>, half_dt: 
     let top = Quat { v: Vec3([(p * hx - r * hy) * inverse, (p * hy + r * hx) * inverse, z]), w: s };
     let defect = (top.v.norm_squared() + s * s - one).abs();
     let solved = T::splat(1e-9) - defect;
-    let u = w * half_dt;
     let scalar = (one - u.norm_squared()).max(T::zero()).sqrt();
     let plain = Quat { v: u, w: scalar };
     let pick = |x: T, y: T| solved.select(x, y);
     let v = Vec3([pick(top.v.0[0], plain.v.0[0]), pick(top.v.0[1], plain.v.0[1]), pick(top.v.0[2], plain.v.0[2])]);
-    Quat { v, w: pick(s, plain.w) }
+    let within_half_a_turn = T::splat(1.0 + 1e-9) - u.norm_squared();
+    (Quat { v, w: pick(s, plain.w) }, solved.max(within_half_a_turn))
 }

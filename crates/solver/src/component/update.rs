@@ -48,17 +48,26 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Lines 16 to 19 of Algorithm 1: velocities from the poses, `v = (x' - x) / dt`, `w = 2 Im(q' conj(q)) / dt`.
+    /// Lines 16 to 19 of Algorithm 1: velocities from the poses, `v = (x' - x) / dt`, `w = 2 Im(q' conj(q)) / dt`, in
+    /// the lanes where `active` >= 0.
     #[inline(always)]
-    pub fn update_velocities(&mut self) {
+    pub fn update_velocities(&mut self, formulation: Formulation, active: T) {
         let rate = T::splat(1.0 / self.dt);
         let twice = T::splat(2.0 / self.dt);
         for i in 0..self.segments {
             let (pose, start) = (&self.poses[i], &self.start[i]);
             let turn = (pose.q * start.q.conj()).upper();
-            self.velocities[i] = Six { stretch: (pose.x - start.x) * rate, bend: turn.v * twice };
+            let new = Six { stretch: (pose.x - start.x) * rate, bend: turn.v * twice };
+            self.velocities[i] = select(active, new, self.velocities[i]);
         }
-        self.last_dt = T::splat(self.dt);
+        self.last_dt = active.select(T::splat(self.dt), self.last_dt);
+        if formulation.geometric() {
+            let per_dt2 = rate * rate;
+            for (held, pull) in self.held.iter_mut().zip(&self.pulls) {
+                let new = Six { stretch: *pull * per_dt2, bend: Vec3::zero() };
+                *held = select(active, new, Six { stretch: *held, bend: Vec3::zero() }).stretch;
+            }
+        }
     }
 
     /// Takes the step under way back.
