@@ -47,11 +47,20 @@ pub struct Row {
     pub error: f64,
 }
 
+/// All ways, and what they were measured against.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// One row an entry.
+    pub rows: Vec<Row>,
+    /// Worst status of any step of the reference; "out of iterations" where its tolerance is below rounding errors.
+    pub reference_status: &'static str,
+}
+
 /// Outer tolerance of the reference.
 pub const REFERENCE_TOLERANCE: f64 = 1e-12;
 
 /// Cap on the reference's outer iterations.
-const REFERENCE_ITERATIONS: usize = 1000;
+const REFERENCE_ITERATIONS: usize = 200;
 
 /// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
 /// formulation, solved directly to [`REFERENCE_TOLERANCE`]. After each step `progress(step)` says whether to go on.
@@ -65,15 +74,16 @@ pub fn run(
     steps: usize,
     entries: &[Entry<'_>],
     mut progress: impl FnMut(usize) -> bool,
-) -> Result<Vec<Row>, SimulationError> {
+) -> Result<Comparison, SimulationError> {
     let mut exact = Settings::default();
     if let Some(first) = entries.first() {
         exact.step = first.settings.step;
     }
     exact.step.relative_tolerance = REFERENCE_TOLERANCE;
     exact.step.absolute_tolerance = REFERENCE_TOLERANCE;
-    // Substeps would be another motion.
     exact.step.max_iterations = REFERENCE_ITERATIONS;
+    // Substeps would be another motion.
+    exact.step.max_halvings = 0;
     let mut reference = Simulation::new(model, state, &exact, None)?;
     let mut runs = Vec::new();
     for entry in entries {
@@ -85,9 +95,9 @@ pub fn run(
         });
     }
     let (mut expected, mut found) = (state.clone(), state.clone());
-    let mut done = 0;
+    let (mut done, mut reference_status) = (0, Status::Converged);
     while done < steps {
-        reference.step(dt)?;
+        reference_status = reference_status.max(reference.step(dt)?.status);
         reference.store(&mut expected);
         for run in &mut runs {
             let before = run.simulation.counters().times;
@@ -101,7 +111,8 @@ pub fn run(
             break;
         }
     }
-    Ok(entries.iter().zip(&runs).map(|(entry, run)| run.row(entry, done)).collect())
+    let rows = entries.iter().zip(&runs).map(|(entry, run)| run.row(entry, done)).collect();
+    Ok(Comparison { rows, reference_status: reference_status.name() })
 }
 
 struct Run {

@@ -45,7 +45,7 @@ pub struct Row {
     /// Largest rise of the total energy above its start, relative to the energy at stake: the larger of what was turned
     /// over and the weight times the length of all rods; or a rise of rounding errors alone counts as none.
     pub energy_rise: f64,
-    /// Largest relative change of the rods' length.
+    /// Largest relative change of any rod's length.
     pub length_drift: f64,
     /// Worst stretch-shear residual, in segment lengths.
     pub worst_stretch: f64,
@@ -75,7 +75,8 @@ pub fn run(case: &Case, formulation: Formulation) -> Result<Row, SimulationError
     let mut simulation = Simulation::new(&case.model, &case.state, &settings, None)?;
     let mut state = case.state.clone();
     let first = measure::energy(&case.model, &state);
-    let length = measure::centreline_length(&case.model, &state);
+    let lengths = measure::rod_lengths(&case.model, &state);
+    let length: f64 = lengths.iter().sum();
     let every = case.steps.div_ceil(MEASURED_FRAMES);
     let mut row = Row {
         case: case.name.clone(),
@@ -108,7 +109,7 @@ pub fn run(case: &Case, formulation: Formulation) -> Result<Row, SimulationError
         highest = highest.max(energy.total() - first.total());
         let moved = energy.kinetic + energy.stretch + energy.bend + (energy.external - first.external).abs();
         at_stake = f64::max(at_stake, moved);
-        let drift = (measure::centreline_length(&case.model, &state) / length - 1.0).abs();
+        let drift = measure::length_drift(&case.model, &state, &lengths);
         row.length_drift = row.length_drift.max(drift);
     }
     let counters = simulation.counters();

@@ -91,7 +91,7 @@ fn draw(scene: &str, frames: &[(f64, State)], segments: &[Segment]) -> String {
     for (k, (_, state)) in frames.iter().enumerate() {
         let share = k as f64 / (frames.len() - 1).max(1) as f64;
         let [r, g, b] = [0, 1, 2].map(|c| (from[c] + share * (to[c] - from[c])) as u8);
-        // One path a frame: a line per segment, as thick as it is (but to be seen).
+        // One path a frame: a line per segment, as thick as the first one (but to be seen).
         let thickness = segments.first().map_or(0.0, |s| 2.0 * s.radius * view.scale).clamp(1.2, 30.0);
         let _ = write!(svg, "<path fill=\"none\" stroke=\"rgb({r},{g},{b})\" stroke-width=\"{thickness:.1}\" ");
         svg.push_str("stroke-linecap=\"round\" d=\"");
@@ -103,11 +103,12 @@ fn draw(scene: &str, frames: &[(f64, State)], segments: &[Segment]) -> String {
         svg.push_str("\"/>\n");
     }
     let metre = nice_length(0.2 * width / view.scale);
+    let digits = (-metre.log10().floor()).max(0.0) as usize;
     let (x, y, bar) = (MARGIN, height - 14.0, metre * view.scale);
     let _ = write!(
         svg,
         "<path stroke=\"#444\" stroke-width=\"2\" d=\"M{x} {y}h{bar:.1}\"/>\n\
-         <text x=\"{x}\" y=\"{:.1}\" fill=\"#444\">{metre} m</text>\n",
+         <text x=\"{x}\" y=\"{:.1}\" fill=\"#444\">{metre:.digits$} m</text>\n",
         y - 6.0
     );
     if let (Some((first, _)), Some((end, _))) = (frames.first(), frames.last()) {

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::darboux::darboux;
-use crate::{Joint, Model, Segment, State};
+use crate::{Body, Joint, Model, Segment, State};
 
 /// Energies [J].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -88,14 +88,31 @@ pub fn angular_momentum(model: &Model, state: &State) -> Vector3<f64> {
     free(model).map(of_segment).sum()
 }
 
-/// Length of all rods [m] along their centrelines: the segments' lengths plus the gaps between them, signed along d3.
-pub fn centreline_length(model: &Model, state: &State) -> f64 {
-    let own: f64 = model.segments.iter().map(|s| s.length).sum();
-    let stretched = |joint: &Joint| {
+/// Length of each rod [m] along its centreline: the segments' lengths plus the gaps between them, signed along d3.
+/// Joints between two rods count for neither.
+pub fn rod_lengths(model: &Model, state: &State) -> Vec<f64> {
+    let rods = model.segments.iter().map(|s| s.rod + 1).max().unwrap_or(0);
+    let mut lengths = vec![0.0; rods];
+    for segment in &model.segments {
+        lengths[segment.rod] += segment.length;
+    }
+    for joint in &model.joints {
+        let rod_of = |body| match body {
+            Body::Segment(i) => Some(model.segments[i].rod),
+            Body::Anchor(_) => None,
+        };
+        let (a, b) = (rod_of(joint.a), rod_of(joint.b));
+        let (Some(rod), true) = (a.or(b), a.is_none() || b.is_none() || a == b) else { continue };
         let axis = model.pose(joint.a, state).orientation * Vector3::z();
-        -stretch_gap(model, state, joint).dot(&axis)
-    };
-    own + model.joints.iter().map(stretched).sum::<f64>()
+        lengths[rod] -= stretch_gap(model, state, joint).dot(&axis);
+    }
+    lengths
+}
+
+/// Largest relative change of any rod's length from its `first` one, as a magnitude.
+pub fn length_drift(model: &Model, state: &State, first: &[f64]) -> f64 {
+    let drift = |(now, first): (&f64, &f64)| (now / first - 1.0).abs();
+    rod_lengths(model, state).iter().zip(first).map(drift).fold(0.0, f64::max)
 }
 
 /// Largest gap between two connectors, in units of the joint's length.

@@ -256,7 +256,7 @@ mod tests {
         assert!((axis.z.asin().to_degrees() - p.angle_deg).abs() < 1e-9 && axis.y.abs() < 1e-12);
         assert!(scene.model.joints.iter().all(|j| j.youngs_modulus == p.youngs_modulus));
         assert!(scene.model.segments.iter().enumerate().all(|(i, s)| s.fixed == (i == 0)));
-        assert!((rod::measure::centreline_length(&scene.model, &scene.state) - p.length).abs() < 1e-9);
+        assert!((rod::measure::rod_lengths(&scene.model, &scene.state)[0] - p.length).abs() < 1e-9);
 
         let helix = Parameters::sample(Family::Helix, 3, 5);
         let Parameters::Helix(p) = helix else { panic!("a helix was asked for") };

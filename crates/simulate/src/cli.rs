@@ -108,9 +108,15 @@ pub(crate) struct CompareArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct StaticArgs {
-    /// A scene file or the name of a builtin scene (see `simulate list`).
+    /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod or random-helix.
     #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
+    /// Seed of a random scene [default: 0].
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Index of a random scene [default: 0].
+    #[arg(long)]
+    pub(crate) index: Option<u64>,
     /// Largest movement of a segment in the last steps: in segment lengths, and in radians.
     #[arg(long, default_value_t = 1e-9, value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,

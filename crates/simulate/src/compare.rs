@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use comfy_table::{CellAlignment, Table};
-use evaluation::compare::{self, Entry};
+use evaluation::compare::{self, Comparison, Entry};
 use evaluation::starts::{self, Cell, Plan};
 use rod::Model;
 use serde::Serialize;
@@ -35,6 +35,8 @@ struct Report {
     steps: usize,
     dt_s: f64,
     outer_tolerance: f64,
+    /// Worst status of the reference that errors are measured against.
+    reference_status: &'static str,
     runs: Vec<compare::Row>,
     starts: Vec<Cell>,
 }
@@ -78,6 +80,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         entry(format!("newton, direct, {kind}"), Formulation::Newton, SolverKind::Direct, Some(factory as _));
     }
     let own = args.scene.formulation;
+    entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
+    entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
     for preconditioner in PRECONDITIONERS {
         for (kind, factory) in kinds.iter().zip(&factories) {
             let solver = SolverKind::Cg(CgParams { preconditioner, ..CgParams::default() });
@@ -88,7 +92,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     // The entry whose formulation the reference takes comes first.
     entries.sort_by_key(|entry| entry.settings.step.formulation != own);
 
-    let runs = compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
+    let Comparison { rows: runs, reference_status } =
+        compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
     let guesses = kinds.iter().zip(&factories).map(|(kind, factory)| {
         (kind.to_string(), (*kind != GuessKind::Zero).then_some(factory as solver::simulation::GuessFactory<'_>))
     });
@@ -104,7 +109,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
     let outer_tolerance = base.step.relative_tolerance;
     let (name, segments) = (scene.name, scene.model.segments.len());
-    let report = Report { scene: name, segments, steps, dt_s: dt, outer_tolerance, runs, starts: cells };
+    let report =
+        Report { scene: name, segments, steps, dt_s: dt, outer_tolerance, reference_status, runs, starts: cells };
     if args.scene.json {
         say!("{}", serde_json::to_string_pretty(&report)?)?;
     } else if !quiet {
@@ -126,10 +132,11 @@ fn factory(kind: GuessKind) -> impl Fn(&Model, &Members, &Topology) -> Option<Bo
 fn print_runs(report: &Report) -> Result<()> {
     say!(
         "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times: medians in us a step; error: root\n\
-         mean square position error relative to the rods' length, against {} solved to {:e}",
+         mean square position error relative to the rods' length, against {} solved to {:e} ({})",
         report.outer_tolerance,
         report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
-        compare::REFERENCE_TOLERANCE
+        compare::REFERENCE_TOLERANCE,
+        report.reference_status
     )?;
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);

@@ -9,7 +9,7 @@ const MEASURED_FRAMES: usize = 200;
 /// Energies and lengths of the first frame, of up to [`MEASURED_FRAMES`] evenly spaced ones, and of the last.
 pub(crate) struct Measured {
     every: usize,
-    first_length: f64,
+    first_lengths: Vec<f64>,
     /// Number of frames that were measured, the first included.
     pub(crate) frames: usize,
     /// Total energy of the first frame [J].
@@ -18,7 +18,7 @@ pub(crate) struct Measured {
     pub(crate) energy_end: f64,
     /// Highest total energy of all frames measured [J].
     pub(crate) energy_highest: f64,
-    /// Largest relative change of the rods' length, as a magnitude.
+    /// Largest relative change of any rod's length, as a magnitude.
     pub(crate) length_drift: f64,
 }
 
@@ -28,7 +28,7 @@ impl Measured {
         let energy = measure::energy(model, state).total();
         Self {
             every: steps.div_ceil(MEASURED_FRAMES).max(1),
-            first_length: measure::centreline_length(model, state),
+            first_lengths: measure::rod_lengths(model, state),
             frames: 1,
             energy_start: energy,
             energy_end: energy,
@@ -45,7 +45,7 @@ impl Measured {
     /// Measures a frame. Returns whether it is finite; where it is not, it is left out.
     pub(crate) fn observe(&mut self, model: &Model, state: &State) -> bool {
         let energy = measure::energy(model, state).total();
-        let drift = (measure::centreline_length(model, state) / self.first_length - 1.0).abs();
+        let drift = measure::length_drift(model, state, &self.first_lengths);
         if !(energy.is_finite() && drift.is_finite()) {
             return false;
         }

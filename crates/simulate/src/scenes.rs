@@ -12,29 +12,27 @@ use crate::cli::{RunArgs, SceneArgs};
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
-    let random = match args.scene.as_str() {
-        "random-rod" => Some(Family::Rod),
-        "random-helix" => Some(Family::Helix),
-        _ => None,
-    };
-    let mut scene = match random {
-        Some(family) => Parameters::sample(family, args.seed.unwrap_or(0), args.index.unwrap_or(0)).scene()?,
-        None => {
-            for (flag, given) in [("--seed", args.seed.is_some()), ("--index", args.index.is_some())] {
-                if given {
-                    bail!("{flag} needs the scene random-rod or random-helix, but the scene is {}", args.scene);
-                }
-            }
-            named(&args.scene)?
-        }
-    };
+    let mut scene = named(&args.scene, args.seed, args.index)?;
     scene.run.dt = args.dt.unwrap_or(scene.run.dt);
     scene.run.steps = args.steps.unwrap_or(scene.run.steps);
     Ok(scene)
 }
 
-/// The scene file or builtin scene of this name.
-pub(crate) fn named(name: &str) -> Result<Scene> {
+/// The scene file, builtin or random scene of this name.
+pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result<Scene> {
+    let random = match name {
+        "random-rod" => Some(Family::Rod),
+        "random-helix" => Some(Family::Helix),
+        _ => None,
+    };
+    if let Some(family) = random {
+        return Ok(Parameters::sample(family, seed.unwrap_or(0), index.unwrap_or(0)).scene()?);
+    }
+    for (flag, given) in [("--seed", seed.is_some()), ("--index", index.is_some())] {
+        if given {
+            bail!("{flag} needs the scene random-rod or random-helix, but the scene is {name}");
+        }
+    }
     let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
     let found = if is_file { scene::load(name) } else { scene::builtin(name) };
     found.map_err(|error| match error {

@@ -32,7 +32,7 @@ struct Report {
 
 /// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
 pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
-    let scene = scenes::named(&args.scene)?;
+    let scene = scenes::named(&args.scene, args.seed, args.index)?;
     let params = StaticParams { tolerance: args.tolerance, ..StaticParams::default() };
     let mut state = scene.state.clone();
     let begin = Instant::now();
