@@ -2,6 +2,7 @@
 
 mod cli;
 mod compare;
+mod files;
 mod list;
 mod measured;
 mod output;

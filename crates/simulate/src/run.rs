@@ -1,10 +1,9 @@
 //! `simulate [SCENE]`: one run.
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
-use export::{TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_json, write_snapshots};
+use anyhow::{Context, Result};
+use export::TrajectoryWriter;
 use rod::State;
 use scene::Scene;
 use solver::component::Members;
@@ -15,16 +14,12 @@ use solver::topology::Topology;
 
 use crate::Outcome;
 use crate::cli::{RunArgs, SceneArgs};
+use crate::files;
 use crate::measured::Measured;
 use crate::output::say;
 use crate::progress::Progress;
 use crate::scenes::{asked_guess, best_guess, linear_solver, scene, settings, use_threads};
 use crate::summary::Summary;
-
-/// Files that are written beside the trajectory.
-const CENTRELINE: &str = "centreline.csv";
-const SNAPSHOTS: &str = "snapshots.svg";
-const SUMMARY: &str = "summary.json";
 
 /// How far a run came.
 pub(crate) struct Course {
@@ -49,7 +44,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let mut writer = match &args.out {
-        Some(directory) => Some(open(directory, &scene).context("--out")?),
+        Some(directory) => Some(files::open(directory, &scene, scene.run.dt).context("--out")?),
         None => None,
     };
     if !quiet {
@@ -73,11 +68,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let course = go(&scene, &mut simulation, &mut state, &mut measured, &mut writer, progress)?;
     let summary = Summary::new(&scene, &settings, guess, &simulation, &state, &measured, &course);
     if let (Some(writer), Some(directory)) = (writer, &args.out) {
-        let trajectory = writer.finish()?;
-        let mut reader = TrajectoryReader::open(&trajectory)?;
-        write_centreline(&directory.join(CENTRELINE), &mut reader, &scene.model.segments)?;
-        write_snapshots(&directory.join(SNAPSHOTS), &mut reader, &scene.model.segments)?;
-        write_json(&directory.join(SUMMARY), &summary)?;
+        files::close(writer, directory, &scene, &summary)?;
     }
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;
@@ -92,20 +83,6 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         (true, _) => Outcome::Interrupted,
         _ => Outcome::Done,
     })
-}
-
-/// The trajectory in `directory`, its first frame written, after a look at whether the other files can follow.
-fn open(directory: &Path, scene: &Scene) -> Result<TrajectoryWriter> {
-    let info = TrajectoryInfo { scene: scene.name.clone(), dt: scene.run.dt };
-    let mut writer = TrajectoryWriter::create(directory, scene.state.len(), info)?;
-    for file in [CENTRELINE, SNAPSHOTS, SUMMARY] {
-        let path = directory.join(file);
-        if path.is_dir() {
-            bail!("cannot write {}: is a directory", path.display());
-        }
-    }
-    writer.push(&scene.state, 0.0)?;
-    Ok(writer)
 }
 
 /// Steps until all are done, numbers are not finite, or Ctrl-C. `state` is the last finite one in the end.

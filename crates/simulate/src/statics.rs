@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
-use export::{TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_json, write_snapshots};
+use anyhow::{Context, Result};
 use rod::measure;
 use serde::Serialize;
 use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
 use crate::cli::StaticArgs;
+use crate::files;
 use crate::output::say;
 use crate::scenes;
 
@@ -54,14 +54,9 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
         tips_m: scene.rods.iter().filter(|rod| !rod.segments.is_empty()).map(|rod| tip(&rod.segments)).collect(),
     };
     if let Some(directory) = &args.out {
-        let info = TrajectoryInfo { scene: scene.name.clone(), dt: 1.0 };
-        let mut writer = TrajectoryWriter::create(directory, state.len(), info)?;
-        writer.push(&scene.state, 0.0)?;
+        let mut writer = files::open(directory, &scene, 1.0).context("--out")?;
         writer.push(&state, 1.0)?;
-        let mut reader = TrajectoryReader::open(&writer.finish()?)?;
-        write_centreline(&directory.join("centreline.csv"), &mut reader, &scene.model.segments)?;
-        write_snapshots(&directory.join("snapshots.svg"), &mut reader, &scene.model.segments)?;
-        write_json(&directory.join("summary.json"), &report)?;
+        files::close(writer, directory, &scene, &report)?;
     }
     if args.json {
         say!("{}", serde_json::to_string_pretty(&report)?)?;

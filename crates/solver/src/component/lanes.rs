@@ -206,6 +206,5 @@ impl<T: Real> Component<T> {
             put(held, lane, own.0);
         }
         self.last_dt.set_lane(lane, from.last_dt);
-        self.pulls_hold = false;
     }
 }

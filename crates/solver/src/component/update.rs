@@ -74,7 +74,6 @@ impl<T: Real> Component<T> {
     pub fn roll_back(&mut self) {
         self.poses.copy_from_slice(&self.start);
         self.lambda.fill(Six::zero());
-        self.pulls_hold = false;
     }
 
     /// Movement of a body since the start of the step: of its centre in segment lengths, and its turn [rad].
@@ -92,7 +91,6 @@ impl<T: Real> Component<T> {
         for lambda in &mut self.lambda {
             copy_six(lambda, lane, &Six::<f64>::zero(), 0);
         }
-        self.pulls_hold = false;
     }
 }
 
