@@ -15,13 +15,16 @@ pub struct Batch {
     pub senders: Vec<u32>,
     /// Receiver of every edge, counted through all graphs. `[sum of n_edge]`
     pub receivers: Vec<u32>,
+    /// Node and parent of every visit on the way outwards ([`Graph::visits`]), parents first, counted through all graphs.
+    pub visits: Vec<[u32; 2]>,
     nodes: usize,
 }
 
 impl Batch {
     /// Removes all graphs and keeps the memory.
     pub fn clear(&mut self) {
-        let Self { n_node, n_edge, senders, receivers, nodes } = self;
+        let Self { n_node, n_edge, senders, receivers, visits, nodes } = self;
+        visits.clear();
         [n_node, n_edge, senders, receivers].into_iter().for_each(Vec::clear);
         *nodes = 0;
     }
@@ -32,6 +35,7 @@ impl Batch {
         let offset = first_node as u32;
         self.senders.extend(graph.senders().iter().map(|&i| i + offset));
         self.receivers.extend(graph.receivers().iter().map(|&i| i + offset));
+        self.visits.extend(graph.visits().iter().map(|visit| [visit.node, visit.parent].map(|i| i + offset)));
         self.n_node.push(graph.nodes().len() as u32);
         self.n_edge.push(graph.edges().len() as u32);
         self.nodes += graph.nodes().len();
