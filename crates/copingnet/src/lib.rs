@@ -1,7 +1,16 @@
 //! COPINGNet: the graph network in burn, its checkpoints, its fast inference and its guesses (paper, section 3.2).
 
+mod backend;
 mod config;
+mod encoding;
+mod network;
+mod parameters;
+mod tensors;
 mod weights;
 
+pub use backend::Backend;
 pub use config::{NetworkConfig, Output, TensorSpec};
+pub use encoding::{Encoder, Encoding, Features, Head, Inputs};
+pub use network::{GnBlock, Mlp, Network, Scan};
+pub use tensors::GraphTensors;
 pub use weights::Weights;

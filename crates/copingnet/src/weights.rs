@@ -1,5 +1,8 @@
 //! A network's parameters as plain numbers: what training, checkpoints and inference exchange.
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
 use crate::config::{NetworkConfig, TensorSpec};
 
 /// A network's parameters, one tensor after the other in the order of [`NetworkConfig::tensors`], each row by row.
@@ -18,6 +21,30 @@ impl Weights {
         let specs = config.tensors();
         let values = vec![0.0; specs.iter().map(TensorSpec::len).sum()];
         Self { config, specs, values }
+    }
+
+    /// Random ones, the same for a seed on every machine: weights and biases uniform in +/- 1 / sqrt(inputs), decays so
+    /// that scans reach from 1 to 64 hops far.
+    pub fn random(config: NetworkConfig, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        let mut weights = Self::zeros(config);
+        let mut bound = 0.0;
+        for (spec, values) in weights.tensors_mut() {
+            if spec.name.ends_with("decay") {
+                for (k, value) in values.iter_mut().enumerate() {
+                    let reach = 64_f64.powf((k % config.scans) as f64 / (config.scans.max(2) - 1) as f64);
+                    // a = exp(-1 / reach) = 1 / (1 + exp(-d)).
+                    *value = -((1.0 / reach).exp() - 1.0).ln() as f32;
+                }
+                continue;
+            }
+            if let [inputs, _] = spec.shape[..] {
+                bound = 1.0 / (inputs as f64).sqrt();
+            }
+            values.iter_mut().for_each(|value| *value = (bound * uniform()) as f32);
+        }
+        weights
     }
 
     /// Sizes of the network.

@@ -22,6 +22,8 @@ use crate::{Graph, put};
 pub const NODE: usize = 14;
 /// How many of them, from the first, change from solve to solve: x and q.
 pub const NODE_CHANGING: usize = 7;
+/// How many stay the same over a scene.
+pub const NODE_CONSTANT: usize = NODE - NODE_CHANGING;
 /// Inputs an edge, all constant over a scene.
 pub const EDGE: usize = 5;
 /// Outputs a node: dx, dphi.
@@ -37,17 +39,19 @@ pub fn normalized_modulus(modulus: f64) -> f64 {
     2.0 * (modulus.ln() - low) / (high - low) - 1.0
 }
 
-/// Fills what stays the same of the nodes, columns 7 to 13 of `nodes`. `[nodes, 14]`
+/// Fills what stays the same of the nodes, the last 7 columns of `nodes`. `[nodes, 14]`, or `[nodes, 7]`
 pub fn fill_constant_nodes(graph: &Graph, nodes: &mut [f32]) {
-    for (row, node) in nodes.chunks_exact_mut(NODE).zip(graph.nodes()) {
+    let columns = (nodes.len() / graph.nodes().len().max(1)).max(NODE_CONSTANT);
+    for (row, node) in nodes.chunks_exact_mut(columns).zip(graph.nodes()) {
         let [f0, f1, f2] = node.free.map(|free| f64::from(u8::from(free)));
-        put(&mut row[NODE_CHANGING..], [node.radius, node.density, node.length, node.alpha, f0, f1, f2]);
+        put(&mut row[columns - NODE_CONSTANT..], [node.radius, node.density, node.length, node.alpha, f0, f1, f2]);
     }
 }
 
-/// Fills what changes of the nodes, columns 0 to 6 of `nodes` `[nodes, 14]`, from the poses, one a node.
+/// Fills what changes of the nodes, columns 0 to 6 of `nodes`, from the poses, one a node. `[nodes, 7]`, or more columns
 pub fn fill_changing_nodes(poses: &[Pose<f64>], nodes: &mut [f32]) {
-    for (row, pose) in nodes.chunks_exact_mut(NODE).zip(poses) {
+    let columns = (nodes.len() / poses.len().max(1)).max(NODE_CHANGING);
+    for (row, pose) in nodes.chunks_exact_mut(columns).zip(poses) {
         let ([x, y, z], [i, j, k]) = (pose.x.0, pose.q.v.0);
         put(row, [x, y, z, i, j, k, pose.q.w]);
     }
