@@ -180,7 +180,7 @@ impl Features {
     }
 
     /// 1 / (m n s) and 1 / (m n s l^2), for `inverse` = 1 / s.
-    fn multiplier_units(&self, graph: &Graph, edge: &crate::Edge, inverse: f64) -> [f64; 2] {
+    pub(crate) fn multiplier_units(&self, graph: &Graph, edge: &crate::Edge, inverse: f64) -> [f64; 2] {
         let [mass, length] = graph.nodes()[edge.outer as usize].rod_scale;
         let unit = inverse / (mass * self.moving.max(1.0));
         [unit, unit / (length * length)]

@@ -70,6 +70,13 @@ pub struct Visit {
     pub is_sender: bool,
 }
 
+impl Visit {
+    /// The node's and its parent's, of a pair that the edge has for its sender and its receiver.
+    pub fn of_node<T>(&self, [of_sender, of_receiver]: [T; 2]) -> [T; 2] {
+        if self.is_sender { [of_sender, of_receiver] } else { [of_receiver, of_sender] }
+    }
+}
+
 /// What stays the same of one connected set of segments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Graph {
@@ -138,6 +145,11 @@ impl Graph {
     /// Whether a body is fixed.
     pub fn is_fixed(&self, node: usize) -> bool {
         !self.nodes[node].free[0]
+    }
+
+    /// Whether nothing holds the set: no body is fixed.
+    pub fn is_free(&self) -> bool {
+        self.nodes.iter().all(|node| node.free[0])
     }
 
     /// Number of nodes that move.

@@ -7,6 +7,8 @@
 //! - [`body_frame`]: inputs that neither a shift nor a rotation of the scene changes, with the right-hand side on the
 //!   edges and outputs in a scale of their own.
 //!
+//! [`semi`] makes multipliers of fewer outputs, and takes gradients back through that.
+//!
 //! Arrays are `f32`, row by row (`[nodes, k]` is `nodes` rows of `k` numbers), and lie in buffers of the caller's, so
 //! that no call allocates. What stays the same over a scene is filled apart from what changes with every solve. Ragged
 //! graphs are joined by [`Batch`].
@@ -20,6 +22,7 @@ mod graph;
 pub mod paper;
 mod particular;
 mod planar;
+pub mod semi;
 mod whitening;
 
 pub use batch::Batch;

@@ -40,7 +40,7 @@ impl Particular {
             let gap = system.joints[visit.edge as usize].rhs.stretch * sign(visit.is_sender);
             shift[visit.node as usize] = shift[visit.parent as usize] + gap;
         }
-        if graph.visits().len() + 1 == graph.nodes().len() && graph.nodes().iter().all(|node| node.free[0]) {
+        if graph.is_free() {
             take_out_mean(graph, shift);
         }
         for ((need, node), &shift) in need.iter_mut().zip(graph.nodes()).zip(shift.iter()) {
@@ -48,8 +48,7 @@ impl Particular {
         }
         for visit in graph.visits().iter().rev() {
             let (node, parent, edge) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
-            let [of_sender, of_receiver] = system.joints[edge].offsets;
-            let (own, other) = if visit.is_sender { (of_sender, of_receiver) } else { (of_receiver, of_sender) };
+            let [own, other] = visit.of_node(system.joints[edge].offsets);
             // On the sender acts +f at its connector and -torque; on the receiver the opposite.
             let force = need[node].stretch;
             let moment = need[node].bend + system.bodies[node].axis.cross(force) * own;
@@ -60,7 +59,8 @@ impl Particular {
     }
 }
 
-fn take_out_mean(graph: &Graph, shift: &mut [Vec3<f64>]) {
+/// Takes the mean, weighted by mass, out of shifts, one a node.
+pub(crate) fn take_out_mean(graph: &Graph, shift: &mut [Vec3<f64>]) {
     let (mut sum, mut mass) = (Vec3::zero(), 0.0);
     for (node, &shift) in graph.nodes().iter().zip(shift.iter()) {
         sum += shift * node.mass;

@@ -13,7 +13,7 @@
 
 use crate::kernel::dispatch::vectorized;
 use crate::linear::operator::Operator;
-use crate::linear::precondition::{BlockJacobi, Frozen, Jacobi, Precondition, PreconditionerKind, Raw};
+use crate::linear::precondition::{Frozen, Preconditioner, PreconditionerKind};
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::system::{Six, System};
 use crate::topology::Topology;
@@ -33,14 +33,6 @@ impl Default for CgParams {
     fn default() -> Self {
         Self { preconditioner: PreconditionerKind::default(), tolerance: 1e-6, max_iterations: None }
     }
-}
-
-/// The chosen preconditioner.
-enum Preconditioner {
-    Raw(Raw),
-    Jacobi(Jacobi),
-    BlockJacobi(BlockJacobi),
-    Frozen(Box<Frozen>),
 }
 
 /// Preconditioned conjugate gradients. A solve does not allocate.
@@ -67,14 +59,7 @@ impl Cg {
     /// it, the 6x6 blocks take its place.
     pub(crate) fn new(params: CgParams, topology: &Topology, frozen: Option<Frozen>) -> Self {
         let joints = topology.joints.len();
-        let preconditioner = match (params.preconditioner, frozen) {
-            (PreconditionerKind::Raw, _) => Preconditioner::Raw(Raw),
-            (PreconditionerKind::Jacobi, _) => Preconditioner::Jacobi(Jacobi::new(joints)),
-            (PreconditionerKind::Frozen, Some(frozen)) => Preconditioner::Frozen(Box::new(frozen)),
-            (PreconditionerKind::BlockJacobi | PreconditionerKind::Frozen, _) => {
-                Preconditioner::BlockJacobi(BlockJacobi::new(joints))
-            }
-        };
+        let preconditioner = Preconditioner::new(params.preconditioner, topology, frozen);
         let zero = || vec![Six::zero(); joints];
         let work = Work {
             operator: Operator::new(topology),
@@ -91,7 +76,7 @@ impl Work {
     #[inline(always)]
     fn solve(
         &mut self,
-        preconditioner: &mut impl Precondition,
+        preconditioner: &mut Preconditioner,
         params: &CgParams,
         system: &System<f64>,
         has_start: bool,
@@ -184,24 +169,10 @@ fn split_residuals(operator: &Operator, system: &System<f64>, residual: &[Six<f6
 impl LinearSolver for Cg {
     fn solve(&mut self, system: &System<f64>, has_start: bool, dlambda: &mut [Six<f64>]) -> LinearInfo {
         let Self { params, preconditioner, work } = self;
-        match preconditioner {
-            Preconditioner::Raw(m) => vectorized(
-                #[inline(always)]
-                || work.solve(m, params, system, has_start, dlambda),
-            ),
-            Preconditioner::Jacobi(m) => vectorized(
-                #[inline(always)]
-                || work.solve(m, params, system, has_start, dlambda),
-            ),
-            Preconditioner::BlockJacobi(m) => vectorized(
-                #[inline(always)]
-                || work.solve(m, params, system, has_start, dlambda),
-            ),
-            Preconditioner::Frozen(m) => vectorized(
-                #[inline(always)]
-                || work.solve(m.as_mut(), params, system, has_start, dlambda),
-            ),
-        }
+        vectorized(
+            #[inline(always)]
+            || work.solve(preconditioner, params, system, has_start, dlambda),
+        )
     }
 
     fn uses_start(&self) -> bool {

@@ -6,10 +6,12 @@ mod local;
 use std::fmt;
 use std::str::FromStr;
 
+use crate::linear::operator::Operator;
 use crate::system::{Six, System};
+use crate::topology::Topology;
 
 pub use frozen::Frozen;
-pub(crate) use local::{BlockJacobi, Jacobi, Raw};
+use local::{BlockJacobi, Jacobi, Raw};
 
 /// Which preconditioner to use. Each is symmetric and positive definite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -55,10 +57,58 @@ impl FromStr for PreconditionerKind {
     }
 }
 
+/// A preconditioner of a chosen kind, with its memory.
+pub struct Preconditioner(Chosen);
+
+enum Chosen {
+    Raw(Raw),
+    Jacobi(Jacobi),
+    BlockJacobi(BlockJacobi),
+    Frozen(Box<Frozen>),
+}
+
+impl Preconditioner {
+    /// Memory for systems of this connectivity. `frozen` holds the rest shape where the kind needs it; without it, the
+    /// 6x6 blocks take its place.
+    pub fn new(kind: PreconditionerKind, topology: &Topology, frozen: Option<Frozen>) -> Self {
+        let joints = topology.joints.len();
+        Self(match (kind, frozen) {
+            (PreconditionerKind::Raw, _) => Chosen::Raw(Raw),
+            (PreconditionerKind::Jacobi, _) => Chosen::Jacobi(Jacobi::new(joints)),
+            (PreconditionerKind::Frozen, Some(frozen)) => Chosen::Frozen(Box::new(frozen)),
+            (PreconditionerKind::BlockJacobi | PreconditionerKind::Frozen, _) => {
+                Chosen::BlockJacobi(BlockJacobi::new(joints))
+            }
+        })
+    }
+
+    /// Takes over a system's matrix, which `operator` holds already.
+    #[inline(always)]
+    pub fn prepare(&mut self, operator: &Operator, system: &System<f64>) {
+        match &mut self.0 {
+            Chosen::Raw(m) => m.prepare(operator, system),
+            Chosen::Jacobi(m) => m.prepare(operator, system),
+            Chosen::BlockJacobi(m) => m.prepare(operator, system),
+            Chosen::Frozen(m) => m.prepare(operator, system),
+        }
+    }
+
+    /// `z = M^-1 r`, one entry a joint; returns `r^T z`.
+    #[inline(always)]
+    pub fn apply(&mut self, system: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64 {
+        match &mut self.0 {
+            Chosen::Raw(m) => m.apply(system, r, z),
+            Chosen::Jacobi(m) => m.apply(system, r, z),
+            Chosen::BlockJacobi(m) => m.apply(system, r, z),
+            Chosen::Frozen(m) => m.apply(system, r, z),
+        }
+    }
+}
+
 /// `z = M^-1 r` with M standing in for A.
-pub(crate) trait Precondition {
+trait Precondition {
     /// Takes over a system's matrix.
-    fn prepare(&mut self, operator: &crate::linear::operator::Operator, system: &System<f64>);
+    fn prepare(&mut self, operator: &Operator, system: &System<f64>);
 
     /// `z = M^-1 r`; returns `r^T z`.
     fn apply(&mut self, system: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64;
@@ -74,7 +124,6 @@ mod tests {
     use super::*;
     use crate::component::{Component, split};
     use crate::formulation::Formulation;
-    use crate::linear::operator::Operator;
 
     /// The first outer iteration of a shaken rod with a branch, and its frozen factor.
     fn branched() -> (Component<f64>, Frozen) {
@@ -97,7 +146,7 @@ mod tests {
         (component, frozen)
     }
 
-    fn dense(preconditioner: &mut dyn Precondition, component: &Component<f64>) -> DMatrix<f64> {
+    fn dense(preconditioner: &mut Preconditioner, component: &Component<f64>) -> DMatrix<f64> {
         let system = &component.system;
         let mut operator = Operator::new(&system.topology);
         operator.prepare(system);
@@ -121,15 +170,11 @@ mod tests {
     #[test]
     fn preconditioners_are_symmetric_and_positive_definite() {
         let (component, frozen) = branched();
-        let joints = component.system.joints.len();
-        let all: [(&str, Box<dyn Precondition>); 4] = [
-            ("raw", Box::new(Raw)),
-            ("jacobi", Box::new(Jacobi::new(joints))),
-            ("block-jacobi", Box::new(BlockJacobi::new(joints))),
-            ("frozen", Box::new(frozen)),
-        ];
-        for (name, mut preconditioner) in all {
-            let inverse = dense(preconditioner.as_mut(), &component);
+        let mut frozen = Some(frozen);
+        for name in PreconditionerKind::ALL {
+            let frozen = if name == PreconditionerKind::Frozen { frozen.take() } else { None };
+            let mut preconditioner = Preconditioner::new(name, &component.system.topology, frozen);
+            let inverse = dense(&mut preconditioner, &component);
             let n = inverse.nrows();
             let scaled = DMatrix::from_fn(n, n, |r, c| inverse[(r, c)] / (inverse[(r, r)] * inverse[(c, c)]).sqrt());
             assert!((&scaled - scaled.transpose()).amax() < 1e-11, "{name}");

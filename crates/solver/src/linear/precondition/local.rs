@@ -7,7 +7,7 @@ use crate::system::{Six, System};
 
 /// M = I.
 #[derive(Clone, Debug)]
-pub(crate) struct Raw;
+pub(super) struct Raw;
 
 impl Precondition for Raw {
     #[inline(always)]
@@ -26,12 +26,12 @@ impl Precondition for Raw {
 
 /// M = the diagonal of A.
 #[derive(Clone, Debug)]
-pub(crate) struct Jacobi {
+pub(super) struct Jacobi {
     inverse: Vec<[f64; 6]>,
 }
 
 impl Jacobi {
-    pub(crate) fn new(joints: usize) -> Self {
+    pub(super) fn new(joints: usize) -> Self {
         Self { inverse: vec![[0.0; 6]; joints] }
     }
 }
@@ -61,12 +61,12 @@ impl Precondition for Jacobi {
 
 /// M = the 6x6 blocks on the diagonal of A.
 #[derive(Clone, Debug)]
-pub(crate) struct BlockJacobi {
+pub(super) struct BlockJacobi {
     inverse: Vec<Block<f64>>,
 }
 
 impl BlockJacobi {
-    pub(crate) fn new(joints: usize) -> Self {
+    pub(super) fn new(joints: usize) -> Self {
         Self { inverse: vec![[[0.0; 6]; 6]; joints] }
     }
 }

@@ -1,0 +1,233 @@
+//! Multipliers from a turn a node and a moment an edge ("semi"): what a network cannot know from nearby is not left to it.
+//!
+//! With the turns dphi of the segments given, the stretch-shear rows of the linear system, their tiny compliance
+//! neglected, say where the segments go; and where they go says which forces the joints carry:
+//!
+//! ```text
+//! dx_a + z_a dphi_a x d_a - dx_b - z_b dphi_b x d_b = b_stretch      outwards along the visits, dx = 0 where fixed
+//! force on a node through the joint towards the clamp = sum of m dx over it and all nodes beyond       inwards again
+//! ```
+//!
+//! Bend-twist multipliers are the network's own. Of a set without a fixed body the mean shift is taken out, because no
+//! force acts on it from outside. Edges that close a loop carry no force.
+//!
+//! Inputs here are outputs of a network: dphi in the node's own frame, in s / l, and bend-twist multipliers in the
+//! sender's frame, in m n s l^2, as in [`crate::body_frame`]. The map is affine: [`Semi::adjoint`] takes gradients back
+//! through it.
+
+use solver::component::Component;
+use solver::kernel::math::Vec3;
+use solver::system::{Six, System};
+
+use crate::body_frame::Features;
+use crate::particular::take_out_mean;
+use crate::{Channel, Graph, put};
+
+/// Outputs a node: dphi in its own frame.
+pub const NODE_OUTPUT: usize = 3;
+/// Outputs an edge: bend-twist multipliers in the sender's frame.
+pub const EDGE_OUTPUT: usize = 3;
+/// Kinds of the outputs of a node.
+pub const NODE_OUTPUT_CHANNELS: [Channel; NODE_OUTPUT] = Channel::AXIAL;
+/// Kinds of the outputs of an edge.
+pub const EDGE_OUTPUT_CHANNELS: [Channel; EDGE_OUTPUT] = Channel::AXIAL;
+
+/// The head of one graph: its memory. Calls allocate nothing.
+#[derive(Clone, Debug)]
+pub struct Semi {
+    /// Turns dphi in world axes, one a node [rad], or the gradient with respect to them.
+    turns: Vec<Vec3<f64>>,
+    /// Shifts dx, one a node [m], then forces; or the gradients with respect to them.
+    shifts: Vec<Vec3<f64>>,
+    /// Whether nothing holds the set.
+    is_free: bool,
+}
+
+/// +1 for an edge's sender, -1 for its receiver.
+fn sign(is_sender: bool) -> f64 {
+    if is_sender { 1.0 } else { -1.0 }
+}
+
+fn vec3(row: &[f32]) -> Vec3<f64> {
+    Vec3([0, 1, 2].map(|k: usize| f64::from(row[k])))
+}
+
+impl Semi {
+    /// Memory for a graph.
+    pub fn new(graph: &Graph) -> Self {
+        let zero = vec![Vec3::zero(); graph.nodes().len()];
+        Self { turns: zero.clone(), shifts: zero, is_free: graph.is_free() }
+    }
+
+    /// The multipliers that outputs of the nodes `[nodes, 3]` and of the edges `[edges, 3]` stand for, one entry an edge,
+    /// at the scale s [m] that `features` returned for the component's system.
+    #[expect(clippy::too_many_arguments, reason = "what it reads, then what it writes")]
+    pub fn dlambda(
+        &mut self,
+        graph: &Graph,
+        component: &Component<f64>,
+        features: &Features,
+        scale: f64,
+        node_outputs: &[f32],
+        edge_outputs: &[f32],
+        dlambda: &mut [Six<f64>],
+    ) {
+        for (i, (turn, row)) in self.turns.iter_mut().zip(node_outputs.chunks_exact(NODE_OUTPUT)).enumerate() {
+            *turn = component.poses[i].q.rotate(vec3(row)) * turn_unit(graph, i, scale);
+        }
+        for ((k, edge), row) in graph.edges().iter().enumerate().zip(edge_outputs.chunks_exact(EDGE_OUTPUT)) {
+            let [_, unit] = features.multiplier_units(graph, edge, 1.0);
+            dlambda[k] = Six { stretch: Vec3::zero(), bend: vec3(row) * (scale / unit) };
+        }
+        self.forces(graph, &component.system, dlambda);
+    }
+
+    /// The gradients of a number with respect to the outputs, `[nodes, 3]` and `[edges, 3]`, from its `gradient` with
+    /// respect to the multipliers, one entry an edge.
+    #[expect(clippy::too_many_arguments, reason = "what it reads, then what it writes")]
+    pub fn adjoint(
+        &mut self,
+        graph: &Graph,
+        component: &Component<f64>,
+        features: &Features,
+        scale: f64,
+        gradient: &[Six<f64>],
+        node_gradient: &mut [f32],
+        edge_gradient: &mut [f32],
+    ) {
+        self.forces_adjoint(graph, &component.system, gradient);
+        for (i, (turn, row)) in self.turns.iter().zip(node_gradient.chunks_exact_mut(NODE_OUTPUT)).enumerate() {
+            put(row, component.poses[i].q.rotate_back(*turn * turn_unit(graph, i, scale)).0);
+        }
+        for ((k, edge), row) in graph.edges().iter().enumerate().zip(edge_gradient.chunks_exact_mut(EDGE_OUTPUT)) {
+            let [_, unit] = features.multiplier_units(graph, edge, 1.0);
+            put(row, (gradient[k].bend * (scale / unit)).0);
+        }
+    }
+
+    /// From `turns` to the forces on the edges: the stretch-shear part of `dlambda`.
+    fn forces(&mut self, graph: &Graph, system: &System<f64>, dlambda: &mut [Six<f64>]) {
+        let Self { turns, shifts, is_free } = self;
+        shifts.fill(Vec3::zero());
+        for visit in graph.visits() {
+            let (node, parent, edge) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
+            let [own, other] = visit.of_node(system.joints[edge].offsets);
+            shifts[node] = shifts[parent] + turns[parent].cross(system.bodies[parent].axis) * other
+                - turns[node].cross(system.bodies[node].axis) * own
+                + system.joints[edge].rhs.stretch * sign(visit.is_sender);
+        }
+        if *is_free {
+            take_out_mean(graph, shifts);
+        }
+        for (shift, node) in shifts.iter_mut().zip(graph.nodes()) {
+            *shift = *shift * node.mass;
+        }
+        for visit in graph.visits().iter().rev() {
+            let force = shifts[visit.node as usize];
+            dlambda[visit.edge as usize].stretch = force * sign(visit.is_sender);
+            shifts[visit.parent as usize] += force;
+        }
+    }
+
+    /// The adjoint of [`Self::forces`]: from the stretch-shear part of `gradient` to `turns`.
+    fn forces_adjoint(&mut self, graph: &Graph, system: &System<f64>, gradient: &[Six<f64>]) {
+        let Self { turns, shifts, is_free } = self;
+        turns.fill(Vec3::zero());
+        shifts.fill(Vec3::zero());
+        for visit in graph.visits() {
+            let own = gradient[visit.edge as usize].stretch * sign(visit.is_sender);
+            shifts[visit.node as usize] = shifts[visit.parent as usize] + own;
+        }
+        // Of (1 - 1 m^T / sum m), then m, the adjoint is m, then (1 - m 1^T / sum m): m (1 - 1 m^T / sum m) again.
+        if *is_free {
+            take_out_mean(graph, shifts);
+        }
+        for (shift, node) in shifts.iter_mut().zip(graph.nodes()) {
+            *shift = *shift * node.mass;
+        }
+        for visit in graph.visits().iter().rev() {
+            let (node, parent, edge) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
+            let [own, other] = visit.of_node(system.joints[edge].offsets);
+            let shift = shifts[node];
+            shifts[parent] += shift;
+            turns[parent] += system.bodies[parent].axis.cross(shift) * other;
+            turns[node] -= system.bodies[node].axis.cross(shift) * own;
+        }
+    }
+}
+
+/// s / l of a node [rad]; 0 where it is fixed.
+fn turn_unit(graph: &Graph, node: usize, scale: f64) -> f64 {
+    let node = &graph.nodes()[node];
+    if node.free[0] { scale / node.rod_scale[1] } else { 0.0 }
+}
+
+/// Fills the outputs that stand for the exact solution `dlambda`, with its corrections `dp`, at the scale s [m] of its
+/// inputs: `[nodes, 3]` and `[edges, 3]`.
+#[expect(clippy::too_many_arguments, reason = "what it reads, then what it writes")]
+pub fn fill_targets(
+    graph: &Graph,
+    component: &Component<f64>,
+    features: &Features,
+    scale: f64,
+    dp: &[Six<f64>],
+    dlambda: &[Six<f64>],
+    node_targets: &mut [f32],
+    edge_targets: &mut [f32],
+) {
+    let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
+    for (i, (row, dp)) in node_targets.chunks_exact_mut(NODE_OUTPUT).zip(dp).enumerate() {
+        let unit = graph.nodes()[i].rod_scale[1] * inverse;
+        put(row, component.poses[i].q.rotate_back(dp.bend * unit).0);
+    }
+    for ((edge, row), dlambda) in graph.edges().iter().zip(edge_targets.chunks_exact_mut(EDGE_OUTPUT)).zip(dlambda) {
+        let [_, unit] = features.multiplier_units(graph, edge, inverse);
+        put(row, (dlambda.bend * unit).0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use rod::{Assembly, Material, RodSpec, shape};
+    use solver::component::split;
+
+    use super::*;
+
+    #[test]
+    fn the_walks_are_each_others_transpose() {
+        for is_held in [true, false] {
+            let material = Material { youngs_modulus: 1e5, torsion_modulus: 3e4, density: 300.0 };
+            let mut assembly = Assembly::new(Vector3::zeros());
+            let trunk = assembly.rod(&RodSpec::new(shape::helix(Vector3::zeros(), 0.3, 0.5, 1.0, 9), 0.03, material));
+            let tip = assembly.state_mut().positions[trunk.start + 4];
+            let branch = assembly.rod(&RodSpec::new(shape::straight(tip, Vector3::y(), 0.4, 3), 0.02, material));
+            assembly.branch(trunk.start + 4, 0.5, &branch);
+            if is_held {
+                assembly.clamp_start(&trunk);
+            }
+            let (model, state) = assembly.finish();
+            let (members, topology) = split(&model).swap_remove(0);
+            let graph = Graph::new(&model, &members, &topology);
+            let mut component = Component::<f64>::new(&model, &state, topology.into(), &[&members]);
+            component.predict(0.02, solver::formulation::Formulation::Xpbd);
+            component.evaluate(solver::formulation::Formulation::Xpbd);
+            // The linear part alone.
+            component.system.joints.iter_mut().for_each(|joint| joint.rhs = Six::zero());
+
+            let mut semi = Semi::new(&graph);
+            let vector = |i: usize, seed: f64| Vec3([0.0, 1.0, 2.0].map(|k| (7.0 * i as f64 + 2.3 * k + seed).sin()));
+            let turns: Vec<_> = (0..graph.nodes().len()).map(|i| vector(i, 1.0)).collect();
+            let weights: Vec<_> =
+                (0..graph.edges().len()).map(|k| Six { stretch: vector(k, 2.0), bend: Vec3::zero() }).collect();
+            let mut dlambda = vec![Six::zero(); graph.edges().len()];
+            semi.turns.clone_from(&turns);
+            semi.forces(&graph, &component.system, &mut dlambda);
+            let forwards: f64 = dlambda.iter().zip(&weights).map(|(x, y)| x.dot(*y)).sum();
+            semi.forces_adjoint(&graph, &component.system, &weights);
+            let products = || semi.turns.iter().zip(&turns).map(|(x, y)| x.dot(*y));
+            let (back, size): (f64, f64) = (products().sum(), products().map(f64::abs).sum());
+            assert!((forwards - back).abs() < 1e-13 * size && size > 0.0, "{forwards} {back} of {size}");
+        }
+    }
+}
