@@ -1,0 +1,154 @@
+//! The network on a batch of graphs.
+
+use std::mem::swap;
+use std::sync::Arc;
+
+use graph::Batch;
+
+use super::connections::Connections;
+use super::layer::{Layer, Start};
+use super::memory::Table;
+use super::packed::Packed;
+use super::scan::Scan;
+use super::sweep::{Scratch, Sink, Source, Sweep};
+
+/// The network on one batch of graphs: connectivity, what constant inputs contribute, and memory.
+///
+/// With n nodes and m edges in the batch, all matrices are row by row, as [`Batch`] counts nodes and edges.
+#[derive(Debug)]
+pub struct Forward {
+    packed: Arc<Packed>,
+    connections: Connections,
+    scratch: Scratch,
+    /// What the first layer of the nodes' encoder begins with. `[n, width]`
+    node_start: Table,
+    /// The same of the edges' encoder or, where edges have constant inputs only, of the first block's edges. `[m, width]`
+    edge_start: Table,
+    /// The edges as the encoder gives them. `[m, width]`
+    encoded_edges: Table,
+    nodes: [Table; 2],
+    edges: [Table; 2],
+    /// E' of a block. `[m, width]`
+    messages: Table,
+    /// H of a block. `[n, 2 scans]`
+    scans: Table,
+    node_outputs: Vec<f32>,
+    edge_outputs: Vec<f32>,
+}
+
+impl Forward {
+    /// Memory for a batch, with its constant inputs: `constant_nodes` `[n, constant_node_inputs]` and `constant_edges`
+    /// `[m, constant_edge_inputs]`.
+    pub fn new(packed: Arc<Packed>, graphs: &Batch, constant_nodes: &[f32], constant_edges: &[f32]) -> Self {
+        let (config, n, m) = (*packed.config(), graphs.nodes(), graphs.edges());
+        let table = |rows| Table::zeros(rows, config.width);
+        let mut forward = Self {
+            connections: Connections::new(graphs),
+            scratch: Scratch::new(packed.lines()),
+            node_start: table(n),
+            edge_start: table(m),
+            encoded_edges: table(m),
+            nodes: [table(n), table(n)],
+            edges: [table(m), table(m)],
+            messages: table(m),
+            scans: Table::zeros(n, 2 * config.scans),
+            node_outputs: vec![0.0; n * config.node_outputs],
+            edge_outputs: vec![0.0; m * config.edge_outputs],
+            packed,
+        };
+        forward.set_constants(constant_nodes, constant_edges);
+        forward
+    }
+
+    /// Changes the constant inputs: `constant_nodes` `[n, constant_node_inputs]` and `constant_edges`
+    /// `[m, constant_edge_inputs]`.
+    pub fn set_constants(&mut self, constant_nodes: &[f32], constant_edges: &[f32]) {
+        let Self { packed, connections, scratch, node_start, edge_start, encoded_edges, .. } = self;
+        let (config, n, m) = (packed.config(), connections.nodes, connections.edges);
+        let mut sweep = Sweeper { packed, scratch };
+        let source = Source::Plain(constant_nodes, config.constant_node_inputs);
+        sweep.one(n, source, &packed.node_encoder.constant, node_start);
+        let source = Source::Plain(constant_edges, config.constant_edge_inputs);
+        sweep.one(m, source, &packed.edge_encoder.constant, edge_start);
+        if config.has_constant_edges() {
+            sweep.run(m, &[], Start::rows(edge_start), &packed.edge_encoder.layers, Sink::Store(encoded_edges));
+            if let Some(layer) = &packed.first_edges {
+                sweep.one(m, Source::Own(encoded_edges), layer, edge_start);
+            }
+        }
+    }
+
+    /// Computes the outputs: `nodes` `[n, node_inputs - constant_node_inputs]` and `edges`
+    /// `[m, edge_inputs - constant_edge_inputs]` are the inputs that change. Allocates nothing.
+    pub fn run(&mut self, nodes: &[f32], edges: &[f32]) {
+        let Self { packed, connections, scratch, node_start, edge_start, encoded_edges, messages, scans, .. } = self;
+        let (config, n, m) = (packed.config(), connections.nodes, connections.edges);
+        let [v, v_next] = &mut self.nodes;
+        let [e, e_next] = &mut self.edges;
+        let (mut v, mut v_next, mut e, mut e_next) = (v, v_next, e, e_next);
+        let mut sweep = Sweeper { packed, scratch };
+
+        let inputs = Source::Plain(nodes, config.node_inputs - config.constant_node_inputs);
+        sweep.run(n, &[inputs], Start::rows(node_start), &packed.node_encoder.layers, Sink::Store(v));
+        if !config.has_constant_edges() {
+            let inputs = Source::Plain(edges, config.edge_inputs - config.constant_edge_inputs);
+            sweep.run(m, &[inputs], Start::rows(edge_start), &packed.edge_encoder.layers, Sink::Store(encoded_edges));
+        }
+
+        for (k, block) in packed.blocks.iter().enumerate() {
+            let old = if k == 0 { &*encoded_edges } else { &*e };
+            let sources =
+                [Source::Own(old), Source::At(v, &connections.senders), Source::At(v, &connections.receivers)];
+            let (sources, start) = match &packed.first_edges {
+                Some(_) if k == 0 => (&sources[1..], Start::rows(edge_start)),
+                _ => (&sources[..], block.edges[0].bias()),
+            };
+            sweep.run(m, sources, start, &block.edges, Sink::Add { old, new: e_next, change: Some(messages) });
+            if let Some((layer, decays)) = &block.scan {
+                sweep.one(n, Source::Own(v), layer, scans);
+                let visits = &connections.visits;
+                packed.arch.dispatch(Scan { decays, scans: config.scans, visits, rows: scans });
+            }
+            let sums = [&connections.sent, &connections.received].map(|lists| Source::Sum(messages, lists));
+            let sources = [Source::Own(v), sums[0], sums[1], Source::Own(scans)];
+            let sink = Sink::Add { old: v, new: v_next, change: None };
+            sweep.run(n, &sources, block.nodes[0].bias(), &block.nodes, sink);
+            swap(&mut v, &mut v_next);
+            swap(&mut e, &mut e_next);
+        }
+
+        let e = if packed.blocks.is_empty() { encoded_edges } else { e };
+        let sink = Sink::Output(&mut self.node_outputs, config.node_outputs, config.output);
+        sweep.run(n, &[Source::Own(v)], packed.node_decoder[0].bias(), &packed.node_decoder, sink);
+        let sink = Sink::Output(&mut self.edge_outputs, config.edge_outputs, config.output);
+        sweep.run(m, &[Source::Own(e)], packed.edge_decoder[0].bias(), &packed.edge_decoder, sink);
+    }
+
+    /// Outputs of the nodes. `[n, node_outputs]`
+    pub fn node_outputs(&self) -> &[f32] {
+        &self.node_outputs
+    }
+
+    /// Outputs of the edges. `[m, edge_outputs]`
+    pub fn edge_outputs(&self) -> &[f32] {
+        &self.edge_outputs
+    }
+}
+
+/// Runs sweeps with the machine's instructions.
+struct Sweeper<'a> {
+    packed: &'a Packed,
+    scratch: &'a mut Scratch,
+}
+
+impl Sweeper<'_> {
+    /// A perceptron.
+    fn run(&mut self, rows: usize, sources: &[Source], start: Start, layers: &[Layer], sink: Sink) {
+        self.packed.arch.dispatch(Sweep { rows, sources, start, layers, sink, scratch: self.scratch });
+    }
+
+    /// A single layer.
+    fn one(&mut self, rows: usize, source: Source, layer: &Layer, to: &mut Table) {
+        self.run(rows, &[source], layer.bias(), std::slice::from_ref(layer), Sink::Store(to));
+    }
+}
