@@ -5,33 +5,32 @@ use graph::Batch;
 /// Which edges every node has on one side.
 #[derive(Debug)]
 pub(super) struct Lists {
+    /// Every node's first edge; where it has none, the number of edges.
+    pub(super) first: Vec<u32>,
     starts: Vec<u32>,
-    edges: Vec<u32>,
+    others: Vec<u32>,
 }
 
 impl Lists {
     /// Edges by the node that `ends` gives each, in ascending order.
     fn new(nodes: usize, ends: &[u32]) -> Self {
-        let mut starts = vec![0; nodes + 1];
-        for &node in ends {
-            starts[node as usize + 1] += 1;
-        }
-        for node in 0..nodes {
-            starts[node + 1] += starts[node];
-        }
-        let (mut next, mut edges) = (starts.clone(), vec![0; ends.len()]);
+        let mut of = vec![Vec::new(); nodes];
         for (edge, &node) in ends.iter().enumerate() {
-            let place = &mut next[node as usize];
-            edges[*place as usize] = edge as u32;
-            *place += 1;
+            of[node as usize].push(edge as u32);
         }
-        Self { starts, edges }
+        let (mut first, mut starts, mut others) = (Vec::with_capacity(nodes), vec![0], Vec::new());
+        for edges in of {
+            first.push(edges.first().copied().unwrap_or(ends.len() as u32));
+            others.extend(edges.iter().skip(1));
+            starts.push(others.len() as u32);
+        }
+        Self { first, starts, others }
     }
 
-    /// The edges of a node.
+    /// The edges of a node after its first one.
     #[inline(always)]
-    pub(super) fn of(&self, node: usize) -> &[u32] {
-        &self.edges[self.starts[node] as usize..self.starts[node + 1] as usize]
+    pub(super) fn others(&self, node: usize) -> &[u32] {
+        &self.others[self.starts[node] as usize..self.starts[node + 1] as usize]
     }
 }
 

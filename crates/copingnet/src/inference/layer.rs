@@ -2,25 +2,10 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::memory::{Aligned, LINE, Line, Table, registers, registers_mut};
+use super::memory::{Aligned, LINE, Line, Rows, registers, registers_mut};
 
 /// Registers side by side in a panel of weights.
 const PANEL: usize = 2;
-
-/// What the sums of a layer begin with: a line for each of the first outputs, and so on.
-#[derive(Clone, Copy)]
-pub(super) struct Start<'a> {
-    lines: &'a [Line],
-    /// Lines from one row to the next; 0 where all rows begin with the same.
-    stride: usize,
-}
-
-impl<'a> Start<'a> {
-    /// Every row begins with its own.
-    pub(super) fn rows(table: &'a Table) -> Self {
-        Self { lines: table.all(), stride: table.row_lines() }
-    }
-}
 
 /// Weights and bias of a linear layer.
 ///
@@ -60,8 +45,8 @@ impl Layer {
 
     /// The bias for every row.
     #[inline(always)]
-    pub(super) fn bias(&self) -> Start<'_> {
-        Start { lines: self.bias.lines(), stride: 0 }
+    pub(super) fn bias(&self) -> Rows<'_> {
+        Rows { lines: self.bias.lines(), stride: 0 }
     }
 
     /// Outputs of `R` rows, rectified where `relu`. Row r's sums begin with row `rows[r]` of `start`.
@@ -69,13 +54,14 @@ impl Layer {
     pub(super) fn apply<S: Simd, const R: usize>(
         &self,
         simd: S,
-        start: Start,
+        start: Rows,
         rows: [usize; R],
         inputs: &[[Line; R]],
         relu: bool,
         outputs: &mut [[Line; R]],
     ) {
-        let starts = rows.map(|row| row * start.stride);
+        let mut starts = rows;
+        starts.iter_mut().for_each(|row| *row *= start.stride);
         let strip = Strip { layer: self, start: start.lines, starts, relu };
         let pairs = self.registers / PANEL;
         for pair in 0..pairs {

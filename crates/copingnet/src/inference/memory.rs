@@ -57,29 +57,34 @@ impl Table {
         Self { values: Aligned::zeros(rows * lines), lines }
     }
 
-    /// Lines a row.
+    /// All rows.
     #[inline(always)]
-    pub(super) fn row_lines(&self) -> usize {
-        self.lines
+    pub(super) fn rows(&self) -> Rows<'_> {
+        Rows { lines: self.values.lines(), stride: self.lines }
     }
 
-    /// One row.
+    /// All rows, to be changed.
     #[inline(always)]
-    pub(super) fn row(&self, row: usize) -> &[Line] {
-        &self.values.lines()[row * self.lines..][..self.lines]
+    pub(super) fn rows_mut(&mut self) -> RowsMut<'_> {
+        RowsMut { lines: self.values.lines_mut(), stride: self.lines }
     }
+}
 
-    /// One row, to be changed.
-    #[inline(always)]
-    pub(super) fn row_mut(&mut self, row: usize) -> &mut [Line] {
-        &mut self.values.lines_mut()[row * self.lines..][..self.lines]
-    }
+/// Rows one after the other.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    /// Lines of all rows.
+    pub(super) lines: &'a [Line],
+    /// Lines from one row to the next; 0 where all are the same.
+    pub(super) stride: usize,
+}
 
-    /// All lines of all rows.
-    #[inline(always)]
-    pub(super) fn all(&self) -> &[Line] {
-        self.values.lines()
-    }
+/// Rows one after the other, to be changed.
+pub(super) struct RowsMut<'a> {
+    /// Lines of all rows.
+    pub(super) lines: &'a mut [Line],
+    /// Lines from one row to the next.
+    pub(super) stride: usize,
 }
 
 /// The registers of a line.

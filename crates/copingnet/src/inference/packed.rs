@@ -44,7 +44,12 @@ pub(super) struct Block {
 impl Packed {
     /// Packs `weights` for the machine that runs this.
     pub fn new(weights: &Weights) -> Self {
-        let (config, arch) = (*weights.config(), Arch::new());
+        Self::for_arch(weights, Arch::new())
+    }
+
+    /// Packs `weights` for one set of instructions.
+    pub(super) fn for_arch(weights: &Weights, arch: Arch) -> Self {
+        let config = *weights.config();
         let (width, scans) = (config.width, config.scans);
         let mut reader = Reader { config, arch, tensors: weights.tensors() };
         let node_encoder = reader.encoder(config.node_inputs, config.constant_node_inputs);

@@ -3,8 +3,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::connections::Lists;
-use super::layer::{Layer, Start};
-use super::memory::{Aligned, LINE, Line, Table, registers, registers_mut};
+use super::layer::Layer;
+use super::memory::{Aligned, LINE, Line, Rows, RowsMut, registers, registers_mut};
 use crate::config::Output;
 
 /// The most rows at a time.
@@ -16,19 +16,19 @@ pub(super) enum Source<'a> {
     /// Numbers without gaps. `[rows, columns]`
     Plain(&'a [f32], usize),
     /// The row itself.
-    Own(&'a Table),
+    Own(Rows<'a>),
     /// The row that an index tells.
-    At(&'a Table, &'a [u32]),
-    /// The sum of listed rows.
-    Sum(&'a Table, &'a Lists),
+    At(Rows<'a>, &'a [u32]),
+    /// The sum of listed rows; there is a row of zeros after the last one.
+    Sum(Rows<'a>, &'a Lists),
 }
 
 /// Where outputs go.
 pub(super) enum Sink<'a> {
     /// Into a table.
-    Store(&'a mut Table),
+    Store(RowsMut<'a>),
     /// `new = old + outputs`; the outputs themselves into `change`, too.
-    Add { old: &'a Table, new: &'a mut Table, change: Option<&'a mut Table> },
+    Add { old: Rows<'a>, new: RowsMut<'a>, change: Option<RowsMut<'a>> },
     /// Through a function into numbers without gaps. `[rows, columns]`
     Output(&'a mut [f32], usize, Output),
 }
@@ -51,7 +51,7 @@ pub(super) struct Sweep<'a> {
     /// The parts of the inputs.
     pub(super) sources: &'a [Source<'a>],
     /// What the first layer's sums begin with.
-    pub(super) start: Start<'a>,
+    pub(super) start: Rows<'a>,
     /// The layers, at least one.
     pub(super) layers: &'a [Layer],
     /// Where the outputs go.
@@ -81,7 +81,10 @@ impl Sweep<'_> {
     /// The layers on `R` rows from `first` on, the last row again where there are no more. Returns `R`.
     #[inline(always)]
     fn block<S: Simd, const R: usize>(&mut self, simd: S, first: usize) -> usize {
-        let rows: [usize; R] = std::array::from_fn(|r| (first + r).min(self.rows - 1));
+        let mut rows = [0; R];
+        for (r, row) in rows.iter_mut().enumerate() {
+            *row = (first + r).min(self.rows - 1);
+        }
         let [from, to] = &mut self.scratch.0;
         let mut from = from.lines_mut().as_chunks_mut::<R>().0;
         let mut to = to.lines_mut().as_chunks_mut::<R>().0;
@@ -97,6 +100,37 @@ impl Sweep<'_> {
         let present = R.min(self.rows - first);
         self.sink.store(simd, first, present, from);
         R
+    }
+}
+
+impl Rows<'_> {
+    /// Copies the rows that `row` tells for 0 to R and returns how many lines each takes.
+    #[inline(always)]
+    fn gather<const R: usize>(self, row: impl Fn(usize) -> usize, to: &mut [[Line; R]]) -> usize {
+        let mut starts = [0; R];
+        for (r, start) in starts.iter_mut().enumerate() {
+            *start = row(r) * self.stride;
+        }
+        for (k, to) in to.iter_mut().take(self.stride).enumerate() {
+            for (to, &start) in to.iter_mut().zip(&starts) {
+                *to = self.lines[start + k];
+            }
+        }
+        self.stride
+    }
+}
+
+impl RowsMut<'_> {
+    /// Writes `present` rows from `first` on.
+    #[inline(always)]
+    fn scatter<const R: usize>(&mut self, first: usize, present: usize, from: &[[Line; R]]) {
+        let stride = self.stride;
+        let lines = &mut self.lines[first * stride..][..present * stride];
+        for (k, from) in from.iter().take(stride).enumerate() {
+            for (r, from) in from.iter().take(present).enumerate() {
+                lines[r * stride + k] = *from;
+            }
+        }
     }
 }
 
@@ -116,27 +150,18 @@ impl Source<'_> {
                 }
                 columns.div_ceil(LINE)
             }
-            Source::Own(table) => {
-                copy(table, rows, to);
-                table.row_lines()
-            }
-            Source::At(table, index) => {
-                copy(table, rows.map(|row| index[row] as usize), to);
-                table.row_lines()
-            }
+            Source::Own(table) => table.gather(|r| rows[r], to),
+            Source::At(table, index) => table.gather(|r| index[rows[r]] as usize, to),
             Source::Sum(table, lists) => {
+                let lines = table.gather(|r| lists.first[rows[r]] as usize, to);
                 for (r, &row) in rows.iter().enumerate() {
-                    let (first, others) = lists.of(row).split_first().map_or((None, &[][..]), |(a, b)| (Some(a), b));
-                    for k in 0..table.row_lines() {
-                        to[k][r] = first.map_or([0.0; LINE], |&edge| table.row(edge as usize)[k]);
-                    }
-                    for &edge in others {
-                        for (to, line) in to.iter_mut().zip(table.row(edge as usize)) {
+                    for &edge in lists.others(row) {
+                        for (to, line) in to.iter_mut().zip(&table.lines[edge as usize * lines..][..lines]) {
                             add::<S>(simd, &mut to[r], line);
                         }
                     }
                 }
-                table.row_lines()
+                lines
             }
         }
     }
@@ -147,16 +172,22 @@ impl Sink<'_> {
     #[inline(always)]
     fn store<S: Simd, const R: usize>(&mut self, simd: S, first: usize, present: usize, from: &[[Line; R]]) {
         match self {
-            Sink::Store(table) => store(table, first, present, from),
+            Sink::Store(table) => table.scatter(first, present, from),
             Sink::Add { old, new, change } => {
-                for r in 0..present {
-                    for ((new, old), from) in new.row_mut(first + r).iter_mut().zip(old.row(first + r)).zip(from) {
-                        *new = *old;
-                        add::<S>(simd, new, &from[r]);
+                let stride = new.stride;
+                let old = &old.lines[first * stride..][..present * stride];
+                let new = &mut new.lines[first * stride..][..present * stride];
+                for (k, from) in from.iter().take(stride).enumerate() {
+                    for (r, from) in from.iter().take(present).enumerate() {
+                        let (old, new) = (&old[r * stride + k], &mut new[r * stride + k]);
+                        let sums = registers_mut::<S>(new).iter_mut().zip(registers::<S>(old));
+                        for ((new, &old), &from) in sums.zip(registers::<S>(from)) {
+                            *new = simd.add_f32s(old, from);
+                        }
                     }
                 }
                 if let Some(change) = change {
-                    store(change, first, present, from);
+                    change.scatter(first, present, from);
                 }
             }
             Sink::Output(values, columns, output) => {
@@ -171,20 +202,6 @@ impl Sink<'_> {
                 }
             }
         }
-    }
-}
-
-#[inline(always)]
-fn copy<const R: usize>(table: &Table, rows: [usize; R], to: &mut [[Line; R]]) {
-    for (r, &row) in rows.iter().enumerate() {
-        table.row(row).iter().zip(&mut *to).for_each(|(from, to)| to[r] = *from);
-    }
-}
-
-#[inline(always)]
-fn store<const R: usize>(table: &mut Table, first: usize, present: usize, from: &[[Line; R]]) {
-    for r in 0..present {
-        table.row_mut(first + r).iter_mut().zip(from).for_each(|(to, from)| *to = from[r]);
     }
 }
 
