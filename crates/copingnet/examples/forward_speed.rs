@@ -16,47 +16,53 @@ use rod::{Assembly, Material, RodSpec, shape};
 fn main() {
     let peak = peak();
     println!("peak of fused multiply-adds: {peak:.1} GFLOP/s");
-    println!("width blocks     N   us/forward   us/node   GFLOP/s   of peak");
-    for (width, gn_blocks) in [(8, 1), (16, 1), (16, 2), (16, 3), (32, 3), (64, 3)] {
-        let config = NetworkConfig { width, gn_blocks, ..NetworkConfig::default() };
+    println!("width blocks scans      graphs   us a graph   us a node   GFLOP/s   of peak");
+    for (width, gn_blocks, scans) in [(8, 1, 0), (16, 1, 0), (16, 2, 0), (32, 3, 0), (32, 3, 8), (64, 3, 0)] {
+        let config = NetworkConfig { width, gn_blocks, scans, ..NetworkConfig::default() };
         let packed = Arc::new(Packed::new(&weights(config)));
-        for n in [10, 30, 100, 300, 1061] {
-            let seconds = time(&packed, n, 1);
-            let rate = 1e-9 * flops(&config, n, n - 1) / seconds;
+        let measure = |name: &str, graph: &Graph, count: usize| {
+            let mut batch = Batch::default();
+            for _ in 0..count {
+                batch.push(graph);
+            }
+            let seconds = time(&packed, &batch);
+            let rate = 1e-9 * flops(&config, &batch) / seconds;
             let (us, share) = (1e6 * seconds, 100.0 * rate / peak);
-            let per_node = us / n as f64;
-            println!("{width:5} {gn_blocks:6} {n:5} {us:12.2} {per_node:9.3} {rate:9.1} {share:7.1} %");
+            let (a_graph, a_node) = (us / count as f64, us / batch.nodes() as f64);
+            println!(
+                "{width:5} {gn_blocks:6} {scans:5} {name:>11} {a_graph:12.2} {a_node:11.3} {rate:9.1} {share:7.1} %"
+            );
+        };
+        for n in [10, 30, 100, 300, 1061] {
+            measure(&n.to_string(), &chain(n), 1);
         }
-        let us = 1e6 * time(&packed, 30, 64) / 64.0;
-        println!("{width:5} {gn_blocks:6}    30 {us:12.2} in a batch of 64");
+        measure("64 x 30", &chain(30), 64);
+        measure("tree 1061", &tree(), 1);
     }
 }
 
-/// Median time of a pass over chains of `n` nodes [s].
-fn time(packed: &Arc<Packed>, n: usize, chains: usize) -> f64 {
-    let mut batch = Batch::default();
-    let graph = chain(n);
-    for _ in 0..chains {
-        batch.push(&graph);
-    }
+/// Median time of a pass over a batch [s].
+fn time(packed: &Arc<Packed>, graphs: &Batch) -> f64 {
     let config = packed.config();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut random = |count: usize| -> Vec<f32> { (0..count).map(|_| rng.random_range(-1.0..1.0)).collect() };
-    let (nodes, edges) = (batch.nodes(), batch.edges());
-    let constant_nodes = random(nodes * config.constant_node_inputs);
-    let constant_edges = random(edges * config.constant_edge_inputs);
-    let changing_nodes = random(nodes * (config.node_inputs - config.constant_node_inputs));
-    let changing_edges = random(edges * (config.edge_inputs - config.constant_edge_inputs));
-    let mut forward = Forward::new(packed.clone(), &batch, &constant_nodes, &constant_edges);
-    let repeats = 1 + 10_000 / nodes;
-    median(51, || {
+    let (n, m) = (graphs.nodes(), graphs.edges());
+    let constant_nodes = random(n * config.constant_node_inputs);
+    let constant_edges = random(m * config.constant_edge_inputs);
+    let nodes = random(n * (config.node_inputs - config.constant_node_inputs));
+    let edges = random(m * (config.edge_inputs - config.constant_edge_inputs));
+    let mut forward = Forward::new(packed.clone(), graphs, &constant_nodes, &constant_edges);
+    let repeats = 1 + 3_000 / n;
+    let all = median(101, || {
         for _ in 0..repeats {
-            forward.run(black_box(&changing_nodes), black_box(&changing_edges));
-            black_box(forward.edge_outputs());
+            forward.run(black_box(&nodes), black_box(&edges));
+            black_box((forward.node_outputs(), forward.edge_outputs()));
         }
-    }) / repeats as f64
+    });
+    all / repeats as f64
 }
 
+/// Median time [s].
 fn median(count: usize, mut run: impl FnMut()) -> f64 {
     run();
     let timed = |_| {
@@ -79,8 +85,8 @@ fn weights(config: NetworkConfig) -> Weights {
     weights
 }
 
-/// Floating-point operations of the matrix products that a pass does, without what constant inputs save.
-fn flops(config: &NetworkConfig, nodes: usize, edges: usize) -> f64 {
+/// Floating-point operations of the matrix products in a pass; what constant inputs contribute is not among them.
+fn flops(config: &NetworkConfig, graphs: &Batch) -> f64 {
     let perceptron = |inputs, outputs| config.mlp(inputs, outputs).iter().map(|[i, o]| 2 * i * o).sum::<usize>();
     let (l, h) = (config.width, 2 * config.scans);
     let of_node = perceptron(config.node_inputs - config.constant_node_inputs, l)
@@ -91,7 +97,7 @@ fn flops(config: &NetworkConfig, nodes: usize, edges: usize) -> f64 {
     } else {
         perceptron(config.edge_inputs - config.constant_edge_inputs, l) + config.gn_blocks * perceptron(3 * l, l)
     } + perceptron(l, config.edge_outputs);
-    (nodes * of_node + edges * of_edge) as f64
+    (graphs.nodes() * of_node + graphs.edges() * of_edge) as f64
 }
 
 /// Rate of fused multiply-adds in registers on this core [GFLOP/s].
@@ -120,11 +126,30 @@ fn peak() -> f64 {
 
 /// A rod of `n` segments, its first one fixed.
 fn chain(n: usize) -> Graph {
-    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-    let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
-    let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 3.0, n);
-    let rod = assembly.rod(&RodSpec::new(nodes, 0.05, material));
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let rod = assembly.rod(&line(n));
     assembly.fix(rod.start);
+    graph(assembly)
+}
+
+/// A trunk of 61 segments, its first one fixed, with 100 branches of 10 segments.
+fn tree() -> Graph {
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let trunk = assembly.rod(&line(61));
+    assembly.fix(trunk.start);
+    for k in 0..100 {
+        let branch = assembly.rod(&line(10));
+        assembly.branch(10 + k / 2, 0.5, &branch);
+    }
+    graph(assembly)
+}
+
+fn line(n: usize) -> RodSpec {
+    let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+    RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 0.1 * n as f64, n), 0.05, material)
+}
+
+fn graph(assembly: Assembly) -> Graph {
     let (model, _) = assembly.finish();
     let (members, topology) = solver::component::split(&model).swap_remove(0);
     Graph::new(&model, &members, &topology)

@@ -34,29 +34,39 @@ impl WithSimd for Scan<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { decays: Decays([outwards, inwards]), scans, visits, mut rows } = self;
+        let on = visits.iter().map(|&[node, parent]| [parent, node]);
+        let back = visits.iter().rev().copied();
         for line in 0..scans.div_ceil(LINE) {
-            pass(simd, &outwards.lines()[line], line, visits.iter().map(|&[node, parent]| [node, parent]), &mut rows);
+            pass(simd, &outwards.lines()[line], line, on.clone(), &mut rows);
         }
         for line in scans / LINE..rows.stride {
-            pass(
-                simd,
-                &inwards.lines()[line],
-                line,
-                visits.iter().rev().map(|&[node, parent]| [parent, node]),
-                &mut rows,
-            );
+            pass(simd, &inwards.lines()[line], line, back.clone(), &mut rows);
         }
     }
 }
 
-/// Adds to each `to` the decayed `from` of the steps `[to, from]`, in one line of the rows.
+/// Adds the decayed first row of every step to the second one, in one line of the rows.
 #[inline(always)]
-fn pass<S: Simd>(simd: S, decays: &Line, line: usize, steps: impl Iterator<Item = [u32; 2]>, rows: &mut RowsMut) {
-    for [to, from] in steps {
-        let from = rows.lines[from as usize * rows.stride + line];
-        let to = registers_mut::<S>(&mut rows.lines[to as usize * rows.stride + line]);
-        for ((to, &from), &decay) in to.iter_mut().zip(registers::<S>(&from)).zip(registers::<S>(decays)) {
-            *to = simd.mul_add_e_f32s(decay, from, *to);
+fn pass<S: Simd>(
+    simd: S,
+    decays: &Line,
+    line: usize,
+    steps: impl Iterator<Item = [u32; 2]> + Clone,
+    rows: &mut RowsMut,
+) {
+    let stride = rows.stride;
+    let place = |row: u32| row as usize * stride + line;
+    for (register, &decay) in registers::<S>(decays).iter().enumerate() {
+        // Most steps go on from the row that the step before came to: its sum is still at hand.
+        let (mut last, mut sum) = (u32::MAX, decay);
+        for [from, to] in steps.clone() {
+            if from != last {
+                sum = registers::<S>(&rows.lines[place(from)])[register];
+            }
+            let to_register = &mut registers_mut::<S>(&mut rows.lines[place(to)])[register];
+            sum = simd.mul_add_e_f32s(decay, sum, *to_register);
+            *to_register = sum;
+            last = to;
         }
     }
 }

@@ -8,7 +8,7 @@ use super::memory::{Aligned, LINE, Line, Rows, RowsMut, registers, registers_mut
 use crate::config::Output;
 
 /// The most rows at a time.
-const ROWS: usize = 12;
+const ROWS: usize = 10;
 
 /// One part of a row's inputs.
 #[derive(Clone, Copy)]
@@ -64,11 +64,11 @@ impl WithSimd for Sweep<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        // Rows times two registers of sums, two of weights and one of inputs fill the register file.
+        // Two registers of sums for each row, two of weights and one input are to fit into the register file.
         let mut first = 0;
         while first < self.rows {
             first += match (S::REGISTER_COUNT >= 32, self.rows - first) {
-                (true, 9..) => self.block::<S, 12>(simd, first),
+                (true, 9..) => self.block::<S, 10>(simd, first),
                 (true, 5..) => self.block::<S, 8>(simd, first),
                 (false, 5..) => self.block::<S, 6>(simd, first),
                 _ => self.block::<S, 4>(simd, first),
