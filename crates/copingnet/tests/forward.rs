@@ -73,8 +73,8 @@ fn all_ways_to_divide_inputs_are_right() {
 }
 
 #[test]
-fn many_outputs_and_one_are_right() {
-    for (node_outputs, edge_outputs) in [(1, 6), (16, 17), (40, 1)] {
+fn many_outputs_one_and_none_are_right() {
+    for (node_outputs, edge_outputs) in [(1, 6), (16, 17), (40, 1), (6, 0)] {
         for output in [Output::Tanh, Output::Linear] {
             assert_right(NetworkConfig { node_outputs, edge_outputs, output, ..NetworkConfig::default() }, 1.0);
         }

@@ -39,6 +39,10 @@ pub struct Forward {
 impl Forward {
     /// Memory for a batch, with its constant inputs: `constant_nodes` `[n, constant_node_inputs]` and `constant_edges`
     /// `[m, constant_edge_inputs]`.
+    ///
+    /// # Panics
+    ///
+    /// Where inputs are more or fewer than that.
     pub fn new(packed: Arc<Packed>, graphs: &Batch, constant_nodes: &[f32], constant_edges: &[f32]) -> Self {
         let (config, n, m) = (*packed.config(), graphs.nodes(), graphs.edges());
         let table = |rows| Table::zeros(rows, config.width);
@@ -62,13 +66,17 @@ impl Forward {
 
     /// Changes the constant inputs: `constant_nodes` `[n, constant_node_inputs]` and `constant_edges`
     /// `[m, constant_edge_inputs]`.
+    ///
+    /// # Panics
+    ///
+    /// Where inputs are more or fewer than that.
     pub fn set_constants(&mut self, constant_nodes: &[f32], constant_edges: &[f32]) {
         let Self { packed, connections, scratch, node_start, edge_start, encoded_edges, .. } = self;
         let (config, n, m) = (packed.config(), connections.nodes, connections.edges);
         let mut sweep = Sweeper { packed, scratch };
-        let source = Source::Plain(constant_nodes, config.constant_node_inputs);
+        let source = Source::plain(constant_nodes, n, config.constant_node_inputs);
         sweep.one(n, source, &packed.node_encoder.constant, node_start);
-        let source = Source::Plain(constant_edges, config.constant_edge_inputs);
+        let source = Source::plain(constant_edges, m, config.constant_edge_inputs);
         sweep.one(m, source, &packed.edge_encoder.constant, edge_start);
         if config.has_constant_edges() {
             sweep.run(m, &[], edge_start.rows(), &packed.edge_encoder.layers, Sink::Store(encoded_edges.rows_mut()));
@@ -80,6 +88,10 @@ impl Forward {
 
     /// Computes the outputs: `nodes` `[n, node_inputs - constant_node_inputs]` and `edges`
     /// `[m, edge_inputs - constant_edge_inputs]` are the inputs that change. Allocates nothing.
+    ///
+    /// # Panics
+    ///
+    /// Where inputs are more or fewer than that.
     pub fn run(&mut self, nodes: &[f32], edges: &[f32]) {
         let Self { packed, connections, scratch, node_start, edge_start, encoded_edges, messages, scans, .. } = self;
         let (config, n, m) = (packed.config(), connections.nodes, connections.edges);
@@ -88,10 +100,10 @@ impl Forward {
         let (mut v, mut v_next, mut e, mut e_next) = (v, v_next, e, e_next);
         let mut sweep = Sweeper { packed, scratch };
 
-        let inputs = Source::Plain(nodes, config.node_inputs - config.constant_node_inputs);
+        let inputs = Source::plain(nodes, n, config.node_inputs - config.constant_node_inputs);
         sweep.run(n, &[inputs], node_start.rows(), &packed.node_encoder.layers, Sink::Store(v.rows_mut()));
         if !config.has_constant_edges() {
-            let inputs = Source::Plain(edges, config.edge_inputs - config.constant_edge_inputs);
+            let inputs = Source::plain(edges, m, config.edge_inputs - config.constant_edge_inputs);
             sweep.run(
                 m,
                 &[inputs],

@@ -31,7 +31,8 @@ impl Layer {
         let mut panels = Vec::with_capacity(inputs * registers * lanes);
         for first in (0..registers).step_by(PANEL) {
             let columns = first * lanes..registers.min(first + PANEL) * lanes;
-            for row in weights.chunks_exact(outputs).take(inputs) {
+            for k in 0..inputs {
+                let row = &weights[k * outputs..][..outputs];
                 panels.extend(columns.clone().map(|column| row.get(column).copied().unwrap_or(0.0)));
             }
         }

@@ -134,7 +134,13 @@ impl RowsMut<'_> {
     }
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    /// Numbers without gaps. `[rows, columns]`
+    pub(super) fn plain(values: &'a [f32], rows: usize, columns: usize) -> Self {
+        assert_eq!(values.len(), rows * columns, "{rows} rows of {columns} columns");
+        Source::Plain(values, columns)
+    }
+
     /// Loads `R` rows and returns how many lines each takes.
     #[inline(always)]
     fn load<S: Simd, const R: usize>(&self, simd: S, rows: [usize; R], to: &mut [[Line; R]]) -> usize {
@@ -191,8 +197,8 @@ impl Sink<'_> {
                 }
             }
             Sink::Output(values, columns, output) => {
-                let rows = values[first * *columns..][..present * *columns].chunks_exact_mut(*columns);
-                for (r, row) in rows.enumerate() {
+                for r in 0..present {
+                    let row = &mut values[(first + r) * *columns..][..*columns];
                     for (to, from) in row.chunks_mut(LINE).zip(from) {
                         for (to, &from) in to.chunks_mut(S::F32_LANES).zip(registers::<S>(&from[r])) {
                             let value = if *output == Output::Tanh { tanh(simd, from) } else { from };
@@ -219,7 +225,7 @@ fn tanh<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
         [-2.760_768_5e-16, 2.000_188e-13, -8.604_672e-11, 5.122_297e-8, 1.485_722_4e-5, 6.372_619e-4, 4.893_524_6e-3];
     const EVEN: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
     let splat = |value| simd.splat_f32s(value);
-    // Of the operands of minimum and maximum, the second one is kept where one is not a number.
+    // Of the operands of minimum and maximum, the second one is kept where one is not a number (x86).
     let x = simd.max_f32s(splat(-7.905_311), simd.min_f32s(splat(7.905_311), x));
     let square = simd.mul_f32s(x, x);
     let polynomial = |terms: &[f32]| {

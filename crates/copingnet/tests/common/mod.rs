@@ -111,7 +111,7 @@ fn rows(changing: &[f32], constant: &[f32], count: usize) -> Matrix {
 
 fn linear(x: &[f64], weight: &[f32], bias: &[f32]) -> Vec<f64> {
     let mut y: Vec<f64> = bias.iter().map(|&b| f64::from(b)).collect();
-    for (x, row) in x.iter().zip(weight.chunks(bias.len())) {
+    for (x, row) in x.iter().zip(weight.chunks(bias.len().max(1))) {
         y.iter_mut().zip(row).for_each(|(y, &w)| *y += x * f64::from(w));
     }
     y
