@@ -98,6 +98,11 @@ impl TensorSpec {
 }
 
 impl NetworkConfig {
+    /// Whether no input of an edge changes over a scene, so that edges are encoded once.
+    pub fn has_constant_edges(&self) -> bool {
+        self.constant_edge_inputs == self.edge_inputs
+    }
+
     /// Inputs and outputs of each layer of a perceptron.
     pub fn mlp(&self, inputs: usize, outputs: usize) -> Vec<[usize; 2]> {
         let last = self.mlp_layers.saturating_sub(1);

@@ -4,6 +4,7 @@ mod backend;
 mod cg_loss;
 mod config;
 mod encoding;
+pub mod inference;
 mod network;
 mod parameters;
 mod tensors;
