@@ -1,31 +1,24 @@
 //! From the solver's state to the network's inputs, and from its outputs to multipliers.
 
-use graph::body_frame::{self, Features as BodyFrame};
-use graph::{Channel, Graph, Normal, Norms, Whitening, corrections, paper};
+use std::sync::Arc;
+
+use graph::semi::{self, Semi};
+use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper};
 use serde::{Deserialize, Serialize};
 use solver::component::Component;
 use solver::system::Six;
 
 use crate::{NetworkConfig, Output};
 
-/// Which inputs a network reads.
+/// What a network reads and what its outputs mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Features {
-    /// The paper's, in world axes ([`graph::paper`]).
+    /// The paper's: inputs in world axes, outputs dp and dlambda over the recorded norms ([`graph::paper`]).
     Paper,
-    /// Our own, in body frames, with the right-hand side ([`graph::body_frame`]).
+    /// Our own: inputs in body frames, with the right-hand side ([`graph::body_frame`]); outputs turns and moments, from
+    /// which kinematics and statics make the rest ([`graph::semi`]).
     BodyFrame,
-}
-
-/// What a network's outputs mean.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Head {
-    /// dp and dlambda, 6 and 6 (paper, section 3.1).
-    Full,
-    /// dphi and the bend-twist part of dlambda, 3 and 3; the rest follows from the stretch-shear rows and from statics.
-    Semi,
 }
 
 /// Of each kind of inputs or outputs, one.
@@ -61,24 +54,12 @@ impl<T> Inputs<T> {
 /// All that is needed beside the weights to read a network's outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Encoding {
-    /// Inputs.
+    /// Inputs and outputs.
     pub features: Features,
-    /// Outputs.
-    pub head: Head,
     /// What the paper's outputs are multiplied with.
     pub norms: Norms,
     /// How inputs are brought to unit size.
     pub whitening: Inputs<Whitening>,
-}
-
-impl Head {
-    /// Outputs of a node, and of an edge.
-    pub fn outputs(self) -> usize {
-        match self {
-            Self::Full => 6,
-            Self::Semi => 3,
-        }
-    }
 }
 
 impl Features {
@@ -100,16 +81,29 @@ impl Features {
         }
     }
 
+    /// Outputs of a node, and of an edge.
+    pub fn outputs(self) -> usize {
+        match self {
+            Self::Paper => paper::EDGE_TARGET,
+            Self::BodyFrame => semi::EDGE_OUTPUT,
+        }
+    }
+
+    /// Whitening that leaves the inputs as they are.
+    pub fn unwhitened(self) -> Inputs<Whitening> {
+        self.channels().map(|channels| Whitening::identity(channels.len()))
+    }
+
     /// Puts the number of inputs into a network's configuration.
-    pub fn configure(self, head: Head, config: NetworkConfig) -> NetworkConfig {
+    pub fn configure(self, config: NetworkConfig) -> NetworkConfig {
         let sizes = self.channels().map(|channels| channels.len());
         NetworkConfig {
             node_inputs: sizes.nodes + sizes.constant_nodes,
             constant_node_inputs: sizes.constant_nodes,
             edge_inputs: sizes.edges + sizes.constant_edges,
             constant_edge_inputs: sizes.constant_edges,
-            node_outputs: head.outputs(),
-            edge_outputs: head.outputs(),
+            node_outputs: self.outputs(),
+            edge_outputs: self.outputs(),
             output: if self == Self::Paper { Output::Tanh } else { Output::Linear },
             ..config
         }
@@ -119,27 +113,46 @@ impl Features {
 /// Memory to encode one graph's states and to decode the outputs for them. After the first call nothing allocates.
 #[derive(Clone, Debug)]
 pub struct Encoder {
-    encoding: Encoding,
+    encoding: Arc<Encoding>,
     graph: Graph,
-    /// Of a planar set: outputs out of its plane are zero.
-    normal: Option<Normal>,
-    features: Option<BodyFrame>,
-    /// Scale s of the right-hand side encoded last [m].
-    scale: f64,
+    /// Our own features, with the head that makes multipliers of their outputs.
+    body_frame: Option<BodyFrame>,
     dp: Vec<Six<f64>>,
 }
 
-impl Encoder {
-    /// How states are encoded.
-    pub fn encoding(&self) -> &Encoding {
-        &self.encoding
-    }
+#[derive(Clone, Debug)]
+struct BodyFrame {
+    features: body_frame::Features,
+    semi: Semi,
+    /// Of a planar set: outputs out of its plane are zero.
+    normal: Option<Normal>,
+    /// Outputs of nodes and of edges, masked.
+    outputs: [Vec<f32>; 2],
+    /// Scale s of the right-hand side encoded last [m].
+    scale: f64,
+}
 
-    /// For one connected set of segments. `normal` restricts body-frame outputs to a plane.
-    pub fn new(encoding: Encoding, graph: Graph, normal: Option<Normal>) -> Self {
-        let features = (encoding.features == Features::BodyFrame).then(|| BodyFrame::new(&graph));
+impl BodyFrame {
+    fn mask(&self, nodes: &mut [f32], edges: &mut [f32]) {
+        if let Some(normal) = self.normal {
+            mask(&semi::NODE_OUTPUT_CHANNELS, normal, nodes);
+            mask(&semi::EDGE_OUTPUT_CHANNELS, normal, edges);
+        }
+    }
+}
+
+impl Encoder {
+    /// For one connected set of segments. Where it is planar, with this normal, body-frame outputs are exactly so.
+    pub fn new(encoding: Arc<Encoding>, graph: Graph, normal: Option<Normal>) -> Self {
+        let body_frame = (encoding.features == Features::BodyFrame).then(|| BodyFrame {
+            features: body_frame::Features::new(&graph),
+            semi: Semi::new(&graph),
+            normal,
+            outputs: [graph.nodes().len(), graph.edges().len()].map(|rows| vec![0.0; 3 * rows]),
+            scale: 0.0,
+        });
         let dp = vec![Six::zero(); graph.nodes().len()];
-        Self { encoding, graph, normal, features, scale: 0.0, dp }
+        Self { encoding, graph, body_frame, dp }
     }
 
     /// The graph.
@@ -155,11 +168,7 @@ impl Encoder {
         inputs.constant_nodes.resize(n * sizes.constant_nodes, 0.0);
         inputs.edges.resize(m * sizes.edges, 0.0);
         inputs.constant_edges.resize(m * sizes.constant_edges, 0.0);
-        self.raw_constants(component.dt(), &mut inputs.constant_nodes, &mut inputs.constant_edges);
-        self.raw_changing(component, &mut inputs.nodes, &mut inputs.edges);
-    }
-
-    fn raw_constants(&self, dt: f64, nodes: &mut [f32], edges: &mut [f32]) {
+        let (nodes, edges) = (&mut inputs.constant_nodes, &mut inputs.constant_edges);
         match self.encoding.features {
             Features::Paper => {
                 paper::fill_constant_nodes(&self.graph, nodes);
@@ -167,19 +176,21 @@ impl Encoder {
             }
             Features::BodyFrame => {
                 body_frame::fill_constant_nodes(&self.graph, nodes);
-                body_frame::fill_constant_edges(&self.graph, dt, edges);
+                body_frame::fill_constant_edges(&self.graph, component.dt(), edges);
             }
         }
+        self.raw_changing(component, inputs);
     }
 
-    fn raw_changing(&mut self, component: &Component<f64>, nodes: &mut [f32], edges: &mut [f32]) {
-        match &mut self.features {
+    fn raw_changing(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
+        let (nodes, edges) = (&mut inputs.nodes, &mut inputs.edges);
+        match &mut self.body_frame {
             None => paper::fill_changing_nodes(&component.poses, nodes),
-            Some(features) => self.scale = features.fill(&self.graph, component, nodes, edges),
+            Some(own) => own.scale = own.features.fill(&self.graph, component, nodes, edges),
         }
     }
 
-    /// Fills the inputs for the component's system and time step, and sizes the lists.
+    /// Fills all inputs for the component's system and time step, and sizes the lists.
     pub fn encode(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
         self.raw(component, inputs);
         let whitening = &self.encoding.whitening;
@@ -189,38 +200,62 @@ impl Encoder {
         whitening.constant_edges.apply(&mut inputs.constant_edges);
     }
 
-    /// Fills the inputs that change only: of nodes `[n, changing]`, of edges `[m, changing]`.
+    /// Fills the inputs that change, in lists that [`Self::encode`] has sized.
     pub fn encode_changing(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
-        self.raw_changing(component, &mut inputs.nodes, &mut inputs.edges);
+        self.raw_changing(component, inputs);
         self.encoding.whitening.nodes.apply(&mut inputs.nodes);
         self.encoding.whitening.edges.apply(&mut inputs.edges);
     }
 
-    /// The outputs that stand for the component's `dlambda`, for the state encoded last: of nodes, of edges.
+    /// The outputs that stand for the component's `dlambda`, for the state encoded last: of nodes and of edges, as many
+    /// as [`Features::outputs`] a row. Sizes the lists.
     pub fn targets(&mut self, component: &Component<f64>, nodes: &mut Vec<f32>, edges: &mut Vec<f32>) {
-        let Self { encoding, graph, features, scale, dp, .. } = self;
-        let columns = encoding.head.outputs();
+        let Self { encoding, graph, body_frame, dp } = self;
+        let columns = encoding.features.outputs();
         nodes.resize(graph.nodes().len() * columns, 0.0);
         edges.resize(graph.edges().len() * columns, 0.0);
-        corrections(component, &component.dlambda, dp);
-        match features {
+        let dlambda = &component.dlambda;
+        corrections(component, dlambda, dp);
+        match body_frame {
             None => {
                 encoding.norms.fill_node_targets(dp, nodes);
-                encoding.norms.fill_edge_targets(&component.dlambda, edges);
+                encoding.norms.fill_edge_targets(dlambda, edges);
             }
-            Some(features) => {
-                features.fill_node_targets(graph, component, *scale, dp, nodes);
-                features.fill_edge_targets(graph, component, *scale, &component.dlambda, edges);
+            Some(own) => {
+                semi::fill_targets(graph, component, &own.features, own.scale, dp, dlambda, nodes, edges);
+                own.mask(nodes, edges);
             }
         }
     }
 
-    /// The multipliers that the outputs of nodes and edges stand for, for the state encoded last.
+    /// The multipliers that outputs of nodes and of edges stand for, for the state encoded last.
     pub fn dlambda(&mut self, component: &Component<f64>, outputs: [&[f32]; 2], dlambda: &mut [Six<f64>]) {
-        let [_, of_edges] = outputs;
-        match &self.features {
-            None => self.encoding.norms.dlambda(of_edges, dlambda),
-            Some(features) => features.dlambda(&self.graph, component, self.scale, of_edges, dlambda),
+        let Self { encoding, graph, body_frame, .. } = self;
+        let Some(own) = body_frame else {
+            encoding.norms.dlambda(outputs[1], dlambda);
+            return;
+        };
+        let [mut nodes, mut edges] = std::mem::take(&mut own.outputs);
+        nodes.copy_from_slice(outputs[0]);
+        edges.copy_from_slice(outputs[1]);
+        own.mask(&mut nodes, &mut edges);
+        own.semi.dlambda(graph, component, &own.features, own.scale, &nodes, &edges, dlambda);
+        own.outputs = [nodes, edges];
+    }
+
+    /// Gradients of a number with respect to the outputs of nodes and of edges, from its `gradient` with respect to the
+    /// multipliers that [`Self::dlambda`] made of them.
+    pub fn adjoint(&mut self, component: &Component<f64>, gradient: &[Six<f64>], nodes: &mut [f32], edges: &mut [f32]) {
+        let Self { encoding, graph, body_frame, .. } = self;
+        match body_frame {
+            None => {
+                nodes.fill(0.0);
+                encoding.norms.dlambda_adjoint(gradient, edges);
+            }
+            Some(own) => {
+                own.semi.adjoint(graph, component, &own.features, own.scale, gradient, nodes, edges);
+                own.mask(nodes, edges);
+            }
         }
     }
 }

@@ -118,6 +118,15 @@ impl Norms {
         read_scaled([self.dlambda_stretch, self.dlambda_bend], outputs, dlambda);
     }
 
+    /// Gradients of a number with respect to outputs of the edges `[edges, 6]`, from those with respect to the
+    /// multipliers that [`Self::dlambda`] makes of them.
+    pub fn dlambda_adjoint(&self, gradient: &[Six<f64>], outputs: &mut [f32]) {
+        for (row, gradient) in outputs.chunks_exact_mut(6).zip(gradient) {
+            put(row, (gradient.stretch * self.dlambda_stretch).0);
+            put(&mut row[3..], (gradient.bend * self.dlambda_bend).0);
+        }
+    }
+
     /// The corrections that outputs of the nodes `[nodes, 6]` stand for.
     pub fn dp(&self, outputs: &[f32], dp: &mut [Six<f64>]) {
         read_scaled([self.dx, self.dphi], outputs, dp);

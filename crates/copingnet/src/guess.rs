@@ -1,0 +1,76 @@
+//! The learned start of a linear solve (the paper's correctionGuess, its first equation).
+
+use std::sync::Arc;
+
+use graph::{Batch, Graph, Normal};
+use solver::component::Component;
+use solver::guess::InitialGuess;
+use solver::system::Six;
+
+use crate::inference::{Forward, Packed};
+use crate::{Encoder, Encoding, Inputs, Weights};
+
+/// A trained network ready for use, to be shared by all guesses.
+#[derive(Clone, Debug)]
+pub struct Trained {
+    packed: Arc<Packed>,
+    encoding: Arc<Encoding>,
+}
+
+impl Trained {
+    /// From weights and what their inputs and outputs mean.
+    pub fn new(weights: &Weights, encoding: Encoding) -> Self {
+        Self { packed: Arc::new(Packed::new(weights)), encoding: Arc::new(encoding) }
+    }
+}
+
+/// Starts linear solves from a network's prediction. Only the first call allocates.
+#[derive(Debug)]
+pub struct GnGuess {
+    trained: Trained,
+    encoder: Encoder,
+    inputs: Inputs<Vec<f32>>,
+    /// The forward pass, and the time step [s] that its constant inputs are for.
+    forward: Option<(Forward, f64)>,
+}
+
+impl GnGuess {
+    /// The guess for one connected set of segments. Where it is planar, `normal` says how.
+    pub fn new(trained: &Trained, graph: Graph, normal: Option<Normal>) -> Self {
+        let encoder = Encoder::new(trained.encoding.clone(), graph, normal);
+        Self { trained: trained.clone(), encoder, inputs: Inputs::default(), forward: None }
+    }
+
+    /// Predicts dlambda for the component's system, one entry an edge.
+    pub fn predict(&mut self, component: &Component<f64>, dlambda: &mut [Six<f64>]) {
+        let Self { trained, encoder, inputs, forward } = self;
+        let dt = component.dt();
+        let forward = match forward {
+            Some((forward, last)) if *last == dt => {
+                encoder.encode_changing(component, inputs);
+                forward
+            }
+            _ => {
+                encoder.encode(component, inputs);
+                let mut graphs = Batch::default();
+                graphs.push(encoder.graph());
+                let (nodes, edges) = (&inputs.constant_nodes, &inputs.constant_edges);
+                let new = Forward::new(trained.packed.clone(), &graphs, nodes, edges);
+                &mut forward.insert((new, dt)).0
+            }
+        };
+        forward.run(&inputs.nodes, &inputs.edges);
+        encoder.dlambda(component, [forward.node_outputs(), forward.edge_outputs()], dlambda);
+    }
+}
+
+impl InitialGuess for GnGuess {
+    fn helps_solves(&self) -> bool {
+        true
+    }
+
+    fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Six<f64>]) -> bool {
+        self.predict(component, dlambda);
+        true
+    }
+}

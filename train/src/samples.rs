@@ -1,0 +1,145 @@
+//! All samples of a split in memory, as the network reads them.
+
+use copingnet::{Encoder, Encoding, Inputs};
+use dataset::{Dataset, Split, Trajectory};
+use graph::{Batch, Channel, Graph, Whitening};
+use rayon::prelude::*;
+
+/// The inputs and targets of a split's samples.
+pub(crate) struct Samples {
+    trajectories: Vec<Rows>,
+    /// Of every sample, its trajectory and its number there.
+    places: Vec<[u32; 2]>,
+}
+
+/// A trajectory's samples, one after the other.
+struct Rows {
+    graph: Graph,
+    samples: usize,
+    nodes: Vec<f32>,
+    edges: Vec<f32>,
+    node_targets: Vec<f32>,
+    edge_targets: Vec<f32>,
+}
+
+/// Samples joined to one graph.
+#[derive(Default)]
+pub(crate) struct Chunk {
+    /// Connectivity.
+    pub(crate) graphs: Batch,
+    /// `[n, node_inputs]`
+    pub(crate) nodes: Vec<f32>,
+    /// `[m, edge_inputs]`
+    pub(crate) edges: Vec<f32>,
+    /// `[n, node_outputs]`
+    pub(crate) node_targets: Vec<f32>,
+    /// `[m, edge_outputs]`
+    pub(crate) edge_targets: Vec<f32>,
+}
+
+/// Measures the inputs of every `every`-th training sample: how they are brought to unit size.
+pub(crate) fn whitening(dataset: &Dataset, encoding: &Encoding, every: usize) -> Inputs<Whitening> {
+    let mut all = Inputs::<Vec<f32>>::default();
+    let mut own = Inputs::default();
+    for trajectory in dataset.trajectories(Split::Train) {
+        let mut component = trajectory.component();
+        let mut encoder = Encoder::new(encoding.clone(), trajectory.graph().clone(), trajectory.planar_normal());
+        for sample in trajectory.samples().step_by(every) {
+            sample.restore(&mut component);
+            encoder.raw(&component, &mut own);
+            all.nodes.extend(&own.nodes);
+            all.constant_nodes.extend(&own.constant_nodes);
+            all.edges.extend(&own.edges);
+            all.constant_edges.extend(&own.constant_edges);
+        }
+    }
+    let channels = encoding.features.channels();
+    let fit = |channels: &[Channel], rows: &Vec<f32>| Whitening::fit(channels, [rows.as_slice()]);
+    Inputs {
+        nodes: fit(channels.nodes, &all.nodes),
+        constant_nodes: fit(channels.constant_nodes, &all.constant_nodes),
+        edges: fit(channels.edges, &all.edges),
+        constant_edges: fit(channels.constant_edges, &all.constant_edges),
+    }
+}
+
+impl Samples {
+    /// Encodes all samples of a split's first `limit` trajectories, on rayon's current thread pool.
+    pub(crate) fn new(dataset: &Dataset, split: Split, encoding: &Encoding, limit: usize) -> Self {
+        let count = dataset.trajectory_count(split).min(limit);
+        let trajectories: Vec<Rows> = (0..count)
+            .into_par_iter()
+            .filter_map(|index| dataset.trajectory(split, index))
+            .map(|trajectory| Rows::new(&trajectory, encoding))
+            .collect();
+        let places = |(index, rows): (usize, &Rows)| (0..rows.samples).map(move |k| [index as u32, k as u32]);
+        let places = trajectories.iter().enumerate().flat_map(places).collect();
+        Self { trajectories, places }
+    }
+
+    /// Number of samples.
+    pub(crate) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Trajectory of a sample, and its number there.
+    pub(crate) fn place(&self, sample: usize) -> [usize; 2] {
+        self.places[sample].map(|i| i as usize)
+    }
+
+    /// Joins samples.
+    pub(crate) fn chunk(&self, samples: &[usize]) -> Chunk {
+        let mut chunk = Chunk::default();
+        for &sample in samples {
+            let [trajectory, k] = self.place(sample);
+            let rows = &self.trajectories[trajectory];
+            chunk.graphs.push(&rows.graph);
+            let own = |values: &[f32], all: &mut Vec<f32>| {
+                let count = values.len() / rows.samples;
+                all.extend(&values[k * count..(k + 1) * count]);
+            };
+            own(&rows.nodes, &mut chunk.nodes);
+            own(&rows.edges, &mut chunk.edges);
+            own(&rows.node_targets, &mut chunk.node_targets);
+            own(&rows.edge_targets, &mut chunk.edge_targets);
+        }
+        chunk
+    }
+}
+
+impl Rows {
+    fn new(trajectory: &Trajectory<'_>, encoding: &Encoding) -> Self {
+        let graph = trajectory.graph().clone();
+        let mut encoder = Encoder::new(encoding.clone(), graph.clone(), trajectory.planar_normal());
+        let mut component = trajectory.component();
+        let (mut inputs, mut targets) = (Inputs::default(), (Vec::new(), Vec::new()));
+        let mut rows = Self {
+            graph,
+            samples: trajectory.len(),
+            nodes: Vec::new(),
+            edges: Vec::new(),
+            node_targets: Vec::new(),
+            edge_targets: Vec::new(),
+        };
+        for sample in trajectory.samples() {
+            sample.restore(&mut component);
+            encoder.encode(&component, &mut inputs);
+            encoder.targets(&component, &mut targets.0, &mut targets.1);
+            let (n, m) = (component.poses.len(), component.dlambda.len());
+            join(&inputs.nodes, &inputs.constant_nodes, n, &mut rows.nodes);
+            join(&inputs.edges, &inputs.constant_edges, m, &mut rows.edges);
+            rows.node_targets.extend(&targets.0);
+            rows.edge_targets.extend(&targets.1);
+        }
+        rows
+    }
+}
+
+/// Appends `rows` rows of changing inputs, each with its constant ones after it.
+pub(crate) fn join(changing: &[f32], constant: &[f32], rows: usize, out: &mut Vec<f32>) {
+    let [a, b] = [changing, constant].map(|values| values.len() / rows.max(1));
+    for row in 0..rows {
+        out.extend(&changing[row * a..(row + 1) * a]);
+        out.extend(&constant[row * b..(row + 1) * b]);
+    }
+}
