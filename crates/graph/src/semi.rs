@@ -1,19 +1,22 @@
-//! Multipliers from a turn a node and a moment an edge ("semi"): what a network cannot know from nearby is not left to it.
+//! Multipliers from the turns of the segments ("semi"): what a network cannot know from nearby is not left to it.
 //!
-//! With the turns dphi of the segments given, the stretch-shear rows of the linear system, their tiny compliance
-//! neglected, say where the segments go; and where they go says which forces the joints carry:
+//! With the turns dphi given, the stretch-shear rows of the linear system, their tiny compliance neglected, say where the
+//! segments go, and where they go says which forces the joints carry; the bend-twist rows say which moments:
 //!
 //! ```text
 //! dx_a + z_a dphi_a x d_a - dx_b - z_b dphi_b x d_b = b_stretch      outwards along the visits, dx = 0 where fixed
 //! force on a node through the joint towards the clamp = sum of m dx over it and all nodes beyond       inwards again
+//! dlambda_bend = alpha~^-1 (b_bend - G (dphi_b - dphi_a)) + what the network adds
 //! ```
 //!
-//! Bend-twist multipliers are the network's own. Of a set without a fixed body the mean shift is taken out, because no
-//! force acts on it from outside. Edges that close a loop carry no force.
+//! The exact solution's turns need nothing added. Moments are not taken from the forces (statics), because forces sum up
+//! the turns' errors, which the bend-twist rows keep local: conjugate gradients remove local errors first. Of a set
+//! without a fixed body the mean shift is taken out, because no force acts on it from outside. Edges that close a loop
+//! carry no force.
 //!
-//! Inputs here are outputs of a network: dphi in the node's own frame, in s / l, and bend-twist multipliers in the
-//! sender's frame, in m n s l^2, as in [`crate::body_frame`]. The map is affine: [`Semi::adjoint`] takes gradients back
-//! through it.
+//! Inputs here are outputs of a network: dphi in the node's own frame, in s / l, and what it adds to bend-twist
+//! multipliers in the sender's frame, in m n s l^2, as in [`crate::body_frame`]. The map is affine: [`Semi::adjoint`]
+//! takes gradients back through it.
 
 use solver::component::Component;
 use solver::kernel::math::Vec3;
@@ -25,8 +28,11 @@ use crate::{Channel, Graph, put};
 
 /// Outputs a node: dphi in its own frame.
 pub const NODE_OUTPUT: usize = 3;
-/// Outputs an edge: bend-twist multipliers in the sender's frame.
+/// Outputs an edge: what is added to the bend-twist multipliers, in the sender's frame.
 pub const EDGE_OUTPUT: usize = 3;
+/// Least compliance of bending and of twist that moments are derived with, alpha~ m l^4 in the scale of the edge's rod.
+const LEAST_COMPLIANCE: f64 = 1e-12;
+
 /// Kinds of the outputs of a node.
 pub const NODE_OUTPUT_CHANNELS: [Channel; NODE_OUTPUT] = Channel::AXIAL;
 /// Kinds of the outputs of an edge.
@@ -79,7 +85,7 @@ impl Semi {
             let [_, unit] = features.multiplier_units(graph, edge, 1.0);
             dlambda[k] = Six { stretch: Vec3::zero(), bend: vec3(row) * (scale / unit) };
         }
-        self.forces(graph, &component.system, dlambda);
+        self.add_derived(graph, &component.system, dlambda);
     }
 
     /// The gradients of a number with respect to the outputs, `[nodes, 3]` and `[edges, 3]`, from its `gradient` with
@@ -95,7 +101,7 @@ impl Semi {
         node_gradient: &mut [f32],
         edge_gradient: &mut [f32],
     ) {
-        self.forces_adjoint(graph, &component.system, gradient);
+        self.derived_adjoint(graph, &component.system, gradient);
         for (i, (turn, row)) in self.turns.iter().zip(node_gradient.chunks_exact_mut(NODE_OUTPUT)).enumerate() {
             put(row, component.poses[i].q.rotate_back(*turn * turn_unit(graph, i, scale)).0);
         }
@@ -105,8 +111,8 @@ impl Semi {
         }
     }
 
-    /// From `turns` to the forces on the edges: the stretch-shear part of `dlambda`.
-    fn forces(&mut self, graph: &Graph, system: &System<f64>, dlambda: &mut [Six<f64>]) {
+    /// Adds to `dlambda` what follows from `turns`.
+    fn add_derived(&mut self, graph: &Graph, system: &System<f64>, dlambda: &mut [Six<f64>]) {
         let Self { turns, shifts, is_free } = self;
         shifts.fill(Vec3::zero());
         for visit in graph.visits() {
@@ -124,13 +130,19 @@ impl Semi {
         }
         for visit in graph.visits().iter().rev() {
             let force = shifts[visit.node as usize];
-            dlambda[visit.edge as usize].stretch = force * sign(visit.is_sender);
+            dlambda[visit.edge as usize].stretch += force * sign(visit.is_sender);
             shifts[visit.parent as usize] += force;
+        }
+        for (k, (dlambda, terms)) in dlambda.iter_mut().zip(&system.joints).enumerate() {
+            let [a, b] = system.topology.joints[k].map(|body| body as usize);
+            let turn = Six { stretch: Vec3::zero(), bend: turns[b] - turns[a] };
+            let left = terms.rhs.bend - terms.from_world(turn, system.bodies[a].orientation).bend;
+            dlambda.bend += scaled(left, stiffness(graph, system, k));
         }
     }
 
-    /// The adjoint of [`Self::forces`]: from the stretch-shear part of `gradient` to `turns`.
-    fn forces_adjoint(&mut self, graph: &Graph, system: &System<f64>, gradient: &[Six<f64>]) {
+    /// The adjoint of [`Self::add_derived`]: from `gradient` to `turns`.
+    fn derived_adjoint(&mut self, graph: &Graph, system: &System<f64>, gradient: &[Six<f64>]) {
         let Self { turns, shifts, is_free } = self;
         turns.fill(Vec3::zero());
         shifts.fill(Vec3::zero());
@@ -153,6 +165,13 @@ impl Semi {
             turns[parent] += system.bodies[parent].axis.cross(shift) * other;
             turns[node] -= system.bodies[node].axis.cross(shift) * own;
         }
+        for (k, (gradient, terms)) in gradient.iter().zip(&system.joints).enumerate() {
+            let [a, b] = system.topology.joints[k].map(|body| body as usize);
+            let moment = Six { stretch: Vec3::zero(), bend: scaled(gradient.bend, stiffness(graph, system, k)) };
+            let turn = terms.multipliers_to_world(moment, system.bodies[a].orientation).bend;
+            turns[a] += turn;
+            turns[b] -= turn;
+        }
     }
 }
 
@@ -162,27 +181,26 @@ fn turn_unit(graph: &Graph, node: usize, scale: f64) -> f64 {
     if node.free[0] { scale / node.rod_scale[1] } else { 0.0 }
 }
 
-/// Fills the outputs that stand for the exact solution `dlambda`, with its corrections `dp`, at the scale s [m] of its
-/// inputs: `[nodes, 3]` and `[edges, 3]`.
-#[expect(clippy::too_many_arguments, reason = "what it reads, then what it writes")]
-pub fn fill_targets(
-    graph: &Graph,
-    component: &Component<f64>,
-    features: &Features,
-    scale: f64,
-    dp: &[Six<f64>],
-    dlambda: &[Six<f64>],
-    node_targets: &mut [f32],
-    edge_targets: &mut [f32],
-) {
+/// 1 / alpha~ of an edge's bend-twist rows [kg m^4].
+fn stiffness(graph: &Graph, system: &System<f64>, edge: usize) -> Vec3<f64> {
+    let terms = &system.joints[edge];
+    let [mass, length] = graph.nodes()[graph.edges()[edge].outer as usize].rod_scale;
+    let least = LEAST_COMPLIANCE / (mass * length.powi(4));
+    Vec3([terms.bend, terms.bend, terms.bend + terms.twist_extra].map(|alpha| 1.0 / alpha.max(least)))
+}
+
+/// Entry by entry.
+fn scaled(x: Vec3<f64>, k: Vec3<f64>) -> Vec3<f64> {
+    Vec3([x.0[0] * k.0[0], x.0[1] * k.0[1], x.0[2] * k.0[2]])
+}
+
+/// Fills the outputs of the nodes that stand for the corrections `dp` of the exact solution, at the scale s [m] of its
+/// inputs; those of the edges are 0. `[nodes, 3]`
+pub fn fill_node_targets(graph: &Graph, component: &Component<f64>, scale: f64, dp: &[Six<f64>], targets: &mut [f32]) {
     let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
-    for (i, (row, dp)) in node_targets.chunks_exact_mut(NODE_OUTPUT).zip(dp).enumerate() {
+    for (i, (row, dp)) in targets.chunks_exact_mut(NODE_OUTPUT).zip(dp).enumerate() {
         let unit = graph.nodes()[i].rod_scale[1] * inverse;
         put(row, component.poses[i].q.rotate_back(dp.bend * unit).0);
-    }
-    for ((edge, row), dlambda) in graph.edges().iter().zip(edge_targets.chunks_exact_mut(EDGE_OUTPUT)).zip(dlambda) {
-        let [_, unit] = features.multiplier_units(graph, edge, inverse);
-        put(row, (dlambda.bend * unit).0);
     }
 }
 
@@ -219,12 +237,12 @@ mod tests {
             let vector = |i: usize, seed: f64| Vec3([0.0, 1.0, 2.0].map(|k| (7.0 * i as f64 + 2.3 * k + seed).sin()));
             let turns: Vec<_> = (0..graph.nodes().len()).map(|i| vector(i, 1.0)).collect();
             let weights: Vec<_> =
-                (0..graph.edges().len()).map(|k| Six { stretch: vector(k, 2.0), bend: Vec3::zero() }).collect();
+                (0..graph.edges().len()).map(|k| Six { stretch: vector(k, 2.0), bend: vector(k, 3.0) }).collect();
             let mut dlambda = vec![Six::zero(); graph.edges().len()];
             semi.turns.clone_from(&turns);
-            semi.forces(&graph, &component.system, &mut dlambda);
+            semi.add_derived(&graph, &component.system, &mut dlambda);
             let forwards: f64 = dlambda.iter().zip(&weights).map(|(x, y)| x.dot(*y)).sum();
-            semi.forces_adjoint(&graph, &component.system, &weights);
+            semi.derived_adjoint(&graph, &component.system, &weights);
             let products = || semi.turns.iter().zip(&turns).map(|(x, y)| x.dot(*y));
             let (back, size): (f64, f64) = (products().sum(), products().map(f64::abs).sum());
             assert!((forwards - back).abs() < 1e-13 * size && size > 0.0, "{forwards} {back} of {size}");

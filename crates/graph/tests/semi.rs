@@ -53,17 +53,17 @@ fn exact_outputs_give_the_exact_multipliers() {
         let (mut exact, mut dp, mut found) = (zeros(m), zeros(n), zeros(m));
         Direct::new(&component.system.topology).unwrap().solve(&component.system, false, &mut exact);
         corrections(&component, &exact, &mut dp);
-        let (mut nodes, mut edges) = (vec![f32::NAN; 3 * n], vec![f32::NAN; 3 * m]);
-        semi::fill_targets(&graph, &component, &features, scale, &dp, &exact, &mut nodes, &mut edges);
+        let (mut nodes, edges) = (vec![f32::NAN; 3 * n], vec![0.0; 3 * m]);
+        semi::fill_node_targets(&graph, &component, scale, &dp, &mut nodes);
         Semi::new(&graph).dlambda(&graph, &component, &features, scale, &nodes, &edges, &mut found);
         let sizes = exact.iter().fold((0.0_f64, 0.0_f64), |(force, moment), x| {
             (force.max(x.stretch.norm_squared()), moment.max(x.bend.norm_squared()))
         });
         for (k, (found, exact)) in found.iter().zip(&exact).enumerate() {
             let apart = found.plus(*exact, -1.0);
-            // The neglected compliance of stretch is some 1e-6 of what is kept.
+            // The neglected compliance of stretch is some 1e-6 of what is kept, and turns are in single precision.
             assert!(apart.stretch.norm_squared() <= 1e-9 * sizes.0, "{which} {k}: {found:?} {exact:?}");
-            assert!(apart.bend.norm_squared() <= 1e-12 * sizes.1, "{which} {k}: {found:?} {exact:?}");
+            assert!(apart.bend.norm_squared() <= 1e-14 * sizes.1, "{which} {k}: {found:?} {exact:?}");
         }
     }
 }
