@@ -1,5 +1,7 @@
 //! All samples of a split in memory, as the network reads them.
 
+use std::sync::Arc;
+
 use copingnet::{Encoder, Encoding, Inputs};
 use dataset::{Dataset, Split, Trajectory};
 use graph::{Batch, Channel, Graph, Whitening};
@@ -25,6 +27,8 @@ struct Rows {
 /// Samples joined to one graph.
 #[derive(Default)]
 pub(crate) struct Chunk {
+    /// Which samples.
+    pub(crate) samples: Vec<usize>,
     /// Connectivity.
     pub(crate) graphs: Batch,
     /// `[n, node_inputs]`
@@ -38,7 +42,7 @@ pub(crate) struct Chunk {
 }
 
 /// Measures the inputs of every `every`-th training sample: how they are brought to unit size.
-pub(crate) fn whitening(dataset: &Dataset, encoding: &Encoding, every: usize) -> Inputs<Whitening> {
+pub(crate) fn whitening(dataset: &Dataset, encoding: &Arc<Encoding>, every: usize) -> Inputs<Whitening> {
     let mut all = Inputs::<Vec<f32>>::default();
     let mut own = Inputs::default();
     for trajectory in dataset.trajectories(Split::Train) {
@@ -65,7 +69,7 @@ pub(crate) fn whitening(dataset: &Dataset, encoding: &Encoding, every: usize) ->
 
 impl Samples {
     /// Encodes all samples of a split's first `limit` trajectories, on rayon's current thread pool.
-    pub(crate) fn new(dataset: &Dataset, split: Split, encoding: &Encoding, limit: usize) -> Self {
+    pub(crate) fn new(dataset: &Dataset, split: Split, encoding: &Arc<Encoding>, limit: usize) -> Self {
         let count = dataset.trajectory_count(split).min(limit);
         let trajectories: Vec<Rows> = (0..count)
             .into_par_iter()
@@ -89,7 +93,7 @@ impl Samples {
 
     /// Joins samples.
     pub(crate) fn chunk(&self, samples: &[usize]) -> Chunk {
-        let mut chunk = Chunk::default();
+        let mut chunk = Chunk { samples: samples.to_vec(), ..Chunk::default() };
         for &sample in samples {
             let [trajectory, k] = self.place(sample);
             let rows = &self.trajectories[trajectory];
@@ -108,7 +112,7 @@ impl Samples {
 }
 
 impl Rows {
-    fn new(trajectory: &Trajectory<'_>, encoding: &Encoding) -> Self {
+    fn new(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>) -> Self {
         let graph = trajectory.graph().clone();
         let mut encoder = Encoder::new(encoding.clone(), graph.clone(), trajectory.planar_normal());
         let mut component = trajectory.component();

@@ -1,0 +1,218 @@
+//! Flags.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Parser, ValueEnum};
+use copingnet::{Backend, Features, NetworkConfig};
+use dataset::Scenario;
+
+/// Trains COPINGNet: without arguments, the paper's network on the paper's bending rods.
+///
+/// Data are generated where they are absent. At intervals the network is measured by what counts, the iterations of
+/// conjugate gradients that its guess saves on validation scenes; the best weights are kept.
+#[derive(Debug, Parser)]
+#[command(version)]
+pub(crate) struct Cli {
+    /// Which of the paper's scenarios (Table 1): rod, helix.
+    #[arg(long, default_value_t = Scenario::Rod)]
+    pub(crate) scenario: Scenario,
+    /// paper: the paper's network, features and loss. best: features in body frames, scans along the rod, and the loss
+    /// through six iterations of conjugate gradients. The flags below change single parts of a recipe.
+    #[arg(long, value_enum, default_value_t = Recipe::Paper)]
+    pub(crate) recipe: Recipe,
+    /// GN blocks M [default: 3].
+    #[arg(long, value_parser = clap::value_parser!(u16).range(0..=64))]
+    pub(crate) gn_blocks: Option<u16>,
+    /// Linear layers of every perceptron [default: 2].
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(crate) mlp_layers: Option<u16>,
+    /// Latent size l [default: 32].
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) width: Option<u16>,
+    /// Scans along the rod in each block, outwards and as many inwards [default: 0; recipe best: 16].
+    #[arg(long, value_parser = clap::value_parser!(u16).range(0..=256))]
+    pub(crate) scans: Option<u16>,
+    /// Inputs and outputs: paper (world axes, dp and dlambda), body-frame (turns and moments) [default: the recipe's].
+    #[arg(long, value_enum)]
+    pub(crate) features: Option<FeaturesArg>,
+    /// mse: MSE(V) + MSE(E). cg: logarithm of the residual after six iterations of block-Jacobi conjugate gradients from
+    /// the guess. [default: the recipe's]
+    #[arg(long, value_enum)]
+    pub(crate) loss: Option<Loss>,
+    /// Times through the training samples [default: 300].
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub(crate) epochs: Option<u64>,
+    /// Samples in a batch.
+    #[arg(long, default_value_t = 128, value_parser = whole)]
+    pub(crate) batch: usize,
+    /// Step size of Adam [default: 1e-3; recipe best: 2e-3].
+    #[arg(long, value_parser = positive, allow_hyphen_values = true)]
+    pub(crate) learning_rate: Option<f64>,
+    /// How the step size goes on: constant (the paper's), or cosine: down to nothing at the end [default: the recipe's].
+    #[arg(long, value_enum)]
+    pub(crate) schedule: Option<Schedule>,
+    /// Seed of the parameters and of the samples' order.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Threads [default: one a core]. The weights have the same bits on any number.
+    #[arg(long, value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+    /// What computes the network: ndarray; flex, wgpu or cuda where built with that cargo feature.
+    #[arg(long, default_value_t = Backend::default())]
+    pub(crate) backend: Backend,
+    /// Folder of the data sets; each scenario's is DIR/SCENARIO.
+    #[arg(long, default_value = "data", value_name = "DIR")]
+    pub(crate) data: PathBuf,
+    /// Where the checkpoint goes: PATH.toml and PATH.safetensors, the curves PATH.csv and PATH.svg, and until the
+    /// training is done its state, PATH.state [default: checkpoints/SCENARIO-RECIPE].
+    #[arg(long, value_name = "PATH")]
+    pub(crate) out: Option<PathBuf>,
+    /// Epochs between two measurements.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) measure_every: u64,
+    /// Goes on with a training that was cut off: the result has the same bits as if it had not been.
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// A usable network in under three minutes: fewer epochs, measured on fewer scenes.
+    #[arg(long, conflicts_with = "epochs")]
+    pub(crate) quick: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+/// A set of defaults.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Recipe {
+    Paper,
+    Best,
+}
+
+impl Recipe {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Best => "best",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FeaturesArg {
+    Paper,
+    BodyFrame,
+}
+
+/// What is made small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Loss {
+    Mse,
+    Cg,
+}
+
+impl Loss {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Mse => "mse",
+            Self::Cg => "cg",
+        }
+    }
+}
+
+/// How Adam's step size goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Schedule {
+    Constant,
+    Cosine,
+}
+
+impl Schedule {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Cosine => "cosine",
+        }
+    }
+}
+
+/// A training with all choices made.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub(crate) scenario: Scenario,
+    pub(crate) recipe: Recipe,
+    pub(crate) features: Features,
+    pub(crate) network: NetworkConfig,
+    pub(crate) loss: Loss,
+    pub(crate) epochs: u64,
+    pub(crate) batch: usize,
+    pub(crate) learning_rate: f64,
+    pub(crate) schedule: Schedule,
+    pub(crate) seed: u64,
+    pub(crate) backend: Backend,
+    pub(crate) measure_every: u64,
+    /// Validation scenes to measure on.
+    pub(crate) scenes: usize,
+    pub(crate) out: PathBuf,
+}
+
+impl Cli {
+    /// Fills in the recipe's choices.
+    pub(crate) fn plan(&self) -> Plan {
+        let is_best = self.recipe == Recipe::Best;
+        let features = match self.features {
+            Some(FeaturesArg::Paper) => Features::Paper,
+            Some(FeaturesArg::BodyFrame) => Features::BodyFrame,
+            None if is_best => Features::BodyFrame,
+            None => Features::Paper,
+        };
+        let paper = NetworkConfig::default();
+        let or = |given: Option<u16>, default: usize| given.map_or(default, usize::from);
+        let network = features.configure(NetworkConfig {
+            gn_blocks: or(self.gn_blocks, paper.gn_blocks),
+            mlp_layers: or(self.mlp_layers, paper.mlp_layers),
+            width: or(self.width, paper.width),
+            scans: or(self.scans, if is_best { 16 } else { 0 }),
+            ..paper
+        });
+        let default_schedule = if is_best || self.quick { Schedule::Cosine } else { Schedule::Constant };
+        let name = || format!("{}-{}", self.scenario, self.recipe.name());
+        Plan {
+            scenario: self.scenario,
+            recipe: self.recipe,
+            features,
+            network,
+            loss: self.loss.unwrap_or(if is_best { Loss::Cg } else { Loss::Mse }),
+            epochs: self.epochs.unwrap_or(if self.quick { 20 } else { 300 }),
+            batch: self.batch,
+            learning_rate: self.learning_rate.unwrap_or(if is_best { 2e-3 } else { 1e-3 }),
+            schedule: self.schedule.unwrap_or(default_schedule),
+            seed: self.seed,
+            backend: self.backend,
+            measure_every: self.measure_every,
+            scenes: if self.quick { 12 } else { 30 },
+            out: self.out.clone().unwrap_or_else(|| PathBuf::from("checkpoints").join(name())),
+        }
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("it must be a finite number > 0".to_owned()),
+    }
+}
+
+fn whole(text: &str) -> Result<usize, String> {
+    match usize::from_str(text) {
+        Ok(value @ 1..=65536) => Ok(value),
+        _ => Err("it must be a whole number from 1 to 65536".to_owned()),
+    }
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=1024) => Ok(count),
+        _ => Err("it must be a whole number from 1 to 1024".to_owned()),
+    }
+}
