@@ -185,7 +185,7 @@ impl Summary {
         let work = &self.work;
         let plane = if self.planar { " in the plane" } else { "" };
         let end = if self.end_to_end > 0 {
-            format!(", end to end: {} predictions a step", self.end_to_end)
+            format!(", end to end with at most {} a step", self.end_to_end)
         } else {
             String::new()
         };

@@ -50,7 +50,9 @@ impl Training {
             let count = config.train_trajectories + config.validation_trajectories;
             if !quiet {
                 let place = directory.display();
-                say!("generating the data set of {scenario}s in {place}: {count} trajectories, once and for all")?;
+                say!(
+                    "generating the paper's data set ({scenario}) in {place}: {count} trajectories, once and for all"
+                )?;
             }
             let begin = Instant::now();
             let bar = progress::bar(count, "trajectories", *quiet)?;
