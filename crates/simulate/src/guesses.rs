@@ -196,7 +196,7 @@ fn csv(report: &Report) -> String {
     let spreads = ["iterations", "iteration_ratio", "time_ratio", "time_us"];
     let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
     let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
-    let mut text = format!("scenario,simulations,steps,guess,preconditioner,tolerance,solves,{}\n", names.join(","));
+    let mut text = format!("scenario,simulations,bucket,guess,preconditioner,tolerance,solves,{}\n", names.join(","));
     for standing in &report.standings {
         for cell in &standing.cells {
             let Cell { bucket, guess, preconditioner, tolerance, solves, .. } = cell;

@@ -64,7 +64,11 @@ fn table(
     }
     table.set_header(header);
     for (k, row) in cells.chunks(COLUMNS).enumerate() {
-        let name = if !quartiles && k == 0 { "zero, us".to_owned() } else { row[0].guess.clone() };
+        let name = match (k, quartiles) {
+            (0, true) => "zero, count".to_owned(),
+            (0, false) => "zero, us".to_owned(),
+            _ => row[0].guess.clone(),
+        };
         let text = |cell: &&Cell| match (k, if k == 0 { number(cell) } else { ratio(cell) }) {
             (_, None) => "-".to_owned(),
             (0, Some(spread)) => format!("{:.0}", spread.median),
@@ -94,37 +98,40 @@ fn best<'a>(cells: &[&'a Cell], ratio: impl Fn(&Cell) -> Option<Spread>) -> Vec<
     (0..COLUMNS).filter_map(|k| column(k).min_by(|a, b| median(a).total_cmp(&median(b)))).collect()
 }
 
+/// Of each bucket, which guess (or the direct solve) needs least, and where.
 fn winners(standing: &Standing) -> Table {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
-    table.set_header(["", "fewest iterations", "least time"]);
     for bucket in BUCKETS {
         let cells: Vec<&Cell> = standing.cells.iter().filter(|cell| cell.bucket == bucket).collect();
-        if cells.iter().all(|cell| cell.solves == 0) {
-            continue;
+        if cells.iter().any(|cell| cell.solves > 0) {
+            table.add_row([bucket, "iterations", &lines(&best(&cells, |cell| cell.iteration_ratio))]);
+            table.add_row(["", "time", &lines(&best(&cells, |cell| cell.time_ratio))]);
         }
-        let lines = |best: Vec<&Cell>| {
-            let mut names: Vec<&str> = Vec::new();
-            best.iter().for_each(|cell| {
-                if !names.contains(&cell.guess.as_str()) {
-                    names.push(&cell.guess);
-                }
-            });
-            let line = |name: &&str| {
-                let own: Vec<&&Cell> = best.iter().filter(|cell| cell.guess == *name).collect();
-                format!("{name}: {}", places(&own))
-            };
-            names.iter().map(line).collect::<Vec<_>>().join("\n")
-        };
-        let [fewest, least] =
-            [lines(best(&cells, |cell| cell.iteration_ratio)), lines(best(&cells, |cell| cell.time_ratio))];
-        table.add_row([bucket, &fewest, &least]);
+    }
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 2));
     }
     table
 }
 
+/// A line for each guess among the best: its name and its columns.
+fn lines(best: &[&Cell]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for cell in best {
+        if !names.contains(&cell.guess.as_str()) {
+            names.push(&cell.guess);
+        }
+    }
+    let line = |name: &&str| {
+        let own: Vec<&Cell> = best.iter().copied().filter(|cell| cell.guess == *name).collect();
+        format!("{name}: {}", places(&own))
+    };
+    names.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
 /// Columns in words: "everywhere", or the preconditioners with their tolerances.
-fn places(cells: &[&&Cell]) -> String {
+fn places(cells: &[&Cell]) -> String {
     if cells.len() == COLUMNS {
         return "everywhere".to_owned();
     }
