@@ -3,5 +3,6 @@
 //! This crate runs simulations and measures them. It knows no network (guesses come as factories) and prints nothing.
 
 pub mod compare;
+pub mod guesses;
 pub mod starts;
 pub mod stress;

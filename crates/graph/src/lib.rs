@@ -29,7 +29,7 @@ pub use batch::Batch;
 pub use channel::{Channel, mask};
 pub use graph::{Edge, Graph, Node, Visit};
 pub use paper::Norms;
-pub use planar::{Normal, planar_normal};
+pub use planar::{Normal, planar_normal, project_to_plane};
 pub use whitening::Whitening;
 
 use solver::component::Component;

@@ -2,6 +2,9 @@
 
 use nalgebra::Vector3;
 use rod::{Model, State};
+use solver::component::Component;
+use solver::kernel::math::Vec3;
+use solver::system::Six;
 
 /// The body axis that is normal to a planar rod's plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,4 +54,22 @@ fn is_planar(model: &Model, state: &State, normal: Normal) -> bool {
         && within.into_iter().all(|v| v.dot(&n).abs() <= TOLERANCE * v.norm())
         && across.into_iter().all(|w| w.cross(&n).norm() <= TOLERANCE * w.norm())
         && model.joints.iter().all(|j| j.rest_darboux.cross(&axis).norm() * j.length <= TOLERANCE)
+}
+
+/// Takes out of corrections `dp` (world axes, one entry a node) and multipliers `dlambda` (stretch-shear in world axes,
+/// bend-twist in the sender's body frame, one entry an edge) what a planar rod's exact ones do not have: shifts and
+/// forces along the normal, turns and moments across it. Either may be empty.
+pub fn project_to_plane(component: &Component<f64>, normal: Normal, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+    let mut axis = Vec3::zero();
+    axis.0[normal.axis()] = 1.0;
+    let Some(first) = component.poses.first() else { return };
+    // One for all bodies, up to its sign.
+    let n = first.q.rotate(axis);
+    for dp in dp {
+        *dp = Six { stretch: dp.stretch - n * n.dot(dp.stretch), bend: n * n.dot(dp.bend) };
+    }
+    for dlambda in dlambda {
+        let bend = axis * axis.dot(dlambda.bend);
+        *dlambda = Six { stretch: dlambda.stretch - n * n.dot(dlambda.stretch), bend };
+    }
 }

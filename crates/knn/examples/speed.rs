@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             for trajectory in dataset.trajectories(Split::Validation).take(20) {
                 let (model, members, topology) = (trajectory.model(), trajectory.members(), trajectory.topology());
                 let mut solver: Box<dyn LinearSolver> = SolverKind::Cg(params).build(model, members, topology)?;
-                let mut guess = KnnGuess::new(knn.clone(), trajectory.graph().clone());
+                let mut guess = KnnGuess::new(knn.clone(), trajectory.graph().clone(), None);
                 let mut component = trajectory.component();
                 let mut dlambda = component.dlambda.clone();
                 for sample in trajectory.samples().filter(|sample| sample.iteration() == 0).step_by(5) {

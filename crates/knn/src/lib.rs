@@ -21,9 +21,10 @@ mod tree;
 use std::sync::Arc;
 
 use dataset::{Dataset, PaperBatch, Split};
-use graph::{Channel, Graph, Norms, Whitening, paper};
+use graph::{Channel, Graph, Normal, Norms, Whitening, paper, project_to_plane};
 use solver::component::Component;
 use solver::guess::InitialGuess;
+use solver::projection::Projection;
 use solver::system::Six;
 
 use tree::{Nearest, Tree};
@@ -167,19 +168,21 @@ struct Outputs {
     nearest: Nearest,
 }
 
-/// Starts linear solves from the neighbours' solutions.
+/// Starts linear solves from the neighbours' solutions, or replaces them altogether (the paper's "end-to-end").
 #[derive(Clone, Debug)]
 pub struct KnnGuess {
     knn: Arc<Knn>,
     graph: Graph,
+    plane: Option<Normal>,
     nodes: Vec<f32>,
     edges: Vec<f32>,
     outputs: Outputs,
 }
 
 impl KnnGuess {
-    /// The guess for one connected set of segments.
-    pub fn new(knn: Arc<Knn>, graph: Graph) -> Self {
+    /// The guess for one connected set of segments; with `plane`, a planar one's, predictions are restricted to its
+    /// plane (the paper's figure on temporal evolution).
+    pub fn new(knn: Arc<Knn>, graph: Graph, plane: Option<Normal>) -> Self {
         let (n, m) = (graph.nodes().len(), graph.edges().len());
         let (mut nodes, mut edges) = (vec![0.0; n * paper::NODE], vec![0.0; m * paper::EDGE]);
         paper::fill_constant_nodes(&graph, &mut nodes);
@@ -190,23 +193,20 @@ impl KnnGuess {
             counts: vec![0.0; n],
             nearest: Nearest::with_capacity(knn.neighbours),
         };
-        Self { knn, graph, nodes, edges, outputs }
+        Self { knn, graph, plane, nodes, edges, outputs }
     }
 
-    /// Predicts for a component's poses.
-    pub fn predict(&mut self, component: &Component<f64>) {
+    /// Predicts corrections and multipliers for a component's poses; either may be empty. Returns whether there is
+    /// anything to predict from.
+    fn predict(&mut self, component: &Component<f64>, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) -> bool {
         paper::fill_changing_nodes(&component.poses, &mut self.nodes);
         self.knn.fill(&self.graph, &self.nodes, &self.edges, &mut self.outputs);
-    }
-
-    /// The multipliers predicted last.
-    pub fn dlambda(&self, dlambda: &mut [Six<f64>]) {
-        self.knn.norms.dlambda(&self.outputs.dlambda, dlambda);
-    }
-
-    /// The corrections predicted last, for use without a solve (the supplement's "end-to-end"), one entry a node.
-    pub fn dp(&self, dp: &mut [Six<f64>]) {
         self.knn.norms.dp(&self.outputs.dp, dp);
+        self.knn.norms.dlambda(&self.outputs.dlambda, dlambda);
+        if let Some(normal) = self.plane {
+            project_to_plane(component, normal, dp, dlambda);
+        }
+        !self.knn.is_empty()
     }
 }
 
@@ -216,8 +216,12 @@ impl InitialGuess for KnnGuess {
     }
 
     fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Six<f64>]) -> bool {
-        self.predict(component);
-        self.dlambda(dlambda);
-        !self.knn.is_empty()
+        self.predict(component, &mut [], dlambda)
+    }
+}
+
+impl Projection for KnnGuess {
+    fn project(&mut self, component: &Component<f64>, _: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+        self.predict(component, dp, dlambda);
     }
 }

@@ -7,15 +7,17 @@ use graph::Graph;
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use solver::component::Members;
+use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
 use solver::linear::solvers::SolverKind;
+use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation};
+use solver::step::{Status, StepParams};
 use solver::system::Six;
 use solver::topology::Topology;
 
-fn dataset(directory: &std::path::Path) -> Dataset {
-    let config =
-        Config { train_trajectories: 6, validation_trajectories: 1, steps: 10, ..Config::table_1(Scenario::Helix) };
+fn dataset(directory: &std::path::Path, scenario: Scenario) -> Dataset {
+    let config = Config { train_trajectories: 6, validation_trajectories: 1, steps: 10, ..Config::table_1(scenario) };
     generate(directory, &config, None, &|_| ()).unwrap();
     Dataset::open(directory).unwrap()
 }
@@ -23,11 +25,11 @@ fn dataset(directory: &std::path::Path) -> Dataset {
 #[test]
 fn data_points_predict_themselves() {
     let directory = tempfile::tempdir().unwrap();
-    let dataset = dataset(directory.path());
+    let dataset = dataset(directory.path(), Scenario::Helix);
     let knn = Arc::new(Knn::new(&dataset, Params { every: 1, ..Params::default() }));
     assert_eq!(knn.len(), dataset.manifest().train.sample_joints);
     let trajectory = dataset.trajectory(Split::Train, 2).unwrap();
-    let mut guess = KnnGuess::new(knn, trajectory.graph().clone());
+    let mut guess = KnnGuess::new(knn, trajectory.graph().clone(), None);
     let mut component = trajectory.component();
     let (mut dlambda, mut dp) =
         (vec![Six::zero(); trajectory.graph().edges().len()], vec![Six::zero(); trajectory.graph().nodes().len()]);
@@ -35,8 +37,10 @@ fn data_points_predict_themselves() {
     // Later iterations correct so little that their inputs, in single precision, hardly differ.
     for sample in trajectory.samples().filter(|sample| sample.iteration() == 0) {
         sample.restore(&mut component);
-        assert!(guess.start_solve(&component, 0, &mut dlambda));
-        guess.dp(&mut dp);
+        let mut started = dlambda.clone();
+        assert!(guess.start_solve(&component, 0, &mut started));
+        guess.project(&component, 0, &mut dp, &mut dlambda);
+        assert_eq!(started, dlambda, "one prediction for both uses");
         let exact: Vec<Six<f64>> = sample.dp().map(|x| Six::from_array(x.map(f64::from))).collect();
         // The clamped segment, and so the first edge's sender, looks the same at all times.
         let pairs = [(&dlambda[1..], &component.dlambda[1..]), (&dp, &exact)];
@@ -50,11 +54,11 @@ fn data_points_predict_themselves() {
 #[test]
 fn a_simulation_takes_the_guess() {
     let directory = tempfile::tempdir().unwrap();
-    let dataset = dataset(directory.path());
+    let dataset = dataset(directory.path(), Scenario::Helix);
     let knn = Arc::new(Knn::new(&dataset, Params::default()));
     let scene = Scenario::Helix.sample(0, 100).scene().unwrap();
     let build = |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
-        Some(Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology))))
+        Some(Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology), None)))
     };
     let settings = Settings { solver: "cg-block-jacobi".parse::<SolverKind>().unwrap(), ..Settings::default() };
     let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, Some(&build)).unwrap();
@@ -63,4 +67,35 @@ fn a_simulation_takes_the_guess() {
     }
     let counters = simulation.counters();
     assert!(counters.guesses_used > 5 && counters.guesses_dropped == 0 && counters.linear_failures == 0);
+}
+
+#[test]
+fn end_to_end_follows_a_known_motion_and_says_that_it_is_not_exact() {
+    let directory = tempfile::tempdir().unwrap();
+    let knn = Arc::new(Knn::new(&dataset(directory.path(), Scenario::Rod), Params { every: 1, ..Params::default() }));
+    // A trajectory of the training set.
+    let scene = Scenario::Rod.sample(0, 2).scene().unwrap();
+    let plane = graph::planar_normal(&scene.model, &scene.state);
+    assert!(plane.is_some());
+    let build = |model: &Model, members: &Members, topology: &Topology| -> Box<dyn Projection> {
+        Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology), plane))
+    };
+    let params = StepParams { formulation: Formulation::Xpbd, max_iterations: 1, ..StepParams::default() };
+    let mut predicted = Simulation::end_to_end(&scene.model, &scene.state, &params, &build).unwrap();
+    let settings = Settings { step: StepParams { max_iterations: 30, ..params }, ..Settings::default() };
+    let mut exact = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let (mut found, mut expected) = (scene.state.clone(), scene.state.clone());
+    for _ in 0..10 {
+        assert_eq!(predicted.step(0.02).unwrap().status, Status::OutOfIterations);
+        exact.step(0.02).unwrap();
+    }
+    predicted.store(&mut found);
+    exact.store(&mut expected);
+    let moved = (expected.positions[20] - scene.state.positions[20]).norm();
+    let apart = (expected.positions[20] - found.positions[20]).norm();
+    assert!(apart < 0.1 * moved, "{apart} of {moved}");
+    assert!(found.positions.iter().all(|x| x.y.abs() < 1e-9), "restricted to its plane");
+    let counters = predicted.counters();
+    assert_eq!((counters.guesses_used, counters.guesses_dropped, counters.not_converged), (10, 0, 10));
+    assert!(counters.worst_stretch > 1e-6);
 }

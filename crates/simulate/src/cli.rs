@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
+use dataset::Scenario;
 use solver::formulation::Formulation;
-use solver::guess::GuessKind;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
+
+use crate::guess::GuessName;
 
 /// Most threads one may ask for: thousands take minutes to start and stop.
 const MOST_THREADS: usize = 1024;
@@ -32,6 +34,8 @@ pub(crate) enum Command {
     List,
     /// Run a scene with several solvers and guesses: iterations, time per stage, error against a tight reference.
     Compare(CompareArgs),
+    /// Measure guesses on the paper's random scenes: iterations and time relative to a zero start, by step.
+    Guesses(GuessesArgs),
     /// Find the equilibrium that a scene relaxes to.
     Static(StaticArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
@@ -88,22 +92,84 @@ pub(crate) struct RunArgs {
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) linear_tolerance: Option<f64>,
     /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer, frozen. Of
-    /// a whole step (with newton): step-previous, step-linear, step-quadratic. [default: step-quadratic for newton
-    /// where rods do not move in groups, else zero]
+    /// a whole step (with newton): step-previous, step-linear, step-quadratic. Learned, of a linear solve: knn
+    /// (nearest neighbours in the data set). [default: step-quadratic for newton where rods do not move in groups, else
+    /// zero]
     #[arg(long)]
-    pub(crate) guess: Option<GuessKind>,
+    pub(crate) guess: Option<GuessName>,
+    /// Let a learned guess replace the solves altogether, with so many predictions a step: the paper's comparison, which
+    /// drifts away.
+    #[arg(long, value_name = "PREDICTIONS", num_args = 0..=1, require_equals = true, default_missing_value = "1",
+        value_parser = predictions)]
+    pub(crate) end_to_end: Option<usize>,
+    /// Restrict a learned guess to the plane that the scene stays in.
+    #[arg(long)]
+    pub(crate) planar: bool,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+    /// Data set of a learned guess: rod or helix [default: helix where joints are bent or twisted at rest, else rod].
+    #[arg(long)]
+    pub(crate) scenario: Option<Scenario>,
     /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// Where learned guesses learn.
+#[derive(Args, Debug)]
+pub(crate) struct DataArgs {
+    /// Folder of the data sets for learned guesses; they are generated there on first use [default: data].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
+    /// More guesses to compare, knn or fischer-16 for instance.
+    #[arg(long, value_delimiter = ',', value_name = "GUESSES")]
+    pub(crate) with: Vec<GuessName>,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
     /// Steps to leave out of the table of starts, where a history is not full yet.
     #[arg(long, default_value = "10", value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) skip: usize,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct GuessesArgs {
+    /// Which random scenes: rod, helix.
+    #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
+    pub(crate) scenario: Vec<Scenario>,
+    /// Simulations of each.
+    #[arg(long, default_value = "50", value_parser = at_least_one, allow_hyphen_values = true)]
+    pub(crate) simulations: usize,
+    /// Steps of each. After step 60 the rod is struck.
+    #[arg(long, default_value = "100", value_parser = at_least_one, allow_hyphen_values = true)]
+    pub(crate) steps: usize,
+    /// Seed of the scenes. The data sets that learned guesses know have seed 0.
+    #[arg(long, default_value = "1", value_parser = whole::<u64>, allow_hyphen_values = true)]
+    pub(crate) seed: u64,
+    /// Guesses to compare with the zero start.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "GUESSES",
+        default_value = "previous,linear,quadratic,fischer,frozen,knn"
+    )]
+    pub(crate) guess: Vec<GuessName>,
+    /// Show learned guesses restricted to the plane too, where the scenes are planar (rod).
+    #[arg(long)]
+    pub(crate) planar: bool,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+    /// Write all numbers to this file as comma-separated values.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Print JSON with all numbers instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]
@@ -151,6 +217,20 @@ fn positive(text: &str) -> Result<f64, String> {
 
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| format!("it must be a whole number from 0 to {}", u64::MAX))
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err("it must be a whole number of at least 1".to_owned()),
+    }
+}
+
+fn predictions(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=1000) => Ok(count),
+        _ => Err("it must be a whole number from 1 to 1000".to_owned()),
+    }
 }
 
 fn threads(text: &str) -> Result<usize, String> {

@@ -18,15 +18,30 @@ use solver::topology::Topology;
 
 use crate::Outcome;
 use crate::cli::CompareArgs;
+use crate::guess::{Guess, GuessName};
 use crate::output::say;
 use crate::progress::Progress;
 use crate::scenes::{scene, settings, use_threads};
+use crate::training::Training;
 
-/// Tolerances of the table of starts.
-const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];
-/// Preconditioners of the table of starts.
-const PRECONDITIONERS: [PreconditionerKind; 3] =
+/// Tolerances of the tables of starts.
+pub(crate) const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];
+/// Preconditioners of the tables of starts.
+pub(crate) const PRECONDITIONERS: [PreconditionerKind; 3] =
     [PreconditionerKind::Raw, PreconditionerKind::Jacobi, PreconditionerKind::BlockJacobi];
+/// Guesses that are always shown.
+const OWN: [GuessKind; 10] = [
+    GuessKind::Zero,
+    GuessKind::Previous,
+    GuessKind::Linear,
+    GuessKind::Quadratic,
+    GuessKind::Fischer(4),
+    GuessKind::Fischer(8),
+    GuessKind::Frozen,
+    GuessKind::StepPrevious,
+    GuessKind::StepLinear,
+    GuessKind::StepQuadratic,
+];
 
 #[derive(Serialize)]
 struct Report {
@@ -51,22 +66,19 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         bail!("--steps 0, but a comparison needs at least 1");
     }
     let quiet = args.scene.quiet || args.scene.json;
+    let training = Training::for_scene(&args.data, None, &scene, quiet);
+    let mut guesses = Vec::new();
+    for name in OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()) {
+        if guesses.iter().all(|(other, _)| *other != name) {
+            guesses.push((name, Guess::load(name, &training)?));
+        }
+    }
     let progress = Progress::new(2 * steps, "steps", quiet)?;
     if !quiet {
         say!("{}: {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len())?;
     }
-    let kinds = [
-        GuessKind::Zero,
-        GuessKind::Previous,
-        GuessKind::Linear,
-        GuessKind::Quadratic,
-        GuessKind::Fischer(4),
-        GuessKind::Fischer(8),
-        GuessKind::Frozen,
-    ];
-    let factories = kinds.map(factory);
-    let step_kinds = [GuessKind::StepPrevious, GuessKind::StepLinear, GuessKind::StepQuadratic];
-    let step_factories = step_kinds.map(factory);
+    let guesses: Vec<_> = guesses.iter().map(|(name, guess)| (*name, factory(guess))).collect();
+    let of_solves = || guesses.iter().filter(|(name, _)| !name.helps_steps());
 
     let mut entries = Vec::new();
     let mut entry = |name: String, formulation, solver, guess| {
@@ -76,17 +88,17 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     for formulation in Formulation::ALL {
         entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
     }
-    for (kind, factory) in step_kinds.iter().zip(&step_factories) {
-        entry(format!("newton, direct, {kind}"), Formulation::Newton, SolverKind::Direct, Some(factory as _));
+    for (name, factory) in guesses.iter().filter(|(name, _)| name.helps_steps()) {
+        entry(format!("newton, direct, {name}"), Formulation::Newton, SolverKind::Direct, Some(factory as _));
     }
     let own = args.scene.formulation;
     entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
     entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
     for preconditioner in PRECONDITIONERS {
-        for (kind, factory) in kinds.iter().zip(&factories) {
+        for (name, factory) in of_solves() {
             let solver = SolverKind::Cg(CgParams { preconditioner, ..CgParams::default() });
-            let guess = (*kind != GuessKind::Zero).then_some(factory as _);
-            entry(format!("{own}, cg {preconditioner}, {kind}"), own, solver, guess);
+            let guess = name.helps_solves().then_some(factory as _);
+            entry(format!("{own}, cg {preconditioner}, {name}"), own, solver, guess);
         }
     }
     // The entry whose formulation the reference takes comes first.
@@ -94,17 +106,16 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
     let Comparison { rows: runs, reference_status } =
         compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
-    let guesses = kinds.iter().zip(&factories).map(|(kind, factory)| {
-        (kind.to_string(), (*kind != GuessKind::Zero).then_some(factory as solver::simulation::GuessFactory<'_>))
-    });
+    let rows = of_solves().map(|(name, factory)| (name.to_string(), name.helps_solves().then_some(factory as _)));
     let skip = args.skip.min(steps - 1);
     let plan = Plan {
-        guesses: guesses.collect(),
+        guesses: rows.collect(),
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
-        skip,
+        buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),
     };
-    let cells = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_| progress.advance())?;
+    let measured = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_, _| progress.advance())?;
+    let cells = starts::cells(&plan, &measured);
     let interrupted = progress.finish();
 
     let outer_tolerance = base.step.relative_tolerance;
@@ -125,8 +136,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     })
 }
 
-fn factory(kind: GuessKind) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> {
-    move |model, members, topology| kind.build(model, members, topology)
+fn factory(guess: &Guess) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + '_ {
+    move |model, members, topology| guess.build(None, model, members, topology)
 }
 
 fn print_runs(report: &Report) -> Result<()> {

@@ -3,15 +3,19 @@
 mod cli;
 mod compare;
 mod files;
+mod guess;
+mod guesses;
 mod list;
 mod measured;
 mod output;
 mod progress;
 mod run;
 mod scenes;
+mod standing;
 mod statics;
 mod stress;
 mod summary;
+mod training;
 
 use std::process::ExitCode;
 
@@ -42,6 +46,7 @@ fn main() -> ExitCode {
         None => run::run(&cli.scene, &cli.run),
         Some(Command::List) => list::list(),
         Some(Command::Compare(args)) => compare::compare(&args),
+        Some(Command::Guesses(args)) => guesses::guesses(&args),
         Some(Command::Static(args)) => statics::relax(&args),
         Some(Command::Stress(args)) => stress::stress(&args),
     };

@@ -10,20 +10,26 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// How long further Ctrl-C count as the first: nobody who presses it twice in a hurry wants to lose the results.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A bar with an estimate of the time left, and whether the user asked to stop.
+/// A bar of `length` things called `unit` with an estimate of the time left, invisible when `quiet` or not on a terminal.
+pub(crate) fn bar(length: usize, unit: &str, quiet: bool) -> Result<ProgressBar> {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
+    let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
+    bar.set_style(ProgressStyle::with_template(&template)?);
+    Ok(bar)
+}
+
+/// A bar, and whether the user asked to stop.
 pub(crate) struct Progress {
     bar: ProgressBar,
     stopped: Arc<AtomicBool>,
 }
 
 impl Progress {
-    /// A bar of `length` things called `unit`, invisible when `quiet` or not on a terminal. Ctrl-C asks to stop and
+    /// A [`bar`]. Ctrl-C asks to stop and
     /// keeps the results; once more, after [`PATIENCE`], gives them up.
     pub(crate) fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-        let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
-        bar.set_style(ProgressStyle::with_template(&template)?);
+        let bar = bar(length, unit, quiet)?;
         let stopped = Arc::new(AtomicBool::new(false));
         let flag = stopped.clone();
         let mut first: Option<Instant> = None;

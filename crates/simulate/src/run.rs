@@ -4,22 +4,25 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use export::TrajectoryWriter;
-use rod::State;
+use graph::Normal;
+use rod::{Model, State};
 use scene::Scene;
 use solver::component::Members;
-use solver::guess::{GuessKind, InitialGuess};
-use solver::simulation::{GuessFactory, Simulation};
-use solver::step::Status;
+use solver::guess::GuessKind;
+use solver::simulation::{GuessFactory, Settings, Simulation};
+use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
 use crate::Outcome;
 use crate::cli::{RunArgs, SceneArgs};
 use crate::files;
+use crate::guess::{Guess, GuessName, Learned, plane};
 use crate::measured::Measured;
 use crate::output::say;
 use crate::progress::Progress;
 use crate::scenes::{asked_guess, best_guess, linear_solver, scene, settings, use_threads};
-use crate::summary::Summary;
+use crate::summary::{Start, Summary};
+use crate::training::Training;
 
 /// How far a run came.
 pub(crate) struct Course {
@@ -41,6 +44,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     settings.solver = linear_solver(args)?;
     let asked = asked_guess(args, &settings)?;
     let quiet = scene_args.quiet || scene_args.json;
+    let name = match asked {
+        Some(name) => name,
+        None => GuessName::Plain(best_guess(&scene, &settings)?),
+    };
+    let plane = if args.planar { Some(plane(&scene)?) } else { None };
+    let training = Training::for_scene(&args.data, args.scenario, &scene, quiet);
+    let guess = Guess::load(name, &training)?;
+    if let (true, Some(what)) = (name.is_learned() && !quiet, training.foreign(&scene)) {
+        say!("{name} learned in {}, where nothing is like this scene: {what}", training.directory().display())?;
+    }
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let mut writer = match &args.out {
@@ -57,16 +70,22 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
             scene.run.dt
         )?;
     }
-    let guess = asked.map_or_else(|| best_guess(&scene, &settings), Ok)?;
-    let build = |model: &rod::Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
-        guess.build(model, members, topology)
+    let mut simulation = match (args.end_to_end, &guess) {
+        (Some(predictions), Guess::Learned(learned)) => predicted(&scene, &settings, learned, plane, predictions)?,
+        _ => solved(&scene, &settings, &guess, plane)?,
     };
-    let factory: Option<GuessFactory<'_>> = if guess == GuessKind::Zero { None } else { Some(&build) };
-    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, factory)?;
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
     let course = go(&scene, &mut simulation, &mut state, &mut measured, &mut writer, progress)?;
-    let summary = Summary::new(&scene, &settings, guess, &simulation, &state, &measured, &course);
+    let summary = Summary::new(
+        &scene,
+        &settings,
+        &Start { name, end_to_end: args.end_to_end.unwrap_or(0), planar: args.planar },
+        &simulation,
+        &state,
+        &measured,
+        &course,
+    );
     if let (Some(writer), Some(directory)) = (writer, &args.out) {
         files::close(writer, directory, &scene, &summary)?;
     }
@@ -83,6 +102,28 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         (true, _) => Outcome::Interrupted,
         _ => Outcome::Done,
     })
+}
+
+/// A simulation whose solves or steps begin where the guess says.
+fn solved(scene: &Scene, settings: &Settings, guess: &Guess, plane: Option<Normal>) -> Result<Simulation> {
+    let build = |model: &Model, members: &Members, topology: &Topology| guess.build(plane, model, members, topology);
+    let is_zero = matches!(guess, Guess::Plain(GuessKind::Zero));
+    let factory: Option<GuessFactory<'_>> = if is_zero { None } else { Some(&build) };
+    Ok(Simulation::new(&scene.model, &scene.state, settings, factory)?)
+}
+
+/// A simulation that moves as predicted, with so many predictions a step.
+fn predicted(
+    scene: &Scene,
+    settings: &Settings,
+    learned: &Learned,
+    plane: Option<Normal>,
+    predictions: usize,
+) -> Result<Simulation> {
+    let project =
+        |model: &Model, members: &Members, topology: &Topology| learned.project(plane, model, members, topology);
+    let params = StepParams { max_iterations: predictions, ..settings.step };
+    Ok(Simulation::end_to_end(&scene.model, &scene.state, &params, &project)?)
 }
 
 /// Steps until all are done, numbers are not finite, or Ctrl-C. `state` is the last finite one in the end.

@@ -9,6 +9,7 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
 use crate::cli::{RunArgs, SceneArgs};
+use crate::guess::GuessName;
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
@@ -76,14 +77,30 @@ pub(crate) fn linear_solver(args: &RunArgs) -> Result<SolverKind> {
 }
 
 /// The guess that the arguments ask for; `None` for the best one.
-pub(crate) fn asked_guess(args: &RunArgs, settings: &Settings) -> Result<Option<GuessKind>> {
+pub(crate) fn asked_guess(args: &RunArgs, settings: &Settings) -> Result<Option<GuessName>> {
+    let name = args.guess.map_or("the default".to_owned(), |kind| kind.to_string());
+    for (flag, given) in [
+        ("--end-to-end", args.end_to_end.is_some()),
+        ("--planar", args.planar),
+        ("--data", args.data.data.is_some()),
+        ("--scenario", args.scenario.is_some()),
+    ] {
+        if given && !args.guess.is_some_and(GuessName::is_learned) {
+            bail!("{flag} needs a learned guess (--guess knn), but the guess is {name}");
+        }
+    }
     let Some(kind) = args.guess else { return Ok(None) };
     let (formulation, solver) = (settings.step.formulation, settings.solver);
+    if args.end_to_end.is_some() {
+        if solver != SolverKind::Direct {
+            bail!("--end-to-end replaces all solves, but --solver {solver} asks for them");
+        }
+        return Ok(Some(kind));
+    }
     if kind.helps_steps() && !formulation.momentum() {
         bail!("--guess {kind} needs --formulation newton, but the formulation is {formulation}");
     }
-    let helps_solves = kind != GuessKind::Zero && !kind.helps_steps();
-    if helps_solves && !matches!(solver, SolverKind::Cg(_)) {
+    if kind.helps_solves() && !matches!(solver, SolverKind::Cg(_)) {
         bail!("--guess {kind} needs --solver cg, but the solver is {solver}, which has no use for a start");
     }
     Ok(Some(kind))

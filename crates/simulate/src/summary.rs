@@ -8,10 +8,10 @@ use comfy_table::Table;
 use rod::State;
 use scene::Scene;
 use serde::Serialize;
-use solver::guess::GuessKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
+use crate::guess::GuessName;
 use crate::measured::Measured;
 use crate::output::say;
 use crate::run::Course;
@@ -54,6 +54,17 @@ struct Worst {
     momentum: f64,
 }
 
+/// Where solves or steps began.
+#[derive(Debug)]
+pub(crate) struct Start {
+    /// The guess.
+    pub(crate) name: GuessName,
+    /// Predictions a step that took the place of all solves; 0 where there were solves.
+    pub(crate) end_to_end: usize,
+    /// Whether it was restricted to a plane.
+    pub(crate) planar: bool,
+}
+
 /// A run's summary.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
@@ -65,6 +76,10 @@ pub(crate) struct Summary {
     solver: String,
     linear_tolerance: Option<f64>,
     guess: String,
+    /// Predictions a step, at most, in the place of solves; 0 where there were solves.
+    end_to_end: usize,
+    /// Whether the guess was restricted to a plane.
+    planar: bool,
     tolerance: f64,
     dt_s: f64,
     steps: usize,
@@ -96,7 +111,7 @@ impl Summary {
     pub(crate) fn new(
         scene: &Scene,
         settings: &Settings,
-        guess: GuessKind,
+        start: &Start,
         simulation: &Simulation,
         state: &State,
         measured: &Measured,
@@ -111,12 +126,14 @@ impl Summary {
             joints: scene.model.joints.len(),
             connected_sets: simulation.components(),
             formulation: settings.step.formulation.name(),
-            solver: settings.solver.to_string(),
+            solver: if start.end_to_end > 0 { "none".to_owned() } else { settings.solver.to_string() },
             linear_tolerance: match settings.solver {
                 SolverKind::Cg(params) => Some(params.tolerance),
                 _ => None,
             },
-            guess: guess.to_string(),
+            guess: start.name.to_string(),
+            end_to_end: start.end_to_end,
+            planar: start.planar,
             tolerance: settings.step.relative_tolerance,
             dt_s: scene.run.dt,
             steps: course.steps,
@@ -166,7 +183,13 @@ impl Summary {
     /// Prints it for a person.
     pub(crate) fn print(&self, out: Option<&Path>) -> Result<()> {
         let work = &self.work;
-        say!("formulation {}, solver {}, guess {}", self.formulation, self.solver, self.guess)?;
+        let plane = if self.planar { " in the plane" } else { "" };
+        let end = if self.end_to_end > 0 {
+            format!(", end to end with at most {} a step", self.end_to_end)
+        } else {
+            String::new()
+        };
+        say!("formulation {}, solver {}, guess {}{plane}{end}", self.formulation, self.solver, self.guess)?;
         let stopped = if self.interrupted { format!(" of {}, stopped", self.steps_asked) } else { String::new() };
         let speed = self.dt_s * self.steps as f64 / self.wall_s.max(1e-9);
         let speed = if speed < 1e6 { format!("{speed:.1}") } else { format!("{speed:.1e}") };
@@ -187,6 +210,9 @@ impl Summary {
         }
         if work.not_converged > 0 {
             line += &format!(", {} steps kept though not converged", work.not_converged);
+        }
+        if work.guesses_dropped > 0 {
+            line += &format!(", {} guesses dropped", work.guesses_dropped);
         }
         say!("{line}")?;
         say!("{}", self.stage_table())?;

@@ -20,6 +20,7 @@ fn error(arguments: &[&str]) -> String {
 fn flags() {
     let whole = "it must be a whole number from 0 to 18446744073709551615";
     let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic";
+    let learned = |flag, guess| format!("{flag} needs a learned guess (--guess knn), but the guess is {guess}");
     for (arguments, expected) in [
         ("--dt=-1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--dt -1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
@@ -41,7 +42,7 @@ fn flags() {
         ),
         (
             "--guess best",
-            format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions)"),
+            format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions), or a learned one: knn"),
         ),
         (
             "--guess step-linear --formulation xpbd",
@@ -50,6 +51,47 @@ fn flags() {
         (
             "--guess frozen",
             "--guess frozen needs --solver cg, but the solver is direct, which has no use for a start".to_owned(),
+        ),
+        (
+            "--guess knn",
+            "--guess knn needs --solver cg, but the solver is direct, which has no use for a start".to_owned(),
+        ),
+        (
+            "--guess knn --end-to-end --solver cg",
+            "--end-to-end replaces all solves, but --solver cg-block-jacobi asks for them".to_owned(),
+        ),
+        (
+            "--end-to-end=0",
+            "invalid value '0' for '--end-to-end[=<PREDICTIONS>]': it must be a whole number from 1 to 1000".to_owned(),
+        ),
+        ("--end-to-end", learned("--end-to-end", "the default")),
+        ("--planar --guess zero", learned("--planar", "zero")),
+        ("--data x --guess frozen --solver cg", learned("--data", "frozen")),
+        ("--scenario rod", learned("--scenario", "the default")),
+        ("--guess knn --scenario tree", "invalid value 'tree' for '--scenario <SCENARIO>': expected one of rod, helix".to_owned()),
+        (
+            "helix --planar --guess knn --end-to-end",
+            "--planar needs a scene that lies and stays in a plane to which d1 or d2 of all segments is normal, but helix \
+             does not"
+                .to_owned(),
+        ),
+        (
+            "guesses --seed 0",
+            "--seed 0, but it must differ from the data sets' seed: guesses have seen those scenes".to_owned(),
+        ),
+        ("guesses --simulations 0", "invalid value '0' for '--simulations <SIMULATIONS>': it must be a whole number of at least 1".to_owned()),
+        (
+            "guesses --guess zero,step-linear",
+            "--guess step-linear starts whole steps, but guesses of linear solves are compared here".to_owned(),
+        ),
+        ("guesses --planar --guess fischer", "--planar needs a learned guess in --guess, knn for instance".to_owned()),
+        (
+            "guesses --planar --scenario helix",
+            "--planar needs --scenario rod, but the scenes are those of helix".to_owned(),
+        ),
+        (
+            "guesses --csv nowhere/at/all.csv",
+            "--csv: cannot write nowhere/at/all.csv: there is no directory nowhere/at".to_owned(),
         ),
         ("--preconditioner jacobi", "--preconditioner needs --solver cg, but the solver is direct".to_owned()),
         (

@@ -47,13 +47,26 @@ fn help_explains_every_flag() {
     let output = run(&["--help"]);
     let (code, out, _) = texts(&output);
     assert_eq!(code, Some(0));
-    for flag in
-        ["steps", "dt", "formulation", "solver", "preconditioner", "guess", "tolerance", "threads", "out", "json"]
-    {
+    for flag in [
+        "steps",
+        "dt",
+        "formulation",
+        "solver",
+        "preconditioner",
+        "guess",
+        "end-to-end",
+        "planar",
+        "data",
+        "scenario",
+        "tolerance",
+        "threads",
+        "out",
+        "json",
+    ] {
         let at = out.find(&format!("      --{flag}")).expect(flag);
         assert!(out[at..].lines().nth(1).is_some_and(|line| line.trim().len() > 10), "--{flag} has no text");
     }
-    for command in ["list", "compare", "stress"] {
+    for command in ["list", "compare", "guesses", "stress"] {
         assert_eq!(run(&[command, "--help"]).status.code(), Some(0));
     }
 }
@@ -88,8 +101,8 @@ fn json_has_all_keys() {
     let keys = |value: &Value| value.as_object().expect("an object").keys().cloned().collect::<Vec<_>>().join(" ");
     assert_eq!(
         keys(&summary),
-        "connected_sets dt_s energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
-         guess interrupted joints length_drift linear_tolerance scene segments solver stages_s status steps steps_asked \
+        "connected_sets dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
+         guess interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
          threads tolerance wall_s work worst_residuals"
     );
     assert_eq!(keys(&summary["stages_s"]), "assemble guess predict solve update");

@@ -2,7 +2,8 @@
 //! model of Kugelstadt, Deul and Bender (2018), with its linear solvers and its initial guesses.
 //!
 //! [`simulation::Simulation`] is the entry point: it splits a model into connected sets of segments and steps them.
-//! [`statics::equilibrium`] relaxes a state instead. [`linear::LinearSolver`] and [`guess::InitialGuess`] are the seams.
+//! [`statics::equilibrium`] relaxes a state instead. [`linear::LinearSolver`], [`guess::InitialGuess`] and [`projection::Projection`] are
+//! the seams.
 //! This crate knows no file format and no network.
 
 pub mod component;
@@ -11,6 +12,7 @@ pub mod formulation;
 pub mod guess;
 pub mod kernel;
 pub mod linear;
+pub mod projection;
 pub mod simulation;
 pub mod statics;
 pub mod step;

@@ -11,6 +11,7 @@ use crate::component::{Component, Members, split};
 use crate::counters::Counters;
 use crate::guess::InitialGuess;
 use crate::linear::solvers::SolverKind;
+use crate::projection::{Projected, ProjectionFactory};
 use crate::step::{Status, StepParams};
 use crate::topology::Topology;
 use crate::unit::{Group, Single, Unit};
@@ -116,6 +117,27 @@ impl Simulation {
         Ok(Self { units, params: settings.step, segments: model.segments.len(), time: 0.0 })
     }
 
+    /// A simulation whose constraint projections are predicted instead of solved: the paper's end-to-end comparison.
+    /// Each step has at most `params.max_iterations` predictions, and no substeps.
+    ///
+    /// # Errors
+    /// If model and state do not fit together.
+    pub fn end_to_end(
+        model: &Model,
+        state: &State,
+        params: &StepParams,
+        projection: ProjectionFactory<'_>,
+    ) -> Result<Self, SimulationError> {
+        model.validate(state)?;
+        let unit = |(members, topology): (Members, Topology)| {
+            let projection = projection(model, &members, &topology);
+            let component = Component::new(model, state, Arc::new(topology), &[&members]);
+            Unit::Projected(Box::new(Projected::new(component, members, projection)))
+        };
+        let units = split(model).into_iter().map(unit).collect();
+        Ok(Self { units, params: *params, segments: model.segments.len(), time: 0.0 })
+    }
+
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
     /// number of threads.
     ///
@@ -149,6 +171,14 @@ impl Simulation {
         }
     }
 
+    /// Takes the velocities of `state`, which must be of the model's size: an impulse between two steps. Poses stay, and
+    /// guesses are not told.
+    pub fn set_velocities(&mut self, state: &State) {
+        for unit in &mut self.units {
+            unit.set_velocities(state);
+        }
+    }
+
     /// Counters summed over all connected sets.
     pub fn counters(&self) -> Counters {
         let mut sum = Counters::default();
@@ -167,6 +197,7 @@ impl Simulation {
     pub fn singles(&self) -> impl Iterator<Item = &Component<f64>> {
         self.units.iter().filter_map(|unit| match unit {
             Unit::Single(single) => Some(&single.component),
+            Unit::Projected(projected) => Some(&projected.component),
             Unit::Group(_) => None,
         })
     }

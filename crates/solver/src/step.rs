@@ -105,9 +105,7 @@ pub fn attempt<T: Real>(
     watch.mark(&mut counters.times.predict);
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
-    let (reference, one) = (residuals.worst(), T::splat(1.0));
-    let reference = (one - reference).select(reference, one);
-    let target = (reference * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance));
+    let target = target(&residuals, params);
     if guess.start_step(component, counters) {
         watch.mark(&mut counters.times.guess);
         component.expect_multipliers();
@@ -166,7 +164,19 @@ pub fn attempt<T: Real>(
     Attempt { residuals, target, unsolved: component.unsolved }
 }
 
-fn evaluate<T: Real>(component: &mut Component<T>, formulation: Formulation, counters: &mut Counters) -> Residuals<T> {
+/// The residual to reach, from the prediction's.
+pub(crate) fn target<T: Real>(predicted: &Residuals<T>, params: &StepParams) -> T {
+    let (reference, one) = (predicted.worst(), T::splat(1.0));
+    let reference = (one - reference).select(reference, one);
+    (reference * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance))
+}
+
+/// Constraints, residuals and the linear system at the component's poses and multipliers.
+pub(crate) fn evaluate<T: Real>(
+    component: &mut Component<T>,
+    formulation: Formulation,
+    counters: &mut Counters,
+) -> Residuals<T> {
     let segments = (component.segments() * component.used) as u64;
     counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
     counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };
@@ -257,7 +267,7 @@ impl StepGuess<f64> for Box<dyn InitialGuess> {
     }
 }
 
-fn is_finite(x: &Six<f64>) -> bool {
+pub(crate) fn is_finite(x: &Six<f64>) -> bool {
     x.dot(*x).is_finite()
 }
 

@@ -12,6 +12,7 @@ use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
+use crate::projection::Projected;
 use crate::simulation::GROUP;
 use crate::step::{Attempt, NoGuess, Status, StepGuess, StepParams, attempt};
 use crate::topology::Topology;
@@ -20,6 +21,7 @@ use crate::topology::Topology;
 pub(crate) enum Unit {
     Single(Box<Single>),
     Group(Box<Group>),
+    Projected(Box<Projected>),
 }
 
 impl Unit {
@@ -27,6 +29,7 @@ impl Unit {
         match self {
             Unit::Single(single) => single.advance(dt, params),
             Unit::Group(group) => group.advance(dt, params),
+            Unit::Projected(projected) => projected.advance(dt, params),
         }
     }
 
@@ -34,6 +37,7 @@ impl Unit {
         match self {
             Unit::Single(single) => single.status,
             Unit::Group(group) => group.status,
+            Unit::Projected(projected) => projected.status,
         }
     }
 
@@ -41,6 +45,19 @@ impl Unit {
         match self {
             Unit::Single(single) => single.component.store_state(state, &single.members, 0),
             Unit::Group(group) => group.store(state),
+            Unit::Projected(projected) => projected.component.store_state(state, &projected.members, 0),
+        }
+    }
+
+    pub(crate) fn set_velocities(&mut self, state: &State) {
+        match self {
+            Unit::Single(single) => single.component.set_velocities(state, &single.members, 0),
+            Unit::Group(group) => {
+                for (lane, members) in group.members.iter().enumerate() {
+                    group.component.set_velocities(state, members, lane);
+                }
+            }
+            Unit::Projected(projected) => projected.component.set_velocities(state, &projected.members, 0),
         }
     }
 
@@ -48,12 +65,13 @@ impl Unit {
         match self {
             Unit::Single(single) => &single.counters,
             Unit::Group(group) => &group.counters,
+            Unit::Projected(projected) => &projected.counters,
         }
     }
 
     pub(crate) fn lanes(&self) -> usize {
         match self {
-            Unit::Single(_) => 1,
+            Unit::Single(_) | Unit::Projected(_) => 1,
             Unit::Group(group) => group.members.len(),
         }
     }
@@ -139,7 +157,12 @@ fn halves(
     worst
 }
 
-fn finish<T: Real>(component: &mut Component<T>, formulation: Formulation, active: T, counters: &mut Counters) {
+pub(crate) fn finish<T: Real>(
+    component: &mut Component<T>,
+    formulation: Formulation,
+    active: T,
+    counters: &mut Counters,
+) {
     let mut watch = Stopwatch::start();
     vectorized(
         #[inline(always)]
@@ -148,7 +171,7 @@ fn finish<T: Real>(component: &mut Component<T>, formulation: Formulation, activ
     watch.mark(&mut counters.times.predict);
 }
 
-fn accept<T: Real>(result: &Attempt<T>, lane: usize, counters: &mut Counters) {
+pub(crate) fn accept<T: Real>(result: &Attempt<T>, lane: usize, counters: &mut Counters) {
     counters.steps += 1;
     match result.status(lane) {
         Status::NonFinite => counters.non_finite += 1,

@@ -142,6 +142,13 @@ impl<T: Real> Component<T> {
             put(&mut pose.x, lane, vec3(&state.positions[index]));
             put(&mut pose.q.v, lane, vec3(&state.orientations[index].imag()));
             pose.q.w.set_lane(lane, state.orientations[index].w);
+        }
+        self.set_velocities(state, members, lane);
+    }
+
+    /// Copies one lane's velocities from `state`.
+    pub fn set_velocities(&mut self, state: &State, members: &Members, lane: usize) {
+        for (k, &index) in members.segments.iter().enumerate() {
             put(&mut self.velocities[k].stretch, lane, vec3(&state.velocities[index]));
             put(&mut self.velocities[k].bend, lane, vec3(&state.angular_velocities[index]));
         }

@@ -40,11 +40,22 @@ impl<T: Real> Component<T> {
             if with_momentum {
                 correction = correction.plus(self.momentum[i], T::splat(1.0));
             }
-            let old = self.poses[i];
-            let turned = old.q.turned(correction.bend);
-            let moved = Six { stretch: old.x + correction.stretch, bend: turned.v };
-            let kept = select(active, moved, Six { stretch: old.x, bend: old.q.v });
-            self.poses[i] = Pose { x: kept.stretch, q: Quat { v: kept.bend, w: active.select(turned.w, old.q.w) } };
+            self.poses[i] = moved(self.poses[i], correction, active);
+        }
+    }
+
+    /// [`Component::update`] with corrections `dp = M^-1 J^T dlambda` from elsewhere, one entry a body: those of fixed
+    /// bodies are left out.
+    pub fn correct(&mut self, formulation: Formulation, dp: &[Six<T>]) {
+        let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
+        for (lambda, &dlambda) in self.lambda.iter_mut().zip(&self.dlambda) {
+            *lambda = lambda.plus(dlambda, T::splat(1.0));
+        }
+        // The next evaluation gathers those of the new multipliers.
+        self.pulls_hold = false;
+        for (i, &dp) in dp[..self.segments].iter().enumerate() {
+            let zero = if with_momentum { self.momentum[i] } else { Six::zero() };
+            self.poses[i] = moved(self.poses[i], zero.plus(dp, self.bodies[i].free), T::splat(1.0));
         }
     }
 
@@ -92,6 +103,15 @@ impl<T: Real> Component<T> {
             copy_six(lambda, lane, &Six::<f64>::zero(), 0);
         }
     }
+}
+
+/// A pose after a correction, in the lanes where `active` >= 0.
+#[inline(always)]
+fn moved<T: Real>(old: Pose<T>, correction: Six<T>, active: T) -> Pose<T> {
+    let turned = old.q.turned(correction.bend);
+    let new = Six { stretch: old.x + correction.stretch, bend: turned.v };
+    let kept = select(active, new, Six { stretch: old.x, bend: old.q.v });
+    Pose { x: kept.stretch, q: Quat { v: kept.bend, w: active.select(turned.w, old.q.w) } }
 }
 
 /// `then` in the lanes where `condition` >= 0, else `otherwise`.

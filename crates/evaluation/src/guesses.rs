@@ -1,0 +1,192 @@
+//! Where the guesses stand: the iterations and the time of each relative to a zero start, over many simulations, apart
+//! for the first steps, later ones, and those after an impulse.
+//!
+//! A ratio is the sum over a simulation's solves, the guess's divided by the zero start's on the same systems; over the
+//! simulations its median, quartiles and mean are told. Times of a guess include all that it does: its start and what
+//! it learns.
+
+use nalgebra::Vector3;
+use rod::{Model, State};
+use serde::Serialize;
+use solver::simulation::{Settings, Simulation, SimulationError};
+
+use crate::starts::{self, Measured, Plan};
+
+/// Steps that are told apart, counted from 1; the last are those after the impulse.
+pub const BUCKETS: [&str; 6] = ["step 1", "step 2", "step 3", "steps 4 to 10", "later steps", "after the impulse"];
+/// The step after which the rod is struck.
+pub const IMPULSE_AFTER: usize = 60;
+/// Steps that feel it most.
+pub const IMPULSE_STEPS: usize = 5;
+/// Speed that it gives to the tip [m/s].
+pub const IMPULSE_SPEED: f64 = 2.0;
+/// Of the later steps every fifth is measured.
+pub const EVERY: usize = 5;
+
+/// The bucket of each of `steps` steps.
+pub fn buckets(steps: usize) -> Vec<Option<usize>> {
+    let bucket = |step: usize| match step {
+        1..=3 => Some(step - 1),
+        4..=10 => Some(3),
+        _ if (1..=IMPULSE_STEPS).contains(&step.saturating_sub(IMPULSE_AFTER)) => Some(5),
+        _ => step.is_multiple_of(EVERY).then_some(4),
+    };
+    (1..=steps).map(bucket).collect()
+}
+
+/// Measures one scene over `plan.buckets.len()` steps, with the impulse; after each step `progress()` says whether to
+/// go on.
+///
+/// # Errors
+/// If the scene or the settings are not valid.
+pub fn measure(
+    model: &Model,
+    state: &State,
+    dt: f64,
+    settings: &Settings,
+    plan: &Plan<'_>,
+    mut progress: impl FnMut() -> bool,
+) -> Result<Measured, SimulationError> {
+    let mut now = state.clone();
+    let after = |step: usize, simulation: &mut Simulation| {
+        if step == IMPULSE_AFTER {
+            simulation.store(&mut now);
+            strike(model, &mut now);
+            simulation.set_velocities(&now);
+        }
+        progress()
+    };
+    starts::run(model, state, (dt, plan.buckets.len()), settings, plan, after)
+}
+
+/// Adds the velocities of a turn of the whole model about its first segment, with [`IMPULSE_SPEED`] at the last one,
+/// about the horizontal axis across the line between the two: in the plane of a planar rod that hangs in one.
+pub fn strike(model: &Model, state: &mut State) {
+    let (Some(&first), Some(&last)) = (state.positions.first(), state.positions.last()) else { return };
+    let up = if model.gravity.norm() > 0.0 { -model.gravity } else { Vector3::z() };
+    let arm = last - first;
+    let Some(axis) = [up.cross(&arm), Vector3::x().cross(&arm)].into_iter().find_map(|w| w.try_normalize(1e-9)) else {
+        return;
+    };
+    let turn = axis * (IMPULSE_SPEED / arm.norm());
+    for (i, segment) in model.segments.iter().enumerate() {
+        if !segment.fixed {
+            state.velocities[i] += turn.cross(&(state.positions[i] - first));
+            state.angular_velocities[i] += turn;
+        }
+    }
+}
+
+/// How a number is spread over the simulations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Lower quartile.
+    pub lower: f64,
+    /// Median.
+    pub median: f64,
+    /// Upper quartile.
+    pub upper: f64,
+}
+
+impl Spread {
+    /// Of these values, those that are not finite left out; `None` where nothing is left.
+    pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut values: Vec<f64> = values.filter(|x| x.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let last = values.len().checked_sub(1)?;
+        let at = |fraction: f64| {
+            let place = fraction * last as f64;
+            let (low, high) = (values[place.floor() as usize], values[place.ceil() as usize]);
+            low + (high - low) * place.fract()
+        };
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        Some(Self { mean, lower: at(0.25), median: at(0.5), upper: at(0.75) })
+    }
+}
+
+/// A guess, or the direct solver, in one bucket with one preconditioner and tolerance of conjugate gradients.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cell {
+    /// Which steps: one of [`BUCKETS`].
+    pub bucket: &'static str,
+    /// Guess; [`DIRECT`] for the direct solver.
+    pub guess: String,
+    /// Preconditioner.
+    pub preconditioner: &'static str,
+    /// Tolerance, relative to the right-hand side.
+    pub tolerance: f64,
+    /// Solves of all simulations.
+    pub solves: u64,
+    /// Iterations a solve.
+    pub iterations: Option<Spread>,
+    /// Iterations relative to the zero start's.
+    pub iteration_ratio: Option<Spread>,
+    /// Time relative to the zero start's, the guess's own included.
+    pub time_ratio: Option<Spread>,
+    /// Time a solve, the guess's own included [us].
+    pub time_us: Option<Spread>,
+}
+
+/// Name of the direct solver among the guesses.
+pub const DIRECT: &str = "direct solve";
+
+/// One cell for each bucket, guess (the direct solver last) and column, over the simulations of one plan.
+pub fn table(plan: &Plan<'_>, simulations: &[Measured]) -> Vec<Cell> {
+    let mut cells = Vec::new();
+    for (b, bucket) in BUCKETS.into_iter().enumerate() {
+        for g in 0..=plan.guesses.len() {
+            let guess = plan.guesses.get(g);
+            for (column, (preconditioner, tolerance)) in plan.columns().enumerate() {
+                let tallies = || {
+                    simulations.iter().map(|measured| {
+                        let zero = measured.tally(b, 0, column);
+                        let own = if guess.is_some() { measured.tally(b, g, column) } else { measured.direct(b) };
+                        (own, zero, own.solve_s + own.guess_s)
+                    })
+                };
+                let counted = |values: Option<Spread>| values.filter(|_| guess.is_some());
+                let iterations = |n: u64| n as f64;
+                cells.push(Cell {
+                    bucket,
+                    guess: guess.map_or(DIRECT.to_owned(), |(name, _)| name.clone()),
+                    preconditioner: preconditioner.name(),
+                    tolerance,
+                    solves: tallies().map(|(own, ..)| own.solves).sum(),
+                    iterations: counted(Spread::of(
+                        tallies().map(|(own, ..)| iterations(own.iterations) / iterations(own.solves)),
+                    )),
+                    iteration_ratio: counted(Spread::of(
+                        tallies().map(|(own, zero, _)| iterations(own.iterations) / iterations(zero.iterations)),
+                    )),
+                    time_ratio: Spread::of(tallies().map(|(_, zero, time)| time / zero.solve_s)),
+                    time_us: Spread::of(tallies().map(|(own, _, time)| 1e6 * time / iterations(own.solves))),
+                });
+            }
+        }
+    }
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_told_apart() {
+        let all = buckets(100);
+        assert_eq!(all[..4], [Some(0), Some(1), Some(2), Some(3)]);
+        assert_eq!((all[9], all[10], all[14]), (Some(3), None, Some(4)));
+        assert_eq!(all[59..66], [Some(4), Some(5), Some(5), Some(5), Some(5), Some(5), None]);
+        assert_eq!(all.iter().filter(|&&bucket| bucket == Some(4)).count(), 17);
+        assert_eq!(buckets(2).len(), 2);
+    }
+
+    #[test]
+    fn a_spread_has_its_quartiles_and_leaves_out_what_is_not_finite() {
+        let spread = Spread::of([4.0, 1.0, f64::NAN, 3.0, 2.0, 10.0].into_iter());
+        assert_eq!(spread, Some(Spread { mean: 4.0, lower: 2.0, median: 3.0, upper: 4.0 }));
+        assert_eq!(Spread::of([f64::NAN].into_iter()), None);
+    }
+}

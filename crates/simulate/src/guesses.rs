@@ -1,0 +1,218 @@
+//! `simulate guesses`: where the guesses stand, on random scenes that no data set holds.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use dataset::{Config, Scenario};
+use evaluation::guesses::{self, Cell, Spread};
+use evaluation::starts::{Measured, Plan};
+use graph::planar_normal;
+use rod::Model;
+use scene::Scene;
+use serde::Serialize;
+use solver::component::Members;
+use solver::formulation::Formulation;
+use solver::guess::{GuessKind, InitialGuess};
+use solver::simulation::{GuessFactory, Settings};
+use solver::topology::Topology;
+
+use crate::Outcome;
+use crate::cli::GuessesArgs;
+use crate::compare::{PRECONDITIONERS, TOLERANCES};
+use crate::guess::{Guess, GuessName};
+use crate::output::say;
+use crate::progress::Progress;
+use crate::standing;
+use crate::training::Training;
+
+/// All that was measured.
+#[derive(Serialize)]
+pub(crate) struct Report {
+    /// Seed of the scenes.
+    pub(crate) seed: u64,
+    /// Seed of the data sets.
+    pub(crate) data_seed: u64,
+    /// Steps of each simulation.
+    pub(crate) steps: usize,
+    /// One a scenario.
+    pub(crate) standings: Vec<Standing>,
+}
+
+/// What was measured in one scenario.
+#[derive(Serialize)]
+pub(crate) struct Standing {
+    /// Which scenes.
+    pub(crate) scenario: Scenario,
+    /// Simulations measured.
+    pub(crate) simulations: usize,
+    /// By bucket, guess, preconditioner and tolerance.
+    pub(crate) cells: Vec<Cell>,
+}
+
+/// A row of the table: its name, the guess, and whether it is restricted to the scene's plane.
+struct Row<'a> {
+    name: String,
+    guess: &'a Guess,
+    planar: bool,
+}
+
+/// Measures all guesses and prints the tables.
+pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
+    check(args)?;
+    if let Some(file) = &args.csv {
+        check_place(file)?;
+    }
+    let mut loaded: Vec<(Scenario, Vec<(GuessName, Guess)>)> = Vec::new();
+    for &scenario in &args.scenario {
+        if loaded.iter().all(|(other, _)| *other != scenario) {
+            let training = Training::new(&args.data, scenario, args.json);
+            let mut own = vec![(GuessName::Plain(GuessKind::Zero), Guess::Plain(GuessKind::Zero))];
+            for &name in &args.guess {
+                if own.iter().all(|(other, _)| *other != name) {
+                    own.push((name, Guess::load(name, &training)?));
+                }
+            }
+            loaded.push((scenario, own));
+        }
+    }
+    let progress = Progress::new(loaded.len() * args.simulations * args.steps, "steps", args.json)?;
+    let mut standings = Vec::new();
+    for (scenario, guesses) in &loaded {
+        let planar = args.planar && *scenario == Scenario::Rod;
+        standings.push(measure(*scenario, args, &rows(guesses, planar), &progress)?);
+    }
+    let interrupted = progress.finish();
+    let data_seed = Config::table_1(Scenario::Rod).seed;
+    let report = Report { seed: args.seed, data_seed, steps: args.steps, standings };
+    if let Some(file) = &args.csv {
+        let text = csv(&report);
+        export::write_atomically(file, |out| std::io::Write::write_all(out, text.as_bytes())).context("--csv")?;
+    }
+    if args.json {
+        say!("{}", serde_json::to_string_pretty(&report)?)?;
+    } else {
+        standing::print(&report)?;
+    }
+    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+fn check(args: &GuessesArgs) -> Result<()> {
+    if args.seed == Config::table_1(Scenario::Rod).seed {
+        bail!("--seed {}, but it must differ from the data sets' seed: guesses have seen those scenes", args.seed);
+    }
+    if let Some(name) = args.guess.iter().find(|name| name.helps_steps()) {
+        bail!("--guess {name} starts whole steps, but guesses of linear solves are compared here");
+    }
+    let is_learned = args.guess.iter().any(|name| name.is_learned());
+    for (flag, given) in [("--planar", args.planar), ("--data", args.data.data.is_some())] {
+        if given && !is_learned {
+            bail!("{flag} needs a learned guess in --guess, knn for instance");
+        }
+    }
+    if args.planar && !args.scenario.contains(&Scenario::Rod) {
+        bail!("--planar needs --scenario rod, but the scenes are those of {}", Scenario::Helix);
+    }
+    Ok(())
+}
+
+/// Finds out before the run whether the file can be written after it.
+fn check_place(file: &Path) -> Result<()> {
+    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if file.is_dir() {
+        bail!("--csv: cannot write {}: is a directory", file.display());
+    }
+    if !parent.is_dir() {
+        bail!("--csv: cannot write {}: there is no directory {}", file.display(), parent.display());
+    }
+    Ok(())
+}
+
+/// The rows of a table; with `planar`, learned guesses a second time.
+fn rows(guesses: &[(GuessName, Guess)], planar: bool) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    for (name, guess) in guesses {
+        rows.push(Row { name: name.to_string(), guess, planar: false });
+        if planar && name.is_learned() {
+            rows.push(Row { name: format!("{name}, planar"), guess, planar: true });
+        }
+    }
+    rows
+}
+
+fn measure(scenario: Scenario, args: &GuessesArgs, rows: &[Row<'_>], progress: &Progress) -> Result<Standing> {
+    let mut measured = Vec::new();
+    for index in 0..args.simulations as u64 {
+        let scene = scenario.sample(args.seed, index).scene()?;
+        if let Some(one) = simulate(&scene, rows, args.steps, progress)? {
+            measured.push(one);
+        }
+        if progress.stopped() {
+            break;
+        }
+    }
+    // The names and columns are all that a table takes of a plan.
+    let names = rows.iter().map(|row| (row.name.clone(), None)).collect();
+    let cells = guesses::table(&plan(names, args.steps), &measured);
+    Ok(Standing { scenario, simulations: measured.len(), cells })
+}
+
+fn plan<'a>(guesses: Vec<(String, Option<GuessFactory<'a>>)>, steps: usize) -> Plan<'a> {
+    Plan {
+        guesses,
+        preconditioners: PRECONDITIONERS.to_vec(),
+        tolerances: TOLERANCES.to_vec(),
+        buckets: guesses::buckets(steps),
+    }
+}
+
+/// Measures one scene; `None` where Ctrl-C came first.
+fn simulate(scene: &Scene, rows: &[Row<'_>], steps: usize, progress: &Progress) -> Result<Option<Measured>> {
+    let plane = planar_normal(&scene.model, &scene.state);
+    let factories: Vec<_> = rows.iter().map(|row| factory(row.guess, plane.filter(|_| row.planar))).collect();
+    let guess = |(row, factory)| -> (String, Option<GuessFactory<'_>>) {
+        let row: &Row<'_> = row;
+        let is_zero = matches!(row.guess, Guess::Plain(GuessKind::Zero));
+        (row.name.clone(), (!is_zero).then_some(factory))
+    };
+    let with_names = rows.iter().zip(factories.iter().map(|factory| factory as GuessFactory<'_>)).map(guess);
+    let plan = plan(with_names.collect(), steps);
+    // The paper's formulation, and the data sets'.
+    let mut settings = Settings::default();
+    settings.step.formulation = Formulation::Xpbd;
+    let measured = guesses::measure(&scene.model, &scene.state, scene.run.dt, &settings, &plan, || progress.advance())?;
+    Ok((!progress.stopped()).then_some(measured))
+}
+
+fn factory(
+    guess: &Guess,
+    plane: Option<graph::Normal>,
+) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + '_ {
+    move |model, members, topology| guess.build(plane, model, members, topology)
+}
+
+/// One line a cell; empty where nothing was counted.
+fn csv(report: &Report) -> String {
+    let spreads = ["iterations", "iteration_ratio", "time_ratio", "time_us"];
+    let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
+    let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
+    let mut text = format!("scenario,simulations,bucket,guess,preconditioner,tolerance,solves,{}\n", names.join(","));
+    for standing in &report.standings {
+        for cell in &standing.cells {
+            let Cell { bucket, guess, preconditioner, tolerance, solves, .. } = cell;
+            let start = format!("{},{},{bucket},\"{guess}\"", standing.scenario, standing.simulations);
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{start},{preconditioner},{tolerance:e},{solves}");
+            for spread in [cell.iterations, cell.iteration_ratio, cell.time_ratio, cell.time_us] {
+                match spread {
+                    Some(Spread { mean, lower, median, upper }) => {
+                        let _ = write!(text, ",{mean:.6},{lower:.6},{median:.6},{upper:.6}");
+                    }
+                    None => text.push_str(",,,,"),
+                }
+            }
+            text.push('\n');
+        }
+    }
+    text
+}

@@ -1,0 +1,101 @@
+//! The data sets that learned guesses come from: the paper's (Table 1), generated on first use.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use dataset::{Config, Dataset, MANIFEST, Scenario, generate};
+use scene::Scene;
+
+use crate::cli::DataArgs;
+use crate::output::say;
+use crate::progress;
+
+/// Folder of the data sets, one each for rods and helices.
+const DATA: &str = "data";
+
+/// Which data set, and where.
+#[derive(Clone, Debug)]
+pub(crate) struct Training {
+    scenario: Scenario,
+    directory: PathBuf,
+    /// Whether nothing may be printed.
+    pub(crate) quiet: bool,
+}
+
+impl Training {
+    /// The data set of a scenario.
+    pub(crate) fn new(args: &DataArgs, scenario: Scenario, quiet: bool) -> Self {
+        let data = args.data.as_deref().unwrap_or(Path::new(DATA));
+        Self { scenario, directory: data.join(scenario.name()), quiet }
+    }
+
+    /// The data set for a scene: the one asked for, else that of helices where joints are bent or twisted at rest.
+    pub(crate) fn for_scene(args: &DataArgs, scenario: Option<Scenario>, scene: &Scene, quiet: bool) -> Self {
+        let is_straight = scene.model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
+        let fitting = if is_straight { Scenario::Rod } else { Scenario::Helix };
+        Self::new(args, scenario.unwrap_or(fitting), quiet)
+    }
+
+    /// Where it is.
+    pub(crate) fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Opens the data set; generates it, or what is missing of it, if it is not complete.
+    pub(crate) fn dataset(&self) -> Result<Dataset> {
+        let config = Config::table_1(self.scenario);
+        let Self { scenario, directory, quiet } = self;
+        if !directory.join(MANIFEST).exists() {
+            let count = config.train_trajectories + config.validation_trajectories;
+            if !quiet {
+                let place = directory.display();
+                say!(
+                    "generating the paper's data set ({scenario}) in {place}: {count} trajectories, once and for all"
+                )?;
+            }
+            let begin = Instant::now();
+            let bar = progress::bar(count, "trajectories", *quiet)?;
+            generate(directory, &config, None, &|made| bar.set_position(made.done as u64)).context("--data")?;
+            bar.finish_and_clear();
+            if !quiet {
+                say!("generated in {:.1} s", begin.elapsed().as_secs_f64())?;
+            }
+        }
+        let dataset = Dataset::open(directory).context("--data")?;
+        if dataset.manifest().config != config {
+            // Says which setting differs.
+            generate(directory, &config, None, &|_| ()).context("--data")?;
+        }
+        Ok(dataset)
+    }
+
+    /// What makes a scene unlike all that the data set holds, in words.
+    pub(crate) fn foreign(&self, scene: &Scene) -> Option<String> {
+        let model = &scene.model;
+        if scene.rods.len() != 1 || model.joints.len() + 1 != model.segments.len() {
+            let (rods, joints) = (scene.rods.len(), model.joints.len());
+            return Some(format!("{rods} rods with {} segments and {joints} joints", model.segments.len()));
+        }
+        let ranges = self.scenario.ranges();
+        let outside = |name: &str, value: f64| {
+            let &[low, high] = ranges.get(name)?;
+            let is_within = low * (1.0 - 1e-9) <= value && value <= high * (1.0 + 1e-9);
+            (!is_within).then(|| {
+                if low == high {
+                    format!("{name} = {value:?}, not {low:?}")
+                } else {
+                    format!("{name} = {value:?}, not {low:?} to {high:?}")
+                }
+            })
+        };
+        let length: f64 = model.segments.iter().map(|segment| segment.length).sum();
+        let whole = [("segments", model.segments.len() as f64), ("length_m", length)];
+        let of_segments = model.segments.iter().flat_map(|s| [("radius_m", s.radius), ("density_kg_m3", s.density)]);
+        let of_joints = model
+            .joints
+            .iter()
+            .flat_map(|j| [("youngs_modulus_pa", j.youngs_modulus), ("torsion_modulus_pa", j.torsion_modulus)]);
+        whole.into_iter().chain(of_segments).chain(of_joints).find_map(|(name, value)| outside(name, value))
+    }
+}

@@ -1,0 +1,155 @@
+//! Predictions in the place of the constraint projection.
+
+mod common;
+
+use common::*;
+use rod::{Model, State};
+use solver::component::{Component, Members};
+use solver::formulation::Formulation;
+use solver::linear::LinearSolver;
+use solver::linear::solvers::SolverKind;
+use solver::projection::Projection;
+use solver::simulation::{Settings, Simulation};
+use solver::step::{Status, StepParams};
+use solver::system::Six;
+use solver::topology::Topology;
+
+/// Predicts the exact solution, times `scale`, except in the outer iterations where `wrong` says so.
+struct Exact {
+    solver: Box<dyn LinearSolver>,
+    scale: f64,
+    wrong: fn(usize) -> bool,
+}
+
+impl Projection for Exact {
+    fn project(&mut self, component: &Component<f64>, iteration: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+        let system = &component.system;
+        self.solver.solve(system, false, dlambda);
+        dlambda.iter_mut().for_each(|x| *x = Six::zero().plus(*x, self.scale));
+        for (j, (&dlambda, &[a, _])) in dlambda.iter().zip(&system.topology.joints).enumerate() {
+            let q_a = system.bodies[a as usize].orientation;
+            system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), dp);
+        }
+        for (body, dp) in dp.iter_mut().enumerate() {
+            *dp = system.correction(body, *dp);
+            if system.bodies[body].inverse_mass == 0.0 {
+                *dp = Six::from_array([1.0; 6]);
+            }
+        }
+        if (self.wrong)(iteration) {
+            dp[1].bend.0[2] = f64::NAN;
+        }
+    }
+}
+
+fn end_to_end(model: &Model, state: &State, params: &StepParams, scale: f64, wrong: fn(usize) -> bool) -> Simulation {
+    let build = |model: &Model, members: &Members, topology: &Topology| -> Box<dyn Projection> {
+        Box::new(Exact { solver: SolverKind::Direct.build(model, members, topology).unwrap(), scale, wrong })
+    };
+    Simulation::end_to_end(model, state, params, &build).unwrap()
+}
+
+fn params(formulation: Formulation, max_iterations: usize) -> StepParams {
+    StepParams { formulation, max_iterations, max_halvings: 0, ..StepParams::default() }
+}
+
+#[test]
+fn exact_predictions_move_as_exact_solves_do() {
+    let (mut model, state) = rod(3.0, 25, 0.05, material(1e5, 100.0));
+    let load = |segment, offset, torque| rod::Load {
+        segment,
+        offset,
+        force: nalgebra::Vector3::new(0.1, 0.3, 0.0),
+        torque: nalgebra::Vector3::x() * torque,
+    };
+    model.loads = vec![load(24, 0.02, 0.0), load(10, 0.0, 0.05)];
+    for (model, state) in [(model, state), tree(), helix(24)] {
+        for formulation in Formulation::ALL {
+            for iterations in [1, 3] {
+                let params = params(formulation, iterations);
+                let settings = Settings { step: params, ..Settings::default() };
+                let mut exact = Simulation::new(&model, &state, &settings, None).unwrap();
+                let mut predicted = end_to_end(&model, &state, &params, 1.0, |_| false);
+                let (mut a, mut b) = (state.clone(), state.clone());
+                for _ in 0..40 {
+                    let statuses = [exact.step(DT).unwrap().status, predicted.step(DT).unwrap().status];
+                    assert_eq!(statuses[0], statuses[1]);
+                    exact.store(&mut a);
+                    predicted.store(&mut b);
+                    for i in 0..a.len() {
+                        assert!((a.positions[i] - b.positions[i]).norm() < 1e-8, "{formulation}, {iterations}");
+                        assert!(a.orientations[i].angle_to(&b.orientations[i]) < 1e-7);
+                        assert!((a.velocities[i] - b.velocities[i]).norm() < 1e-5);
+                    }
+                }
+                let (a, b) = (exact.counters(), predicted.counters());
+                assert_eq!((a.steps, a.iterations, a.not_converged), (b.steps, b.iterations, b.not_converged));
+                assert_eq!((b.guesses_used, b.guesses_dropped), (b.iterations, 0));
+                assert!((a.worst_bend - b.worst_bend).abs() < 1e-6 * a.worst_bend.max(1e-6));
+            }
+        }
+    }
+}
+
+#[test]
+fn predictions_that_are_not_finite_are_dropped_and_counted() {
+    let (model, state) = helix(24);
+    let params = params(Formulation::Xpbd, 2);
+    let mut none = end_to_end(&model, &state, &params, 0.0, |_| false);
+    let mut dropped = end_to_end(&model, &state, &params, 1.0, |_| true);
+    let (mut a, mut b) = (state.clone(), state.clone());
+    for _ in 0..5 {
+        assert_eq!(none.step(DT).unwrap().status, Status::OutOfIterations);
+        assert_eq!(dropped.step(DT).unwrap().status, Status::OutOfIterations);
+    }
+    none.store(&mut a);
+    dropped.store(&mut b);
+    assert_eq!(a, b, "a prediction that is dropped corrects nothing");
+    let counters = dropped.counters();
+    assert_eq!((counters.guesses_used, counters.guesses_dropped, counters.iterations), (0, 10, 10));
+    assert_eq!((counters.not_converged, counters.retries), (5, 0));
+    assert!(counters.worst_stretch > 1e-3, "the residuals show it");
+}
+
+#[test]
+fn huge_predictions_end_with_the_last_finite_state() {
+    /// Multipliers whose residuals overflow, in the third step.
+    struct Huge(usize);
+    impl Projection for Huge {
+        fn project(&mut self, _: &Component<f64>, _: usize, _: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+            self.0 += 1;
+            dlambda.fill(Six::from_array([if self.0 > 2 { 1e153 } else { 0.0 }; 6]));
+        }
+    }
+    let (model, state) = helix(24);
+    let build = |_: &Model, _: &Members, _: &Topology| -> Box<dyn Projection> { Box::new(Huge(0)) };
+    let mut simulation = Simulation::end_to_end(&model, &state, &params(Formulation::Xpbd, 1), &build).unwrap();
+    let (mut before, mut after) = (state.clone(), state);
+    let statuses: Vec<Status> = (0..3)
+        .map(|_| {
+            simulation.store(&mut before);
+            simulation.step(DT).unwrap().status
+        })
+        .collect();
+    simulation.store(&mut after);
+    assert_eq!(statuses, [Status::OutOfIterations, Status::OutOfIterations, Status::NonFinite]);
+    assert_eq!((after, simulation.counters().non_finite), (before, 1));
+}
+
+#[test]
+fn an_impulse_changes_velocities_alone() {
+    let (model, state) = rod(3.0, 25, 0.05, material(1e5, 100.0));
+    let mut simulation = Simulation::new(&model, &state, &Settings::default(), None).unwrap();
+    simulation.step(DT).unwrap();
+    let mut before = state.clone();
+    simulation.store(&mut before);
+    let mut kicked = before.clone();
+    kicked.velocities[24].y += 2.0;
+    simulation.set_velocities(&kicked);
+    let mut after = state.clone();
+    simulation.store(&mut after);
+    assert_eq!(after, kicked);
+    simulation.step(DT).unwrap();
+    simulation.store(&mut after);
+    assert!(after.positions[24].y > before.positions[24].y + 1e-3);
+}
