@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use graph::semi::{self, Semi};
-use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper};
+use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper, project_to_plane};
 use serde::{Deserialize, Serialize};
 use solver::component::Component;
 use solver::system::Six;
@@ -115,6 +115,8 @@ impl Features {
 pub struct Encoder {
     encoding: Arc<Encoding>,
     graph: Graph,
+    /// Of a planar set: what is predicted stays in its plane.
+    normal: Option<Normal>,
     /// Our own features, with the head that makes multipliers of their outputs.
     body_frame: Option<BodyFrame>,
     dp: Vec<Six<f64>>,
@@ -124,35 +126,31 @@ pub struct Encoder {
 struct BodyFrame {
     features: body_frame::Features,
     semi: Semi,
-    /// Of a planar set: outputs out of its plane are zero.
-    normal: Option<Normal>,
     /// Outputs of nodes and of edges, masked.
     outputs: [Vec<f32>; 2],
     /// Scale s of the right-hand side encoded last [m].
     scale: f64,
 }
 
-impl BodyFrame {
-    fn mask(&self, nodes: &mut [f32], edges: &mut [f32]) {
-        if let Some(normal) = self.normal {
-            mask(&semi::NODE_OUTPUT_CHANNELS, normal, nodes);
-            mask(&semi::EDGE_OUTPUT_CHANNELS, normal, edges);
-        }
+/// Outputs out of a planar set's plane are zero.
+fn mask_outputs(normal: Option<Normal>, nodes: &mut [f32], edges: &mut [f32]) {
+    if let Some(normal) = normal {
+        mask(&semi::NODE_OUTPUT_CHANNELS, normal, nodes);
+        mask(&semi::EDGE_OUTPUT_CHANNELS, normal, edges);
     }
 }
 
 impl Encoder {
-    /// For one connected set of segments. Where it is planar, with this normal, body-frame outputs are exactly so.
+    /// For one connected set of segments. Where a normal of its plane is given, predictions are exactly planar.
     pub fn new(encoding: Arc<Encoding>, graph: Graph, normal: Option<Normal>) -> Self {
         let body_frame = (encoding.features == Features::BodyFrame).then(|| BodyFrame {
             features: body_frame::Features::new(&graph),
             semi: Semi::new(&graph),
-            normal,
             outputs: [graph.nodes().len(), graph.edges().len()].map(|rows| vec![0.0; 3 * rows]),
             scale: 0.0,
         });
         let dp = vec![Six::zero(); graph.nodes().len()];
-        Self { encoding, graph, body_frame, dp }
+        Self { encoding, graph, normal, body_frame, dp }
     }
 
     /// The graph.
@@ -210,7 +208,7 @@ impl Encoder {
     /// The outputs that stand for the component's `dlambda`, for the state encoded last: of nodes and of edges, as many
     /// as [`Features::outputs`] a row. Sizes the lists.
     pub fn targets(&mut self, component: &Component<f64>, nodes: &mut Vec<f32>, edges: &mut Vec<f32>) {
-        let Self { encoding, graph, body_frame, dp } = self;
+        let Self { encoding, graph, normal, body_frame, dp } = self;
         let columns = encoding.features.outputs();
         nodes.resize(graph.nodes().len() * columns, 0.0);
         edges.resize(graph.edges().len() * columns, 0.0);
@@ -223,38 +221,59 @@ impl Encoder {
             }
             Some(own) => {
                 semi::fill_targets(graph, component, &own.features, own.scale, dp, dlambda, nodes, edges);
-                own.mask(nodes, edges);
+                mask_outputs(*normal, nodes, edges);
             }
         }
     }
 
     /// The multipliers that outputs of nodes and of edges stand for, for the state encoded last.
     pub fn dlambda(&mut self, component: &Component<f64>, outputs: [&[f32]; 2], dlambda: &mut [Six<f64>]) {
-        let Self { encoding, graph, body_frame, .. } = self;
+        let Self { encoding, graph, normal, body_frame, .. } = self;
         let Some(own) = body_frame else {
             encoding.norms.dlambda(outputs[1], dlambda);
+            if let Some(normal) = *normal {
+                project_to_plane(component, normal, &mut [], dlambda);
+            }
             return;
         };
         let [mut nodes, mut edges] = std::mem::take(&mut own.outputs);
         nodes.copy_from_slice(outputs[0]);
         edges.copy_from_slice(outputs[1]);
-        own.mask(&mut nodes, &mut edges);
+        mask_outputs(*normal, &mut nodes, &mut edges);
         own.semi.dlambda(graph, component, &own.features, own.scale, &nodes, &edges, dlambda);
         own.outputs = [nodes, edges];
+    }
+
+    /// The corrections `dp = M^-1 J^T dlambda` that outputs stand for, for the state encoded last: the paper's own outputs,
+    /// and for body-frame outputs what follows from `dlambda`.
+    pub fn dp(&self, component: &Component<f64>, outputs: [&[f32]; 2], dlambda: &[Six<f64>], dp: &mut [Six<f64>]) {
+        if self.body_frame.is_some() {
+            corrections(component, dlambda, dp);
+            return;
+        }
+        self.encoding.norms.dp(outputs[0], dp);
+        if let Some(normal) = self.normal {
+            project_to_plane(component, normal, dp, &mut []);
+        }
     }
 
     /// Gradients of a number with respect to the outputs of nodes and of edges, from its `gradient` with respect to the
     /// multipliers that [`Self::dlambda`] made of them.
     pub fn adjoint(&mut self, component: &Component<f64>, gradient: &[Six<f64>], nodes: &mut [f32], edges: &mut [f32]) {
-        let Self { encoding, graph, body_frame, .. } = self;
+        let Self { encoding, graph, normal, body_frame, .. } = self;
         match body_frame {
             None => {
                 nodes.fill(0.0);
-                encoding.norms.dlambda_adjoint(gradient, edges);
+                // The projection to a plane is symmetric: it is its own adjoint.
+                let mut gradient = gradient.to_vec();
+                if let Some(normal) = *normal {
+                    project_to_plane(component, normal, &mut [], &mut gradient);
+                }
+                encoding.norms.dlambda_adjoint(&gradient, edges);
             }
             Some(own) => {
                 own.semi.adjoint(graph, component, &own.features, own.scale, gradient, nodes, edges);
-                own.mask(nodes, edges);
+                mask_outputs(*normal, nodes, edges);
             }
         }
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use graph::{Batch, Graph, Normal};
 use solver::component::Component;
 use solver::guess::InitialGuess;
+use solver::projection::Projection;
 use solver::system::Six;
 
 use crate::inference::{Forward, Packed};
@@ -61,6 +62,15 @@ impl GnGuess {
         };
         forward.run(&inputs.nodes, &inputs.edges);
         encoder.dlambda(component, [forward.node_outputs(), forward.edge_outputs()], dlambda);
+    }
+}
+
+impl Projection for GnGuess {
+    fn project(&mut self, component: &Component<f64>, _: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+        self.predict(component, dlambda);
+        if let Some((forward, _)) = &self.forward {
+            self.encoder.dp(component, [forward.node_outputs(), forward.edge_outputs()], dlambda, dp);
+        }
     }
 }
 
