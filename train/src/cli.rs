@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Parser, ValueEnum};
-use copingnet::{Backend, Features, NetworkConfig};
+use copingnet::{Backend, Features, Head, NetworkConfig};
 use dataset::Scenario;
 
 /// Trains COPINGNet: without arguments, the paper's network on the paper's bending rods.
@@ -33,9 +33,13 @@ pub(crate) struct Cli {
     /// Scans along the rod in each block, outwards and as many inwards [default: 0; recipe best: 16].
     #[arg(long, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub(crate) scans: Option<u16>,
-    /// Inputs and outputs: paper (world axes, dp and dlambda), body-frame (turns and moments) [default: the recipe's].
+    /// Inputs: paper (world axes), body-frame (body axes, with the right-hand side) [default: the recipe's].
     #[arg(long, value_enum)]
     pub(crate) features: Option<FeaturesArg>,
+    /// Outputs: full (dp and dlambda), semi (turns, from which statics makes the rest; body-frame only) [default: the
+    /// recipe's].
+    #[arg(long, value_enum)]
+    pub(crate) head: Option<HeadArg>,
     /// mse: MSE(V) + MSE(E). cg: logarithm of the residual after six iterations of block-Jacobi conjugate gradients from
     /// the guess. [default: the recipe's]
     #[arg(long, value_enum)]
@@ -104,6 +108,12 @@ pub(crate) enum FeaturesArg {
     BodyFrame,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum HeadArg {
+    Full,
+    Semi,
+}
+
 /// What is made small.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Loss {
@@ -142,6 +152,7 @@ pub(crate) struct Plan {
     pub(crate) scenario: Scenario,
     pub(crate) recipe: Recipe,
     pub(crate) features: Features,
+    pub(crate) head: Head,
     pub(crate) network: NetworkConfig,
     pub(crate) loss: Loss,
     pub(crate) epochs: u64,
@@ -166,9 +177,15 @@ impl Cli {
             None if is_best => Features::BodyFrame,
             None => Features::Paper,
         };
+        let head = match self.head {
+            Some(HeadArg::Full) => Head::Full,
+            Some(HeadArg::Semi) => Head::Semi,
+            None if features == Features::BodyFrame => Head::Semi,
+            None => Head::Full,
+        };
         let paper = NetworkConfig::default();
         let or = |given: Option<u16>, default: usize| given.map_or(default, usize::from);
-        let network = features.configure(NetworkConfig {
+        let network = features.configure(head, NetworkConfig {
             gn_blocks: or(self.gn_blocks, paper.gn_blocks),
             mlp_layers: or(self.mlp_layers, paper.mlp_layers),
             width: or(self.width, paper.width),
@@ -181,6 +198,7 @@ impl Cli {
             scenario: self.scenario,
             recipe: self.recipe,
             features,
+            head,
             network,
             loss: self.loss.unwrap_or(if is_best { Loss::Cg } else { Loss::Mse }),
             epochs: self.epochs.unwrap_or(if self.quick { 20 } else { 300 }),

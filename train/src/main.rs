@@ -1,77 +1,50 @@
 //! `train`: trains COPINGNet. See `train --help`.
 
 mod adam;
+mod cli;
+mod measure;
 mod objective;
 mod samples;
+mod trainer;
 
-use copingnet::*;
-use dataset::*;
-use rayon::prelude::*;
+use std::sync::Arc;
 use std::time::Instant;
 
-fn main() {
-    let args: Vec<String> = std::env::args().collect();
-    let backend: Backend = args[1].parse().unwrap();
-    let chunk_size: usize = args[2].parse().unwrap();
-    let threads: usize = args[3].parse().unwrap();
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().unwrap();
-    let dataset = Dataset::open("/tmp/ds-rod").unwrap();
-    let mut encoding = Encoding {
-        features: Features::Paper,
-        head: Head::Full,
-        norms: dataset.norms(),
-        whitening: Features::Paper.unwhitened(),
-    };
+use clap::Parser;
+use copingnet::*;
+use dataset::*;
+
+fn main() -> anyhow::Result<()> {
+    let cli = cli::Cli::parse();
+    let plan = cli.plan();
+    let threads = cli.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()));
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    let dataset = Dataset::open(cli.data.join(plan.scenario.name()))?;
+    let head = plan.head;
+    let mut encoding =
+        Encoding { features: plan.features, head, norms: dataset.norms(), whitening: plan.features.unwhitened() };
     let t = Instant::now();
-    encoding.whitening = samples::whitening(&dataset, &encoding, 10);
-    println!("whitening {:?}", t.elapsed());
-    let t = Instant::now();
-    let samples = samples::Samples::new(&dataset, Split::Train, &encoding, 64);
+    encoding.whitening = samples::whitening(&dataset, &Arc::new(encoding.clone()), 10);
+    let encoding = Arc::new(encoding);
+    let samples = samples::Samples::new(&dataset, Split::Train, &encoding, usize::MAX);
     println!("samples {:?} {}", t.elapsed(), samples.len());
-    let config = Features::Paper.configure(Head::Full, NetworkConfig::default());
-    let mut weights = Weights::random(config, 0);
-    let mut adam = adam::Adam::new(weights.values().len());
-    let params = adam::AdamParams { beta_1: 0.9, beta_2: 0.999, clip: f64::INFINITY };
-    let device = backend.device().autodiff();
-    let order = shuffled(samples.len(), 0, 0);
-    let (mut nodes, mut t) = (0, Instant::now());
-    for (k, batch) in order.chunks_exact(128).take(25).enumerate() {
-        if k == 5 {
-            nodes = 0;
-            t = Instant::now();
+    let mut trainer = trainer::Trainer::new(&plan, &samples, &dataset, &encoding);
+    let begin = Instant::now();
+    for epoch in 0..plan.epochs {
+        let t = Instant::now();
+        let (mut sum, mut nodes) = (0.0, 0);
+        let order = trainer.order(epoch);
+        for batch in order.chunks(plan.batch) {
+            let (loss, n) = trainer.step(batch);
+            sum += loss * batch.len() as f64;
+            nodes += n;
         }
-        let chunks: Vec<_> = batch.chunks(chunk_size).map(|c| samples.chunk(c)).collect();
-        let n: usize = chunks.iter().map(|c| c.graphs.nodes()).sum();
-        let m: usize = chunks.iter().map(|c| c.graphs.edges()).sum();
-        nodes += n;
-        let results: Vec<(f64, Vec<f32>)> = chunks
-            .par_iter()
-            .map(|chunk| {
-                let network = Network::new(&weights, &device);
-                let graph = GraphTensors::new(&chunk.graphs, &chunk.nodes, &chunk.edges, false, &device);
-                let (v, e) = network.forward(&graph);
-                let (vn, en) = (
-                    v.clone().into_data().try_to_vec::<f32>().unwrap(),
-                    e.clone().into_data().try_to_vec::<f32>().unwrap(),
-                );
-                let ev = objective::mean_square(chunk, [&vn, &en], [6 * n, 6 * m]);
-                let c = |x: Vec<f32>, rows: usize| {
-                    burn::tensor::Tensor::<2>::from_data(burn::tensor::TensorData::new(x, [rows, 6]), &device)
-                };
-                let l = (v * c(ev.nodes, chunk.graphs.nodes())).sum() + (e * c(ev.edges, chunk.graphs.edges())).sum();
-                let g = l.backward();
-                (ev.loss, network.gradients(&g))
-            })
-            .collect();
-        let loss: f64 = results.iter().map(|r| r.0).sum();
-        let mut grad = results[0].1.clone();
-        for r in &results[1..] {
-            grad.iter_mut().zip(&r.1).for_each(|(a, b)| *a += b);
-        }
-        adam.step(&params, 1e-3, &grad, weights.values_mut());
-        if k % 8 == 0 {
-            println!("{k} {loss}");
+        let speed = nodes as f64 / t.elapsed().as_secs_f64();
+        if (epoch + 1) % plan.measure_every == 0 {
+            let m = measure::measure(&dataset, plan.scenes, &trainer.weights, &encoding);
+            println!("{epoch} {:.1?} loss {:.6} {:.0} nodes/s first {:.2?} later {:.2?}", begin.elapsed(), sum / samples.len() as f64, speed, m.first, m.later);
         }
     }
-    println!("{:.0} nodes/s", nodes as f64 / t.elapsed().as_secs_f64());
+    std::fs::write(format!("{}.raw", plan.out.display()), trainer.weights.values().iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>())?;
+    Ok(())
 }

@@ -10,15 +10,35 @@ use solver::system::Six;
 
 use crate::{NetworkConfig, Output};
 
-/// What a network reads and what its outputs mean.
+/// Which inputs a network reads, and in which units and axes its outputs are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Features {
-    /// The paper's: inputs in world axes, outputs dp and dlambda over the recorded norms ([`graph::paper`]).
+    /// The paper's, in world axes, outputs over the recorded norms ([`graph::paper`]).
     Paper,
-    /// Our own: inputs in body frames, with the right-hand side ([`graph::body_frame`]); outputs turns and moments, from
-    /// which kinematics and statics make the rest ([`graph::semi`]).
+    /// Our own, in body frames, with the right-hand side and in its scale ([`graph::body_frame`]).
     BodyFrame,
+}
+
+/// What the outputs are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Head {
+    /// dp and dlambda, 6 a node and 6 an edge (paper, section 3.1).
+    Full,
+    /// Turns and a part of the moments, 3 a node and 3 an edge, from which kinematics, statics and the bend-twist rows
+    /// make the rest ([`graph::semi`]); with body-frame features only.
+    Semi,
+}
+
+impl Head {
+    /// Outputs of a node, and of an edge.
+    pub fn outputs(self) -> usize {
+        match self {
+            Self::Full => paper::EDGE_TARGET,
+            Self::Semi => semi::EDGE_OUTPUT,
+        }
+    }
 }
 
 /// Of each kind of inputs or outputs, one.
@@ -54,8 +74,10 @@ impl<T> Inputs<T> {
 /// All that is needed beside the weights to read a network's outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Encoding {
-    /// Inputs and outputs.
+    /// Inputs.
     pub features: Features,
+    /// Outputs.
+    pub head: Head,
     /// What the paper's outputs are multiplied with.
     pub norms: Norms,
     /// How inputs are brought to unit size.
@@ -81,29 +103,21 @@ impl Features {
         }
     }
 
-    /// Outputs of a node, and of an edge.
-    pub fn outputs(self) -> usize {
-        match self {
-            Self::Paper => paper::EDGE_TARGET,
-            Self::BodyFrame => semi::EDGE_OUTPUT,
-        }
-    }
-
     /// Whitening that leaves the inputs as they are.
     pub fn unwhitened(self) -> Inputs<Whitening> {
         self.channels().map(|channels| Whitening::identity(channels.len()))
     }
 
-    /// Puts the number of inputs into a network's configuration.
-    pub fn configure(self, config: NetworkConfig) -> NetworkConfig {
+    /// Puts the numbers of inputs and outputs into a network's configuration.
+    pub fn configure(self, head: Head, config: NetworkConfig) -> NetworkConfig {
         let sizes = self.channels().map(|channels| channels.len());
         NetworkConfig {
             node_inputs: sizes.nodes + sizes.constant_nodes,
             constant_node_inputs: sizes.constant_nodes,
             edge_inputs: sizes.edges + sizes.constant_edges,
             constant_edge_inputs: sizes.constant_edges,
-            node_outputs: self.outputs(),
-            edge_outputs: self.outputs(),
+            node_outputs: head.outputs(),
+            edge_outputs: head.outputs(),
             output: if self == Self::Paper { Output::Tanh } else { Output::Linear },
             ..config
         }
@@ -125,7 +139,7 @@ pub struct Encoder {
 #[derive(Clone, Debug)]
 struct BodyFrame {
     features: body_frame::Features,
-    semi: Semi,
+    semi: Option<Semi>,
     /// Outputs of nodes and of edges, masked.
     outputs: [Vec<f32>; 2],
     /// Scale s of the right-hand side encoded last [m].
@@ -133,10 +147,18 @@ struct BodyFrame {
 }
 
 /// Outputs out of a planar set's plane are zero.
-fn mask_outputs(normal: Option<Normal>, nodes: &mut [f32], edges: &mut [f32]) {
+fn mask_outputs(head: Head, normal: Option<Normal>, nodes: &mut [f32], edges: &mut [f32]) {
     if let Some(normal) = normal {
-        mask(&semi::NODE_OUTPUT_CHANNELS, normal, nodes);
-        mask(&semi::EDGE_OUTPUT_CHANNELS, normal, edges);
+        match head {
+            Head::Full => {
+                mask(&body_frame::NODE_TARGET_CHANNELS, normal, nodes);
+                mask(&body_frame::EDGE_TARGET_CHANNELS, normal, edges);
+            }
+            Head::Semi => {
+                mask(&semi::NODE_OUTPUT_CHANNELS, normal, nodes);
+                mask(&semi::EDGE_OUTPUT_CHANNELS, normal, edges);
+            }
+        }
     }
 }
 
@@ -145,8 +167,8 @@ impl Encoder {
     pub fn new(encoding: Arc<Encoding>, graph: Graph, normal: Option<Normal>) -> Self {
         let body_frame = (encoding.features == Features::BodyFrame).then(|| BodyFrame {
             features: body_frame::Features::new(&graph),
-            semi: Semi::new(&graph),
-            outputs: [graph.nodes().len(), graph.edges().len()].map(|rows| vec![0.0; 3 * rows]),
+            semi: (encoding.head == Head::Semi).then(|| Semi::new(&graph)),
+            outputs: [graph.nodes().len(), graph.edges().len()].map(|rows| vec![0.0; encoding.head.outputs() * rows]),
             scale: 0.0,
         });
         let dp = vec![Six::zero(); graph.nodes().len()];
@@ -206,10 +228,10 @@ impl Encoder {
     }
 
     /// The outputs that stand for the component's `dlambda`, for the state encoded last: of nodes and of edges, as many
-    /// as [`Features::outputs`] a row. Sizes the lists.
+    /// as [`Head::outputs`] a row. Sizes the lists.
     pub fn targets(&mut self, component: &Component<f64>, nodes: &mut Vec<f32>, edges: &mut Vec<f32>) {
         let Self { encoding, graph, normal, body_frame, dp } = self;
-        let columns = encoding.features.outputs();
+        let columns = encoding.head.outputs();
         nodes.resize(graph.nodes().len() * columns, 0.0);
         edges.resize(graph.edges().len() * columns, 0.0);
         let dlambda = &component.dlambda;
@@ -220,8 +242,19 @@ impl Encoder {
                 encoding.norms.fill_edge_targets(dlambda, edges);
             }
             Some(own) => {
-                semi::fill_targets(graph, component, &own.features, own.scale, dp, dlambda, nodes, edges);
-                mask_outputs(*normal, nodes, edges);
+                let BodyFrame { features, scale, semi, .. } = own;
+                match semi {
+                    None => {
+                        features.fill_node_targets(graph, component, *scale, dp, nodes);
+                        features.fill_edge_targets(graph, component, *scale, dlambda, edges);
+                    }
+                    Some(_) => {
+                        semi::fill_node_targets(graph, component, *scale, dp, nodes);
+                        // The rows give the moments of exact turns exactly.
+                        edges.fill(0.0);
+                    }
+                }
+                mask_outputs(encoding.head, *normal, nodes, edges);
             }
         }
     }
@@ -239,8 +272,12 @@ impl Encoder {
         let [mut nodes, mut edges] = std::mem::take(&mut own.outputs);
         nodes.copy_from_slice(outputs[0]);
         edges.copy_from_slice(outputs[1]);
-        mask_outputs(*normal, &mut nodes, &mut edges);
-        own.semi.dlambda(graph, component, &own.features, own.scale, &nodes, &edges, dlambda);
+        mask_outputs(encoding.head, *normal, &mut nodes, &mut edges);
+        let BodyFrame { features, scale, semi, .. } = own;
+        match semi {
+            None => features.dlambda(graph, component, *scale, &edges, dlambda),
+            Some(semi) => semi.dlambda(graph, component, features, *scale, &nodes, &edges, dlambda),
+        }
         own.outputs = [nodes, edges];
     }
 
@@ -272,8 +309,15 @@ impl Encoder {
                 encoding.norms.dlambda_adjoint(&gradient, edges);
             }
             Some(own) => {
-                own.semi.adjoint(graph, component, &own.features, own.scale, gradient, nodes, edges);
-                mask_outputs(*normal, nodes, edges);
+                let BodyFrame { features, scale, semi, .. } = own;
+                match semi {
+                    None => {
+                        nodes.fill(0.0);
+                        features.dlambda_adjoint(graph, component, *scale, gradient, edges);
+                    }
+                    Some(semi) => semi.adjoint(graph, component, features, *scale, gradient, nodes, edges),
+                }
+                mask_outputs(encoding.head, *normal, nodes, edges);
             }
         }
     }

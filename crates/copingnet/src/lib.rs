@@ -14,7 +14,7 @@ mod weights;
 pub use backend::Backend;
 pub use cg_loss::CgLoss;
 pub use config::{NetworkConfig, Output, TensorSpec};
-pub use encoding::{Encoder, Encoding, Features, Inputs};
+pub use encoding::{Encoder, Encoding, Features, Head, Inputs};
 pub use guess::{GnGuess, Trained};
 pub use network::{GnBlock, Mlp, Network, Scan};
 pub use tensors::GraphTensors;

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use crate::config::{NetworkConfig, TensorSpec};
+use crate::config::{NetworkConfig, Output, TensorSpec};
 
 /// A network's parameters, one tensor after the other in the order of [`NetworkConfig::tensors`], each row by row.
 ///
@@ -24,11 +24,13 @@ impl Weights {
     }
 
     /// Random ones, the same for a seed on every machine: weights and biases uniform in +/- 1 / sqrt(inputs), decays so
-    /// that scans reach from 1 to 64 hops far.
+    /// that scans reach from 1 to 64 hops far. Linear outputs begin at zero.
     pub fn random(config: NetworkConfig, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
         let mut weights = Self::zeros(config);
+        let last = config.mlp_layers.saturating_sub(1).to_string();
+        let is_last = |name: &str| name.split('.').any(|part| part == last);
         let mut bound = 0.0;
         for (spec, values) in weights.tensors_mut() {
             if spec.name.ends_with("decay") {
@@ -37,6 +39,9 @@ impl Weights {
                     // a = exp(-1 / reach) = 1 / (1 + exp(-d)).
                     *value = -((1.0 / reach).exp() - 1.0).ln() as f32;
                 }
+                continue;
+            }
+            if config.output == Output::Linear && spec.name.starts_with("decoder.") && is_last(&spec.name) {
                 continue;
             }
             if let [inputs, _] = spec.shape[..] {

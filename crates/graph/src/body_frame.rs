@@ -238,4 +238,22 @@ impl Features {
             dlambda.bend = Vec3([3, 4, 5].map(value)) * (1.0 / bend);
         }
     }
+
+    /// Gradients of a number with respect to outputs of the edges `[edges, 6]`, from its `gradient` with respect to the
+    /// multipliers that [`Self::dlambda`] makes of them.
+    pub fn dlambda_adjoint(
+        &self,
+        graph: &Graph,
+        component: &Component<f64>,
+        scale: f64,
+        gradient: &[Six<f64>],
+        outputs: &mut [f32],
+    ) {
+        for (k, (row, gradient)) in outputs.chunks_exact_mut(EDGE_TARGET).zip(gradient).enumerate() {
+            let q_a = component.poses[graph.senders()[k] as usize].q;
+            let [stretch, bend] = self.multiplier_units(graph, &graph.edges()[k], 1.0);
+            put(row, q_a.rotate_back(gradient.stretch * (scale / stretch)).0);
+            put(&mut row[3..], (gradient.bend * (scale / bend)).0);
+        }
+    }
 }
