@@ -189,4 +189,22 @@ mod tests {
         assert_eq!(spread, Some(Spread { mean: 4.0, lower: 2.0, median: 3.0, upper: 4.0 }));
         assert_eq!(Spread::of([f64::NAN].into_iter()), None);
     }
+
+    #[test]
+    fn the_impulse_turns_the_rod_about_its_clamp_within_its_plane() {
+        let mut assembly = rod::Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        let nodes = rod::shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 10);
+        let material = rod::Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let rod = assembly.rod(&rod::RodSpec::new(nodes, 0.05, material));
+        assembly.fix(rod.start);
+        let (model, mut state) = assembly.finish();
+        strike(&model, &mut state);
+        assert!((state.velocities[9].norm() - IMPULSE_SPEED).abs() < 1e-12);
+        assert_eq!((state.velocities[0].norm(), state.angular_velocities[0].norm()), (0.0, 0.0));
+        for i in 1..10 {
+            let (v, axis) = (state.velocities[i], state.axis(i));
+            assert!(v.y.abs() < 1e-12 && v.dot(&axis).abs() < 1e-12 && v.norm() > 0.1);
+            assert!((state.angular_velocities[i] - state.angular_velocities[9]).norm() < 1e-12);
+        }
+    }
 }
