@@ -26,7 +26,7 @@ fn main() -> anyhow::Result<()> {
     let t = Instant::now();
     encoding.whitening = samples::whitening(&dataset, &Arc::new(encoding.clone()), 10);
     let encoding = Arc::new(encoding);
-    let samples = samples::Samples::new(&dataset, Split::Train, &encoding, usize::MAX);
+    let samples = samples::Samples::new(&dataset, &encoding, std::env::var("FIRST").map_or(u32::MAX, |_| 1));
     println!("samples {:?} {}", t.elapsed(), samples.len());
     let mut trainer = trainer::Trainer::new(&plan, &samples, &dataset, &encoding);
     let begin = Instant::now();

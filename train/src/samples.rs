@@ -10,14 +10,15 @@ use rayon::prelude::*;
 /// The inputs and targets of a split's samples.
 pub(crate) struct Samples {
     trajectories: Vec<Rows>,
-    /// Of every sample, its trajectory and its number there.
+    /// Of every sample, its trajectory and its row there.
     places: Vec<[u32; 2]>,
 }
 
 /// A trajectory's samples, one after the other.
 struct Rows {
     graph: Graph,
-    samples: usize,
+    /// Which of the trajectory's samples.
+    numbers: Vec<u32>,
     nodes: Vec<f32>,
     edges: Vec<f32>,
     node_targets: Vec<f32>,
@@ -68,15 +69,15 @@ pub(crate) fn whitening(dataset: &Dataset, encoding: &Arc<Encoding>, every: usiz
 }
 
 impl Samples {
-    /// Encodes all samples of a split's first `limit` trajectories, on rayon's current thread pool.
-    pub(crate) fn new(dataset: &Dataset, split: Split, encoding: &Arc<Encoding>, limit: usize) -> Self {
-        let count = dataset.trajectory_count(split).min(limit);
-        let trajectories: Vec<Rows> = (0..count)
+    /// Encodes all training samples of the first `iterations` outer iterations of a step, on rayon's current thread pool.
+    pub(crate) fn new(dataset: &Dataset, encoding: &Arc<Encoding>, iterations: u32) -> Self {
+        let split = Split::Train;
+        let trajectories: Vec<Rows> = (0..dataset.trajectory_count(split))
             .into_par_iter()
             .filter_map(|index| dataset.trajectory(split, index))
-            .map(|trajectory| Rows::new(&trajectory, encoding))
+            .map(|trajectory| Rows::new(&trajectory, encoding, iterations))
             .collect();
-        let places = |(index, rows): (usize, &Rows)| (0..rows.samples).map(move |k| [index as u32, k as u32]);
+        let places = |(index, rows): (usize, &Rows)| (0..rows.numbers.len()).map(move |k| [index as u32, k as u32]);
         let places = trajectories.iter().enumerate().flat_map(places).collect();
         Self { trajectories, places }
     }
@@ -88,18 +89,19 @@ impl Samples {
 
     /// Trajectory of a sample, and its number there.
     pub(crate) fn place(&self, sample: usize) -> [usize; 2] {
-        self.places[sample].map(|i| i as usize)
+        let [trajectory, k] = self.places[sample].map(|i| i as usize);
+        [trajectory, self.trajectories[trajectory].numbers[k] as usize]
     }
 
     /// Joins samples.
     pub(crate) fn chunk(&self, samples: &[usize]) -> Chunk {
         let mut chunk = Chunk { samples: samples.to_vec(), ..Chunk::default() };
         for &sample in samples {
-            let [trajectory, k] = self.place(sample);
+            let [trajectory, k] = self.places[sample].map(|i| i as usize);
             let rows = &self.trajectories[trajectory];
             chunk.graphs.push(&rows.graph);
             let own = |values: &[f32], all: &mut Vec<f32>| {
-                let count = values.len() / rows.samples;
+                let count = values.len() / rows.numbers.len();
                 all.extend(&values[k * count..(k + 1) * count]);
             };
             own(&rows.nodes, &mut chunk.nodes);
@@ -112,20 +114,21 @@ impl Samples {
 }
 
 impl Rows {
-    fn new(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>) -> Self {
+    fn new(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>, iterations: u32) -> Self {
         let graph = trajectory.graph().clone();
         let mut encoder = Encoder::new(encoding.clone(), graph.clone(), trajectory.planar_normal());
         let mut component = trajectory.component();
         let (mut inputs, mut targets) = (Inputs::default(), (Vec::new(), Vec::new()));
         let mut rows = Self {
             graph,
-            samples: trajectory.len(),
+            numbers: Vec::new(),
             nodes: Vec::new(),
             edges: Vec::new(),
             node_targets: Vec::new(),
             edge_targets: Vec::new(),
         };
-        for sample in trajectory.samples() {
+        for (k, sample) in trajectory.samples().enumerate().filter(|(_, sample)| sample.iteration() < iterations) {
+            rows.numbers.push(k as u32);
             sample.restore(&mut component);
             encoder.encode(&component, &mut inputs);
             encoder.targets(&component, &mut targets.0, &mut targets.1);
