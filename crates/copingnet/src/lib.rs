@@ -1,6 +1,7 @@
 //! COPINGNet: the graph network in burn, its checkpoints, its fast inference and its guesses (paper, section 3.2).
 
 mod backend;
+mod checkpoint;
 mod config;
 mod encoding;
 mod network;
@@ -9,6 +10,7 @@ mod tensors;
 mod weights;
 
 pub use backend::Backend;
+pub use checkpoint::{Card, Checkpoint, CheckpointError, Measured, Training, TrainingState};
 pub use config::{NetworkConfig, Output, TensorSpec};
 pub use encoding::{Encoder, Encoding, Features, Head, Inputs};
 pub use network::{GnBlock, Mlp, Network, Scan};

@@ -88,10 +88,16 @@ fn line_number(before: &[u8]) -> usize {
 fn text_error(file: &Path, text: &str, offset: usize, message: &str) -> SealedError {
     let number = line_number(&text.as_bytes()[..offset.min(text.len())]);
     let line: String = text.lines().nth(number - 1).unwrap_or_default().chars().take(80).collect();
-    let message = format!("`{line}`: {}", one_line(message));
+    let message = format!("`{}`: {}", printable(&line), one_line(message));
     SealedError::Text { file: file.to_owned(), line: number, message }
 }
 
+/// Text on one line.
 fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    printable(&text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// Text that no damaged byte makes a terminal obey.
+fn printable(text: &str) -> String {
+    text.replace(char::is_control, "\u{fffd}")
 }
