@@ -1,19 +1,4 @@
-//! Checkpoints: trained networks in files.
-//!
-//! A checkpoint NAME is two files side by side:
-//!
-//! - `NAME.safetensors`, the weights: each tensor of [`crate::NetworkConfig::tensors`] by its name, and the whitening as
-//!   `whitening.nodes.shift`, `whitening.nodes.scale` `[features]`, and so on for each of [`crate::Inputs`]; all F32,
-//!   finite;
-//! - `NAME.toml`, the card: what the network reads and means, its sizes and norms, how it was trained and what was
-//!   measured of it ([`Card`]), the BLAKE3 hash of the weights' file, and a checksum of its own ([`export::seal`]).
-//!
-//! Each file is complete or not there, and the weights come first: whatever is cut off between the two leaves a card
-//! whose hash does not fit, or none. Sizes are checked against limits (width 1 to 4096, at most 64 GN blocks, 1 to 64
-//! layers, at most 4096 scans) and against the tensors in the file before memory is taken for them. Whatever is done to
-//! the files, loading gives one error that names the file, the key, its value and what is allowed.
-//!
-//! [`TrainingState`] is what training needs to go on, in one file.
+//! Checkpoints: trained networks in files, and training cut off.
 
 mod card;
 mod error;
@@ -35,6 +20,19 @@ use card::Stored;
 use tensors::{Tensor, Tensors};
 
 /// A trained network with all that is needed to use it.
+///
+/// A checkpoint NAME is two files side by side:
+///
+/// - `NAME.safetensors`, the weights: each tensor of [`crate::NetworkConfig::tensors`] by its name, and the whitening as
+///   `whitening.nodes.shift`, `whitening.nodes.scale` `[features]`, and so on for each of [`crate::Inputs`]; all F32,
+///   finite;
+/// - `NAME.toml`, the card: what the network reads and means, its sizes and norms, how it was trained and what was
+///   measured of it ([`Card`]), the BLAKE3 hash of the weights' file, and a checksum of its own ([`export::seal`]).
+///
+/// Each file is complete or not there, and the weights come first: whatever is cut off between the two leaves a card
+/// whose hash does not fit, or none. Sizes are checked against limits (width 1 to 4096, at most 64 GN blocks, 1 to 64
+/// layers, at most 4096 scans) and against the tensors in the file before memory is taken for them. Whatever is done to
+/// the files, loading gives one error that names the file, the key, its value and what is allowed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
     /// Where it comes from and how good it is.
