@@ -2,6 +2,7 @@
 
 mod backend;
 mod cg_loss;
+mod checkpoint;
 mod config;
 mod encoding;
 mod guess;
@@ -13,6 +14,7 @@ mod weights;
 
 pub use backend::Backend;
 pub use cg_loss::CgLoss;
+pub use checkpoint::{Card, Checkpoint, CheckpointError, Measured, Training, TrainingState};
 pub use config::{NetworkConfig, Output, TensorSpec};
 pub use encoding::{Encoder, Encoding, Features, Head, Inputs};
 pub use guess::{GnGuess, Trained};

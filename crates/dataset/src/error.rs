@@ -62,6 +62,16 @@ pub enum DatasetError {
     },
 }
 
+impl From<export::SealedError> for DatasetError {
+    fn from(error: export::SealedError) -> Self {
+        use export::SealedError::{Text, Value};
+        match error {
+            Text { file, line, message } => Self::Text { file, line, message },
+            Value { file, key, value, allowed } => Self::Value { file, key: key.to_owned(), value, allowed },
+        }
+    }
+}
+
 impl DatasetError {
     pub(crate) fn value(file: &Path, key: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
         let (key, allowed) = (key.into(), allowed.into());

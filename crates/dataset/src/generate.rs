@@ -1,14 +1,13 @@
 //! Generation: shard by shard, resumable, in parts.
 
 use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
 use crate::DatasetError;
 use crate::config::{Config, Plan};
-use crate::manifest::{Entry, MANIFEST, Manifest, Numbers, ShardInfo, read_sealed, seal};
+use crate::manifest::{Entry, MANIFEST, Manifest, Numbers, ShardInfo, read_sealed};
 use crate::record::{Record, record};
 use crate::{SCHEMA_VERSION, write};
 
@@ -125,17 +124,13 @@ fn write_shard(directory: &Path, config: &Config, plan: &Plan, records: &[Record
 }
 
 fn write_toml<T: serde::Serialize>(file: &Path, value: &T) -> Result<(), DatasetError> {
-    let text = seal(value).map_err(|error| {
-        let cause = std::io::Error::other(error.to_string());
-        DatasetError::Io { action: "write", file: file.to_owned(), cause }
-    })?;
-    export::write_atomically(file, |out| std::io::Write::write_all(out, text.as_bytes()))?;
+    export::write_atomically(file, |out| std::io::Write::write_all(out, export::seal(value)?.as_bytes()))?;
     Ok(())
 }
 
 /// The manifest that is there, if it lists the same shards; else a new one.
 fn write_manifest(directory: &Path, config: &Config, entries: &[Entry]) -> Result<Manifest, DatasetError> {
-    let manifest = Manifest::of(config, entries, git_revision());
+    let manifest = Manifest::of(config, entries, export::git_revision());
     if let Ok(there) = Manifest::read(directory)
         && there == (Manifest { git_revision: there.git_revision.clone(), ..manifest.clone() })
     {
@@ -212,11 +207,4 @@ fn difference(found: &Config, wanted: &Config) -> Option<(String, String, String
         (other != value).then(|| (key.clone(), value.to_string(), other.to_string()))
     };
     found.iter().find_map(differs)
-}
-
-/// The revision of the source in the working directory, where git knows one.
-fn git_revision() -> Option<String> {
-    let output = Command::new("git").args(["describe", "--always", "--dirty", "--abbrev=40"]).output().ok()?;
-    let text = String::from_utf8(output.stdout).ok()?.trim().to_owned();
-    (output.status.success() && !text.is_empty()).then_some(text)
 }

@@ -1,6 +1,6 @@
 //! The manifest, and the entries that say of each shard that it is finished.
 //!
-//! Both are TOML with a first line of their own, `checksum = "..."`, the BLAKE3 hash of all that follows.
+//! Both are TOML with a checksum in front ([`export::seal`]).
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -249,51 +249,8 @@ impl Manifest {
     }
 }
 
-/// TOML with its checksum in front.
-pub(crate) fn seal<T: Serialize>(value: &T) -> Result<String, toml::ser::Error> {
-    let body = toml::to_string(value)?;
-    Ok(format!("{}\n{body}", checksum_line(&body)))
-}
-
-fn checksum_line(body: &str) -> String {
-    format!("checksum = \"{}\"", blake3::hash(body.as_bytes()).to_hex())
-}
-
-/// Reads what [`seal`] has written. What is wrong with a key is said before what is wrong with the checksum.
+/// Reads what [`export::seal`] has made of a manifest or an entry.
 pub(crate) fn read_sealed<T: DeserializeOwned>(file: &Path) -> Result<T, DatasetError> {
     let bytes = std::fs::read(file).map_err(DatasetError::io("read", file))?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
-        DatasetError::Text { file: file.to_owned(), line, message: "not UTF-8 text".to_owned() }
-    })?;
-    let wrong = |offset: usize, message: &str| text_error(file, &text, offset, message);
-    let table: toml::Table =
-        toml::from_str(&text).map_err(|error| wrong(error.span().map_or(0, |span| span.start), error.message()))?;
-    let version = table.get("schema_version");
-    if version.and_then(toml::Value::as_integer) != Some(i64::from(SCHEMA_VERSION)) {
-        let value = version.map_or("missing".to_owned(), toml::Value::to_string);
-        let newer = version.and_then(toml::Value::as_integer).is_some_and(|v| v > i64::from(SCHEMA_VERSION));
-        let hint = if newer { " (a newer program has written it)" } else { "" };
-        return Err(DatasetError::value(file, "schema_version", value, format!("{SCHEMA_VERSION}{hint}")));
-    }
-    let (line, body) = text.split_once('\n').unwrap_or((&text, ""));
-    let start = text.len() - body.len();
-    let value = toml::from_str(body)
-        .map_err(|error| wrong(start + error.span().map_or(0, |span| span.start), error.message()))?;
-    if line != checksum_line(body) {
-        let value = table.get("checksum").map_or("missing".to_owned(), toml::Value::to_string);
-        let hash = blake3::hash(body.as_bytes()).to_hex();
-        let allowed = format!("\"{hash}\" by the text below it: it was changed after it was written");
-        return Err(DatasetError::value(file, "checksum", value, allowed));
-    }
-    Ok(value)
-}
-
-fn text_error(file: &Path, text: &str, offset: usize, message: &str) -> DatasetError {
-    let before = &text.as_bytes()[..offset.min(text.len())];
-    let number = before.iter().filter(|&&byte| byte == b'\n').count();
-    let line: String = text.lines().nth(number).unwrap_or_default().chars().take(80).collect();
-    let message = format!("`{line}`: {}", message.split_whitespace().collect::<Vec<_>>().join(" "));
-    DatasetError::Text { file: file.to_owned(), line: number + 1, message }
+    Ok(export::unseal(file, &bytes, SCHEMA_VERSION)?)
 }

@@ -4,6 +4,8 @@
 //! of it is on the disk ([`write_atomically`]). A trajectory may be larger than memory: [`TrajectoryWriter`] spools its
 //! frames to the disk while the simulation runs, and [`TrajectoryReader`] reads one frame at a time.
 //!
+//! Text that must not change unseen is sealed: TOML with its checksum in front ([`seal`], [`unseal`]).
+//!
 //! This crate sees states and segments of the crate `rod`. It knows no solver and no scene file.
 
 mod centreline;
@@ -11,6 +13,8 @@ mod error;
 mod file;
 mod layout;
 mod reader;
+mod revision;
+mod sealed;
 mod snapshots;
 mod writer;
 
@@ -19,5 +23,7 @@ pub use error::ExportError;
 pub use file::{write_atomically, write_json};
 pub use layout::TrajectoryInfo;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
+pub use revision::git_revision;
+pub use sealed::{SealedError, seal, unseal};
 pub use snapshots::write_snapshots;
 pub use writer::TrajectoryWriter;

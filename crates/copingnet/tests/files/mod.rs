@@ -1,0 +1,51 @@
+//! What the tests share.
+#![allow(dead_code, unreachable_pub)]
+
+use copingnet::{Card, Checkpoint, Encoding, Features, Head, Measured, NetworkConfig, Training, Weights};
+use graph::{Norms, Whitening};
+
+/// A small checkpoint, with the semi-implicit head where the features have it.
+pub fn small(features: Features) -> Checkpoint {
+    let head = if features == Features::Paper { Head::Full } else { Head::Semi };
+    let sizes = NetworkConfig { gn_blocks: 1, mlp_layers: 2, width: 4, scans: 1, ..NetworkConfig::default() };
+    Checkpoint {
+        card: Card {
+            program_version: "0.1.0".to_owned(),
+            git_revision: Some("8ddc5554".to_owned()),
+            scenario: "rod".to_owned(),
+            recipe: "best".to_owned(),
+            data_blake3: Some(blake3::hash(b"manifest").to_hex().to_string()),
+            training: Training {
+                seed: 7,
+                epochs: 30,
+                batch: 32,
+                loss: "energy".to_owned(),
+                learning_rate: 0.001,
+                schedule: "cosine".to_owned(),
+                backend: "ndarray".to_owned(),
+                threads: 2,
+                seconds: 12.5,
+                command: "train --recipe best".to_owned(),
+            },
+            measured: vec![Measured {
+                preconditioner: "block-jacobi".to_owned(),
+                tolerance: 1e-6,
+                steps: "all of 10 scenes".to_owned(),
+                ratio: 0.5,
+            }],
+        },
+        encoding: Encoding {
+            features,
+            head,
+            norms: Norms { dx: 0.1, dphi: 0.2, dlambda_stretch: 3e-5, dlambda_bend: 4e-9 },
+            whitening: features.channels().map(|channels| Whitening::identity(channels.len())),
+        },
+        weights: Weights::random(features.configure(head, sizes), 5),
+    }
+}
+
+/// Sealed text that was changed, its checksum made good.
+pub fn resealed(text: &str) -> Vec<u8> {
+    let body = text.split_once('\n').unwrap().1;
+    format!("checksum = \"{}\"\n{body}", blake3::hash(body.as_bytes()).to_hex()).into_bytes()
+}
