@@ -1,4 +1,8 @@
 //! The learned start of a linear solve (the paper's correctionGuess, its first equation).
+//!
+//! Networks are trained on the first outer iteration of every step and start that one alone. What a second iteration
+//! asks for is hundreds of times smaller, but the paper's inputs, poses, hardly tell the two apart: trained on both, its
+//! network learns almost nothing.
 
 use std::sync::Arc;
 
@@ -22,6 +26,11 @@ impl Trained {
     /// From weights and what their inputs and outputs mean.
     pub fn new(weights: &Weights, encoding: Encoding) -> Self {
         Self { packed: Arc::new(Packed::new(weights)), encoding: Arc::new(encoding) }
+    }
+
+    /// What its inputs and outputs mean.
+    pub fn encoding(&self) -> &Encoding {
+        &self.encoding
     }
 }
 
@@ -79,8 +88,11 @@ impl InitialGuess for GnGuess {
         true
     }
 
-    fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Six<f64>]) -> bool {
-        self.predict(component, dlambda);
-        true
+    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Six<f64>]) -> bool {
+        let is_first = iteration == 0;
+        if is_first {
+            self.predict(component, dlambda);
+        }
+        is_first
     }
 }
