@@ -71,7 +71,7 @@ mod record;
 mod shard;
 mod write;
 
-pub use batch::{BodyFrameBatch, PaperBatch, Workspace, shuffled};
+pub use batch::{PaperBatch, shuffled};
 pub use config::{Config, Scenario, Split};
 pub use error::DatasetError;
 pub use generate::{Generated, Progress, generate};

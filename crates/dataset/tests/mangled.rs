@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use common::{generated, small};
-use dataset::{BodyFrameBatch, Config, Dataset, MANIFEST, PaperBatch, Scenario, Split, Workspace};
+use dataset::{Config, Dataset, MANIFEST, PaperBatch, Scenario, Split};
 use proptest::prelude::*;
 
 const SHARD: &str = "train-0000.safetensors";
@@ -30,11 +30,10 @@ fn read(directory: &Path) -> Result<(), String> {
     let dataset = Dataset::open(directory).map_err(|error| error.to_string())?;
     for split in Split::ALL {
         for trajectory in dataset.trajectories(split) {
-            let mut workspace = Workspace::new(&trajectory);
-            let (mut paper, mut body) = (PaperBatch::default(), BodyFrameBatch::default());
+            let (mut component, mut batch) = (trajectory.component(), PaperBatch::default());
             for sample in trajectory.samples() {
-                paper.push(&sample, &dataset.norms());
-                body.push(&sample, &mut workspace);
+                batch.push(&sample, &dataset.norms());
+                sample.restore(&mut component);
             }
         }
     }

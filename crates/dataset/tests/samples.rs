@@ -3,8 +3,8 @@
 mod common;
 
 use common::{generated, small};
-use dataset::{BodyFrameBatch, Config, PaperBatch, Scenario, Split, Workspace, shuffled};
-use graph::{Normal, Norms, body_frame, corrections, paper};
+use dataset::{Config, PaperBatch, Scenario, Split, shuffled};
+use graph::{Normal, Norms, corrections, paper};
 use solver::linear::cg::CgParams;
 use solver::linear::direct::Direct;
 use solver::linear::precondition::PreconditionerKind;
@@ -132,42 +132,32 @@ fn batches_hold_the_features_of_their_samples() {
     let directory = tempfile::tempdir().unwrap();
     let dataset = generated(directory.path(), &small(Scenario::Rod));
     let order = shuffled(dataset.sample_count(Split::Train), 1, 0);
-    let (mut paper_batch, mut body_batch) = (PaperBatch::default(), BodyFrameBatch::default());
-    let mut workspaces: Vec<_> = dataset.trajectories(Split::Train).map(|t| Workspace::new(&t)).collect();
+    let mut batch = PaperBatch::default();
+    let mut components: Vec<_> = dataset.trajectories(Split::Train).map(|t| t.component()).collect();
     for _ in 0..2 {
-        paper_batch.clear();
-        body_batch.clear();
+        batch.clear();
         let (mut nodes, mut edges) = (0, 0);
         for &index in order.iter().take(6) {
             let sample = dataset.sample(Split::Train, index).unwrap();
             let graph = sample.trajectory().graph();
-            paper_batch.push(&sample, &dataset.norms());
-            let workspace = &mut workspaces[sample.trajectory().index() as usize];
-            body_batch.push(&sample, workspace);
-
+            batch.push(&sample, &dataset.norms());
+            let component = &mut components[sample.trajectory().index() as usize];
+            sample.restore(component);
             let mut own = vec![0.0; graph.nodes().len() * paper::NODE];
             paper::fill_constant_nodes(graph, &mut own);
-            paper::fill_changing_nodes(&workspace.component.poses, &mut own);
-            assert_eq!(paper_batch.nodes[nodes * paper::NODE..], own);
-            let scale = body_batch.scales.last().copied().unwrap();
+            paper::fill_changing_nodes(&component.poses, &mut own);
+            assert_eq!(batch.nodes[nodes * paper::NODE..], own);
             let mut dlambda = vec![Six::zero(); graph.edges().len()];
-            let targets = &body_batch.edge_targets[edges * body_frame::EDGE_TARGET..];
-            workspace.features.dlambda(graph, &workspace.component, scale, targets, &mut dlambda);
-            for (a, b) in dlambda.iter().zip(&workspace.component.dlambda) {
-                assert!(a.plus(*b, -1.0).dot(a.plus(*b, -1.0)) <= 1e-10 * b.dot(*b));
+            dataset.norms().dlambda(&batch.edge_targets[edges * paper::EDGE_TARGET..], &mut dlambda);
+            let largest = component.dlambda.iter().map(|x| x.dot(*x)).fold(0.0, f64::max);
+            for (a, b) in dlambda.iter().zip(&component.dlambda) {
+                assert!(a.plus(*b, -1.0).dot(a.plus(*b, -1.0)) <= 1e-10 * largest);
             }
             nodes += graph.nodes().len();
             edges += graph.edges().len();
         }
-        for graphs in [&paper_batch.graphs, &body_batch.graphs] {
-            assert_eq!((graphs.n_node.len(), graphs.nodes(), graphs.edges()), (6, nodes, edges));
-        }
-        assert_eq!(paper_batch.edges.len(), edges * paper::EDGE);
-        assert_eq!(body_batch.constant_nodes.len(), nodes * body_frame::NODE_CONSTANT);
-        assert_eq!(body_batch.nodes.len(), nodes * body_frame::NODE_CHANGING);
-        assert_eq!(body_batch.constant_edges.len(), edges * body_frame::EDGE_CONSTANT);
-        assert_eq!(body_batch.edges.len(), edges * body_frame::EDGE_CHANGING);
-        assert_eq!(body_batch.node_targets.len(), nodes * body_frame::NODE_TARGET);
+        assert_eq!((batch.graphs.n_node.len(), batch.graphs.nodes(), batch.graphs.edges()), (6, nodes, edges));
+        assert_eq!(batch.edges.len(), edges * paper::EDGE);
     }
 }
 
