@@ -8,13 +8,14 @@ use dataset::{Config, Dataset, Generated, MANIFEST, Scenario, generate};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::{DataArgs, threads_or_cores};
+use crate::output::say;
 
 /// Opens the paper's data set of a scenario in `directory`; generates it, or what is missing of it, if need be.
 pub(crate) fn open(directory: &Path, scenario: Scenario, quiet: bool) -> Result<Dataset> {
     let config = Config::table_1(scenario);
     if !directory.join(MANIFEST).exists() {
         if !quiet {
-            println!("generating the paper's data set ({scenario}) in {}, once and for all", directory.display());
+            say!("generating the paper's data set ({scenario}) in {}, once and for all", directory.display())?;
         }
         with_progress(directory, &config, None, quiet)?;
     }
@@ -32,15 +33,14 @@ pub(crate) fn generate_part(args: &DataArgs) -> Result<()> {
     let directory = args.data.join(args.scenario.name());
     let begin = Instant::now();
     let made = with_progress(&directory, &Config::table_1(args.scenario), args.shard, false)?;
-    println!(
+    say!(
         "{}: {} shards written, {} were there, in {:.1} s; {}",
         directory.display(),
         made.written,
         made.kept,
         begin.elapsed().as_secs_f64(),
         if made.manifest.is_some() { "the data set is complete" } else { "other parts are missing" }
-    );
-    Ok(())
+    )
 }
 
 fn with_progress(directory: &Path, config: &Config, part: Option<(usize, usize)>, quiet: bool) -> Result<Generated> {
