@@ -39,6 +39,23 @@ pub fn tree(branches: usize) -> Graph {
     graph(&assembly.finish().0)
 }
 
+/// A clamped trunk of 6 segments with branches of 4 and of 3, which come in the other order where they are `swapped`.
+pub fn branched(swapped: bool) -> Graph {
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let line = |direction, n| RodSpec::new(shape::straight(Vector3::zeros(), direction, 1.0, n), 0.02, SOFT);
+    let trunk = assembly.rod(&line(Vector3::z(), 6));
+    assembly.clamp_start(&trunk);
+    let mut branches = [(2, 4), (4, 3)];
+    if swapped {
+        branches.reverse();
+    }
+    for (parent, n) in branches {
+        let branch = assembly.rod(&line(Vector3::x(), n));
+        assembly.branch(parent, 0.5, &branch);
+    }
+    graph(&assembly.finish().0)
+}
+
 /// A ring, on which no body is fixed and one edge is on nobody's way.
 pub fn ring(n: usize) -> Graph {
     let mut assembly = Assembly::new(Vector3::zeros());
