@@ -102,3 +102,6 @@ impl<'a> Trainer<'a> {
         (evaluated.loss, network.gradients(&gradients))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,19 +6,13 @@ use std::sync::Arc;
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor, TensorData};
-use common::{Inputs, batch, branched, chain, reference, ring, tree, weights};
+use common::{Inputs, batch, branched, chain, reference, ring, rows, tree, weights};
 use copingnet::inference::Packed;
 use copingnet::{Backend, GraphTensors, Network, NetworkConfig, Output, Weights};
 use graph::{Batch, Graph};
 
 fn numbers(tensor: &Tensor<2>) -> Vec<f32> {
     tensor.clone().into_data().iter::<f32>().collect()
-}
-
-/// Whole rows: inputs that change, then those that do not.
-fn rows(changing: &[f32], constant: &[f32], count: usize) -> Vec<f32> {
-    let row = |values: &[f32], i| values[i * values.len() / count..(i + 1) * values.len() / count].to_vec();
-    (0..count).flat_map(|i| [row(changing, i), row(constant, i)].concat()).collect()
 }
 
 fn tensors(config: &NetworkConfig, graphs: &Batch, inputs: &Inputs, device: &Device) -> GraphTensors {
