@@ -106,7 +106,10 @@ fn targets_stand_for_the_exact_solution() {
             eprintln!("targets {kind:?} {which} {errors:e?}");
             // Single precision; the head with turns neglects the compliance of stretch, some 1e-5 of what it keeps.
             let allowed = if kind.1 == Head::Semi { [3e-5, 1e-7] } else { [1e-7; 2] };
-            assert!(errors.iter().zip(allowed).all(|(error, allowed)| *error < allowed), "{kind:?} {which} {errors:e?}");
+            assert!(
+                errors.iter().zip(allowed).all(|(error, allowed)| *error < allowed),
+                "{kind:?} {which} {errors:e?}"
+            );
 
             let (mut dp, mut expected) = (zeros(prepared.component.poses.len()), zeros(prepared.component.poses.len()));
             corrections(&prepared.component, &prepared.component.dlambda, &mut expected);

@@ -3,8 +3,8 @@
 mod common;
 mod moving;
 
-use copingnet::{GnGuess, GraphTensors, Inputs, Network, Trained};
 use burn::tensor::{Device, Tensor};
+use copingnet::{GnGuess, GraphTensors, Inputs, Network, Trained};
 use graph::Batch;
 use moving::scenes::{DT, zeros};
 use moving::{KINDS, Prepared, apart, in_motion, prepared};

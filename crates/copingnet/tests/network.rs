@@ -70,7 +70,9 @@ fn the_packed_pass_gives_the_same_where_outputs_saturate() {
     let graphs = batch(&[chain(13), tree(9)]);
     let config = NetworkConfig { scans: 4, ..NetworkConfig::default() };
     let mut weights = weights(config, 1.0);
-    for (_, values) in weights.tensors_mut().filter(|(spec, _)| spec.name.starts_with("decoder") && spec.name.ends_with("1.bias")) {
+    for (_, values) in
+        weights.tensors_mut().filter(|(spec, _)| spec.name.starts_with("decoder") && spec.name.ends_with("1.bias"))
+    {
         values.copy_from_slice(&[-12.0, -8.0, -4.0, 4.0, 8.0, 12.0]);
     }
     let outputs = assert_packed_is_right(&weights, &graphs);
@@ -98,7 +100,15 @@ fn gradients(weights: &Weights, graphs: &Batch, inputs: &Inputs, device: &Device
 
 /// A small network of every kind of tensor.
 fn small(output: Output) -> NetworkConfig {
-    NetworkConfig { width: 8, gn_blocks: 2, scans: 3, node_outputs: 3, edge_outputs: 2, output, ..NetworkConfig::default() }
+    NetworkConfig {
+        width: 8,
+        gn_blocks: 2,
+        scans: 3,
+        node_outputs: 3,
+        edge_outputs: 2,
+        output,
+        ..NetworkConfig::default()
+    }
 }
 
 #[test]
@@ -217,11 +227,9 @@ fn reached(config: NetworkConfig, graphs: &Batch, node: usize) -> [Vec<usize>; 2
     let columns = other.nodes.len() / graphs.nodes();
     other.nodes[node * columns..(node + 1) * columns].iter_mut().for_each(|x| *x = -*x);
     let burned = |inputs: &Inputs| burned(&weights, graphs, inputs, &Device::ndarray());
-    let [found, expected] = [
-        [packed(&weights, graphs, &inputs), packed(&weights, graphs, &other)],
-        [burned(&inputs), burned(&other)],
-    ]
-    .map(|[a, b]| [changed(&a[0], &b[0], config.node_outputs), changed(&a[1], &b[1], config.edge_outputs)]);
+    let [found, expected] =
+        [[packed(&weights, graphs, &inputs), packed(&weights, graphs, &other)], [burned(&inputs), burned(&other)]]
+            .map(|[a, b]| [changed(&a[0], &b[0], config.node_outputs), changed(&a[1], &b[1], config.edge_outputs)]);
     assert_eq!(found, expected);
     found
 }

@@ -74,13 +74,19 @@ fn slope(mut f: impl FnMut(f64) -> f64, h: f64) -> f64 {
 #[test]
 fn a_few_samples_are_learned_by_heart() {
     for kind in &KINDS[..2] {
-        let small = Small::new(2, 2, &format!("{kind} --width 16 --scans 4 --learning-rate 1e-2 --schedule cosine --epochs 1200"));
+        let small = Small::new(
+            2,
+            2,
+            &format!("{kind} --width 16 --scans 4 --learning-rate 1e-2 --schedule cosine --epochs 1200"),
+        );
         let mut trainer = small.trainer();
         let mut loss = f64::INFINITY;
         let begin = std::time::Instant::now();
         for epoch in 0..small.plan.epochs {
             loss = trainer.step(&trainer.order(epoch)).0;
-            if epoch % 100 == 0 { eprintln!("{epoch} {loss:e}"); }
+            if epoch % 100 == 0 {
+                eprintln!("{epoch} {loss:e}");
+            }
         }
         eprintln!("heart {kind} {loss:e} {:?}", begin.elapsed());
         assert!(loss < 1e-6, "{kind}: {loss:e}");
@@ -90,7 +96,11 @@ fn a_few_samples_are_learned_by_heart() {
 #[test]
 fn the_loss_through_conjugate_gradients_falls() {
     for kind in &KINDS[2..] {
-        let small = Small::new(2, 2, &format!("{kind} --width 16 --scans 4 --schedule cosine --learning-rate 1e-2 --epochs 600"));
+        let small = Small::new(
+            2,
+            2,
+            &format!("{kind} --width 16 --scans 4 --schedule cosine --learning-rate 1e-2 --epochs 600"),
+        );
         let mut trainer = small.trainer();
         let begin = std::time::Instant::now();
         let losses: Vec<f64> = (0..small.plan.epochs).map(|epoch| trainer.step(&trainer.order(epoch)).0).collect();
@@ -168,22 +178,33 @@ fn losses_have_the_gradients_of_central_differences() {
             (0..count * small.plan.head.outputs()).map(|k| 0.5 * (12.9 * k as f32 + shift).sin()).collect()
         };
         let [nodes, edges] = [outputs(n, 0.0), outputs(m, 1.0)];
-        let evaluate =
-            |nodes: &[f32], edges: &[f32]| trainer.objective.evaluate(&small.samples, &chunk, [nodes, edges], 4, [n, m]);
+        let evaluate = |nodes: &[f32], edges: &[f32]| {
+            trainer.objective.evaluate(&small.samples, &chunk, [nodes, edges], 4, [n, m])
+        };
         let gradient = evaluate(&nodes, &edges);
         for seed in [2.0, 3.0, 4.0] {
             for (own, found) in [(&nodes, &gradient.nodes), (&edges, &gradient.edges)] {
                 // Steps with few digits, so that moved outputs are hardly rounded.
-                let direction: Vec<f32> = outputs(own.len() / small.plan.head.outputs(), seed).iter().map(|x| (x * 8.0).round() / 8.0).collect();
+                let direction: Vec<f32> = outputs(own.len() / small.plan.head.outputs(), seed)
+                    .iter()
+                    .map(|x| (x * 8.0).round() / 8.0)
+                    .collect();
                 let expected = slope(
                     |h| {
                         let moved: Vec<f32> = own.iter().zip(&direction).map(|(x, d)| x + h as f32 * d).collect();
-                        if std::ptr::eq(own, &nodes) { evaluate(&moved, &edges).loss } else { evaluate(&nodes, &moved).loss }
+                        if std::ptr::eq(own, &nodes) {
+                            evaluate(&moved, &edges).loss
+                        } else {
+                            evaluate(&nodes, &moved).loss
+                        }
                     },
                     1.0 / 256.0,
                 );
                 let found: f64 = found.iter().zip(&direction).map(|(g, d)| f64::from(*g) * f64::from(*d)).sum();
-                eprintln!("objective {kind} {seed} {found:e} {expected:e} {:e}", (found - expected).abs() / expected.abs());
+                eprintln!(
+                    "objective {kind} {seed} {found:e} {expected:e} {:e}",
+                    (found - expected).abs() / expected.abs()
+                );
                 assert!((found - expected).abs() <= 1e-4 * expected.abs(), "{kind}: {found:e} {expected:e}");
             }
         }
