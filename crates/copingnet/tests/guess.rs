@@ -3,8 +3,8 @@
 mod common;
 mod moving;
 
-use burn::tensor::{Device, Tensor};
-use copingnet::{GnGuess, GraphTensors, Inputs, Network, Trained};
+use burn::tensor::Tensor;
+use copingnet::{Backend, GnGuess, GraphTensors, Inputs, Network, Trained};
 use graph::Batch;
 use moving::scenes::{DT, zeros};
 use moving::{KINDS, Prepared, apart, in_motion, prepared};
@@ -112,7 +112,7 @@ fn a_batch_in_burn_gives_what_guesses_give_one_by_one() {
             nodes.extend(common::rows(&inputs.nodes, &inputs.constant_nodes, n));
             edges.extend(common::rows(&inputs.edges, &inputs.constant_edges, m));
         }
-        let device = &Device::ndarray();
+        let device = &Backend::Ndarray.device();
         let tensors = GraphTensors::new(&graphs, &nodes, &edges, true, device);
         let (nodes, edges) = Network::new(&all[0].weights, device).forward(&tensors);
         let [nodes, edges] = [nodes, edges].map(|x: Tensor<2>| x.into_data().iter::<f32>().collect::<Vec<_>>());

@@ -44,7 +44,7 @@ fn apart(found: &[f32], expected: &[f32]) -> f64 {
 #[track_caller]
 fn assert_packed_is_right(weights: &Weights, graphs: &Batch) -> [Vec<f32>; 2] {
     let inputs = Inputs::random(weights.config(), graphs, 1);
-    let expected = burned(weights, graphs, &inputs, &Device::ndarray());
+    let expected = burned(weights, graphs, &inputs, &Backend::Ndarray.device());
     for (found, expected) in packed(weights, graphs, &inputs).iter().zip(&expected) {
         let apart = apart(found, expected);
         assert!(apart < 1e-5, "{apart:e} {:?}", weights.config());
@@ -119,7 +119,7 @@ fn gradients_are_those_of_central_differences() {
     for output in [Output::Tanh, Output::Linear] {
         let mut weights = weights(small(output), 1.0);
         let inputs = Inputs::random(weights.config(), &graphs, 1);
-        let found = gradients(&weights, &graphs, &inputs, &Device::ndarray());
+        let found = gradients(&weights, &graphs, &inputs, &Backend::Ndarray.device());
         assert_eq!(found.len(), weights.values().len());
         let sum = |weights: &Weights| -> f64 {
             let outputs = reference(weights, &graphs, &inputs);
@@ -152,7 +152,7 @@ fn gradients_are_those_of_central_differences() {
 
 #[test]
 fn parameters_without_influence_have_the_gradient_zero() {
-    let device = &Device::ndarray().autodiff();
+    let device = &Backend::Ndarray.device().autodiff();
     let graphs = batch(&[chain(6)]);
     let weights = weights(small(Output::Linear), 1.0);
     let network = Network::new(&weights, device);
@@ -199,7 +199,7 @@ impl ModuleVisitor for Shapes {
 
 #[test]
 fn parameters_come_back_in_their_order() {
-    let device = &Device::ndarray();
+    let device = &Backend::Ndarray.device();
     for (scans, mlp_layers, gn_blocks) in [(0, 2, 3), (4, 1, 2), (3, 3, 0), (1, 2, 1)] {
         let config = NetworkConfig { scans, mlp_layers, gn_blocks, ..NetworkConfig::default() };
         let [first, second] = [1, 2].map(|seed| Weights::random(config, seed));
@@ -226,7 +226,7 @@ fn reached(config: NetworkConfig, graphs: &Batch, node: usize) -> [Vec<usize>; 2
     let mut other = Inputs::random(&config, graphs, 1);
     let columns = other.nodes.len() / graphs.nodes();
     other.nodes[node * columns..(node + 1) * columns].iter_mut().for_each(|x| *x = -*x);
-    let burned = |inputs: &Inputs| burned(&weights, graphs, inputs, &Device::ndarray());
+    let burned = |inputs: &Inputs| burned(&weights, graphs, inputs, &Backend::Ndarray.device());
     let [found, expected] =
         [[packed(&weights, graphs, &inputs), packed(&weights, graphs, &other)], [burned(&inputs), burned(&other)]]
             .map(|[a, b]| [changed(&a[0], &b[0], config.node_outputs), changed(&a[1], &b[1], config.edge_outputs)]);
@@ -314,7 +314,7 @@ fn other_numbers_for_the_nodes_permute_the_outputs() {
             nodes: permuted(&inputs.nodes, &nodes),
             edges: permuted(&inputs.edges, &edges),
         };
-        let device = Device::ndarray();
+        let device = Backend::Ndarray.device();
         for [x, y] in [
             [packed(&weights, &a, &inputs), packed(&weights, &b, &other)],
             [burned(&weights, &a, &inputs, &device), burned(&weights, &b, &other, &device)],

@@ -1,7 +1,6 @@
 //! Trainings of small networks on a few steps of a few scenes.
 
 use clap::Parser;
-use copingnet::Inputs;
 use dataset::{Config, Dataset, generate};
 use rayon::ThreadPoolBuilder;
 use tempfile::TempDir;
@@ -39,7 +38,7 @@ impl Small {
         };
         encoding.whitening = whitening(&dataset, &Arc::new(encoding.clone()), 1);
         let encoding = Arc::new(encoding);
-        let samples = Samples::new(&dataset, &encoding, 1);
+        let samples = Samples::new(&dataset, &encoding);
         assert_eq!(samples.len(), trajectories * steps);
         Self { plan, dataset, encoding, samples, _directory: directory }
     }
