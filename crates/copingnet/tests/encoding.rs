@@ -24,8 +24,8 @@ fn rigid_motions_turn_predictions_along() {
                 dlambda.stretch = Vec3((turn * Vector3::from(dlambda.stretch.0)).into());
             }
             let errors = apart(&found, &expected);
-            eprintln!("rigid {kind:?} {which} {errors:e?}");
-            assert!(errors.iter().all(|&error| error < 1e-5), "{kind:?} {which}: {errors:e?}");
+            eprintln!("rigid {kind:?} {which} {errors:?}");
+            assert!(errors.iter().all(|&error| error < 1e-5), "{kind:?} {which}: {errors:?}");
         }
     }
 }
@@ -85,8 +85,8 @@ fn turned_planes_keep_multipliers_within_rounding() {
             dlambda.bend = Vec3([0.0, dlambda.bend.0[1], 0.0]);
         }
         let errors = apart(&predicted, &planar);
-        eprintln!("planes {kind:?} {errors:e?}");
-        assert!(errors.iter().all(|&error| error < 1e-12), "{kind:?}: {errors:e?}");
+        eprintln!("planes {kind:?} {errors:?}");
+        assert!(errors.iter().all(|&error| error < 1e-12), "{kind:?}: {errors:?}");
     }
 }
 
@@ -103,12 +103,12 @@ fn targets_stand_for_the_exact_solution() {
             let mut found = zeros(component.dlambda.len());
             encoder.dlambda(component, [&nodes, &edges], &mut found);
             let errors = apart(&found, &component.dlambda);
-            eprintln!("targets {kind:?} {which} {errors:e?}");
+            eprintln!("targets {kind:?} {which} {errors:?}");
             // Single precision; the head with turns neglects the compliance of stretch, some 1e-5 of what it keeps.
             let allowed = if kind.1 == Head::Semi { [3e-5, 1e-7] } else { [1e-7; 2] };
             assert!(
                 errors.iter().zip(allowed).all(|(error, allowed)| *error < allowed),
-                "{kind:?} {which} {errors:e?}"
+                "{kind:?} {which} {errors:?}"
             );
 
             let (mut dp, mut expected) = (zeros(prepared.component.poses.len()), zeros(prepared.component.poses.len()));

@@ -125,7 +125,7 @@ fn a_batch_in_burn_gives_what_guesses_give_one_by_one() {
             one.encoder.dlambda(&one.component, own, &mut found);
             (node, edge) = (node + n, edge + m);
             let errors = apart(&found, &expected);
-            assert!(errors.iter().all(|&error| error < 1e-5), "{kind:?} {which}: {errors:e?}");
+            assert!(errors.iter().all(|&error| error < 1e-5), "{kind:?} {which}: {errors:?}");
         }
         assert_eq!([node, edge], [nodes.len(), edges.len()]);
     }

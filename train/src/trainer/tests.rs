@@ -71,39 +71,28 @@ fn slope(mut f: impl FnMut(f64) -> f64, h: f64) -> f64 {
 }
 
 #[test]
-fn a_few_samples_are_learned_by_heart() {
-    for kind in &KINDS[..2] {
-        let small = Small::new(
-            2,
-            2,
-            &format!("{kind} --width 16 --scans 4 --learning-rate 1e-2 --schedule cosine --epochs 1200"),
-        );
-        let mut trainer = small.trainer();
-        let mut loss = f64::INFINITY;
-        let begin = std::time::Instant::now();
-        for epoch in 0..small.plan.epochs {
-            loss = trainer.step(&trainer.order(epoch)).0;
-            if epoch % 100 == 0 {
-                eprintln!("{epoch} {loss:e}");
-            }
+fn experiment() {
+    let args = std::env::var("ARGS").unwrap_or_default();
+    let [a, b] = ["TRAJ", "STEPS"].map(|k| std::env::var(k).map_or(1, |x| x.parse().unwrap()));
+    let small = Small::new(a, b, &args);
+    let mut trainer = small.trainer();
+    let begin = std::time::Instant::now();
+    for epoch in 0..small.plan.epochs {
+        let loss = trainer.step(&trainer.order(epoch)).0;
+        if epoch % 100 == 99 {
+            eprintln!("{epoch} {loss:e} {:?}", begin.elapsed());
         }
-        eprintln!("heart {kind} {loss:e} {:?}", begin.elapsed());
-        assert!(loss < 1e-6, "{kind}: {loss:e}");
     }
 }
 
 #[test]
-fn the_loss_through_conjugate_gradients_falls() {
-    for kind in &KINDS[2..] {
-        let small = Small::new(
-            2,
-            2,
-            &format!("{kind} --width 16 --scans 4 --schedule cosine --learning-rate 1e-2 --epochs 600"),
-        );
+fn a_few_samples_are_learned_by_heart() {
+    for (kind, allowed) in [(KINDS[0], 1e-6), (KINDS[1], 1e-6), (KINDS[2], -6.0), (KINDS[3], -5.0)] {
+        let small = Small::new(1, 2, &format!("{kind} --schedule cosine --learning-rate 3e-3 --epochs 1000"));
         let mut trainer = small.trainer();
-        let begin = std::time::Instant::now();
-        let losses: Vec<f64> = (0..small.plan.epochs).map(|epoch| trainer.step(&trainer.order(epoch)).0).collect();
-        eprintln!("cg {kind} {:?} {:?} {:?}", losses[0], losses.last(), begin.elapsed());
+        let first = trainer.step(&trainer.order(0)).0;
+        let last = (1..small.plan.epochs).map(|epoch| trainer.step(&trainer.order(epoch)).0).last().unwrap();
+        assert!(last < allowed, "{kind}: from {first:e} to {last:e}");
     }
 }
 
@@ -224,6 +213,7 @@ fn the_whole_has_the_gradient_of_central_differences() {
             first = range.end;
             // Along the tensor's own gradient, where the loss changes most.
             let norm = gradient[range.clone()].iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
+            for h in [1e-2, 3e-3, 1e-3, 3e-4] {
             let expected = slope(
                 |h| {
                     trainer.weights.values_mut().copy_from_slice(&weights);
@@ -232,9 +222,10 @@ fn the_whole_has_the_gradient_of_central_differences() {
                     }
                     trainer.gradient(&chunk, 4, rows(&chunk)).0
                 },
-                1e-2,
+                h,
             );
-            eprintln!("whole {kind} {} {norm:e} {expected:e} {:e}", spec.name, (norm - expected).abs() / norm);
+            eprintln!("whole{h} {kind} {} {norm:e} {expected:e} {:e}", spec.name, (norm - expected).abs() / norm);
+            }
         }
     }
 }
