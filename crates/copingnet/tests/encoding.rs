@@ -24,8 +24,7 @@ fn rigid_motions_turn_predictions_along() {
                 dlambda.stretch = Vec3((turn * Vector3::from(dlambda.stretch.0)).into());
             }
             let errors = apart(&found, &expected);
-            eprintln!("rigid {kind:?} {which} {errors:?}");
-            assert!(errors.iter().all(|&error| error < 1e-5), "{kind:?} {which}: {errors:?}");
+            assert!(errors.iter().all(|&error| error < 1e-6), "{kind:?} {which}: {errors:?}");
         }
     }
 }
@@ -85,7 +84,6 @@ fn turned_planes_keep_multipliers_within_rounding() {
             dlambda.bend = Vec3([0.0, dlambda.bend.0[1], 0.0]);
         }
         let errors = apart(&predicted, &planar);
-        eprintln!("planes {kind:?} {errors:?}");
         assert!(errors.iter().all(|&error| error < 1e-12), "{kind:?}: {errors:?}");
     }
 }
@@ -103,9 +101,8 @@ fn targets_stand_for_the_exact_solution() {
             let mut found = zeros(component.dlambda.len());
             encoder.dlambda(component, [&nodes, &edges], &mut found);
             let errors = apart(&found, &component.dlambda);
-            eprintln!("targets {kind:?} {which} {errors:?}");
-            // Single precision; the head with turns neglects the compliance of stretch, some 1e-5 of what it keeps.
-            let allowed = if kind.1 == Head::Semi { [3e-5, 1e-7] } else { [1e-7; 2] };
+            // Single precision; the head with turns neglects the compliance of stretch, some 1e-6 of what it keeps.
+            let allowed = if kind.1 == Head::Semi { [1e-5, 1e-8] } else { [1e-7; 2] };
             assert!(
                 errors.iter().zip(allowed).all(|(error, allowed)| *error < allowed),
                 "{kind:?} {which} {errors:?}"
@@ -149,7 +146,6 @@ fn adjoints_are_the_gradients_of_the_multipliers() {
             let largest = expected.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
             let errors = found.iter().zip(&expected).map(|(&a, b)| (f64::from(a) - b).abs());
             let error = errors.fold(0.0_f64, f64::max);
-            eprintln!("adjoint {kind:?} {which} {:e}", error / largest);
             assert!(error < 1e-7 * largest, "{kind:?} {which}: {error:e} of {largest:e}");
         }
     }

@@ -143,7 +143,6 @@ fn gradients_are_those_of_central_differences() {
                 largest = largest.max(expected.abs());
             }
             k += spec.len();
-            eprintln!("{} {:e} {:e}", spec.name, error / largest, largest);
             // Sums over all rows in single precision.
             assert!(error < 1e-5 * largest, "{}: {error:e} of {largest:e}", spec.name);
         }
@@ -219,9 +218,10 @@ fn changed(a: &[f32], b: &[f32], columns: usize) -> Vec<usize> {
     a.chunks(columns).zip(b.chunks(columns)).enumerate().filter(differs).map(|(row, _)| row).collect()
 }
 
-/// The nodes and edges whose outputs change with the inputs of a node, in both passes.
+/// The nodes and edges whose outputs change with the inputs of a node, in both passes. Weights are large enough for
+/// what comes from afar not to be rounded away.
 fn reached(config: NetworkConfig, graphs: &Batch, node: usize) -> [Vec<usize>; 2] {
-    let weights = weights(config, 1.0);
+    let weights = weights(NetworkConfig { output: Output::Linear, ..config }, 2.0);
     let inputs = Inputs::random(&config, graphs, 1);
     let mut other = Inputs::random(&config, graphs, 1);
     let columns = other.nodes.len() / graphs.nodes();

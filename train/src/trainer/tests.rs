@@ -36,6 +36,14 @@ impl Small {
             norms: dataset.norms(),
             whitening: plan.features.unwhitened(),
         };
+        if let Ok(k) = std::env::var("NORMS") {
+            let k: f64 = k.parse().unwrap();
+            let n = &mut encoding.norms;
+            n.dx *= k;
+            n.dphi *= k;
+            n.dlambda_stretch *= k;
+            n.dlambda_bend *= k;
+        }
         encoding.whitening = whitening(&dataset, &Arc::new(encoding.clone()), 1);
         let encoding = Arc::new(encoding);
         let samples = Samples::new(&dataset, &encoding);
