@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Parser, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use copingnet::{Backend, Features, Head, NetworkConfig};
 use dataset::Scenario;
 
@@ -13,8 +13,41 @@ use dataset::Scenario;
 /// Data are generated where they are absent. At intervals the network is measured by what counts, the iterations of
 /// conjugate gradients that its guess saves on validation scenes; the best weights are kept.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(version, args_conflicts_with_subcommands = true)]
 pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) train: TrainArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Generate a data set, or a part of it, and train nothing.
+    Data(DataArgs),
+}
+
+/// Which data set to generate.
+#[derive(Args, Debug)]
+pub(crate) struct DataArgs {
+    /// Which of the paper's scenarios (Table 1): rod, helix.
+    #[arg(long, default_value_t = Scenario::Rod)]
+    pub(crate) scenario: Scenario,
+    /// Folder of the data sets; each scenario's is DIR/SCENARIO.
+    #[arg(long, default_value = "data", value_name = "DIR")]
+    pub(crate) data: PathBuf,
+    /// Part i of n, from 0/n to (n - 1)/n: for the jobs of an array that share a folder. Whichever finds all parts there
+    /// writes the manifest; the files have the same bits as those of a single job.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub(crate) shard: Option<(usize, usize)>,
+    /// Threads [default: one a core]. The files have the same bits on any number.
+    #[arg(long, value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+}
+
+/// What to train, and how.
+#[derive(Args, Debug)]
+pub(crate) struct TrainArgs {
     /// Which of the paper's scenarios (Table 1): rod, helix.
     #[arg(long, default_value_t = Scenario::Rod)]
     pub(crate) scenario: Scenario,
@@ -193,7 +226,7 @@ pub(crate) struct Plan {
     pub(crate) out: PathBuf,
 }
 
-impl Cli {
+impl TrainArgs {
     /// Fills in the recipe's choices.
     pub(crate) fn plan(&self) -> Plan {
         let is_best = self.recipe == Recipe::Best;
@@ -238,10 +271,20 @@ impl Cli {
             backend: self.backend,
             measure_every: self.measure_every,
             scenes: if self.quick { 12 } else { 30 },
-            threads: self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get())),
+            threads: threads_or_cores(self.threads),
             out: self.out.clone().unwrap_or_else(|| PathBuf::from("checkpoints").join(name())),
         }
     }
+}
+
+/// The number asked for, or one a core.
+pub(crate) fn threads_or_cores(asked: Option<usize>) -> usize {
+    asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()))
+}
+
+fn shard(text: &str) -> Result<(usize, usize), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    parts.filter(|&(i, n)| i < n).ok_or_else(|| "it must be i/n, whole numbers with i from 0 to n - 1".to_owned())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -20,7 +20,12 @@ const BAD_INPUT: u8 = 2;
 const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
-    match run::run(&cli::Cli::parse()) {
+    let cli = cli::Cli::parse();
+    let result = match &cli.command {
+        None => run::run(&cli.train),
+        Some(cli::Command::Data(args)) => data::generate_part(args).map(|()| run::Outcome::Done),
+    };
+    match result {
         Ok(run::Outcome::Done) => ExitCode::SUCCESS,
         Ok(run::Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => {

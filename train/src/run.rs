@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail};
 use copingnet::{Card, Checkpoint, Encoding, Measured as Figure, Training, TrainingState, Weights};
 use dataset::{Dataset, MANIFEST};
 
-use crate::cli::{Cli, Plan, Recipe};
+use crate::cli::{Plan, Recipe, TrainArgs};
 use crate::curves::{self, Row};
 use crate::data;
 use crate::measure::{self, CELLS, Measured};
@@ -28,7 +28,7 @@ pub(crate) enum Outcome {
 const WHITENING_EVERY: usize = 10;
 
 /// Trains as the command line says.
-pub(crate) fn run(cli: &Cli) -> Result<Outcome> {
+pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let plan = cli.plan();
     let say = |text: &dyn Fn() -> String| {
         if !cli.quiet {
