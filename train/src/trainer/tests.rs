@@ -20,7 +20,7 @@ struct Small {
 
 impl Small {
     fn new(trajectories: usize, steps: usize, arguments: &str) -> Self {
-        let plan = Cli::parse_from(["train"].into_iter().chain(arguments.split_whitespace())).plan();
+        let plan = Cli::parse_from(["train"].into_iter().chain(arguments.split_whitespace())).train.plan();
         let directory = tempfile::tempdir().unwrap();
         let config = Config {
             train_trajectories: trajectories,
@@ -36,13 +36,10 @@ impl Small {
             norms: dataset.norms(),
             whitening: plan.features.unwhitened(),
         };
-        if let Ok(k) = std::env::var("NORMS") {
-            let k: f64 = k.parse().unwrap();
-            let n = &mut encoding.norms;
-            n.dx *= k;
-            n.dphi *= k;
-            n.dlambda_stretch *= k;
-            n.dlambda_bend *= k;
+        // Targets of at most a half: the tanh before outputs comes to 1 in no finite time.
+        let norms = &mut encoding.norms;
+        for norm in [&mut norms.dx, &mut norms.dphi, &mut norms.dlambda_stretch, &mut norms.dlambda_bend] {
+            *norm *= 2.0;
         }
         encoding.whitening = whitening(&dataset, &Arc::new(encoding.clone()), 1);
         let encoding = Arc::new(encoding);
@@ -79,28 +76,21 @@ fn slope(mut f: impl FnMut(f64) -> f64, h: f64) -> f64 {
 }
 
 #[test]
-fn experiment() {
-    let args = std::env::var("ARGS").unwrap_or_default();
-    let [a, b] = ["TRAJ", "STEPS"].map(|k| std::env::var(k).map_or(1, |x| x.parse().unwrap()));
-    let small = Small::new(a, b, &args);
-    let mut trainer = small.trainer();
-    let begin = std::time::Instant::now();
-    for epoch in 0..small.plan.epochs {
-        let loss = trainer.step(&trainer.order(epoch)).0;
-        if epoch % 100 == 99 {
-            eprintln!("{epoch} {loss:e} {:?}", begin.elapsed());
-        }
-    }
-}
-
-#[test]
-fn a_few_samples_are_learned_by_heart() {
-    for (kind, allowed) in [(KINDS[0], 1e-6), (KINDS[1], 1e-6), (KINDS[2], -6.0), (KINDS[3], -5.0)] {
-        let small = Small::new(1, 2, &format!("{kind} --schedule cosine --learning-rate 3e-3 --epochs 1000"));
+fn a_sample_is_learned_by_heart() {
+    let trained = |arguments: &str| {
+        let small = Small::new(1, 1, &format!("{arguments} --scans 16 --learning-rate 5e-3 --schedule cosine"));
         let mut trainer = small.trainer();
-        let first = trainer.step(&trainer.order(0)).0;
-        let last = (1..small.plan.epochs).map(|epoch| trainer.step(&trainer.order(epoch)).0).last().unwrap();
-        assert!(last < allowed, "{kind}: from {first:e} to {last:e}");
+        let losses: Vec<f64> = (0..small.plan.epochs).map(|epoch| trainer.step(&trainer.order(epoch)).0).collect();
+        [losses[0], losses[losses.len() - 1]]
+    };
+    for mean_square in ["--epochs 600", "--recipe best --loss mse --epochs 200"] {
+        let [first, last] = trained(mean_square);
+        assert!(first > 1e-2 && last < 1e-6, "{mean_square}: {first:e} {last:e}");
+    }
+    for cg in ["--recipe best --epochs 200", "--loss cg --epochs 200"] {
+        // Logarithms of squares.
+        let [first, last] = trained(cg);
+        assert!(last < first - 5.0, "{cg}: {first} {last}");
     }
 }
 
@@ -197,11 +187,7 @@ fn losses_have_the_gradients_of_central_differences() {
                     1.0 / 256.0,
                 );
                 let found: f64 = found.iter().zip(&direction).map(|(g, d)| f64::from(*g) * f64::from(*d)).sum();
-                eprintln!(
-                    "objective {kind} {seed} {found:e} {expected:e} {:e}",
-                    (found - expected).abs() / expected.abs()
-                );
-                assert!((found - expected).abs() <= 1e-4 * expected.abs(), "{kind}: {found:e} {expected:e}");
+                assert!((found - expected).abs() <= 1e-5 * expected.abs(), "{kind}: {found:e} {expected:e}");
             }
         }
     }
@@ -213,6 +199,7 @@ fn the_whole_has_the_gradient_of_central_differences() {
         let small = Small::new(2, 3, &format!("{kind} --width 16 --scans 3"));
         let (mut trainer, chunk) = small.under_way();
         let (_, gradient) = trainer.gradient(&chunk, 4, rows(&chunk));
+        let norm = |part: &[f32]| part.iter().map(|&g| f64::from(g).powi(2)).sum::<f64>().sqrt();
         let specs: Vec<_> = trainer.weights.tensors().map(|(spec, _)| spec.clone()).collect();
         let weights = trainer.weights.values().to_vec();
         let mut first = 0;
@@ -220,20 +207,26 @@ fn the_whole_has_the_gradient_of_central_differences() {
             let range = first..first + spec.len();
             first = range.end;
             // Along the tensor's own gradient, where the loss changes most.
-            let norm = gradient[range.clone()].iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
-            for h in [1e-2, 3e-3, 1e-3, 3e-4] {
-            let expected = slope(
-                |h| {
-                    trainer.weights.values_mut().copy_from_slice(&weights);
-                    for k in range.clone() {
-                        trainer.weights.values_mut()[k] += (h * f64::from(gradient[k]) / norm) as f32;
-                    }
-                    trainer.gradient(&chunk, 4, rows(&chunk)).0
-                },
-                h,
-            );
-            eprintln!("whole{h} {kind} {} {norm:e} {expected:e} {:e}", spec.name, (norm - expected).abs() / norm);
+            let found = norm(&gradient[range.clone()]);
+            if found == 0.0 {
+                // The paper's multipliers are outputs of edges alone, which hear nothing of the nodes' last change.
+                let is_unheard =
+                    ["block.2.scan", "block.2.node", "decoder.node"].iter().any(|x| spec.name.starts_with(x));
+                assert!(kind == "--loss cg" && is_unheard, "{kind} {}", spec.name);
+                continue;
             }
+            let along = |h: f64| {
+                trainer.weights.values_mut().copy_from_slice(&weights);
+                for k in range.clone() {
+                    trainer.weights.values_mut()[k] += (h * f64::from(gradient[k]) / found) as f32;
+                }
+                trainer.gradient(&chunk, 4, rows(&chunk)).0
+            };
+            // Outputs are in single precision: steps are as short as that allows, so that few ReLUs turn within them.
+            let expected = slope(along, 3e-4);
+            let error = (found - expected).abs();
+            eprintln!("whole {:e}", error / norm(&gradient));
+            assert!(error < 1e-4 * norm(&gradient), "{kind} {}: {found:e} {expected:e}", spec.name);
         }
     }
 }
