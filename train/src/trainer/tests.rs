@@ -85,7 +85,7 @@ fn a_sample_is_learned_by_heart() {
     };
     for mean_square in ["--epochs 600", "--recipe best --loss mse --epochs 200"] {
         let [first, last] = trained(mean_square);
-        assert!(first > 1e-2 && last < 1e-6, "{mean_square}: {first:e} {last:e}");
+        assert!(last < 1e-6 && last < 1e-4 * first, "{mean_square}: {first:e} {last:e}");
     }
     for cg in ["--recipe best --epochs 200", "--loss cg --epochs 200"] {
         // Logarithms of squares.
@@ -225,7 +225,6 @@ fn the_whole_has_the_gradient_of_central_differences() {
             // Outputs are in single precision: steps are as short as that allows, so that few ReLUs turn within them.
             let expected = slope(along, 3e-4);
             let error = (found - expected).abs();
-            eprintln!("whole {:e}", error / norm(&gradient));
             assert!(error < 1e-4 * norm(&gradient), "{kind} {}: {found:e} {expected:e}", spec.name);
         }
     }
