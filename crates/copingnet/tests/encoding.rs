@@ -103,10 +103,7 @@ fn targets_stand_for_the_exact_solution() {
             let errors = apart(&found, &component.dlambda);
             // Single precision; the head with turns neglects the compliance of stretch, some 1e-6 of what it keeps.
             let allowed = if kind.1 == Head::Semi { [1e-5, 1e-8] } else { [1e-7; 2] };
-            assert!(
-                errors.iter().zip(allowed).all(|(error, allowed)| *error < allowed),
-                "{kind:?} {which} {errors:?}"
-            );
+            assert!(errors.iter().zip(allowed).all(|(error, allowed)| *error < allowed), "{kind:?} {which} {errors:?}");
 
             let (mut dp, mut expected) = (zeros(prepared.component.poses.len()), zeros(prepared.component.poses.len()));
             corrections(&prepared.component, &prepared.component.dlambda, &mut expected);
