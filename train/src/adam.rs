@@ -48,3 +48,53 @@ impl Adam {
         norm
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PARAMS: AdamParams = AdamParams { beta_1: 0.9, beta_2: 0.999, clip: f64::INFINITY };
+
+    #[test]
+    fn two_steps_are_those_by_hand() {
+        let (mut adam, mut values) = (Adam::new(3), [1.0, -2.0, 0.5]);
+        assert_eq!(adam.step(&PARAMS, 0.125, &[1.0, -4.0, 0.0], &mut values), 17.0_f64.sqrt());
+        // The first step is as long for every gradient, but for none: mean g, mean of squares g^2.
+        for (value, expected) in values.iter().zip([0.875, -1.875, 0.5]) {
+            assert!((value - expected).abs() < 2e-7, "{value} {expected}");
+        }
+        assert_eq!((adam.mean[0], adam.mean[1], adam.square[0]), (0.1, -0.4, 0.001));
+        // 0.09 - 0.05 over 1 - 0.81; 0.000999 + 0.00025 over 1 - 0.998001.
+        adam.step(&PARAMS, 0.125, &[-0.5, 0.0, 0.0], &mut values);
+        let step = 0.125 * (0.04 / 0.19) / (0.001249_f64 / 0.001999).sqrt();
+        assert!((f64::from(values[0]) - (0.875 - step)).abs() < 2e-7, "{}", values[0]);
+        assert_eq!(adam.steps, 2);
+    }
+
+    #[test]
+    fn long_gradients_are_cut_and_short_ones_are_not() {
+        let step = |clip: f64, gradient: [f32; 2]| {
+            let (mut adam, mut values) = (Adam::new(2), [1.0, 1.0]);
+            let norm = adam.step(&AdamParams { clip, ..PARAMS }, 0.1, &gradient, &mut values);
+            (norm, adam, values)
+        };
+        let (norm, cut, _) = step(1.0, [3.0, -4.0]);
+        assert_eq!(norm, 5.0);
+        assert_eq!((cut.mean, cut.square), (vec![0.06, -0.08], vec![0.00036, 0.00064]));
+        assert_eq!(step(5.0, [3.0, -4.0]), step(f64::INFINITY, [3.0, -4.0]));
+        // Squares beyond single precision.
+        let (norm, long, values) = step(1.0, [3e30, -4e30]);
+        assert!((norm / 5e30 - 1.0).abs() < 1e-7 && long.mean == [0.06, -0.08] && values[0] < 1.0);
+    }
+
+    #[test]
+    fn gradients_that_are_not_finite_are_left_out() {
+        let (mut adam, mut values) = (Adam::new(2), [1.0, 1.0]);
+        adam.step(&PARAMS, 0.1, &[1.0, 2.0], &mut values);
+        let before = (adam.clone(), values);
+        for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert!(!adam.step(&PARAMS, 0.1, &[1.0, wrong], &mut values).is_finite());
+            assert_eq!((&adam, &values), (&before.0, &before.1));
+        }
+    }
+}

@@ -114,3 +114,6 @@ impl<'a> Trainer<'a> {
         (evaluated.loss, network.gradients(&gradients))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -134,6 +134,8 @@ pub struct Encoder {
     /// Our own features, with the head that makes multipliers of their outputs.
     body_frame: Option<BodyFrame>,
     dp: Vec<Six<f64>>,
+    /// A gradient within the plane.
+    gradient: Vec<Six<f64>>,
 }
 
 #[derive(Clone, Debug)]
@@ -171,8 +173,8 @@ impl Encoder {
             outputs: [graph.nodes().len(), graph.edges().len()].map(|rows| vec![0.0; encoding.head.outputs() * rows]),
             scale: 0.0,
         });
-        let dp = vec![Six::zero(); graph.nodes().len()];
-        Self { encoding, graph, normal, body_frame, dp }
+        let [dp, gradient] = [graph.nodes().len(), graph.edges().len()].map(|rows| vec![Six::zero(); rows]);
+        Self { encoding, graph, normal, body_frame, dp, gradient }
     }
 
     /// The graph.
@@ -230,7 +232,7 @@ impl Encoder {
     /// The outputs that stand for the component's `dlambda`, for the state encoded last: of nodes and of edges, as many
     /// as [`Head::outputs`] a row. Sizes the lists.
     pub fn targets(&mut self, component: &Component<f64>, nodes: &mut Vec<f32>, edges: &mut Vec<f32>) {
-        let Self { encoding, graph, normal, body_frame, dp } = self;
+        let Self { encoding, graph, normal, body_frame, dp, .. } = self;
         let columns = encoding.head.outputs();
         nodes.resize(graph.nodes().len() * columns, 0.0);
         edges.resize(graph.edges().len() * columns, 0.0);
@@ -297,16 +299,16 @@ impl Encoder {
     /// Gradients of a number with respect to the outputs of nodes and of edges, from its `gradient` with respect to the
     /// multipliers that [`Self::dlambda`] made of them.
     pub fn adjoint(&mut self, component: &Component<f64>, gradient: &[Six<f64>], nodes: &mut [f32], edges: &mut [f32]) {
-        let Self { encoding, graph, normal, body_frame, .. } = self;
+        let Self { encoding, graph, normal, body_frame, gradient: projected, .. } = self;
         match body_frame {
             None => {
                 nodes.fill(0.0);
                 // The projection to a plane is symmetric: it is its own adjoint.
-                let mut gradient = gradient.to_vec();
+                projected.copy_from_slice(gradient);
                 if let Some(normal) = *normal {
-                    project_to_plane(component, normal, &mut [], &mut gradient);
+                    project_to_plane(component, normal, &mut [], projected);
                 }
-                encoding.norms.dlambda_adjoint(&gradient, edges);
+                encoding.norms.dlambda_adjoint(projected, edges);
             }
             Some(own) => {
                 let BodyFrame { features, scale, semi, .. } = own;

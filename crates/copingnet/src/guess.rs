@@ -56,11 +56,17 @@ impl GnGuess {
         let Self { trained, encoder, inputs, forward } = self;
         let dt = component.dt();
         let forward = match forward {
-            Some((forward, last)) if *last == dt => {
-                encoder.encode_changing(component, inputs);
+            Some((forward, last)) => {
+                if *last == dt {
+                    encoder.encode_changing(component, inputs);
+                } else {
+                    encoder.encode(component, inputs);
+                    forward.set_constants(&inputs.constant_nodes, &inputs.constant_edges);
+                    *last = dt;
+                }
                 forward
             }
-            _ => {
+            None => {
                 encoder.encode(component, inputs);
                 let mut graphs = Batch::default();
                 graphs.push(encoder.graph());

@@ -39,6 +39,23 @@ pub fn tree(branches: usize) -> Graph {
     graph(&assembly.finish().0)
 }
 
+/// A clamped trunk of 6 segments with branches of 4 and of 3, which come in the other order where they are `swapped`.
+pub fn branched(swapped: bool) -> Graph {
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let line = |direction, n| RodSpec::new(shape::straight(Vector3::zeros(), direction, 1.0, n), 0.02, SOFT);
+    let trunk = assembly.rod(&line(Vector3::z(), 6));
+    assembly.clamp_start(&trunk);
+    let mut branches = [(2, 4), (4, 3)];
+    if swapped {
+        branches.reverse();
+    }
+    for (parent, n) in branches {
+        let branch = assembly.rod(&line(Vector3::x(), n));
+        assembly.branch(parent, 0.5, &branch);
+    }
+    graph(&assembly.finish().0)
+}
+
 /// A ring, on which no body is fixed and one edge is on nobody's way.
 pub fn ring(n: usize) -> Graph {
     let mut assembly = Assembly::new(Vector3::zeros());
@@ -101,12 +118,16 @@ fn joined(parts: &[&[f64]]) -> Vec<f64> {
     parts.concat()
 }
 
-fn rows(changing: &[f32], constant: &[f32], count: usize) -> Matrix {
-    let row = |values: &[f32], i| -> Vec<f64> {
-        let columns = values.len() / count;
-        values[i * columns..][..columns].iter().map(|&x| f64::from(x)).collect()
-    };
-    (0..count).map(|i| joined(&[&row(changing, i), &row(constant, i)])).collect()
+/// Whole rows: inputs that change, then those that do not.
+pub fn rows(changing: &[f32], constant: &[f32], count: usize) -> Vec<f32> {
+    let row = |values: &[f32], i| values[i * values.len() / count..(i + 1) * values.len() / count].to_vec();
+    (0..count).flat_map(|i| [row(changing, i), row(constant, i)].concat()).collect()
+}
+
+fn matrix(changing: &[f32], constant: &[f32], count: usize) -> Matrix {
+    let rows = rows(changing, constant, count);
+    let row = |i| rows[i * rows.len() / count..(i + 1) * rows.len() / count].iter().map(|&x| f64::from(x)).collect();
+    (0..count).map(row).collect()
 }
 
 fn linear(x: &[f64], weight: &[f32], bias: &[f32]) -> Vec<f64> {
@@ -141,8 +162,8 @@ pub fn reference(weights: &Weights, graphs: &Batch, inputs: &Inputs) -> [Vec<f64
     let mut tensors = weights.tensors().map(|(_, values)| values);
     let mut next = || tensors.next().unwrap();
     let layers = config.mlp_layers;
-    let mut v = perceptron(layers, &mut next, rows(&inputs.nodes, &inputs.constant_nodes, n));
-    let mut e = perceptron(layers, &mut next, rows(&inputs.edges, &inputs.constant_edges, m));
+    let mut v = perceptron(layers, &mut next, matrix(&inputs.nodes, &inputs.constant_nodes, n));
+    let mut e = perceptron(layers, &mut next, matrix(&inputs.edges, &inputs.constant_edges, m));
     let ends = || graphs.senders.iter().zip(&graphs.receivers).map(|(&a, &b)| (a as usize, b as usize));
     for _ in 0..config.gn_blocks {
         let edges = e.iter().zip(ends()).map(|(e, (a, b))| joined(&[e, &v[a], &v[b]])).collect();
