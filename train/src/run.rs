@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::fmt::Arguments;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,6 +16,7 @@ use crate::cli::{Plan, Recipe, TrainArgs};
 use crate::curves::{self, Row};
 use crate::data;
 use crate::measure::{self, CELLS, Measured};
+use crate::output;
 use crate::samples::{Samples, whitening};
 use crate::trainer::Trainer;
 
@@ -30,23 +32,17 @@ const WHITENING_EVERY: usize = 10;
 /// Trains as the command line says.
 pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let plan = cli.plan();
-    let say = |text: &dyn Fn() -> String| {
-        if !cli.quiet {
-            println!("{}", text());
-        }
-    };
-    say(&|| {
-        format!(
-            "{} {}: {} parameters, {} epochs, seed {}, {} on {} threads",
-            plan.scenario,
-            plan.recipe.name(),
-            Weights::zeros(plan.network).values().len(),
-            plan.epochs,
-            plan.seed,
-            plan.backend,
-            plan.threads
-        )
-    });
+    let say = |text: Arguments<'_>| if cli.quiet { Ok(()) } else { output::print(text) };
+    say(format_args!(
+        "{} {}: {} parameters, {} epochs, seed {}, {} on {} threads",
+        plan.scenario,
+        plan.recipe.name(),
+        Weights::zeros(plan.network).values().len(),
+        plan.epochs,
+        plan.seed,
+        plan.backend,
+        plan.threads
+    ))?;
     rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build_global()?;
     let stopped = Arc::new(AtomicBool::new(false));
     let flag = stopped.clone();
@@ -68,40 +64,42 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let mut course = Course::new(&plan, &dataset, encoding, trainer, data_blake3);
     if cli.resume {
         course.resume()?;
-        say(&|| format!("resumed after {} epochs", course.epoch));
+        say(format_args!("resumed after {} epochs", course.epoch))?;
     } else if course.state_file().exists() {
         bail!(
             "{} is the state of a training that was cut off: go on with it by --resume, or delete it",
             course.state_file().display()
         );
     }
-    say(&|| {
-        format!(
-            "{} samples; ratios are cg iterations to a zero start on {} validation scenes",
-            samples.len(),
-            plan.scenes
-        )
-    });
-    say(&|| format!("{} score  loss     nodes/s  left", curves::header()));
+    say(format_args!(
+        "{} samples; ratios are cg iterations to a zero start on {} validation scenes, of step 1 / later steps",
+        samples.len(),
+        plan.scenes
+    ))?;
+    say(format_args!("{} score  loss     nodes/s  left", curves::header()))?;
     while course.epoch < plan.epochs {
         let nodes_per_second = course.epoch(&stopped);
         if stopped.load(Ordering::Relaxed) {
             course.save_state()?;
-            say(&|| format!("stopped; go on with --resume ({})", course.state_file().display()));
+            say(format_args!("stopped; go on with --resume ({})", course.state_file().display()))?;
             return Ok(Outcome::Interrupted);
         }
         if course.epoch % plan.measure_every == 0 || course.epoch == plan.epochs {
             course.measure()?;
-            let left = course.left();
-            say(&|| {
-                course.rows.last().map_or_else(String::new, |row| {
-                    format!("{} {:.3}  {:.6} {nodes_per_second:8.0} {left:.0?}", row.text(), row.score, row.loss)
-                })
-            });
+            if let Some(row) = course.rows.last() {
+                let (text, left) = (row.text(), course.left().as_secs());
+                say(format_args!(
+                    "{text} {:.3}  {:.6} {nodes_per_second:8.0} {}:{:02}",
+                    row.score,
+                    row.loss,
+                    left / 60,
+                    left % 60
+                ))?;
+            }
         }
     }
     std::fs::remove_file(course.state_file()).ok();
-    say(&|| format!("wrote {}.toml, .safetensors, .csv and .svg", plan.out.display()));
+    say(format_args!("wrote {}.toml, .safetensors, .csv and .svg", plan.out.display()))?;
     Ok(Outcome::Done)
 }
 

@@ -50,6 +50,7 @@ impl Backend {
     }
 
     /// Its device.
+    #[expect(deprecated, reason = "burn-ndarray is the default all the same; its successor is one flag away")]
     pub fn device(self) -> Device {
         match self {
             Self::Ndarray => Device::ndarray(),

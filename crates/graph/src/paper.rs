@@ -10,7 +10,7 @@
 //! - *Y and T* are normalised to their logarithm over the range of Table 1 ([`normalized_modulus`]); r, rho, l and the
 //!   Darboux vector are in SI units as they are.
 //! - *Norms*: one for each of dx, dphi and the two parts of dlambda, for their units differ; the largest magnitude of any
-//!   component over the training samples, so that tanh reaches every target.
+//!   component over the training samples, so that every target lies in [-1, 1].
 //! - *Direction*: one edge a joint, from its body a to its body b.
 
 use solver::component::Pose;
