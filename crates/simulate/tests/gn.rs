@@ -13,8 +13,8 @@ use graph::Norms;
 use serde_json::Value;
 
 const NAMES: [&str; 2] = ["gn", "gn-best"];
-/// Conjugate gradients so exact that a start cannot show in the motion.
-const EXACT: [&str; 6] = ["--solver", "cg", "--linear-tolerance", "1e-10", "--tolerance", "1e-9"];
+/// Tolerances at which the motion hardly depends on the linear solver.
+const EXACT: [&str; 4] = ["--linear-tolerance", "1e-10", "--tolerance", "1e-9"];
 
 /// A checkpoint with random weights, which are then all multiplied by `scale`.
 fn untrained(scenario: &str, guess: &str, scale: f32) -> Checkpoint {
@@ -52,7 +52,7 @@ fn untrained(scenario: &str, guess: &str, scale: f32) -> Checkpoint {
         encoding: Encoding {
             features,
             head,
-            norms: Norms { dx: 0.1, dphi: 0.1, dlambda_stretch: 0.1, dlambda_bend: 0.1 },
+            norms: Norms { dx: 0.1, dphi: 0.1, dlambda_stretch: 1e-3, dlambda_bend: 1e-3 },
             whitening: features.unwhitened(),
         },
         weights,
@@ -87,8 +87,9 @@ fn without_arguments_it_starts_from_a_network_and_says_what_that_is_worth() {
     assert_eq!(lines[2], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
     assert_eq!(lines[3], "formulation xpbd, solver cg-block-jacobi, guess gn-best in the plane");
     assert!(lines[4].starts_with("converged: 100 steps in "), "{out}");
-    for row in ["direct", "cg from zero", "cg from Fischer's", "cg from COPINGNet (gn)", "cg from COPINGNet (gn-best)"] {
-        assert!(lines.iter().any(|line| line.trim_start().starts_with(row) && line.ends_with("converged")), "{out}");
+    for row in ["direct", "cg from zero", "cg from Fischer's", "cg from COPINGNet (gn)", "cg from COPINGNet (gn-best)"]
+    {
+        assert!(lines.iter().any(|line| line.trim().starts_with(row) && line.trim().ends_with("converged")), "{out}");
     }
     assert!(out.contains("Fastest here: ") && !out.contains("NaN") && !out.contains("inf"), "{out}");
     assert!(lines.iter().all(|line| line.trim_end().chars().count() <= 120), "{out}");
@@ -113,13 +114,15 @@ fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
     assert_eq!(planar["planar"], true);
     let output = run(&["helix", "--guess", "gn", "--scenario", "rod", "--solver", "cg", "--steps", "2"]);
     let (_, out, _) = texts(&output);
-    let foreign = "gn learned from random scenes (rod), where nothing is like this scene: segments = 60.0, not 10.0 to 55.0";
+    let foreign =
+        "gn learned from random scenes (rod), where nothing is like this scene: segments = 60.0, not 10.0 to 55.0";
     assert!(out.contains(foreign), "{out}");
 }
 
 #[test]
 fn networks_take_every_scene() {
-    for scene in builtin_names() {
+    // The two largest take conjugate gradients minutes.
+    for scene in builtin_names().into_iter().filter(|name| !["tree", "long-chain"].contains(name)) {
         for name in NAMES {
             let flags = [scene, "--guess", name, "--solver", "cg", "--preconditioner", "jacobi", "--steps", "2"];
             let summary = json(&flags);
@@ -132,28 +135,31 @@ fn networks_take_every_scene() {
 fn a_wrong_network_costs_time_and_no_accuracy() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
-    let zero_out = path("zero");
-    let common = [&EXACT[..], &["--steps", "20"]].concat();
-    let zero = json(&[&common[..], &["--guess", "zero", "--out", &zero_out]].concat());
-    let right = positions(Path::new(&zero_out));
-    for name in NAMES {
-        for scale in [1.0, 100.0, 1e30] {
-            let (file, out) = (path(&format!("{name}-{scale:e}")), path(&format!("out-{name}-{scale:e}")));
-            untrained("rod", name, scale).save(Path::new(&file)).expect("a checkpoint");
-            let summary = json(&[&common[..], &["--guess", name, "--checkpoint", &file, "--out", &out]].concat());
-            assert_eq!(summary["status"], "converged", "{file}");
-            let (used, dropped) = (count(&summary, "guesses_used"), count(&summary, "guesses_dropped"));
-            assert_eq!(used + dropped, 20, "{file}");
-            if dropped == 20 {
-                assert_eq!(summary["final_state_hash"], zero["final_state_hash"], "{file}");
-            } else {
-                let ratio = count(&summary, "linear_iterations") as f64 / count(&zero, "linear_iterations") as f64;
-                assert!(used == 20 && ratio > 1.0, "{file}: {used} used, {ratio}");
+    // To the default tolerances, and so exactly that a start cannot show in the motion.
+    for (name, exactness) in [("plain", &[][..]), ("exact", &EXACT[..])] {
+        let common = [&["--solver", "cg", "--steps", "20"][..], exactness].concat();
+        let zero_out = path(name);
+        let zero = json(&[&common[..], &["--guess", "zero", "--out", &zero_out]].concat());
+        let right = positions(Path::new(&zero_out));
+        for guess in NAMES {
+            let mut worst = 0.0_f64;
+            for scale in [0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0, 1e30] {
+                let file = path(&format!("{name}-{guess}-{scale:e}"));
+                let out = format!("{file}-out");
+                untrained("rod", guess, scale).save(Path::new(&file)).expect("a checkpoint");
+                let summary = json(&[&common[..], &["--guess", guess, "--checkpoint", &file, "--out", &out]].concat());
+                assert_eq!(summary["status"], "converged", "{file}");
+                let (used, dropped) = (count(&summary, "guesses_used"), count(&summary, "guesses_dropped"));
+                assert_eq!(used + dropped, 20, "{file}");
+                assert!(scale < 1e30 || dropped == 20, "{file}: {used} used");
+                // What is dropped is a zero start, to the bit.
+                assert!(dropped < 20 || summary["final_state_hash"] == zero["final_state_hash"], "{file}");
                 let off = farthest(&positions(Path::new(&out)), &right);
-                assert!(off < 1e-7, "{file}: {off:e} m");
+                assert!(off < 1e-7, "{file}: {off:e} m off, {used} used");
+                let ratio = count(&summary, "linear_iterations") as f64 / count(&zero, "linear_iterations") as f64;
+                worst = worst.max(ratio);
             }
-            // The paper's outputs are bounded.
-            assert_eq!(dropped == 20, scale == 1e30, "{file}");
+            assert!(worst > 1.0, "{guess}: {worst}");
         }
     }
 }
@@ -175,7 +181,7 @@ fn tables_have_the_networks() {
     let of_starts = compared["starts"].as_array().expect("starts");
     for name in NAMES {
         assert!(runs.iter().any(|run| run["name"] == format!("xpbd-geometric, cg raw, {name}")), "{name}");
-        assert!(of_starts.iter().any(|cell| cell["guess"] == name && cell["solves"] == 2), "{name}");
+        assert!(of_starts.iter().any(|cell| cell["guess"] == name && cell["solves"] == 1), "{name}");
     }
     let names = "fischer,gn,gn-best";
     let small = ["guesses", "--simulations", "1", "--steps", "4", "--guess", names];
@@ -219,7 +225,8 @@ fn checkpoints_of_ones_own() {
     };
     let own = path("own");
     untrained("rod", "gn-best", 1.0).save(Path::new(&own)).expect("a checkpoint");
-    let first = [&["--solver", "cg", "--steps", "2", "--guess", "gn-best", "--checkpoint"], &[own.as_str()][..]].concat();
+    let first =
+        [&["--solver", "cg", "--steps", "2", "--guess", "gn-best", "--checkpoint"], &[own.as_str()][..]].concat();
     let output = run(&first);
     let (code, out, _) = texts(&output);
     assert!(code == Some(0) && out.starts_with("gn-best: recipe best, scenario rod, untrained, "), "{out}");
@@ -227,7 +234,9 @@ fn checkpoints_of_ones_own() {
     // What does not fit.
     assert_eq!(
         with(&own, &["--guess", "gn"]),
-        format!("error: --checkpoint {own}: recipe = \"best\", but it must be paper (gn takes paper, gn-best takes best)")
+        format!(
+            "error: --checkpoint {own}: recipe = \"best\", but it must be paper (gn takes paper, gn-best takes best)"
+        )
     );
     assert_eq!(
         with(&own, &["helix", "--guess", "gn-best"]),
