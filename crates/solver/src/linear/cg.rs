@@ -114,7 +114,8 @@ impl Work {
                 *r = r.plus(*ax, -1.0);
             }
             squared = preconditioner.apply(system, residual, preconditioned);
-            info.start_dropped = !(squared * ROUNDING * ROUNDING <= target);
+            let rounding = squared * ROUNDING * ROUNDING;
+            info.start_dropped = rounding > target || rounding.is_nan();
         }
         if info.start_dropped {
             start_from_rhs(residual);
