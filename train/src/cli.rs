@@ -1,9 +1,10 @@
 //! Flags.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Parser, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use copingnet::{Backend, Features, Head, NetworkConfig};
 use dataset::Scenario;
 
@@ -12,8 +13,41 @@ use dataset::Scenario;
 /// Data are generated where they are absent. At intervals the network is measured by what counts, the iterations of
 /// conjugate gradients that its guess saves on validation scenes; the best weights are kept.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(version, args_conflicts_with_subcommands = true)]
 pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) train: TrainArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Generate a data set, or a part of it, and train nothing.
+    Data(DataArgs),
+}
+
+/// Which data set to generate.
+#[derive(Args, Debug)]
+pub(crate) struct DataArgs {
+    /// Which of the paper's scenarios (Table 1): rod, helix.
+    #[arg(long, default_value_t = Scenario::Rod)]
+    pub(crate) scenario: Scenario,
+    /// Folder of the data sets; each scenario's is DIR/SCENARIO.
+    #[arg(long, default_value = "data", value_name = "DIR")]
+    pub(crate) data: PathBuf,
+    /// Part i of n, from 0/n to (n - 1)/n: for the jobs of an array that share a folder. Whichever finds all parts there
+    /// writes the manifest; the files have the same bits as those of a single job.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub(crate) shard: Option<(usize, usize)>,
+    /// Threads [default: one a core]. The files have the same bits on any number.
+    #[arg(long, value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+}
+
+/// What to train, and how.
+#[derive(Args, Debug)]
+pub(crate) struct TrainArgs {
     /// Which of the paper's scenarios (Table 1): rod, helix.
     #[arg(long, default_value_t = Scenario::Rod)]
     pub(crate) scenario: Scenario,
@@ -44,7 +78,7 @@ pub(crate) struct Cli {
     /// the guess. [default: the recipe's]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<Loss>,
-    /// Times through the training samples [default: 300].
+    /// Times through the training samples [default: 600].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) epochs: Option<u64>,
     /// Samples in a batch.
@@ -57,7 +91,7 @@ pub(crate) struct Cli {
     #[arg(long, value_enum)]
     pub(crate) schedule: Option<Schedule>,
     /// Seed of the parameters and of the samples' order.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(crate) seed: u64,
     /// Threads [default: one a core]. The weights have the same bits on any number.
     #[arg(long, value_parser = threads)]
@@ -73,7 +107,7 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "PATH")]
     pub(crate) out: Option<PathBuf>,
     /// Epochs between two measurements.
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) measure_every: u64,
     /// Goes on with a training that was cut off: the result has the same bits as if it had not been.
     #[arg(long)]
@@ -146,6 +180,30 @@ impl Schedule {
     }
 }
 
+impl Plan {
+    /// All that a training's result depends on: a resumed one must agree.
+    pub(crate) fn fingerprint(&self) -> BTreeMap<String, String> {
+        let Self { scenario, recipe, features, head, network, loss, epochs, batch, learning_rate, schedule, .. } = self;
+        let settings = [
+            ("scenario", scenario.to_string()),
+            ("recipe", recipe.name().to_owned()),
+            ("features", format!("{features:?}")),
+            ("head", format!("{head:?}")),
+            ("network", format!("{network:?}")),
+            ("loss", loss.name().to_owned()),
+            ("epochs", epochs.to_string()),
+            ("batch", batch.to_string()),
+            ("learning-rate", format!("{learning_rate:?}")),
+            ("schedule", schedule.name().to_owned()),
+            ("seed", self.seed.to_string()),
+            ("backend", self.backend.to_string()),
+            ("measure-every", self.measure_every.to_string()),
+            ("scenes", self.scenes.to_string()),
+        ];
+        settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+}
+
 /// A training with all choices made.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
@@ -162,12 +220,13 @@ pub(crate) struct Plan {
     pub(crate) seed: u64,
     pub(crate) backend: Backend,
     pub(crate) measure_every: u64,
+    pub(crate) threads: usize,
     /// Validation scenes to measure on.
     pub(crate) scenes: usize,
     pub(crate) out: PathBuf,
 }
 
-impl Cli {
+impl TrainArgs {
     /// Fills in the recipe's choices.
     pub(crate) fn plan(&self) -> Plan {
         let is_best = self.recipe == Recipe::Best;
@@ -185,13 +244,16 @@ impl Cli {
         };
         let paper = NetworkConfig::default();
         let or = |given: Option<u16>, default: usize| given.map_or(default, usize::from);
-        let network = features.configure(head, NetworkConfig {
-            gn_blocks: or(self.gn_blocks, paper.gn_blocks),
-            mlp_layers: or(self.mlp_layers, paper.mlp_layers),
-            width: or(self.width, paper.width),
-            scans: or(self.scans, if is_best { 16 } else { 0 }),
-            ..paper
-        });
+        let network = features.configure(
+            head,
+            NetworkConfig {
+                gn_blocks: or(self.gn_blocks, paper.gn_blocks),
+                mlp_layers: or(self.mlp_layers, paper.mlp_layers),
+                width: or(self.width, paper.width),
+                scans: or(self.scans, if is_best { 16 } else { 0 }),
+                ..paper
+            },
+        );
         let default_schedule = if is_best || self.quick { Schedule::Cosine } else { Schedule::Constant };
         let name = || format!("{}-{}", self.scenario, self.recipe.name());
         Plan {
@@ -201,7 +263,7 @@ impl Cli {
             head,
             network,
             loss: self.loss.unwrap_or(if is_best { Loss::Cg } else { Loss::Mse }),
-            epochs: self.epochs.unwrap_or(if self.quick { 20 } else { 300 }),
+            epochs: self.epochs.unwrap_or(if self.quick { 40 } else { 600 }),
             batch: self.batch,
             learning_rate: self.learning_rate.unwrap_or(if is_best { 2e-3 } else { 1e-3 }),
             schedule: self.schedule.unwrap_or(default_schedule),
@@ -209,9 +271,20 @@ impl Cli {
             backend: self.backend,
             measure_every: self.measure_every,
             scenes: if self.quick { 12 } else { 30 },
+            threads: threads_or_cores(self.threads),
             out: self.out.clone().unwrap_or_else(|| PathBuf::from("checkpoints").join(name())),
         }
     }
+}
+
+/// The number asked for, or one a core.
+pub(crate) fn threads_or_cores(asked: Option<usize>) -> usize {
+    asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()))
+}
+
+fn shard(text: &str) -> Result<(usize, usize), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    parts.filter(|&(i, n)| i < n).ok_or_else(|| "it must be i/n, whole numbers with i from 0 to n - 1".to_owned())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -82,7 +82,9 @@ impl<'a> Objective<'a> {
                 let mut evaluated =
                     Evaluated { loss: 0.0, nodes: vec![0.0; outputs[0].len()], edges: vec![0.0; outputs[1].len()] };
                 let [mut node, mut edge] = [0; 2];
-                for (&sample, (&n, &m)) in chunk.samples.iter().zip(chunk.graphs.n_node.iter().zip(&chunk.graphs.n_edge)) {
+                for (&sample, (&n, &m)) in
+                    chunk.samples.iter().zip(chunk.graphs.n_node.iter().zip(&chunk.graphs.n_edge))
+                {
                     let [trajectory, k] = samples.place(sample);
                     let nodes = node..node + n as usize * outputs[0].len() / chunk.graphs.nodes();
                     let edges = edge..edge + m as usize * outputs[1].len() / chunk.graphs.edges();

@@ -7,7 +7,7 @@ use dataset::{Dataset, Split, Trajectory};
 use graph::{Batch, Channel, Graph, Whitening};
 use rayon::prelude::*;
 
-/// The inputs and targets of a split's samples.
+/// The inputs and targets of the training samples.
 pub(crate) struct Samples {
     trajectories: Vec<Rows>,
     /// Of every sample, its trajectory and its row there.
@@ -49,7 +49,7 @@ pub(crate) fn whitening(dataset: &Dataset, encoding: &Arc<Encoding>, every: usiz
     for trajectory in dataset.trajectories(Split::Train) {
         let mut component = trajectory.component();
         let mut encoder = Encoder::new(encoding.clone(), trajectory.graph().clone(), trajectory.planar_normal());
-        for sample in trajectory.samples().step_by(every) {
+        for sample in trajectory.samples().filter(|sample| sample.iteration() == 0).step_by(every) {
             sample.restore(&mut component);
             encoder.raw(&component, &mut own);
             all.nodes.extend(&own.nodes);
@@ -69,13 +69,14 @@ pub(crate) fn whitening(dataset: &Dataset, encoding: &Arc<Encoding>, every: usiz
 }
 
 impl Samples {
-    /// Encodes all training samples of the first `iterations` outer iterations of a step, on rayon's current thread pool.
-    pub(crate) fn new(dataset: &Dataset, encoding: &Arc<Encoding>, iterations: u32) -> Self {
+    /// Encodes the first outer iteration of every training step ([`copingnet::GnGuess`] says why no others), on rayon's
+    /// current thread pool.
+    pub(crate) fn new(dataset: &Dataset, encoding: &Arc<Encoding>) -> Self {
         let split = Split::Train;
         let trajectories: Vec<Rows> = (0..dataset.trajectory_count(split))
             .into_par_iter()
             .filter_map(|index| dataset.trajectory(split, index))
-            .map(|trajectory| Rows::new(&trajectory, encoding, iterations))
+            .map(|trajectory| Rows::new(&trajectory, encoding))
             .collect();
         let places = |(index, rows): (usize, &Rows)| (0..rows.numbers.len()).map(move |k| [index as u32, k as u32]);
         let places = trajectories.iter().enumerate().flat_map(places).collect();
@@ -114,7 +115,7 @@ impl Samples {
 }
 
 impl Rows {
-    fn new(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>, iterations: u32) -> Self {
+    fn new(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>) -> Self {
         let graph = trajectory.graph().clone();
         let mut encoder = Encoder::new(encoding.clone(), graph.clone(), trajectory.planar_normal());
         let mut component = trajectory.component();
@@ -127,7 +128,7 @@ impl Rows {
             node_targets: Vec::new(),
             edge_targets: Vec::new(),
         };
-        for (k, sample) in trajectory.samples().enumerate().filter(|(_, sample)| sample.iteration() < iterations) {
+        for (k, sample) in trajectory.samples().enumerate().filter(|(_, sample)| sample.iteration() == 0) {
             rows.numbers.push(k as u32);
             sample.restore(&mut component);
             encoder.encode(&component, &mut inputs);

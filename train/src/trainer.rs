@@ -30,7 +30,12 @@ pub(crate) struct Trainer<'a> {
 }
 
 impl<'a> Trainer<'a> {
-    pub(crate) fn new(plan: &'a Plan, samples: &'a Samples, dataset: &'a dataset::Dataset, encoding: &Arc<Encoding>) -> Self {
+    pub(crate) fn new(
+        plan: &'a Plan,
+        samples: &'a Samples,
+        dataset: &'a dataset::Dataset,
+        encoding: &Arc<Encoding>,
+    ) -> Self {
         let objective = match plan.loss {
             Loss::Mse => Objective::MeanSquare,
             Loss::Cg => Objective::cg(dataset, encoding),
@@ -39,6 +44,11 @@ impl<'a> Trainer<'a> {
         let adam = Adam::new(weights.values().len());
         let device = plan.backend.device().autodiff();
         Self { plan, samples, objective, device, has_scans: plan.network.scans > 0, weights, adam }
+    }
+
+    /// Samples of an epoch.
+    pub(crate) fn samples(&self) -> usize {
+        self.samples.len()
     }
 
     /// Batches of an epoch.
@@ -93,9 +103,11 @@ impl<'a> Trainer<'a> {
         let network = Network::new(&self.weights, device);
         let graph = GraphTensors::new(&chunk.graphs, &chunk.nodes, &chunk.edges, self.has_scans, device);
         let (nodes, edges) = network.forward(&graph);
-        let [node_outputs, edge_outputs] = [&nodes, &edges].map(|x| x.clone().into_data().iter::<f32>().collect::<Vec<_>>());
+        let [node_outputs, edge_outputs] =
+            [&nodes, &edges].map(|x| x.clone().into_data().iter::<f32>().collect::<Vec<_>>());
         let evaluated = self.objective.evaluate(self.samples, chunk, [&node_outputs, &edge_outputs], batch, rows);
-        let constant = |values: Vec<f32>, like: &Tensor<2>| Tensor::<2>::from_data(TensorData::new(values, like.dims()), device);
+        let constant =
+            |values: Vec<f32>, like: &Tensor<2>| Tensor::<2>::from_data(TensorData::new(values, like.dims()), device);
         let by_nodes = constant(evaluated.nodes, &nodes);
         let by_edges = constant(evaluated.edges, &edges);
         let gradients = ((nodes * by_nodes).sum() + (edges * by_edges).sum()).backward();

@@ -5,8 +5,8 @@ mod files;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use files::{resealed, small};
 use copingnet::{Checkpoint, Features, Head, Weights};
+use files::{resealed, small};
 use proptest::prelude::*;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 

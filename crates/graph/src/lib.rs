@@ -20,6 +20,7 @@ pub mod body_frame;
 mod channel;
 mod graph;
 pub mod paper;
+mod lift;
 mod particular;
 mod planar;
 pub mod semi;
@@ -27,6 +28,7 @@ mod whitening;
 
 pub use batch::Batch;
 pub use channel::{Channel, mask};
+pub use lift::Lift;
 pub use graph::{Edge, Graph, Node, Visit};
 pub use paper::Norms;
 pub use planar::{Normal, planar_normal, project_to_plane};

@@ -20,7 +20,7 @@ use crate::topology::Topology;
 
 /// Rounding errors in a solution, relative to the residual that the iteration began with. Where those of a start would
 /// be above the target the start is dropped: no number of iterations would make up for it.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING: f64 = 1e-14;
 
 /// How to iterate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,54 @@
+//! From orientations to a whole state: positions that close all joints, and the multipliers that go with them.
+//!
+//! A rod that does not stretch is known by the orientations of its segments. Outwards from the clamp, connectors meet:
+//! `x = x_parent + z_parent d_parent - z d`. Inwards, the joint on the way to a node carries `sum of m (x - x*)` over it
+//! and all nodes beyond, and the bend-twist rows with zero residual say `alpha~ lambda_b = -C_b`.
+
+use solver::component::{Component, Pose};
+use solver::kernel::math::Vec3;
+use solver::system::Six;
+
+use crate::Graph;
+
+/// Makes positions and multipliers of orientations.
+#[derive(Clone, Debug)]
+pub struct Lift {
+    forces: Vec<Vec3<f64>>,
+}
+
+impl Lift {
+    /// Memory for a graph.
+    pub fn new(graph: &Graph) -> Self {
+        Self { forces: vec![Vec3::zero(); graph.nodes().len()] }
+    }
+
+    /// Replaces the positions of `poses` and all of `lambda` by what goes with the orientations of `poses`, one entry a
+    /// node and one an edge.
+    pub fn fill(&mut self, graph: &Graph, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) {
+        for visit in graph.visits() {
+            let (node, parent) = (visit.node as usize, visit.parent as usize);
+            let [own, other] = visit.of_node(graph.edges()[visit.edge as usize].offsets);
+            poses[node].x = poses[parent].x + poses[parent].q.axis() * other - poses[node].q.axis() * own;
+        }
+        for (i, force) in self.forces.iter_mut().enumerate() {
+            let node = &graph.nodes()[i];
+            let mass = if node.free[0] { node.mass } else { 0.0 };
+            *force = (poses[i].x - component.predicted[i].x) * mass;
+        }
+        let dt = component.dt();
+        for visit in graph.visits().iter().rev() {
+            let (node, parent, k) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
+            let force = self.forces[node];
+            self.forces[parent] += force;
+            let edge = &graph.edges()[k];
+            let (q_a, q_b) = (poses[graph.senders()[k] as usize].q, poses[graph.receivers()[k] as usize].q);
+            let relative = (q_a.conj() * q_b).upper();
+            let [x, y, z] = edge.rest_darboux;
+            let strain = relative.v * (2.0 / edge.length) - Vec3([x, y, z]);
+            let [bend, twist] = edge.bend_compliance.map(|alpha| dt * dt / alpha);
+            let [x, y, z] = strain.0;
+            let sign = if visit.is_sender { 1.0 } else { -1.0 };
+            lambda[k] = Six { stretch: force * sign, bend: Vec3([-x * bend, -y * bend, -z * twist]) };
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The data sets, generated where they are absent.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use dataset::{Config, Dataset, Generated, MANIFEST, Scenario, generate};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::cli::{DataArgs, threads_or_cores};
+
+/// Opens the paper's data set of a scenario in `directory`; generates it, or what is missing of it, if need be.
+pub(crate) fn open(directory: &Path, scenario: Scenario, quiet: bool) -> Result<Dataset> {
+    let config = Config::table_1(scenario);
+    if !directory.join(MANIFEST).exists() {
+        if !quiet {
+            println!("generating the paper's data set ({scenario}) in {}, once and for all", directory.display());
+        }
+        with_progress(directory, &config, None, quiet)?;
+    }
+    let dataset = Dataset::open(directory).context("--data")?;
+    if dataset.manifest().config != config {
+        // Says which setting differs.
+        generate(directory, &config, None, &|_| ()).context("--data")?;
+    }
+    Ok(dataset)
+}
+
+/// `train data`.
+pub(crate) fn generate_part(args: &DataArgs) -> Result<()> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads_or_cores(args.threads)).build_global()?;
+    let directory = args.data.join(args.scenario.name());
+    let begin = Instant::now();
+    let made = with_progress(&directory, &Config::table_1(args.scenario), args.shard, false)?;
+    println!(
+        "{}: {} shards written, {} were there, in {:.1} s; {}",
+        directory.display(),
+        made.written,
+        made.kept,
+        begin.elapsed().as_secs_f64(),
+        if made.manifest.is_some() { "the data set is complete" } else { "other parts are missing" }
+    );
+    Ok(())
+}
+
+fn with_progress(directory: &Path, config: &Config, part: Option<(usize, usize)>, quiet: bool) -> Result<Generated> {
+    let bar = ProgressBar::with_draw_target(
+        Some(0),
+        if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() },
+    );
+    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} trajectories, {elapsed} gone, {eta} left")?);
+    let made = generate(directory, config, part, &|made| {
+        bar.set_length(made.total as u64);
+        bar.set_position(made.done as u64);
+    });
+    bar.finish_and_clear();
+    made.context("--data")
+}

@@ -1,0 +1,322 @@
+//! One training from its data to its checkpoint.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use copingnet::{Card, Checkpoint, Encoding, Measured as Figure, Training, TrainingState, Weights};
+use dataset::{Dataset, MANIFEST};
+
+use crate::cli::{Plan, Recipe, TrainArgs};
+use crate::curves::{self, Row};
+use crate::data;
+use crate::measure::{self, CELLS, Measured};
+use crate::samples::{Samples, whitening};
+use crate::trainer::Trainer;
+
+/// How a training ended.
+pub(crate) enum Outcome {
+    Done,
+    Interrupted,
+}
+
+/// Every how many training samples one is looked at for the inputs' sizes.
+const WHITENING_EVERY: usize = 10;
+
+/// Trains as the command line says.
+pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
+    let plan = cli.plan();
+    let say = |text: &dyn Fn() -> String| {
+        if !cli.quiet {
+            println!("{}", text());
+        }
+    };
+    say(&|| {
+        format!(
+            "{} {}: {} parameters, {} epochs, seed {}, {} on {} threads",
+            plan.scenario,
+            plan.recipe.name(),
+            Weights::zeros(plan.network).values().len(),
+            plan.epochs,
+            plan.seed,
+            plan.backend,
+            plan.threads
+        )
+    });
+    rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build_global()?;
+    let stopped = Arc::new(AtomicBool::new(false));
+    let flag = stopped.clone();
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("cannot listen to Ctrl-C")?;
+    let directory = cli.data.join(plan.scenario.name());
+    let dataset = data::open(&directory, plan.scenario, cli.quiet)?;
+    let manifest = std::fs::read(directory.join(MANIFEST)).context("--data")?;
+    let data_blake3 = blake3::hash(&manifest).to_hex().to_string();
+    let mut encoding = Encoding {
+        features: plan.features,
+        head: plan.head,
+        norms: dataset.norms(),
+        whitening: plan.features.unwhitened(),
+    };
+    encoding.whitening = whitening(&dataset, &Arc::new(encoding.clone()), WHITENING_EVERY);
+    let encoding = Arc::new(encoding);
+    let samples = Samples::new(&dataset, &encoding);
+    let trainer = Trainer::new(&plan, &samples, &dataset, &encoding);
+    let mut course = Course::new(&plan, &dataset, encoding, trainer, data_blake3);
+    if cli.resume {
+        course.resume()?;
+        say(&|| format!("resumed after {} epochs", course.epoch));
+    } else if course.state_file().exists() {
+        bail!(
+            "{} is the state of a training that was cut off: go on with it by --resume, or delete it",
+            course.state_file().display()
+        );
+    }
+    say(&|| {
+        format!(
+            "{} samples; ratios are cg iterations to a zero start on {} validation scenes",
+            samples.len(),
+            plan.scenes
+        )
+    });
+    say(&|| format!("{} score  loss     nodes/s  left", curves::header()));
+    while course.epoch < plan.epochs {
+        let nodes_per_second = course.epoch(&stopped);
+        if stopped.load(Ordering::Relaxed) {
+            course.save_state()?;
+            say(&|| format!("stopped; go on with --resume ({})", course.state_file().display()));
+            return Ok(Outcome::Interrupted);
+        }
+        if course.epoch % plan.measure_every == 0 || course.epoch == plan.epochs {
+            course.measure()?;
+            let left = course.left();
+            say(&|| {
+                course.rows.last().map_or_else(String::new, |row| {
+                    format!("{} {:.3}  {:.6} {nodes_per_second:8.0} {left:.0?}", row.text(), row.score, row.loss)
+                })
+            });
+        }
+    }
+    std::fs::remove_file(course.state_file()).ok();
+    say(&|| format!("wrote {}.toml, .safetensors, .csv and .svg", plan.out.display()));
+    Ok(Outcome::Done)
+}
+
+/// A training under way.
+struct Course<'a> {
+    plan: &'a Plan,
+    dataset: &'a Dataset,
+    encoding: Arc<Encoding>,
+    trainer: Trainer<'a>,
+    data_blake3: String,
+    /// Epochs done, and batches of the next one.
+    epoch: u64,
+    batch: u64,
+    /// Loss summed over the samples of the epoch so far.
+    loss: f64,
+    best: Vec<f32>,
+    rows: Vec<Row>,
+    /// Time spent before this program began, and since.
+    before: Duration,
+    begin: Instant,
+    /// Epochs that were done when this program began.
+    first: u64,
+}
+
+impl<'a> Course<'a> {
+    fn new(
+        plan: &'a Plan,
+        dataset: &'a Dataset,
+        encoding: Arc<Encoding>,
+        trainer: Trainer<'a>,
+        data_blake3: String,
+    ) -> Self {
+        Self {
+            plan,
+            dataset,
+            encoding,
+            best: trainer.weights.values().to_vec(),
+            trainer,
+            data_blake3,
+            epoch: 0,
+            batch: 0,
+            loss: 0.0,
+            rows: Vec::new(),
+            before: Duration::ZERO,
+            begin: Instant::now(),
+            first: 0,
+        }
+    }
+
+    /// What is left of an epoch, or as much of it as there is time for before `stopped`. Returns the nodes per second.
+    fn epoch(&mut self, stopped: &AtomicBool) -> f64 {
+        let (begin, mut nodes) = (Instant::now(), 0);
+        let order = self.trainer.order(self.epoch);
+        for batch in order.chunks(self.plan.batch).skip(self.batch as usize) {
+            let (loss, count) = self.trainer.step(batch);
+            self.loss += loss * batch.len() as f64;
+            nodes += count;
+            self.batch += 1;
+            if stopped.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+        if self.batch == self.trainer.batches() {
+            (self.epoch, self.batch) = (self.epoch + 1, 0);
+        }
+        nodes as f64 / begin.elapsed().as_secs_f64()
+    }
+
+    /// Measures, keeps the best, and writes everything down.
+    fn measure(&mut self) -> Result<()> {
+        let measured = measure::measure(self.dataset, self.plan.scenes, &self.trainer.weights, &self.encoding);
+        let score = measured.score(self.plan.recipe == Recipe::Paper);
+        let loss = self.loss / self.trainer.samples() as f64 / self.epochs_since_last();
+        self.loss = 0.0;
+        let is_best = self.rows.iter().all(|row| score < row.score);
+        self.rows.push(Row { epoch: self.epoch, seconds: self.seconds(), loss, score, measured });
+        if is_best {
+            self.best.copy_from_slice(self.trainer.weights.values());
+            self.checkpoint()?.save(&self.plan.out)?;
+        }
+        curves::write(&self.plan.out, &self.rows)?;
+        self.save_state()
+    }
+
+    fn epochs_since_last(&self) -> f64 {
+        (self.epoch - self.rows.last().map_or(0, |row| row.epoch)).max(1) as f64
+    }
+
+    fn seconds(&self) -> f64 {
+        (self.before + self.begin.elapsed()).as_secs_f64()
+    }
+
+    fn left(&self) -> Duration {
+        let done = self.epoch - self.first;
+        self.begin.elapsed().mul_f64((self.plan.epochs - self.epoch) as f64 / done.max(1) as f64)
+    }
+
+    fn checkpoint(&self) -> Result<Checkpoint> {
+        let plan = self.plan;
+        let best = self.rows.iter().min_by(|a, b| a.score.total_cmp(&b.score));
+        let mut weights = Weights::zeros(plan.network);
+        weights.values_mut().copy_from_slice(&self.best);
+        let card = Card {
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            git_revision: export::git_revision(),
+            scenario: plan.scenario.to_string(),
+            recipe: plan.recipe.name().to_owned(),
+            data_blake3: Some(self.data_blake3.clone()),
+            training: Training {
+                seed: plan.seed,
+                epochs: best.map_or(0, |row| row.epoch) as usize,
+                batch: plan.batch,
+                loss: plan.loss.name().to_owned(),
+                learning_rate: plan.learning_rate,
+                schedule: plan.schedule.name().to_owned(),
+                backend: plan.backend.to_string(),
+                threads: plan.threads,
+                seconds: self.seconds(),
+                command: command(),
+            },
+            measured: best.map_or_else(Vec::new, |row| figures(&row.measured, plan.scenes)),
+        };
+        Ok(Checkpoint { card, encoding: (*self.encoding).clone(), weights })
+    }
+
+    fn state_file(&self) -> PathBuf {
+        with_ending(&self.plan.out, ".state")
+    }
+
+    fn save_state(&self) -> Result<()> {
+        let adam = &self.trainer.adam;
+        let counters = [
+            ("epoch", self.epoch),
+            ("batch", self.batch),
+            ("steps", adam.steps),
+            ("milliseconds", (self.seconds() * 1e3) as u64),
+        ];
+        let tensors = [
+            ("parameters", self.trainer.weights.values()),
+            ("mean", &adam.mean),
+            ("square", &adam.square),
+            ("best", &self.best),
+        ];
+        let mut rows: Vec<Vec<f64>> = self.rows.iter().map(Row::numbers).collect();
+        rows.push(vec![self.loss]);
+        let state = TrainingState {
+            fingerprint: self.fingerprint(),
+            counters: counters.map(|(key, value)| (key.to_owned(), value)).into(),
+            tensors: tensors.map(|(key, values)| (key.to_owned(), values.to_vec())).into(),
+            rows,
+        };
+        Ok(state.save(&self.state_file())?)
+    }
+
+    fn fingerprint(&self) -> BTreeMap<String, String> {
+        let mut fingerprint = self.plan.fingerprint();
+        fingerprint.insert("data".to_owned(), self.data_blake3.clone());
+        fingerprint
+    }
+
+    fn resume(&mut self) -> Result<()> {
+        let file = self.state_file();
+        let mut state = TrainingState::load(&file)?;
+        state.check_fingerprint(&file, &self.fingerprint())?;
+        let counter = |key: &str| {
+            state.counters.get(key).copied().with_context(|| format!("{}: no counter {key}", file.display()))
+        };
+        (self.epoch, self.batch, self.first) = (counter("epoch")?, counter("batch")?, counter("epoch")?);
+        self.trainer.adam.steps = counter("steps")?;
+        self.before = Duration::from_millis(counter("milliseconds")?);
+        let mut take = |key: &str, to: &mut [f32]| match state.tensors.remove(key) {
+            Some(values) if values.len() == to.len() => {
+                to.copy_from_slice(&values);
+                Ok(())
+            }
+            found => bail!(
+                "{}: tensor {key} has {} values, but it must have {}",
+                file.display(),
+                found.map_or(0, |values| values.len()),
+                to.len()
+            ),
+        };
+        take("parameters", self.trainer.weights.values_mut())?;
+        take("mean", &mut self.trainer.adam.mean)?;
+        take("square", &mut self.trainer.adam.square)?;
+        take("best", &mut self.best)?;
+        let damaged = || format!("{}: rows that no training writes", file.display());
+        let loss = state.rows.pop().with_context(damaged)?;
+        self.loss = *loss.first().with_context(damaged)?;
+        self.rows = state.rows.iter().map(|row| Row::from_numbers(row)).collect::<Option<_>>().with_context(damaged)?;
+        Ok(())
+    }
+}
+
+/// What the card says of the measured ratios.
+fn figures(measured: &Measured, scenes: usize) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    for (values, steps) in [(&measured.first, "step 1"), (&measured.later, "steps 11, 21, 31 and 41")] {
+        for (&(preconditioner, tolerance), &ratio) in CELLS.iter().zip(values) {
+            let steps = format!("{steps} of {scenes} validation scenes");
+            figures.push(Figure { preconditioner: preconditioner.name().to_owned(), tolerance, steps, ratio });
+        }
+    }
+    figures
+}
+
+/// The command line, without the way to the program.
+fn command() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("train {}", arguments.join(" ")).trim_end().to_owned()
+}
+
+/// A path with more after its last name.
+pub(crate) fn with_ending(path: &Path, ending: &str) -> PathBuf {
+    let mut name: OsString = path.into();
+    name.push(ending);
+    name.into()
+}
