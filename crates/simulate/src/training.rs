@@ -21,6 +21,7 @@ pub(crate) struct Training {
     pub(crate) scenario: Scenario,
     directory: PathBuf,
     /// A checkpoint in the place of a network that is built in.
+    #[cfg(feature = "gn")]
     pub(crate) checkpoint: Option<PathBuf>,
     /// Whether nothing may be printed.
     pub(crate) quiet: bool,
@@ -30,7 +31,13 @@ impl Training {
     /// Of a scenario.
     pub(crate) fn new(args: &LearnedArgs, scenario: Scenario, quiet: bool) -> Self {
         let data = args.data.as_deref().unwrap_or(Path::new(DATA));
-        Self { scenario, directory: data.join(scenario.name()), checkpoint: args.checkpoint.clone(), quiet }
+        Self {
+            scenario,
+            directory: data.join(scenario.name()),
+            #[cfg(feature = "gn")]
+            checkpoint: args.checkpoint.clone(),
+            quiet,
+        }
     }
 
     /// For a scene: of the scenario asked for, else of helices where joints are bent or twisted at rest.
