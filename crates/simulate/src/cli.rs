@@ -11,12 +11,20 @@ use solver::linear::solvers::SolverKind;
 
 use crate::guess::GuessName;
 
+/// What `guesses` compares: all that this program has.
+const GUESSES: &str = if cfg!(feature = "gn") {
+    "previous,linear,quadratic,fischer,frozen,knn,gn,gn-best"
+} else {
+    "previous,linear,quadratic,fischer,frozen,knn"
+};
+
 /// Most threads one may ask for: thousands take minutes to start and stop.
 const MOST_THREADS: usize = 1024;
 
 /// Simulates elastic rods: ropes, cables, springs, trees.
 ///
-/// Without arguments it runs the bending rod of the COPINGNet paper and says what it did.
+/// Without arguments it runs the bending rod of the COPINGNet paper and says what it did. Where networks are built in
+/// (cargo feature gn), it starts from COPINGNet's guess then, and says what that is worth beside other starts.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub(crate) struct Cli {
@@ -93,8 +101,9 @@ pub(crate) struct RunArgs {
     pub(crate) linear_tolerance: Option<f64>,
     /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer, frozen. Of
     /// a whole step (with newton): step-previous, step-linear, step-quadratic. Learned, of a linear solve: knn
-    /// (nearest neighbours in the data set). [default: step-quadratic for newton where rods do not move in groups, else
-    /// zero]
+    /// (nearest neighbours in the data set), gn (COPINGNet, trained by the paper's recipe), gn-best (trained by our
+    /// own); the networks need the cargo feature gn. [default: step-quadratic for newton where rods do not move in
+    /// groups, else zero]
     #[arg(long)]
     pub(crate) guess: Option<GuessName>,
     /// Let a learned guess replace the solves altogether, with so many predictions a step: the paper's comparison, which
@@ -102,12 +111,13 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "PREDICTIONS", num_args = 0..=1, require_equals = true, default_missing_value = "1",
         value_parser = predictions)]
     pub(crate) end_to_end: Option<usize>,
-    /// Restrict a learned guess to the plane that the scene stays in.
+    /// Restrict a learned guess to the plane that the scene stays in. gn-best always is, where there is one.
     #[arg(long)]
     pub(crate) planar: bool,
     #[command(flatten)]
-    pub(crate) data: DataArgs,
-    /// Data set of a learned guess: rod or helix [default: helix where joints are bent or twisted at rest, else rod].
+    pub(crate) learned: LearnedArgs,
+    /// What a learned guess learned from: rod or helix [default: helix where joints are bent or twisted at rest, else
+    /// rod].
     #[arg(long)]
     pub(crate) scenario: Option<Scenario>,
     /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder.
@@ -115,23 +125,31 @@ pub(crate) struct RunArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// Where learned guesses learn.
+/// Where learned guesses learned.
 #[derive(Args, Debug)]
-pub(crate) struct DataArgs {
-    /// Folder of the data sets for learned guesses; they are generated there on first use [default: data].
+pub(crate) struct LearnedArgs {
+    /// Folder of the data sets for knn; they are generated there on first use [default: data].
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
+    /// Checkpoint of your own training for gn (recipe paper) or gn-best (recipe best), PATH.toml with PATH.safetensors,
+    /// in the place of the network of its scenario that is built in.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) checkpoint: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// More guesses to compare, knn or fischer-16 for instance.
+    /// More guesses to compare: knn, gn, gn-best, or fischer-16 for instance.
     #[arg(long, value_delimiter = ',', value_name = "GUESSES")]
     pub(crate) with: Vec<GuessName>,
     #[command(flatten)]
-    pub(crate) data: DataArgs,
+    pub(crate) learned: LearnedArgs,
+    /// What learned guesses learned from: rod or helix [default: helix where joints are bent or twisted at rest, else
+    /// rod].
+    #[arg(long)]
+    pub(crate) scenario: Option<Scenario>,
     /// Steps to leave out of the table of starts, where a history is not full yet.
     #[arg(long, default_value = "10", value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) skip: usize,
@@ -151,19 +169,12 @@ pub(crate) struct GuessesArgs {
     /// Seed of the scenes. The data sets that learned guesses know have seed 0.
     #[arg(long, default_value = "1", value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) seed: u64,
-    /// Guesses to compare with the zero start.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "GUESSES",
-        default_value = "previous,linear,quadratic,fischer,frozen,knn"
-    )]
+    /// Guesses to compare with the zero start. Where the scenes are planar (rod), knn and gn are shown a second time,
+    /// restricted to the plane; gn-best always is.
+    #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = GUESSES)]
     pub(crate) guess: Vec<GuessName>,
-    /// Show learned guesses restricted to the plane too, where the scenes are planar (rod).
-    #[arg(long)]
-    pub(crate) planar: bool,
     #[command(flatten)]
-    pub(crate) data: DataArgs,
+    pub(crate) learned: LearnedArgs,
     /// Write all numbers to this file as comma-separated values.
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,

@@ -4,21 +4,18 @@ use anyhow::{Result, bail};
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Comparison, Entry};
 use evaluation::starts::{self, Cell, Plan};
-use rod::Model;
 use serde::Serialize;
-use solver::component::Members;
 use solver::formulation::Formulation;
-use solver::guess::{GuessKind, InitialGuess};
+use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::Settings;
 use solver::step::Status;
-use solver::topology::Topology;
 
 use crate::Outcome;
 use crate::cli::CompareArgs;
-use crate::guess::{Guess, GuessName};
+use crate::guess::{Guess, GuessName, check_sources};
 use crate::output::say;
 use crate::progress::Progress;
 use crate::scenes::{scene, settings, use_threads};
@@ -66,7 +63,10 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         bail!("--steps 0, but a comparison needs at least 1");
     }
     let quiet = args.scene.quiet || args.scene.json;
-    let training = Training::for_scene(&args.data, None, &scene, quiet);
+    let training = Training::for_scene(&args.learned, args.scenario, &scene, quiet);
+    check_sources(&args.learned, &args.with)?;
+    #[cfg(feature = "gn")]
+    crate::network::check(&args.learned, &args.with, &[training.scenario])?;
     let mut guesses = Vec::new();
     for name in OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()) {
         if guesses.iter().all(|(other, _)| *other != name) {
@@ -77,7 +77,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     if !quiet {
         say!("{}: {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len())?;
     }
-    let guesses: Vec<_> = guesses.iter().map(|(name, guess)| (*name, factory(guess))).collect();
+    let guesses: Vec<_> = guesses.iter().map(|(name, guess)| (*name, guess.factory(guess.own_plane(&scene)))).collect();
     let of_solves = || guesses.iter().filter(|(name, _)| !name.helps_steps());
 
     let mut entries = Vec::new();
@@ -136,10 +136,6 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     })
 }
 
-fn factory(guess: &Guess) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + '_ {
-    move |model, members, topology| guess.build(None, model, members, topology)
-}
-
 fn print_runs(report: &Report) -> Result<()> {
     say!(
         "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times: medians in us a step; error: root\n\
@@ -149,12 +145,17 @@ fn print_runs(report: &Report) -> Result<()> {
         compare::REFERENCE_TOLERANCE,
         report.reference_status
     )?;
+    say!("{}", runs_table(&report.runs))
+}
+
+/// The table of ways to simulate a scene.
+pub(crate) fn runs_table(runs: &[compare::Row]) -> Table {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
         "way", "outer", "linear", "predict", "guess", "assemble", "solve", "update", "total", "error", "status",
     ]);
-    for row in &report.runs {
+    for row in runs {
         let us = |x: f64| format!("{x:.1}");
         table.add_row([
             row.name.clone(),
@@ -173,7 +174,7 @@ fn print_runs(report: &Report) -> Result<()> {
     for column in table.column_iter_mut().skip(1).take(9) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say!("{table}")
+    table
 }
 
 fn print_starts(report: &Report, skip: usize) -> Result<()> {

@@ -14,23 +14,39 @@ use solver::guess::{GuessKind, InitialGuess};
 use solver::projection::Projection;
 use solver::topology::Topology;
 
+use crate::cli::LearnedArgs;
+#[cfg(feature = "gn")]
+use crate::network::Network;
 use crate::output::say;
 use crate::training::Training;
 
-/// A guess that learns from a data set before the first step.
+/// How a network was trained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Recipe {
+    /// As in the paper.
+    Paper,
+    /// Our own way.
+    Best,
+}
+
+/// A guess that learned from a data set before the first step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LearnedName {
     /// The supplement's nearest neighbours.
     Knn,
+    /// COPINGNet; the program has it with the cargo feature `gn` alone.
+    Network(Recipe),
 }
 
 impl LearnedName {
     /// All of them.
-    const ALL: [Self; 1] = [Self::Knn];
+    const ALL: [Self; 3] = [Self::Knn, Self::Network(Recipe::Paper), Self::Network(Recipe::Best)];
 
     fn name(self) -> &'static str {
         match self {
             Self::Knn => "knn",
+            Self::Network(Recipe::Paper) => "gn",
+            Self::Network(Recipe::Best) => "gn-best",
         }
     }
 }
@@ -49,7 +65,7 @@ impl GuessName {
     pub(crate) fn helps_steps(self) -> bool {
         match self {
             Self::Plain(kind) => kind.helps_steps(),
-            Self::Learned(LearnedName::Knn) => false,
+            Self::Learned(_) => false,
         }
     }
 
@@ -61,6 +77,14 @@ impl GuessName {
     /// Whether it is a learned one.
     pub(crate) fn is_learned(self) -> bool {
         matches!(self, Self::Learned(_))
+    }
+
+    /// The recipe of a network.
+    pub(crate) fn recipe(self) -> Option<Recipe> {
+        match self {
+            Self::Learned(LearnedName::Network(recipe)) => Some(recipe),
+            _ => None,
+        }
     }
 }
 
@@ -78,7 +102,12 @@ impl FromStr for GuessName {
 
     fn from_str(name: &str) -> Result<Self, String> {
         if let Some(learned) = LearnedName::ALL.into_iter().find(|learned| learned.name() == name) {
-            return Ok(Self::Learned(learned));
+            return match learned {
+                LearnedName::Network(_) if !cfg!(feature = "gn") => {
+                    Err("this program was built without networks; build it with `--features gn`".to_owned())
+                }
+                _ => Ok(Self::Learned(learned)),
+            };
         }
         let kind: Result<GuessKind, String> = name.parse();
         let learned = LearnedName::ALL.map(LearnedName::name).join(", ");
@@ -98,6 +127,9 @@ pub(crate) enum Guess {
 pub(crate) enum Learned {
     /// Nearest neighbours.
     Knn(Arc<Knn>),
+    /// A network.
+    #[cfg(feature = "gn")]
+    Network(Network),
 }
 
 impl Guess {
@@ -112,7 +144,39 @@ impl Guess {
                 }
                 Self::Learned(Learned::Knn(Arc::new(knn)))
             }
+            #[cfg(feature = "gn")]
+            GuessName::Learned(LearnedName::Network(recipe)) => {
+                let network = Network::load(recipe, training)?;
+                if !training.quiet {
+                    say!("{name}: {}", network.origin)?;
+                }
+                Self::Learned(Learned::Network(network))
+            }
+            #[cfg(not(feature = "gn"))]
+            GuessName::Learned(LearnedName::Network(_)) => bail!("--guess {name} needs the cargo feature gn"),
         })
+    }
+
+    /// Whether it stays exactly in the plane of a planar scene without being asked to.
+    pub(crate) fn knows_planes(&self) -> bool {
+        match self {
+            #[cfg(feature = "gn")]
+            Self::Learned(Learned::Network(network)) => network.knows_planes(),
+            _ => false,
+        }
+    }
+
+    /// The plane that it is restricted to without being asked to.
+    pub(crate) fn own_plane(&self, scene: &Scene) -> Option<Normal> {
+        if self.knows_planes() { planar_normal(&scene.model, &scene.state) } else { None }
+    }
+
+    /// [`Self::build`] for all sets of a scene.
+    pub(crate) fn factory(
+        &self,
+        plane: Option<Normal>,
+    ) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + '_ {
+        move |model, members, topology| self.build(plane, model, members, topology)
     }
 
     /// The guess of one connected set of segments, restricted to a plane if one is given; `None` for a zero start.
@@ -125,8 +189,13 @@ impl Guess {
     ) -> Option<Box<dyn InitialGuess>> {
         match self {
             Self::Plain(kind) => kind.build(model, members, topology),
-            Self::Learned(Learned::Knn(knn)) => {
-                Some(Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology), plane)))
+            Self::Learned(learned) => {
+                let graph = Graph::new(model, members, topology);
+                Some(match learned {
+                    Learned::Knn(knn) => Box::new(KnnGuess::new(knn.clone(), graph, plane)),
+                    #[cfg(feature = "gn")]
+                    Learned::Network(network) => Box::new(network.guess(graph, plane)),
+                })
             }
         }
     }
@@ -142,10 +211,30 @@ impl Learned {
         members: &Members,
         topology: &Topology,
     ) -> Box<dyn Projection> {
+        let graph = Graph::new(model, members, topology);
         match self {
-            Self::Knn(knn) => Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology), plane)),
+            Self::Knn(knn) => Box::new(KnnGuess::new(knn.clone(), graph, plane)),
+            #[cfg(feature = "gn")]
+            Self::Network(network) => Box::new(network.guess(graph, plane)),
         }
     }
+}
+
+/// Checks that what `--data` and `--checkpoint` name is read by a guess that was asked for.
+pub(crate) fn check_sources(args: &LearnedArgs, names: &[GuessName]) -> Result<()> {
+    let is_knn = |name: &GuessName| *name == GuessName::Learned(LearnedName::Knn);
+    let is_network = |name: &GuessName| name.recipe().is_some();
+    for (flag, given, guesses, is_read) in [
+        ("--data", args.data.is_some(), "knn", names.iter().any(is_knn)),
+        ("--checkpoint", args.checkpoint.is_some(), "gn or gn-best", names.iter().any(is_network)),
+    ] {
+        if given && !is_read {
+            let asked: Vec<String> = names.iter().map(GuessName::to_string).collect();
+            let asked = if asked.is_empty() { "none".to_owned() } else { asked.join(", ") };
+            bail!("{flag} needs the guess {guesses}, but asked for: {asked}");
+        }
+    }
+    Ok(())
 }
 
 /// The plane of `--planar` for a scene.

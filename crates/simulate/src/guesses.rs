@@ -8,19 +8,16 @@ use dataset::{Config, Scenario};
 use evaluation::guesses::{self, Cell, Spread};
 use evaluation::starts::{Measured, Plan};
 use graph::planar_normal;
-use rod::Model;
 use scene::Scene;
 use serde::Serialize;
-use solver::component::Members;
 use solver::formulation::Formulation;
-use solver::guess::{GuessKind, InitialGuess};
+use solver::guess::GuessKind;
 use solver::simulation::{GuessFactory, Settings};
-use solver::topology::Topology;
 
 use crate::Outcome;
 use crate::cli::GuessesArgs;
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
-use crate::guess::{Guess, GuessName};
+use crate::guess::{Guess, GuessName, check_sources};
 use crate::output::say;
 use crate::progress::Progress;
 use crate::standing;
@@ -63,10 +60,12 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     if let Some(file) = &args.csv {
         check_place(file)?;
     }
+    #[cfg(feature = "gn")]
+    crate::network::check(&args.learned, &args.guess, &args.scenario)?;
     let mut loaded: Vec<(Scenario, Vec<(GuessName, Guess)>)> = Vec::new();
     for &scenario in &args.scenario {
         if loaded.iter().all(|(other, _)| *other != scenario) {
-            let training = Training::new(&args.data, scenario, args.json);
+            let training = Training::new(&args.learned, scenario, args.json);
             let mut own = vec![(GuessName::Plain(GuessKind::Zero), Guess::Plain(GuessKind::Zero))];
             for &name in &args.guess {
                 if own.iter().all(|(other, _)| *other != name) {
@@ -79,8 +78,7 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     let progress = Progress::new(loaded.len() * args.simulations * args.steps, "steps", args.json)?;
     let mut standings = Vec::new();
     for (scenario, guesses) in &loaded {
-        let planar = args.planar && *scenario == Scenario::Rod;
-        standings.push(measure(*scenario, args, &rows(guesses, planar), &progress)?);
+        standings.push(measure(*scenario, args, &rows(guesses, *scenario == Scenario::Rod), &progress)?);
     }
     let interrupted = progress.finish();
     let data_seed = Config::table_1(Scenario::Rod).seed;
@@ -104,16 +102,7 @@ fn check(args: &GuessesArgs) -> Result<()> {
     if let Some(name) = args.guess.iter().find(|name| name.helps_steps()) {
         bail!("--guess {name} starts whole steps, but guesses of linear solves are compared here");
     }
-    let is_learned = args.guess.iter().any(|name| name.is_learned());
-    for (flag, given) in [("--planar", args.planar), ("--data", args.data.data.is_some())] {
-        if given && !is_learned {
-            bail!("{flag} needs a learned guess in --guess, knn for instance");
-        }
-    }
-    if args.planar && !args.scenario.contains(&Scenario::Rod) {
-        bail!("--planar needs --scenario rod, but the scenes are those of {}", Scenario::Helix);
-    }
-    Ok(())
+    check_sources(&args.learned, &args.guess)
 }
 
 /// Finds out before the run whether the file can be written after it.
@@ -128,12 +117,13 @@ fn check_place(file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The rows of a table; with `planar`, learned guesses a second time.
-fn rows(guesses: &[(GuessName, Guess)], planar: bool) -> Vec<Row<'_>> {
+/// The rows of a table; where scenes are planar, those that know nothing of it by themselves a second time.
+fn rows(guesses: &[(GuessName, Guess)], are_planar: bool) -> Vec<Row<'_>> {
     let mut rows = Vec::new();
     for (name, guess) in guesses {
-        rows.push(Row { name: name.to_string(), guess, planar: false });
-        if planar && name.is_learned() {
+        let knows_planes = guess.knows_planes();
+        rows.push(Row { name: name.to_string(), guess, planar: knows_planes });
+        if are_planar && name.is_learned() && !knows_planes {
             rows.push(Row { name: format!("{name}, planar"), guess, planar: true });
         }
     }
@@ -169,7 +159,7 @@ fn plan<'a>(guesses: Vec<(String, Option<GuessFactory<'a>>)>, steps: usize) -> P
 /// Measures one scene; `None` where Ctrl-C came first.
 fn simulate(scene: &Scene, rows: &[Row<'_>], steps: usize, progress: &Progress) -> Result<Option<Measured>> {
     let plane = planar_normal(&scene.model, &scene.state);
-    let factories: Vec<_> = rows.iter().map(|row| factory(row.guess, plane.filter(|_| row.planar))).collect();
+    let factories: Vec<_> = rows.iter().map(|row| row.guess.factory(plane.filter(|_| row.planar))).collect();
     let guess = |(row, factory)| -> (String, Option<GuessFactory<'_>>) {
         let row: &Row<'_> = row;
         let is_zero = matches!(row.guess, Guess::Plain(GuessKind::Zero));
@@ -182,13 +172,6 @@ fn simulate(scene: &Scene, rows: &[Row<'_>], steps: usize, progress: &Progress) 
     settings.step.formulation = Formulation::Xpbd;
     let measured = guesses::measure(&scene.model, &scene.state, scene.run.dt, &settings, &plan, || progress.advance())?;
     Ok((!progress.stopped()).then_some(measured))
-}
-
-fn factory(
-    guess: &Guess,
-    plane: Option<graph::Normal>,
-) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + '_ {
-    move |model, members, topology| guess.build(plane, model, members, topology)
 }
 
 /// One line a cell; empty where nothing was counted.

@@ -2,11 +2,15 @@
 
 mod cli;
 mod compare;
+#[cfg(feature = "gn")]
+mod demo;
 mod files;
 mod guess;
 mod guesses;
 mod list;
 mod measured;
+#[cfg(feature = "gn")]
+mod network;
 mod output;
 mod progress;
 mod run;
@@ -43,6 +47,8 @@ enum Outcome {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
+        #[cfg(feature = "gn")]
+        None if std::env::args_os().len() == 1 => demo::demo(),
         None => run::run(&cli.scene, &cli.run),
         Some(Command::List) => list::list(),
         Some(Command::Compare(args)) => compare::compare(&args),

@@ -9,7 +9,7 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
 use crate::cli::{RunArgs, SceneArgs};
-use crate::guess::GuessName;
+use crate::guess::{GuessName, check_sources};
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
@@ -82,13 +82,13 @@ pub(crate) fn asked_guess(args: &RunArgs, settings: &Settings) -> Result<Option<
     for (flag, given) in [
         ("--end-to-end", args.end_to_end.is_some()),
         ("--planar", args.planar),
-        ("--data", args.data.data.is_some()),
         ("--scenario", args.scenario.is_some()),
     ] {
         if given && !args.guess.is_some_and(GuessName::is_learned) {
-            bail!("{flag} needs a learned guess (--guess knn), but the guess is {name}");
+            bail!("{flag} needs a learned guess (--guess knn, gn or gn-best), but the guess is {name}");
         }
     }
+    check_sources(&args.learned, args.guess.as_slice())?;
     let Some(kind) = args.guess else { return Ok(None) };
     let (formulation, solver) = (settings.step.formulation, settings.solver);
     if args.end_to_end.is_some() {

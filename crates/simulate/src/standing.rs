@@ -147,7 +147,7 @@ fn places(cells: &[&Cell]) -> String {
     PRECONDITIONERS.iter().filter_map(|preconditioner| of(preconditioner.name())).collect::<Vec<_>>().join(", ")
 }
 
-/// How the direct solve and Fischer's projection do, in words.
+/// How the direct solve, Fischer's projection and networks do, in words.
 fn words(standing: &Standing) -> String {
     let buckets = BUCKETS.map(|bucket| standing.cells.iter().filter(|cell| cell.bucket == bucket).collect::<Vec<_>>());
     let measured: Vec<_> = buckets.into_iter().filter(|cells| cells.iter().any(|cell| cell.solves > 0)).collect();
@@ -157,8 +157,25 @@ fn words(standing: &Standing) -> String {
     };
     let fastest = count(&|cell| cell.guess == DIRECT, &|cell| cell.time_ratio);
     let fischer = count(&|cell| cell.guess.starts_with("fischer"), &|cell| cell.iteration_ratio);
-    format!(
+    let mut words = format!(
         "The direct solve takes less time than conjugate gradients from any start in {fastest} of {total} cells.\n\
          Fischer's projection needs the fewest iterations in {fischer} of {total} cells."
-    )
+    );
+    let mut networks: Vec<&str> = Vec::new();
+    for cell in &standing.cells {
+        if cell.guess.starts_with("gn") && !networks.contains(&cell.guess.as_str()) {
+            networks.push(&cell.guess);
+        }
+    }
+    for name in networks {
+        let less = |ratio: &dyn Fn(&Cell) -> Option<Spread>| {
+            let own = measured.iter().flatten().filter(|cell| cell.guess == name);
+            own.filter(|cell| ratio(cell).is_some_and(|spread| spread.median < 1.0)).count()
+        };
+        let (iterations, time) = (less(&|cell| cell.iteration_ratio), less(&|cell| cell.time_ratio));
+        words += &format!(
+            "\n{name} needs fewer iterations than the zero start in {iterations} of {total} cells, less time in {time}."
+        );
+    }
+    words
 }

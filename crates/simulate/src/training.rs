@@ -1,4 +1,4 @@
-//! The data sets that learned guesses come from: the paper's (Table 1), generated on first use.
+//! What learned guesses come from: the paper's data sets (Table 1), generated on first use.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,37 +7,47 @@ use anyhow::{Context, Result};
 use dataset::{Config, Dataset, MANIFEST, Scenario, generate};
 use scene::Scene;
 
-use crate::cli::DataArgs;
+use crate::cli::LearnedArgs;
 use crate::output::say;
 use crate::progress;
 
 /// Folder of the data sets, one each for rods and helices.
 const DATA: &str = "data";
 
-/// Which data set, and where.
+/// Which scenario, and where what was learned from it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Training {
-    scenario: Scenario,
+    /// Which scenes were learned from.
+    pub(crate) scenario: Scenario,
     directory: PathBuf,
+    /// A checkpoint in the place of a network that is built in.
+    #[cfg(feature = "gn")]
+    pub(crate) checkpoint: Option<PathBuf>,
     /// Whether nothing may be printed.
     pub(crate) quiet: bool,
 }
 
 impl Training {
-    /// The data set of a scenario.
-    pub(crate) fn new(args: &DataArgs, scenario: Scenario, quiet: bool) -> Self {
+    /// Of a scenario.
+    pub(crate) fn new(args: &LearnedArgs, scenario: Scenario, quiet: bool) -> Self {
         let data = args.data.as_deref().unwrap_or(Path::new(DATA));
-        Self { scenario, directory: data.join(scenario.name()), quiet }
+        Self {
+            scenario,
+            directory: data.join(scenario.name()),
+            #[cfg(feature = "gn")]
+            checkpoint: args.checkpoint.clone(),
+            quiet,
+        }
     }
 
-    /// The data set for a scene: the one asked for, else that of helices where joints are bent or twisted at rest.
-    pub(crate) fn for_scene(args: &DataArgs, scenario: Option<Scenario>, scene: &Scene, quiet: bool) -> Self {
+    /// For a scene: of the scenario asked for, else of helices where joints are bent or twisted at rest.
+    pub(crate) fn for_scene(args: &LearnedArgs, scenario: Option<Scenario>, scene: &Scene, quiet: bool) -> Self {
         let is_straight = scene.model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
         let fitting = if is_straight { Scenario::Rod } else { Scenario::Helix };
         Self::new(args, scenario.unwrap_or(fitting), quiet)
     }
 
-    /// Where it is.
+    /// Where the data set is.
     pub(crate) fn directory(&self) -> &Path {
         &self.directory
     }
@@ -45,7 +55,7 @@ impl Training {
     /// Opens the data set; generates it, or what is missing of it, if it is not complete.
     pub(crate) fn dataset(&self) -> Result<Dataset> {
         let config = Config::table_1(self.scenario);
-        let Self { scenario, directory, quiet } = self;
+        let Self { scenario, directory, quiet, .. } = self;
         if !directory.join(MANIFEST).exists() {
             let count = config.train_trajectories + config.validation_trajectories;
             if !quiet {
@@ -70,7 +80,7 @@ impl Training {
         Ok(dataset)
     }
 
-    /// What makes a scene unlike all that the data set holds, in words.
+    /// What makes a scene unlike all that was learned from, in words.
     pub(crate) fn foreign(&self, scene: &Scene) -> Option<String> {
         let model = &scene.model;
         if scene.rods.len() != 1 || model.joints.len() + 1 != model.segments.len() {

@@ -71,7 +71,9 @@ fn nearest_neighbours_from_the_first_use_on() {
     assert!(names.contains(&"xpbd-geometric, cg jacobi, knn".into()), "{names:?}");
     assert!(names.contains(&"xpbd-geometric, cg raw, fischer-2".into()), "{names:?}");
     let csv = path("guesses.csv");
-    let table = ["guesses", "--scenario", "rod", "--simulations", "2", "--steps", "62", "--planar", "--csv", &csv];
+    let names = "previous,linear,quadratic,fischer,frozen,knn";
+    let table =
+        ["guesses", "--scenario", "rod", "--simulations", "2", "--steps", "62", "--guess", names, "--csv", &csv];
     let report = summary(&table);
     let cells = report["standings"][0]["cells"].as_array().expect("cells");
     // Six buckets, eight guesses (knn twice) and the direct solve, nine columns.

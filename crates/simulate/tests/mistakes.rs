@@ -20,7 +20,8 @@ fn error(arguments: &[&str]) -> String {
 fn flags() {
     let whole = "it must be a whole number from 0 to 18446744073709551615";
     let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic";
-    let learned = |flag, guess| format!("{flag} needs a learned guess (--guess knn), but the guess is {guess}");
+    let learned =
+        |flag, guess| format!("{flag} needs a learned guess (--guess knn, gn or gn-best), but the guess is {guess}");
     for (arguments, expected) in [
         ("--dt=-1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--dt -1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
@@ -42,7 +43,7 @@ fn flags() {
         ),
         (
             "--guess best",
-            format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions), or a learned one: knn"),
+            format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions), or a learned one: knn, gn, gn-best"),
         ),
         (
             "--guess step-linear --formulation xpbd",
@@ -66,7 +67,9 @@ fn flags() {
         ),
         ("--end-to-end", learned("--end-to-end", "the default")),
         ("--planar --guess zero", learned("--planar", "zero")),
-        ("--data x --guess frozen --solver cg", learned("--data", "frozen")),
+        ("--data x --guess frozen --solver cg", "--data needs the guess knn, but asked for: frozen".to_owned()),
+        ("--checkpoint x", "--checkpoint needs the guess gn or gn-best, but asked for: none".to_owned()),
+        ("compare --checkpoint x --with knn", "--checkpoint needs the guess gn or gn-best, but asked for: knn".to_owned()),
         ("--scenario rod", learned("--scenario", "the default")),
         ("--guess knn --scenario tree", "invalid value 'tree' for '--scenario <SCENARIO>': expected one of rod, helix".to_owned()),
         (
@@ -84,10 +87,9 @@ fn flags() {
             "guesses --guess zero,step-linear",
             "--guess step-linear starts whole steps, but guesses of linear solves are compared here".to_owned(),
         ),
-        ("guesses --planar --guess fischer", "--planar needs a learned guess in --guess, knn for instance".to_owned()),
         (
-            "guesses --planar --scenario helix",
-            "--planar needs --scenario rod, but the scenes are those of helix".to_owned(),
+            "guesses --data x --guess fischer,linear",
+            "--data needs the guess knn, but asked for: fischer, linear".to_owned(),
         ),
         (
             "guesses --csv nowhere/at/all.csv",
@@ -112,6 +114,20 @@ fn flags() {
     assert!(
         error(&["stress", "--only", "jelly"]).starts_with("error: --only jelly: no case's name holds this text; there")
     );
+}
+
+#[cfg(not(feature = "gn"))]
+#[test]
+fn networks_that_the_program_does_not_have() {
+    let absent = "this program was built without networks; build it with `--features gn`";
+    for (arguments, flag) in [
+        (&["--guess", "gn"][..], "'gn' for '--guess <GUESS>'"),
+        (&["--guess", "gn-best", "--solver", "cg", "--checkpoint", "x"], "'gn-best' for '--guess <GUESS>'"),
+        (&["compare", "--with", "knn,gn"], "'gn' for '--with <GUESSES>'"),
+        (&["guesses", "--guess", "gn"], "'gn' for '--guess <GUESSES>'"),
+    ] {
+        assert_eq!(error(arguments), format!("error: invalid value {flag}: {absent}"));
+    }
 }
 
 #[test]

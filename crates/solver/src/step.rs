@@ -195,6 +195,10 @@ fn count_solve<T: Real>(
     counters.iterations += lanes;
     counters.segment_iterations += lanes * component.segments() as u64;
     counters.linear_iterations += info.iterations;
+    if info.start_dropped {
+        counters.guesses_used -= 1;
+        counters.guesses_dropped += 1;
+    }
     counters.linear_failures += u64::from(info.status != LinearStatus::Solved);
 }
 

@@ -18,6 +18,10 @@ use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::system::{Six, System};
 use crate::topology::Topology;
 
+/// Rounding errors in a solution, relative to the residual that the iteration began with. Where those of a start would
+/// be above the target the start is dropped: no number of iterations would make up for it.
+const ROUNDING: f64 = 1e-14;
+
 /// How to iterate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgParams {
@@ -86,9 +90,12 @@ impl Work {
         let Self { operator, residual, preconditioned, direction, image } = self;
         operator.prepare(system);
         preconditioner.prepare(operator, system);
-        for (r, terms) in residual.iter_mut().zip(&system.joints) {
-            *r = terms.rhs;
-        }
+        let start_from_rhs = |residual: &mut [Six<f64>]| {
+            for (r, terms) in residual.iter_mut().zip(&system.joints) {
+                *r = terms.rhs;
+            }
+        };
+        start_from_rhs(residual);
         let rhs_squared = preconditioner.apply(system, residual, preconditioned);
         if rhs_squared == 0.0 {
             x.fill(Six::zero());
@@ -99,20 +106,27 @@ impl Work {
             return LinearInfo { status: LinearStatus::NotPositiveDefinite, residual: 1.0, ..LinearInfo::default() };
         }
         let mut squared = rhs_squared;
+        let target = params.tolerance * params.tolerance * rhs_squared;
+        let mut info = LinearInfo::default();
         if has_start {
             operator.apply(topology, x, image);
             for (r, ax) in residual.iter_mut().zip(image.iter()) {
                 *r = r.plus(*ax, -1.0);
             }
             squared = preconditioner.apply(system, residual, preconditioned);
-        } else {
+            let rounding = squared * ROUNDING * ROUNDING;
+            info.start_dropped = rounding > target || rounding.is_nan();
+        }
+        if info.start_dropped {
+            start_from_rhs(residual);
+            squared = preconditioner.apply(system, residual, preconditioned);
+        }
+        if !has_start || info.start_dropped {
             x.fill(Six::zero());
         }
         direction.copy_from_slice(preconditioned);
-        let target = params.tolerance * params.tolerance * rhs_squared;
         let unknowns = 6 * x.len() as u64;
         let cap = params.max_iterations.unwrap_or(10 * unknowns + 1000);
-        let mut info = LinearInfo::default();
         while squared > target {
             if info.iterations == cap {
                 info.status = LinearStatus::OutOfIterations;

@@ -1,0 +1,111 @@
+//! `simulate` without arguments, with networks built in: the bending rod from COPINGNet's guess, and what that is worth.
+
+use anyhow::Result;
+use clap::Parser;
+use evaluation::compare::{self, Entry, Row};
+use solver::guess::GuessKind;
+use solver::linear::solvers::SolverKind;
+use solver::simulation::{GuessFactory, Settings};
+
+use crate::Outcome;
+use crate::cli::Cli;
+use crate::compare::runs_table;
+use crate::guess::{Guess, GuessName, LearnedName, Recipe};
+use crate::output::say;
+use crate::run;
+use crate::scenes::{linear_solver, scene, settings};
+use crate::training::Training;
+
+/// What is run, as flags: the formulation is the paper's, which networks are trained with.
+const FLAGS: [&str; 6] = ["--formulation", "xpbd", "--solver", "cg", "--guess", "gn-best"];
+
+/// Names of the rows.
+const DIRECT: &str = "direct";
+const ZERO: &str = "cg from zero";
+const FISCHER: &str = "cg from Fischer's projection";
+const PAPER: &str = "cg from COPINGNet (gn)";
+const BEST: &str = "cg from COPINGNet (gn-best)";
+
+/// Runs the scene, then measures other starts and the direct solve beside it.
+pub(crate) fn demo() -> Result<Outcome> {
+    let cli = Cli::parse_from(["simulate"].iter().chain(&FLAGS));
+    say!("simulate {}", FLAGS.join(" "))?;
+    let outcome = run::run(&cli.scene, &cli.run)?;
+    if !matches!(outcome, Outcome::Done) {
+        return Ok(outcome);
+    }
+    let scene = scene(&cli.scene)?;
+    let settings = settings(&cli.scene);
+    let training = Training::for_scene(&cli.run.learned, None, &scene, true);
+    let cg = linear_solver(&cli.run)?;
+    let ways = [
+        (DIRECT, SolverKind::Direct, GuessName::Plain(GuessKind::Zero)),
+        (ZERO, cg, GuessName::Plain(GuessKind::Zero)),
+        (FISCHER, cg, GuessName::Plain(GuessKind::Fischer(8))),
+        (PAPER, cg, GuessName::Learned(LearnedName::Network(Recipe::Paper))),
+        (BEST, cg, GuessName::Learned(LearnedName::Network(Recipe::Best))),
+    ];
+    let guesses = ways.iter().map(|&(_, _, name)| Guess::load(name, &training)).collect::<Result<Vec<_>>>()?;
+    let factories: Vec<_> = guesses.iter().map(|guess| guess.factory(guess.own_plane(&scene))).collect();
+    let entry = |(&(name, solver, guess), factory): (&(&str, SolverKind, GuessName), _)| Entry {
+        name: name.to_owned(),
+        settings: Settings { step: settings.step, solver },
+        guess: guess.helps_solves().then_some(factory as GuessFactory<'_>),
+    };
+    let entries: Vec<_> = ways.iter().zip(&factories).map(entry).collect();
+    let compared = compare::run(&scene.model, &scene.state, scene.run.dt, scene.run.steps, &entries, |_| true)?;
+    say!(
+        "\nThe same motion in other ways, side by side: outer iterations a step, cg iterations in each, median us a step"
+    )?;
+    say!("{}", runs_table(&compared.rows))?;
+    say!("{}", verdict(&compared.rows))?;
+    Ok(Outcome::Done)
+}
+
+/// Who is fastest, and what the network's start is worth, in words.
+fn verdict(rows: &[Row]) -> String {
+    let named = |name: &str| rows.iter().find(|row| row.name == name);
+    let fastest = rows.iter().min_by(|a, b| a.total_us.total_cmp(&b.total_us));
+    let (Some(fastest), Some(direct), Some(zero), Some(best)) = (fastest, named(DIRECT), named(ZERO), named(BEST))
+    else {
+        return String::new();
+    };
+    let iterations = |row: &Row| row.iterations_per_step * row.linear_iterations_per_solve;
+    format!(
+        "Fastest here: {}, {:.0} us a step. From COPINGNet (gn-best) conjugate gradients take {:.0} % of the iterations\n\
+         and {:.0} % of the time that they take from zero, and {:.1} times the time of the direct solve.",
+        fastest.name,
+        fastest.total_us,
+        100.0 * iterations(best) / iterations(zero),
+        100.0 * best.total_us / zero.total_us,
+        best.total_us / direct.total_us
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_verdict_is_what_the_numbers_say() {
+        let row = |name: &str, linear_iterations_per_solve, total_us| Row {
+            name: name.to_owned(),
+            status: "converged",
+            iterations_per_step: 2.0,
+            linear_iterations_per_solve,
+            predict_us: 0.0,
+            guess_us: 0.0,
+            assemble_us: 0.0,
+            solve_us: 0.0,
+            update_us: 0.0,
+            total_us,
+            error: 0.0,
+        };
+        let rows = [row(DIRECT, 0.0, 20.0), row(ZERO, 40.0, 50.0), row(FISCHER, 8.0, 19.0), row(BEST, 20.0, 60.0)];
+        assert_eq!(
+            verdict(&rows),
+            "Fastest here: cg from Fischer's projection, 19 us a step. From COPINGNet (gn-best) conjugate gradients take 50 % \
+             of the iterations\nand 120 % of the time that they take from zero, and 3.0 times the time of the direct solve."
+        );
+    }
+}
