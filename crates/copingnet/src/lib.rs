@@ -1,5 +1,6 @@
 //! COPINGNet: the graph network in burn, its checkpoints, its fast inference and its guesses (paper, section 3.2).
 
+#[cfg(feature = "training")]
 mod backend;
 mod cg_loss;
 mod checkpoint;
@@ -7,17 +8,23 @@ mod config;
 mod encoding;
 mod guess;
 pub mod inference;
+#[cfg(feature = "training")]
 mod network;
+#[cfg(feature = "training")]
 mod parameters;
+#[cfg(feature = "training")]
 mod tensors;
 mod weights;
 
+#[cfg(feature = "training")]
 pub use backend::Backend;
 pub use cg_loss::CgLoss;
 pub use checkpoint::{Card, Checkpoint, CheckpointError, Measured, Training, TrainingState};
 pub use config::{NetworkConfig, Output, TensorSpec};
 pub use encoding::{Encoder, Encoding, Features, Head, Inputs};
 pub use guess::{GnGuess, Trained};
+#[cfg(feature = "training")]
 pub use network::{GnBlock, Mlp, Network, Scan};
+#[cfg(feature = "training")]
 pub use tensors::GraphTensors;
 pub use weights::Weights;
