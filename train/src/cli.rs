@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use copingnet::{Backend, Features, Head, NetworkConfig};
 use dataset::Scenario;
@@ -228,7 +229,10 @@ pub(crate) struct Plan {
 
 impl TrainArgs {
     /// Fills in the recipe's choices.
-    pub(crate) fn plan(&self) -> Plan {
+    ///
+    /// # Errors
+    /// If flags contradict each other.
+    pub(crate) fn plan(&self) -> Result<Plan> {
         let is_best = self.recipe == Recipe::Best;
         let features = match self.features {
             Some(FeaturesArg::Paper) => Features::Paper,
@@ -242,6 +246,9 @@ impl TrainArgs {
             None if features == Features::BodyFrame => Head::Semi,
             None => Head::Full,
         };
+        if features == Features::Paper && head == Head::Semi {
+            bail!("--head semi needs --features body-frame, but the features are the paper's");
+        }
         let paper = NetworkConfig::default();
         let or = |given: Option<u16>, default: usize| given.map_or(default, usize::from);
         let network = features.configure(
@@ -256,7 +263,7 @@ impl TrainArgs {
         );
         let default_schedule = if is_best || self.quick { Schedule::Cosine } else { Schedule::Constant };
         let name = || format!("{}-{}", self.scenario, self.recipe.name());
-        Plan {
+        Ok(Plan {
             scenario: self.scenario,
             recipe: self.recipe,
             features,
@@ -273,7 +280,7 @@ impl TrainArgs {
             scenes: if self.quick { 12 } else { 30 },
             threads: threads_or_cores(self.threads),
             out: self.out.clone().unwrap_or_else(|| PathBuf::from("checkpoints").join(name())),
-        }
+        })
     }
 }
 

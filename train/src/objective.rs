@@ -95,7 +95,12 @@ impl<'a> Objective<'a> {
                     sample.restore(component);
                     encoder.raw(component, inputs);
                     encoder.dlambda(component, [&outputs[0][nodes.clone()], &outputs[1][edges.clone()]], start);
-                    evaluated.loss += loss.value_and_gradient(&component.system, start, gradient) / batch as f64;
+                    let value = loss.value_and_gradient(&component.system, start, gradient);
+                    if !value.is_finite() {
+                        // A start so far off that its residual overflows: it has no gradient, and is left out.
+                        continue;
+                    }
+                    evaluated.loss += value / batch as f64;
                     let (of_nodes, of_edges) = (&mut evaluated.nodes[nodes], &mut evaluated.edges[edges]);
                     encoder.adjoint(component, gradient, of_nodes, of_edges);
                     of_nodes.iter_mut().chain(of_edges).for_each(|g| *g /= batch as f32);

@@ -31,7 +31,7 @@ const WHITENING_EVERY: usize = 10;
 
 /// Trains as the command line says.
 pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
-    let plan = cli.plan();
+    let plan = cli.plan()?;
     let say = |text: Arguments<'_>| if cli.quiet { Ok(()) } else { output::print(text) };
     say(format_args!(
         "{} {}: {} parameters, {} epochs, seed {}, {} on {} threads",

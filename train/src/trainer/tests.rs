@@ -20,7 +20,7 @@ struct Small {
 
 impl Small {
     fn new(trajectories: usize, steps: usize, arguments: &str) -> Self {
-        let plan = Cli::parse_from(["train"].into_iter().chain(arguments.split_whitespace())).train.plan();
+        let plan = Cli::parse_from(["train"].into_iter().chain(arguments.split_whitespace())).train.plan().unwrap();
         let directory = tempfile::tempdir().unwrap();
         let config = Config {
             train_trajectories: trajectories,

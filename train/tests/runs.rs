@@ -1,0 +1,115 @@
+//! The program as a user runs it: kept states, the same bits, one clear error for every mistake.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+
+use copingnet::Checkpoint;
+use tempfile::TempDir;
+
+/// The paper's data set of rods, made once for all tests.
+fn data() -> &'static Path {
+    static DATA: OnceLock<TempDir> = OnceLock::new();
+    let directory = DATA.get_or_init(|| {
+        let directory = tempfile::tempdir().unwrap();
+        let status = train(&["data", "--data", directory.path().to_str().unwrap()]).status;
+        assert!(status.success());
+        directory
+    });
+    directory.path()
+}
+
+fn train(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_train")).args(arguments).output().unwrap()
+}
+
+/// A small training of three epochs on `data`.
+fn small(out: &Path) -> Vec<String> {
+    let arguments = ["--width", "4", "--gn-blocks", "1", "--epochs", "3", "--measure-every", "1", "--data"];
+    let mut arguments: Vec<String> = arguments.map(str::to_owned).into();
+    arguments.extend([data().to_str().unwrap().to_owned(), "--out".to_owned(), out.to_str().unwrap().to_owned()]);
+    arguments
+}
+
+fn run(out: &Path, more: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_train")).args(small(out)).args(more).output().unwrap()
+}
+
+fn weights(out: &Path) -> Vec<u8> {
+    std::fs::read(ending(out, "safetensors")).unwrap()
+}
+
+fn ending(out: &Path, ending: &str) -> PathBuf {
+    PathBuf::from(format!("{}.{ending}", out.display()))
+}
+
+fn complaint(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+#[test]
+fn a_training_that_was_killed_goes_on_to_the_same_bits() {
+    let directory = tempfile::tempdir().unwrap();
+    let (whole, killed) = (directory.path().join("whole"), directory.path().join("killed"));
+    assert!(run(&whole, &[]).status.success());
+    let checkpoint = Checkpoint::load(&whole).unwrap();
+    assert_eq!((checkpoint.card.scenario.as_str(), checkpoint.card.recipe.as_str()), ("rod", "paper"));
+    assert!(ending(&whole, "csv").exists() && ending(&whole, "svg").exists() && !ending(&whole, "state").exists());
+
+    let mut child = Command::new(env!("CARGO_BIN_EXE_train"));
+    let mut child = child.args(small(&killed)).stdout(Stdio::piped()).spawn().unwrap();
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    // The first row of ratios is printed after its state is kept.
+    for line in lines {
+        if line.unwrap().trim_start().starts_with("1 ") {
+            break;
+        }
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let state = ending(&killed, "state");
+    assert!(state.exists());
+
+    let again = complaint(&run(&killed, &[]));
+    assert!(again.contains("--resume") && again.contains("killed.state"), "{again}");
+    let other = complaint(&run(&killed, &["--resume", "--seed", "1"]));
+    assert!(other.contains("killed.state") && other.contains("seed"), "{other}");
+    let output = run(&killed, &["--resume", "--threads", "1"]);
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(weights(&killed), weights(&whole));
+    assert!(!state.exists());
+}
+
+#[test]
+fn mistakes_get_one_error_that_says_what_is_allowed() {
+    for (arguments, words) in [
+        (&["--width", "0"][..], &["--width", "1..=1024"][..]),
+        (&["--epochs", "many"], &["--epochs", "many"]),
+        (&["--learning-rate", "-1"], &["--learning-rate", "> 0"]),
+        (&["--scenario", "tree"], &["--scenario", "rod, helix"]),
+        (&["--backend", "torch"], &["--backend", "ndarray"]),
+        (&["data", "--shard", "3/3"], &["--shard", "n - 1"]),
+        (&["--features", "paper", "--head", "semi"], &["--head semi", "body-frame"]),
+        (&["--quick", "--epochs", "3"], &["--quick", "--epochs"]),
+    ] {
+        let message = complaint(&train(arguments));
+        assert!(words.iter().all(|word| message.contains(word)), "{arguments:?}: {message}");
+    }
+}
+
+#[test]
+fn a_damaged_state_or_data_set_is_found() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("net");
+    std::fs::write(ending(&out, "state"), b"not a state").unwrap();
+    let message = complaint(&run(&out, &["--resume"]));
+    assert!(message.contains("net.state"), "{message}");
+
+    let data = directory.path().join("data/rod");
+    std::fs::create_dir_all(&data).unwrap();
+    std::fs::write(data.join("manifest.toml"), "schema_version = 1\n").unwrap();
+    let message = complaint(&train(&["--data", directory.path().join("data").to_str().unwrap()]));
+    assert!(message.contains("--data") && message.contains("manifest.toml"), "{message}");
+}
