@@ -7,7 +7,7 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use copingnet::{Backend, Features, Head, NetworkConfig};
-use dataset::Scenario;
+use dataset::{Config, Scenario};
 
 /// Trains COPINGNet: without arguments, the paper's network on the paper's bending rods.
 ///
@@ -28,15 +28,47 @@ pub(crate) enum Command {
     Data(DataArgs),
 }
 
+/// Where a data set is, and how large.
+#[derive(Args, Debug)]
+pub(crate) struct SetArgs {
+    /// Folder of the data sets; that of Table 1 is DIR/SCENARIO, others have their sizes in their names.
+    #[arg(long, default_value = "data", value_name = "DIR")]
+    pub(crate) data: PathBuf,
+    /// Training trajectories [default: Table 1's 256].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) trajectories: Option<u32>,
+    /// Steps of a trajectory [default: Table 1's 50].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) steps: Option<u32>,
+}
+
+impl SetArgs {
+    /// The data set of a scenario, and its folder.
+    pub(crate) fn config(&self, scenario: Scenario) -> (Config, PathBuf) {
+        let table = Config::table_1(scenario);
+        let or = |given: Option<u32>, default| given.map_or(default, |n| n as usize);
+        let config = Config {
+            train_trajectories: or(self.trajectories, table.train_trajectories),
+            steps: or(self.steps, table.steps),
+            ..table.clone()
+        };
+        let name = if config == table {
+            scenario.to_string()
+        } else {
+            format!("{scenario}-{}x{}", config.train_trajectories, config.steps)
+        };
+        (config, self.data.join(name))
+    }
+}
+
 /// Which data set to generate.
 #[derive(Args, Debug)]
 pub(crate) struct DataArgs {
     /// Which of the paper's scenarios (Table 1): rod, helix.
     #[arg(long, default_value_t = Scenario::Rod)]
     pub(crate) scenario: Scenario,
-    /// Folder of the data sets; each scenario's is DIR/SCENARIO.
-    #[arg(long, default_value = "data", value_name = "DIR")]
-    pub(crate) data: PathBuf,
+    #[command(flatten)]
+    pub(crate) set: SetArgs,
     /// Part i of n, from 0/n to (n - 1)/n: for the jobs of an array that share a folder. Whichever finds all parts there
     /// writes the manifest; the files have the same bits as those of a single job.
     #[arg(long, value_name = "I/N", value_parser = shard)]
@@ -100,9 +132,8 @@ pub(crate) struct TrainArgs {
     /// What computes the network: ndarray; flex, wgpu or cuda where built with that cargo feature.
     #[arg(long, default_value_t = Backend::default())]
     pub(crate) backend: Backend,
-    /// Folder of the data sets; each scenario's is DIR/SCENARIO.
-    #[arg(long, default_value = "data", value_name = "DIR")]
-    pub(crate) data: PathBuf,
+    #[command(flatten)]
+    pub(crate) set: SetArgs,
     /// Where the checkpoint goes: PATH.toml and PATH.safetensors, the curves PATH.csv and PATH.svg, and until the
     /// training is done its state, PATH.state [default: checkpoints/SCENARIO-RECIPE].
     #[arg(long, value_name = "PATH")]

@@ -4,25 +4,24 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dataset::{Config, Dataset, Generated, MANIFEST, Scenario, generate};
+use dataset::{Config, Dataset, Generated, MANIFEST, generate};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::{DataArgs, threads_or_cores};
 use crate::output::say;
 
-/// Opens the paper's data set of a scenario in `directory`; generates it, or what is missing of it, if need be.
-pub(crate) fn open(directory: &Path, scenario: Scenario, quiet: bool) -> Result<Dataset> {
-    let config = Config::table_1(scenario);
+/// Opens a data set; generates it, or what is missing of it, if need be.
+pub(crate) fn open(directory: &Path, config: &Config, quiet: bool) -> Result<Dataset> {
     if !directory.join(MANIFEST).exists() {
         if !quiet {
-            say!("generating the paper's data set ({scenario}) in {}, once and for all", directory.display())?;
+            say!("generating the data set {}, once and for all", directory.display())?;
         }
-        with_progress(directory, &config, None, quiet)?;
+        with_progress(directory, config, None, quiet)?;
     }
     let dataset = Dataset::open(directory).context("--data")?;
-    if dataset.manifest().config != config {
+    if dataset.manifest().config != *config {
         // Says which setting differs.
-        generate(directory, &config, None, &|_| ()).context("--data")?;
+        generate(directory, config, None, &|_| ()).context("--data")?;
     }
     Ok(dataset)
 }
@@ -30,9 +29,9 @@ pub(crate) fn open(directory: &Path, scenario: Scenario, quiet: bool) -> Result<
 /// `train data`.
 pub(crate) fn generate_part(args: &DataArgs) -> Result<()> {
     rayon::ThreadPoolBuilder::new().num_threads(threads_or_cores(args.threads)).build_global()?;
-    let directory = args.data.join(args.scenario.name());
+    let (config, directory) = args.set.config(args.scenario);
     let begin = Instant::now();
-    let made = with_progress(&directory, &Config::table_1(args.scenario), args.shard, false)?;
+    let made = with_progress(&directory, &config, args.shard, false)?;
     say!(
         "{}: {} shards written, {} were there, in {:.1} s; {}",
         directory.display(),

@@ -16,8 +16,8 @@ pub(crate) const CELLS: [(PreconditionerKind, f64); 4] = [
     (PreconditionerKind::BlockJacobi, 1e-4),
 ];
 
-/// Steps of a trajectory at whose first outer iteration is measured: the first, and later ones.
-const STEPS: [u32; 5] = [0, 10, 20, 30, 40];
+/// Every how many steps of a trajectory one is measured, at its first outer iteration, from the very first on.
+const EVERY: u32 = 10;
 
 /// Iteration ratios to the zero start, first steps and later ones apart; sums over scenes divided by sums.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,7 +67,7 @@ fn scene(dataset: &Dataset, index: usize, trained: &Trained) -> Counts {
         SolverKind::Cg(CgParams { preconditioner, tolerance, max_iterations: None }).build(model, members, topology)
     };
     let mut solvers: Vec<Box<dyn LinearSolver>> = CELLS.into_iter().filter_map(|cell| solver(cell).ok()).collect();
-    for sample in trajectory.samples().filter(|sample| sample.iteration() == 0 && STEPS.contains(&sample.step())) {
+    for sample in trajectory.samples().filter(|sample| sample.iteration() == 0 && sample.step().is_multiple_of(EVERY)) {
         sample.restore(&mut component);
         guess.predict(&component, &mut start);
         for (solver, counts) in solvers.iter_mut().zip(&mut counts) {

@@ -47,8 +47,8 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let stopped = Arc::new(AtomicBool::new(false));
     let flag = stopped.clone();
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("cannot listen to Ctrl-C")?;
-    let directory = cli.data.join(plan.scenario.name());
-    let dataset = data::open(&directory, plan.scenario, cli.quiet)?;
+    let (config, directory) = cli.set.config(plan.scenario);
+    let dataset = data::open(&directory, &config, cli.quiet)?;
     let manifest = std::fs::read(directory.join(MANIFEST)).context("--data")?;
     let data_blake3 = blake3::hash(&manifest).to_hex().to_string();
     let mut encoding = Encoding {
@@ -84,7 +84,7 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
             say(format_args!("stopped; go on with --resume ({})", course.state_file().display()))?;
             return Ok(Outcome::Interrupted);
         }
-        if course.epoch % plan.measure_every == 0 || course.epoch == plan.epochs {
+        if course.epoch.is_multiple_of(plan.measure_every) || course.epoch == plan.epochs {
             course.measure()?;
             if let Some(row) = course.rows.last() {
                 let (text, left) = (row.text(), course.left().as_secs());
@@ -297,7 +297,7 @@ impl<'a> Course<'a> {
 /// What the card says of the measured ratios.
 fn figures(measured: &Measured, scenes: usize) -> Vec<Figure> {
     let mut figures = Vec::new();
-    for (values, steps) in [(&measured.first, "step 1"), (&measured.later, "steps 11, 21, 31 and 41")] {
+    for (values, steps) in [(&measured.first, "step 1"), (&measured.later, "every 10th step")] {
         for (&(preconditioner, tolerance), &ratio) in CELLS.iter().zip(values) {
             let steps = format!("{steps} of {scenes} validation scenes");
             figures.push(Figure { preconditioner: preconditioner.name().to_owned(), tolerance, steps, ratio });

@@ -127,10 +127,10 @@ fn gradients_are_those_of_central_differences() {
             outputs.iter().map(sum).sum()
         };
         let specs: Vec<_> = weights.tensors().map(|(spec, _)| spec.clone()).collect();
-        let mut k = 0;
+        let mut parameters = found.iter().enumerate();
         for spec in specs {
             let (mut error, mut largest) = (0.0_f64, 0.0_f64);
-            for k in k..k + spec.len() {
+            for (k, &found) in parameters.by_ref().take(spec.len()) {
                 let x = weights.values()[k];
                 let [low, high] = [x - STEP, x + STEP];
                 let [below, above] = [low, high].map(|x| {
@@ -139,10 +139,9 @@ fn gradients_are_those_of_central_differences() {
                 });
                 weights.values_mut()[k] = x;
                 let expected = (above - below) / (f64::from(high) - f64::from(low));
-                error = error.max((f64::from(found[k]) - expected).abs());
+                error = error.max((f64::from(found) - expected).abs());
                 largest = largest.max(expected.abs());
             }
-            k += spec.len();
             // Sums over all rows in single precision.
             assert!(error < 1e-5 * largest, "{}: {error:e} of {largest:e}", spec.name);
         }
