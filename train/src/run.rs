@@ -43,6 +43,9 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
         plan.backend,
         plan.threads
     ))?;
+    if !cli.resume {
+        check_place(&plan, cli.force)?;
+    }
     rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build_global()?;
     let stopped = Arc::new(AtomicBool::new(false));
     let flag = stopped.clone();
@@ -63,13 +66,8 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let trainer = Trainer::new(&plan, &samples, &dataset, &encoding);
     let mut course = Course::new(&plan, &dataset, encoding, trainer, data_blake3);
     if cli.resume {
-        course.resume()?;
+        course.resume().context("--resume")?;
         say(format_args!("resumed after {} epochs", course.epoch))?;
-    } else if course.state_file().exists() {
-        bail!(
-            "{} is the state of a training that was cut off: go on with it by --resume, or delete it",
-            course.state_file().display()
-        );
     }
     say(format_args!(
         "{} samples; ratios are cg iterations to a zero start on {} validation scenes, of step 1 / later steps",
@@ -79,12 +77,8 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     say(format_args!("{} score  loss     nodes/s  left", curves::header()))?;
     while course.epoch < plan.epochs {
         let nodes_per_second = course.epoch(&stopped);
-        if stopped.load(Ordering::Relaxed) {
-            course.save_state()?;
-            say(format_args!("stopped; go on with --resume ({})", course.state_file().display()))?;
-            return Ok(Outcome::Interrupted);
-        }
-        if course.epoch.is_multiple_of(plan.measure_every) || course.epoch == plan.epochs {
+        let is_due = course.epoch.is_multiple_of(plan.measure_every) || course.epoch == plan.epochs;
+        if course.batch == 0 && is_due {
             course.measure()?;
             if let Some(row) = course.rows.last() {
                 let (text, left) = (row.text(), course.left().as_secs());
@@ -97,10 +91,30 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
                 ))?;
             }
         }
+        if stopped.load(Ordering::Relaxed) && course.epoch < plan.epochs {
+            course.save_state()?;
+            say(format_args!("stopped; go on with --resume ({})", course.state_file().display()))?;
+            return Ok(Outcome::Interrupted);
+        }
     }
-    std::fs::remove_file(course.state_file()).ok();
+    course.checkpoint()?.save(&plan.out)?;
+    std::fs::remove_file(course.state_file()).context("--out")?;
     say(format_args!("wrote {}.toml, .safetensors, .csv and .svg", plan.out.display()))?;
     Ok(Outcome::Done)
+}
+
+/// Makes the folder of the checkpoint, and sees that nothing of worth is there.
+fn check_place(plan: &Plan, may_replace: bool) -> Result<()> {
+    let folder = plan.out.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder).with_context(|| format!("--out: cannot make the folder {}", folder.display()))?;
+    let [state, card] = [".state", ".toml"].map(|ending| with_ending(&plan.out, ending));
+    if state.exists() {
+        bail!("{} is the state of a training that was cut off: go on by --resume, or delete it", state.display());
+    }
+    if card.exists() && !may_replace {
+        bail!("--out {}: {} is there already; give another place, or --force", plan.out.display(), card.display());
+    }
+    Ok(())
 }
 
 /// A training under way.
@@ -297,9 +311,9 @@ impl<'a> Course<'a> {
 /// What the card says of the measured ratios.
 fn figures(measured: &Measured, scenes: usize) -> Vec<Figure> {
     let mut figures = Vec::new();
-    for (values, steps) in [(&measured.first, "step 1"), (&measured.later, "every 10th step")] {
+    for (values, steps) in [(&measured.first, "step 1"), (&measured.later, "every 10th later step")] {
         for (&(preconditioner, tolerance), &ratio) in CELLS.iter().zip(values) {
-            let steps = format!("{steps} of {scenes} validation scenes");
+            let steps = format!("{steps} of {scenes} validation scenes, planar ones in their plane");
             figures.push(Figure { preconditioner: preconditioner.name().to_owned(), tolerance, steps, ratio });
         }
     }

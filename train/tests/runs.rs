@@ -83,6 +83,33 @@ fn a_training_that_was_killed_goes_on_to_the_same_bits() {
 }
 
 #[test]
+fn a_training_that_was_interrupted_loses_no_measurement() {
+    let directory = tempfile::tempdir().unwrap();
+    let (whole, stopped) = (directory.path().join("whole"), directory.path().join("stopped.toml"));
+    // An epoch is one batch: it is complete when the signal is seen.
+    let batch = ["--batch", "65536"];
+    assert!(run(&whole, &batch).status.success());
+    let mut child = Command::new(env!("CARGO_BIN_EXE_train"));
+    let mut child = child.args(small(&stopped)).args(batch).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    while !lines.next().unwrap().unwrap().starts_with("epoch") {}
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert!(lines.last().unwrap().unwrap().contains("--resume"));
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(run(&stopped, &[batch[0], batch[1], "--resume"]).status.success());
+    let stopped = stopped.with_extension("");
+    assert_eq!(weights(&stopped), weights(&whole));
+    let rows = |out: &Path| std::fs::read_to_string(ending(out, "csv")).unwrap().lines().count();
+    assert_eq!((rows(&stopped), rows(&whole)), (4, 4));
+
+    let message = complaint(&run(&whole, &batch));
+    assert!(message.contains("--force") && message.contains("whole.toml"), "{message}");
+    assert!(run(&whole, &[batch[0], batch[1], "--force"]).status.success());
+    let message = complaint(&run(&directory.path().join("missing"), &["--resume"]));
+    assert!(message.contains("--resume") && message.contains("missing.state"), "{message}");
+}
+
+#[test]
 fn mistakes_get_one_error_that_says_what_is_allowed() {
     for (arguments, words) in [
         (&["--width", "0"][..], &["--width", "1..=1024"][..]),
@@ -93,6 +120,7 @@ fn mistakes_get_one_error_that_says_what_is_allowed() {
         (&["data", "--shard", "3/3"], &["--shard", "n - 1"]),
         (&["--features", "paper", "--head", "semi"], &["--head semi", "body-frame"]),
         (&["--quick", "--epochs", "3"], &["--quick", "--epochs"]),
+        (&["--out", "trained/"], &["--out", "trained/rod"]),
     ] {
         let message = complaint(&train(arguments));
         assert!(words.iter().all(|word| message.contains(word)), "{arguments:?}: {message}");

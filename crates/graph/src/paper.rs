@@ -7,8 +7,9 @@
 //! - *f1, f2*: "zero if the left or right segment of the rod is fixed" is read as the neighbour on that side (an anchor
 //!   of the ground included): the rod's own ends, the other reading, would be the same for all of a training set.
 //! - *alpha* runs along each rod of a tree ([`crate::Node::alpha`]).
-//! - *Y and T* are normalised to their logarithm over the range of Table 1 ([`normalized_modulus`]); r, rho, l and the
-//!   Darboux vector are in SI units as they are.
+//! - *Y and T* are normalised to their logarithm over the range of Table 1 ([`normalized_modulus`]); the other inputs
+//!   are in SI units here, and brought to unit size with a training set's means and spreads ([`crate::Whitening`]) before
+//!   a network reads them: "the generated dataset is normalized" is read so.
 //! - *Norms*: one for each of dx, dphi and the two parts of dlambda, for their units differ; the largest magnitude of any
 //!   component over the training samples, so that every target lies in [-1, 1].
 //! - *Direction*: one edge a joint, from its body a to its body b.

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use clap::Parser;
 use evaluation::compare::{self, Entry, Row};
+use graph::planar_normal;
 use solver::guess::GuessKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings};
@@ -23,7 +24,7 @@ const FLAGS: [&str; 6] = ["--formulation", "xpbd", "--solver", "cg", "--guess", 
 const DIRECT: &str = "direct";
 const ZERO: &str = "cg from zero";
 const FISCHER: &str = "cg from Fischer's projection";
-const PAPER: &str = "cg from COPINGNet (gn)";
+const PAPER: &str = "cg from COPINGNet (gn), planar";
 const BEST: &str = "cg from COPINGNet (gn-best)";
 
 /// Runs the scene, then measures other starts and the direct solve beside it.
@@ -46,7 +47,8 @@ pub(crate) fn demo() -> Result<Outcome> {
         (BEST, cg, GuessName::Learned(LearnedName::Network(Recipe::Best))),
     ];
     let guesses = ways.iter().map(|&(_, _, name)| Guess::load(name, &training)).collect::<Result<Vec<_>>>()?;
-    let factories: Vec<_> = guesses.iter().map(|guess| guess.factory(guess.own_plane(&scene))).collect();
+    let plane = planar_normal(&scene.model, &scene.state);
+    let factories: Vec<_> = guesses.iter().map(|guess| guess.factory(plane)).collect();
     let entry = |(&(name, solver, guess), factory): (&(&str, SolverKind, GuessName), _)| Entry {
         name: name.to_owned(),
         settings: Settings { step: settings.step, solver },

@@ -6,7 +6,7 @@ use graph::Norms;
 use serde::{Deserialize, Serialize};
 
 use super::{Checkpoint, CheckpointError};
-use crate::{Features, Head, NetworkConfig};
+use crate::{Features, Head, NetworkConfig, Output};
 
 /// Version of the card and of the weights' file.
 const SCHEMA_VERSION: u32 = 1;
@@ -18,9 +18,9 @@ pub struct Card {
     pub program_version: String,
     /// The program's source revision, where it was found ([`export::git_revision`]).
     pub git_revision: Option<String>,
-    /// What it was trained for: "rod", "helix", ...; see [`Checkpoint::check_scenario`].
+    /// What it was trained for: "rod", "helix".
     pub scenario: String,
-    /// Name of the recipe: "paper", "best", "step".
+    /// Name of the recipe: "paper", "best".
     pub recipe: String,
     /// BLAKE3 hash of the data set's manifest, in hexadecimal digits; none where trajectories were made in passing.
     pub data_blake3: Option<String>,
@@ -184,10 +184,15 @@ impl Stored {
             ("network.node_outputs", network.node_outputs, fitting.node_outputs),
             ("network.edge_outputs", network.edge_outputs, fitting.edge_outputs),
         ];
-        match sizes.into_iter().find(|(_, found, allowed)| found != allowed) {
-            None => Ok(()),
-            Some((key, found, allowed)) => wrong(key, &found, format!("{allowed}, by features and head")),
+        if let Some((key, found, allowed)) = sizes.into_iter().find(|(_, found, allowed)| found != allowed) {
+            return wrong(key, &found, format!("{allowed}, by features and head"));
         }
+        let name = |output| if output == Output::Tanh { "tanh" } else { "linear" };
+        if network.output != fitting.output {
+            let allowed = format!("\"{}\", by features", name(fitting.output));
+            return wrong("network.output", &format!("\"{}\"", name(network.output)), allowed);
+        }
+        Ok(())
     }
 
     fn check_numbers(&self, file: &Path) -> Result<(), CheckpointError> {

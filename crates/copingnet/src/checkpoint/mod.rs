@@ -99,18 +99,6 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Checks that the checkpoint, loaded from `path`, is for this scenario.
-    ///
-    /// # Errors
-    /// [`CheckpointError::Value`] with key `scenario` if it is for another one.
-    pub fn check_scenario(&self, path: &Path, scenario: &str) -> Result<(), CheckpointError> {
-        if self.card.scenario == scenario {
-            return Ok(());
-        }
-        let allowed = format!("{scenario:?}: a network serves the scenario that it was trained for");
-        Err(CheckpointError::value(&Files::of(path).card, "scenario", format!("{:?}", self.card.scenario), allowed))
-    }
-
     fn tensors(&self) -> Vec<Tensor> {
         let weights = self.weights.tensors().map(|(spec, values)| Tensor::f32s(&spec.name, spec.shape.clone(), values));
         let whitening = NAMES.iter().zip(self.encoding.whitening.all()).flat_map(|(name, whitening)| {
