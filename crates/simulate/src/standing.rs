@@ -156,11 +156,14 @@ fn words(standing: &Standing) -> String {
         measured.iter().flat_map(|cells| best(cells, ratio)).filter(|cell| is(cell)).count()
     };
     let fastest = count(&|cell| cell.guess == DIRECT, &|cell| cell.time_ratio);
-    let fischer = count(&|cell| cell.guess.starts_with("fischer"), &|cell| cell.iteration_ratio);
     let mut words = format!(
-        "The direct solve takes less time than conjugate gradients from any start in {fastest} of {total} cells.\n\
-         Fischer's projection needs the fewest iterations in {fischer} of {total} cells."
+        "The direct solve takes less time than conjugate gradients from any start in {fastest} of {total} cells."
     );
+    let is_fischer = |cell: &Cell| cell.guess.starts_with("fischer");
+    if standing.cells.iter().any(is_fischer) {
+        let fischer = count(&is_fischer, &|cell| cell.iteration_ratio);
+        words += &format!("\nFischer's projection needs the fewest iterations in {fischer} of {total} cells.");
+    }
     let mut networks: Vec<&str> = Vec::new();
     for cell in &standing.cells {
         if cell.guess.starts_with("gn") && !networks.contains(&cell.guess.as_str()) {

@@ -120,6 +120,27 @@ fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
 }
 
 #[test]
+fn networks_that_are_built_in_are_trained_and_save_iterations() {
+    let cell =
+        ["--preconditioner", "block-jacobi", "--linear-tolerance", "1e-2", "--tolerance", "0.5", "--steps", "20"];
+    for (scene, name, most) in
+        [("bending-rod", "gn-best", 0.3), ("bending-rod", "gn", 0.6), ("helix", "gn-best", 0.9), ("helix", "gn", 0.95)]
+    {
+        let flags = [&[scene, "--formulation", "xpbd", "--solver", "cg"][..], &cell].concat();
+        let iterations = |guess: &str| {
+            let summary = json(&[&flags[..], &["--guess", guess]].concat());
+            // One outer iteration a step: the one that the network starts.
+            assert_eq!(count(&summary, "outer_iterations"), 20);
+            count(&summary, "linear_iterations") as f64
+        };
+        let ratio = iterations(name) / iterations("zero");
+        assert!(ratio < most, "{scene}, {name}: {ratio}");
+        let (_, out, _) = texts(&run(&[scene, "--guess", name, "--solver", "cg", "--steps", "1"]));
+        assert!(!out.contains("untrained"), "{out}");
+    }
+}
+
+#[test]
 fn networks_take_every_scene() {
     // The two largest take conjugate gradients minutes.
     for scene in builtin_names().into_iter().filter(|name| !["tree", "long-chain"].contains(name)) {
