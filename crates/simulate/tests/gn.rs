@@ -135,7 +135,8 @@ fn networks_that_are_built_in_are_trained_and_save_iterations() {
         };
         let ratio = iterations(name) / iterations("zero");
         assert!(ratio < most, "{scene}, {name}: {ratio}");
-        let (_, out, _) = texts(&run(&[scene, "--guess", name, "--solver", "cg", "--steps", "1"]));
+        let output = run(&[scene, "--guess", name, "--solver", "cg", "--steps", "1"]);
+        let (_, out, _) = texts(&output);
         assert!(!out.contains("untrained"), "{out}");
     }
 }
