@@ -4,11 +4,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dataset::{Config, Dataset, Generated, MANIFEST, generate};
+use dataset::{Config, Dataset, Generated, MANIFEST, generate, open_as};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::{DataArgs, threads_or_cores};
-use crate::output::say;
+use terminal::say;
 
 /// Opens a data set; generates it, or what is missing of it, if need be.
 pub(crate) fn open(directory: &Path, config: &Config, quiet: bool) -> Result<Dataset> {
@@ -18,12 +18,7 @@ pub(crate) fn open(directory: &Path, config: &Config, quiet: bool) -> Result<Dat
         }
         with_progress(directory, config, None, quiet)?;
     }
-    let dataset = Dataset::open(directory).context("--data")?;
-    if dataset.manifest().config != *config {
-        // Says which setting differs.
-        generate(directory, config, None, &|_| ()).context("--data")?;
-    }
-    Ok(dataset)
+    open_as(directory, config).context("--data")
 }
 
 /// `train data`.

@@ -6,7 +6,6 @@ mod curves;
 mod data;
 mod measure;
 mod objective;
-mod output;
 mod run;
 mod samples;
 mod trainer;
@@ -30,7 +29,7 @@ fn main() -> ExitCode {
         Ok(run::Outcome::Done) => ExitCode::SUCCESS,
         Ok(run::Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => {
-            output::complain(format_args!("{error:#}"));
+            terminal::complain(format_args!("{error:#}"));
             ExitCode::from(BAD_INPUT)
         }
     }

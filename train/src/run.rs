@@ -16,7 +16,6 @@ use crate::cli::{Plan, Recipe, TrainArgs};
 use crate::curves::{self, Row};
 use crate::data;
 use crate::measure::{self, CELLS, Measured};
-use crate::output;
 use crate::samples::{Samples, whitening};
 use crate::trainer::Trainer;
 
@@ -32,7 +31,7 @@ const WHITENING_EVERY: usize = 10;
 /// Trains as the command line says.
 pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let plan = cli.plan()?;
-    let say = |text: Arguments<'_>| if cli.quiet { Ok(()) } else { output::print(text) };
+    let say = |text: Arguments<'_>| if cli.quiet { Ok(()) } else { terminal::print(text) };
     say(format_args!(
         "{} {}: {} parameters, {} epochs, seed {}, {} on {} threads",
         plan.scenario,

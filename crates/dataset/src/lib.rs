@@ -74,7 +74,7 @@ mod write;
 pub use batch::{PaperBatch, shuffled};
 pub use config::{Config, Scenario, Split};
 pub use error::DatasetError;
-pub use generate::{Generated, Progress, generate};
+pub use generate::{Generated, Progress, generate, open_as};
 pub use manifest::{MANIFEST, Manifest, Numbers, ShardInfo, StoredNorms};
 pub use reader::{Dataset, Sample, Trajectory};
 

@@ -16,10 +16,10 @@ use solver::step::Status;
 use crate::Outcome;
 use crate::cli::CompareArgs;
 use crate::guess::{Guess, GuessName, check_sources};
-use crate::output::say;
 use crate::progress::Progress;
 use crate::scenes::{scene, settings, use_threads};
 use crate::training::Training;
+use terminal::say;
 
 /// Tolerances of the tables of starts.
 pub(crate) const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];

@@ -12,10 +12,10 @@ use crate::Outcome;
 use crate::cli::Cli;
 use crate::compare::runs_table;
 use crate::guess::{Guess, GuessName, LearnedName, Recipe};
-use crate::output::say;
 use crate::run;
 use crate::scenes::{linear_solver, scene, settings};
 use crate::training::Training;
+use terminal::say;
 
 /// What is run, as flags: the formulation is the paper's, which networks are trained with.
 const FLAGS: [&str; 6] = ["--formulation", "xpbd", "--solver", "cg", "--guess", "gn-best"];

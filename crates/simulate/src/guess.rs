@@ -17,8 +17,8 @@ use solver::topology::Topology;
 use crate::cli::LearnedArgs;
 #[cfg(feature = "gn")]
 use crate::network::Network;
-use crate::output::say;
 use crate::training::Training;
+use terminal::say;
 
 /// How a network was trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

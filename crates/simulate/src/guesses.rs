@@ -18,10 +18,10 @@ use crate::Outcome;
 use crate::cli::GuessesArgs;
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
 use crate::guess::{Guess, GuessName, check_sources};
-use crate::output::say;
 use crate::progress::Progress;
 use crate::standing;
 use crate::training::Training;
+use terminal::say;
 
 /// All that was measured.
 #[derive(Serialize)]

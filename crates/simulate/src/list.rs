@@ -3,7 +3,7 @@
 use anyhow::Result;
 
 use crate::Outcome;
-use crate::output::say;
+use terminal::say;
 
 /// Prints the builtin scenes.
 pub(crate) fn list() -> Result<Outcome> {

@@ -11,7 +11,6 @@ mod list;
 mod measured;
 #[cfg(feature = "gn")]
 mod network;
-mod output;
 mod progress;
 mod run;
 mod scenes;
@@ -60,12 +59,12 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Ok(Outcome::NotFinite(place)) => {
-            output::complain(format_args!("numbers are not finite: {place}"));
+            terminal::complain(format_args!("numbers are not finite: {place}"));
             ExitCode::from(FAILED)
         }
         Ok(Outcome::NotConverged) => ExitCode::from(FAILED),
         Err(error) => {
-            output::complain(format_args!("{error:#}"));
+            terminal::complain(format_args!("{error:#}"));
             ExitCode::from(BAD_INPUT)
         }
     }

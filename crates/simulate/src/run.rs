@@ -18,11 +18,11 @@ use crate::cli::{RunArgs, SceneArgs};
 use crate::files;
 use crate::guess::{Guess, GuessName, Learned, plane};
 use crate::measured::Measured;
-use crate::output::say;
 use crate::progress::Progress;
 use crate::scenes::{asked_guess, best_guess, linear_solver, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use crate::training::Training;
+use terminal::say;
 
 /// How far a run came.
 pub(crate) struct Course {

@@ -10,8 +10,8 @@ use solver::statics::{StaticParams, equilibrium};
 use crate::Outcome;
 use crate::cli::StaticArgs;
 use crate::files;
-use crate::output::say;
 use crate::scenes;
+use terminal::say;
 
 #[derive(Serialize)]
 struct Report {

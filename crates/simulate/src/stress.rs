@@ -8,8 +8,8 @@ use solver::step::Status;
 
 use crate::Outcome;
 use crate::cli::StressArgs;
-use crate::output::say;
 use crate::progress::Progress;
+use terminal::say;
 
 /// Runs the cases and prints a row each.
 pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {

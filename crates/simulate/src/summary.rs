@@ -13,8 +13,8 @@ use solver::simulation::{Settings, Simulation};
 
 use crate::guess::GuessName;
 use crate::measured::Measured;
-use crate::output::say;
 use crate::run::Course;
+use terminal::say;
 
 /// Wall time per stage [s], summed over threads.
 #[derive(Debug, Serialize)]

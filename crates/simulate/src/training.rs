@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dataset::{Config, Dataset, MANIFEST, Scenario, generate};
+use dataset::{Config, Dataset, MANIFEST, Scenario, generate, open_as};
 use scene::Scene;
 
 use crate::cli::LearnedArgs;
-use crate::output::say;
 use crate::progress;
+use terminal::say;
 
 /// Folder of the data sets, one each for rods and helices.
 const DATA: &str = "data";
@@ -72,12 +72,7 @@ impl Training {
                 say!("generated in {:.1} s", begin.elapsed().as_secs_f64())?;
             }
         }
-        let dataset = Dataset::open(directory).context("--data")?;
-        if dataset.manifest().config != config {
-            // Says which setting differs.
-            generate(directory, &config, None, &|_| ()).context("--data")?;
-        }
-        Ok(dataset)
+        open_as(directory, &config).context("--data")
     }
 
     /// What makes a scene unlike all that was learned from, in words.
