@@ -20,16 +20,9 @@ pub enum DatasetError {
     /// A file was not written.
     #[error(transparent)]
     Write(#[from] export::ExportError),
-    /// The text of a manifest cannot be read.
-    #[error("{}:{line}: {message}", file.display())]
-    Text {
-        /// The file.
-        file: PathBuf,
-        /// Line of the mistake, from 1.
-        line: usize,
-        /// The line, and what is wrong with it.
-        message: String,
-    },
+    /// The text of a manifest cannot be read, is of another version, or was changed after it was written.
+    #[error(transparent)]
+    Sealed(#[from] export::SealedError),
     /// A value that is not allowed.
     #[error("{}: {key} = {value}, but it must be {allowed}", file.display())]
     Value {
@@ -62,16 +55,6 @@ pub enum DatasetError {
     },
 }
 
-impl From<export::SealedError> for DatasetError {
-    fn from(error: export::SealedError) -> Self {
-        use export::SealedError::{Text, Value};
-        match error {
-            Text { file, line, message } => Self::Text { file, line, message },
-            Value { file, key, value, allowed } => Self::Value { file, key: key.to_owned(), value, allowed },
-        }
-    }
-}
-
 impl DatasetError {
     pub(crate) fn value(file: &Path, key: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
         let (key, allowed) = (key.into(), allowed.into());
@@ -80,7 +63,8 @@ impl DatasetError {
 
     /// Whether a file says that it is of another version of the format.
     pub(crate) fn is_other_schema(&self) -> bool {
-        matches!(self, Self::Value { key, value, .. } if key == "schema_version" && value != "missing")
+        use export::SealedError::Value;
+        matches!(self, Self::Sealed(Value { key: "schema_version", value, .. }) if value != "missing")
     }
 
     pub(crate) fn io(action: &'static str, file: &Path) -> impl FnOnce(std::io::Error) -> Self {

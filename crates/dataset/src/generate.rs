@@ -194,7 +194,7 @@ fn check_directory(directory: &Path, config: &Config) -> Result<(), DatasetError
         let (found, version) = match read {
             Ok(read) => read,
             // Of another format: not ours to write over. Anything else is damaged, and is generated again.
-            Err(error @ DatasetError::Value { .. }) if error.is_other_schema() => return Err(error),
+            Err(error) if error.is_other_schema() => return Err(error),
             Err(_) => continue,
         };
         let own = env!("CARGO_PKG_VERSION");

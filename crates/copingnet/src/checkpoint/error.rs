@@ -20,16 +20,9 @@ pub enum CheckpointError {
     /// A file was not written.
     #[error(transparent)]
     Write(#[from] export::ExportError),
-    /// The text of a card cannot be read.
-    #[error("{}:{line}: {message}", file.display())]
-    Text {
-        /// The file.
-        file: PathBuf,
-        /// Line of the mistake, from 1.
-        line: usize,
-        /// The line, and what is wrong with it.
-        message: String,
-    },
+    /// The text of a card cannot be read, is of another version, or was changed after it was written.
+    #[error(transparent)]
+    Sealed(#[from] export::SealedError),
     /// A value that is not allowed.
     #[error("{}: {key} = {value}, but it must be {allowed}", file.display())]
     Value {
@@ -42,16 +35,6 @@ pub enum CheckpointError {
         /// What is allowed.
         allowed: String,
     },
-}
-
-impl From<export::SealedError> for CheckpointError {
-    fn from(error: export::SealedError) -> Self {
-        use export::SealedError::{Text, Value};
-        match error {
-            Text { file, line, message } => Self::Text { file, line, message },
-            Value { file, key, value, allowed } => Self::Value { file, key: key.to_owned(), value, allowed },
-        }
-    }
 }
 
 impl CheckpointError {
