@@ -6,8 +6,9 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use copingnet::{Backend, Features, Head, NetworkConfig};
+use copingnet::{Backend, Encoding, Features, Head, NetworkConfig};
 use dataset::{Config, Scenario};
+use graph::Norms;
 
 /// Trains COPINGNet: without arguments, the paper's network on the paper's bending rods.
 ///
@@ -34,10 +35,10 @@ pub(crate) struct SetArgs {
     /// Folder of the data sets; that of Table 1 is DIR/SCENARIO, others have their sizes in their names.
     #[arg(long, default_value = "data", value_name = "DIR")]
     pub(crate) data: PathBuf,
-    /// Training trajectories [default: Table 1's 256].
+    /// Training trajectories [default: Table 1's 256; recipe step: 1536].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trajectories: Option<u32>,
-    /// Steps of a trajectory [default: Table 1's 50].
+    /// Steps of a trajectory [default: Table 1's 50; recipe step: 100].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) steps: Option<u32>,
 }
@@ -58,6 +59,12 @@ impl SetArgs {
             format!("{scenario}-{}x{}", config.train_trajectories, config.steps)
         };
         (config, self.data.join(name))
+    }
+
+    /// Trajectories of whole steps, and steps of each.
+    pub(crate) fn whole_steps(&self) -> [usize; 2] {
+        let or = |given: Option<u32>, default| given.map_or(default, |n| n as usize);
+        [or(self.trajectories, 1536), or(self.steps, 100)]
     }
 }
 
@@ -85,19 +92,22 @@ pub(crate) struct TrainArgs {
     #[arg(long, default_value_t = Scenario::Rod)]
     pub(crate) scenario: Scenario,
     /// paper: the paper's network, features and loss. best: features in body frames, scans along the rod, and the loss
-    /// through six iterations of conjugate gradients. The flags below change single parts of a recipe.
+    /// through six iterations of conjugate gradients. step: a small network for starts of whole steps (guess gn-step),
+    /// on the paper's scenes and slack ones at time steps of 0.02 to 0.1 s. The flags below change single parts of a
+    /// recipe.
     #[arg(long, value_enum, default_value_t = Recipe::Paper)]
     pub(crate) recipe: Recipe,
-    /// GN blocks M [default: 3].
+    /// GN blocks M [default: 3; recipe step: 1].
     #[arg(long, value_parser = clap::value_parser!(u16).range(0..=64))]
     pub(crate) gn_blocks: Option<u16>,
     /// Linear layers of every perceptron [default: 2].
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub(crate) mlp_layers: Option<u16>,
-    /// Latent size l [default: 32].
+    /// Latent size l [default: 32; recipe step: 16].
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) width: Option<u16>,
-    /// Scans along the rod in each block, outwards and as many inwards [default: 0; recipe best: 16].
+    /// Scans along the rod in each block, outwards and as many inwards [default: 0; recipe
+    /// best: 16, step: 4].
     #[arg(long, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub(crate) scans: Option<u16>,
     /// Inputs: paper (world axes), body-frame (body axes, with the right-hand side) [default: the recipe's].
@@ -108,16 +118,16 @@ pub(crate) struct TrainArgs {
     #[arg(long, value_enum)]
     pub(crate) head: Option<HeadArg>,
     /// mse: MSE(V) + MSE(E). cg: logarithm of the residual after six iterations of block-Jacobi conjugate gradients from
-    /// the guess. [default: the recipe's]
+    /// the guess. log: logarithm of each sample's squared error. [default: the recipe's]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<Loss>,
-    /// Times through the training samples [default: 600].
+    /// Times through the training samples [default: 600; recipe step: 60].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) epochs: Option<u64>,
     /// Samples in a batch.
     #[arg(long, default_value_t = 128, value_parser = whole)]
     pub(crate) batch: usize,
-    /// Step size of Adam [default: 1e-3; recipe best: 2e-3].
+    /// Step size of Adam [default: 1e-3; recipes best and step: 2e-3].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) learning_rate: Option<f64>,
     /// How the step size goes on: constant (the paper's), or cosine: down to nothing at the end [default: the recipe's].
@@ -161,6 +171,7 @@ pub(crate) struct TrainArgs {
 pub(crate) enum Recipe {
     Paper,
     Best,
+    Step,
 }
 
 impl Recipe {
@@ -168,6 +179,7 @@ impl Recipe {
         match self {
             Self::Paper => "paper",
             Self::Best => "best",
+            Self::Step => "step",
         }
     }
 }
@@ -189,6 +201,7 @@ pub(crate) enum HeadArg {
 pub(crate) enum Loss {
     Mse,
     Cg,
+    Log,
 }
 
 impl Loss {
@@ -196,6 +209,7 @@ impl Loss {
         match self {
             Self::Mse => "mse",
             Self::Cg => "cg",
+            Self::Log => "log",
         }
     }
 }
@@ -217,6 +231,17 @@ impl Schedule {
 }
 
 impl Plan {
+    /// Whether it is for starts of whole steps.
+    pub(crate) fn is_of_steps(&self) -> bool {
+        self.head == Head::Turns
+    }
+
+    /// What inputs and outputs mean, as long as the inputs' sizes are not known.
+    pub(crate) fn unwhitened(&self, norms: Norms) -> Encoding {
+        let Self { features, head, .. } = *self;
+        Encoding { features, head, norms, whitening: features.unwhitened() }
+    }
+
     /// All that a training's result depends on: a resumed one must agree.
     pub(crate) fn fingerprint(&self) -> BTreeMap<String, String> {
         let Self { scenario, recipe, features, head, network, loss, epochs, batch, learning_rate, schedule, .. } = self;
@@ -268,35 +293,52 @@ impl TrainArgs {
     /// # Errors
     /// If flags contradict each other.
     pub(crate) fn plan(&self) -> Result<Plan> {
-        let is_best = self.recipe == Recipe::Best;
-        let features = match self.features {
-            Some(FeaturesArg::Paper) => Features::Paper,
-            Some(FeaturesArg::BodyFrame) => Features::BodyFrame,
-            None if is_best => Features::BodyFrame,
-            None => Features::Paper,
+        let recipe = self.recipe;
+        // The paper's and our own differ in single parts; starts of whole steps have inputs and outputs of their own.
+        let features = match (self.features, recipe) {
+            (None, Recipe::Step) => Features::History,
+            (Some(FeaturesArg::Paper), _) | (None, Recipe::Paper) => Features::Paper,
+            (Some(FeaturesArg::BodyFrame), _) | (None, Recipe::Best) => Features::BodyFrame,
         };
-        let head = match self.head {
-            Some(HeadArg::Full) => Head::Full,
-            Some(HeadArg::Semi) => Head::Semi,
-            None if features == Features::BodyFrame => Head::Semi,
-            None => Head::Full,
+        let head = match (self.head, features) {
+            (None, Features::History) => Head::Turns,
+            (Some(HeadArg::Full), _) | (None, Features::Paper) => Head::Full,
+            (Some(HeadArg::Semi), _) | (None, Features::BodyFrame) => Head::Semi,
         };
-        if features == Features::Paper && head == Head::Semi {
-            bail!("--head semi needs --features body-frame, but the features are the paper's");
+        if recipe == Recipe::Step && (self.features.is_some() || self.head.is_some()) {
+            bail!("--features and --head change the recipes paper and best, but the recipe is step");
         }
+        if !head.fits(features) {
+            bail!("--head {} needs --features body-frame, but the features are the paper's", head.name());
+        }
+        let of = |paper: usize, best: usize, step: usize| match recipe {
+            Recipe::Paper => paper,
+            Recipe::Best => best,
+            Recipe::Step => step,
+        };
+        let loss = self.loss.unwrap_or(match recipe {
+            Recipe::Paper => Loss::Mse,
+            Recipe::Best => Loss::Cg,
+            Recipe::Step => Loss::Log,
+        });
+        if loss == Loss::Cg && recipe == Recipe::Step {
+            bail!("--loss cg is about linear solves, but recipe step is about whole steps; use log or mse");
+        }
+        let is_paper = recipe == Recipe::Paper;
         let paper = NetworkConfig::default();
         let or = |given: Option<u16>, default: usize| given.map_or(default, usize::from);
         let network = features.configure(
             head,
             NetworkConfig {
-                gn_blocks: or(self.gn_blocks, paper.gn_blocks),
+                gn_blocks: or(self.gn_blocks, of(3, 3, 1)),
                 mlp_layers: or(self.mlp_layers, paper.mlp_layers),
-                width: or(self.width, paper.width),
-                scans: or(self.scans, if is_best { 16 } else { 0 }),
+                width: or(self.width, of(32, 32, 16)),
+                scans: or(self.scans, of(0, 16, 4)),
                 ..paper
             },
         );
-        let default_schedule = if is_best || self.quick { Schedule::Cosine } else { Schedule::Constant };
+        let default_schedule = if !is_paper || self.quick { Schedule::Cosine } else { Schedule::Constant };
+        let epochs = of(600, 600, 60) as u64;
         let name = || format!("{}-{}", self.scenario, self.recipe.name());
         Ok(Plan {
             scenario: self.scenario,
@@ -304,10 +346,10 @@ impl TrainArgs {
             features,
             head,
             network,
-            loss: self.loss.unwrap_or(if is_best { Loss::Cg } else { Loss::Mse }),
-            epochs: self.epochs.unwrap_or(if self.quick { 40 } else { 600 }),
+            loss,
+            epochs: self.epochs.unwrap_or(if self.quick { epochs / 15 } else { epochs }),
             batch: self.batch,
-            learning_rate: self.learning_rate.unwrap_or(if is_best { 2e-3 } else { 1e-3 }),
+            learning_rate: self.learning_rate.unwrap_or(if is_paper { 1e-3 } else { 2e-3 }),
             schedule: self.schedule.unwrap_or(default_schedule),
             seed: self.seed,
             backend: self.backend,

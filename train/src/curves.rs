@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use plotters::prelude::*;
 
-use crate::measure::{CELLS, Measured};
+use crate::measure::{Columns, Measured};
 use crate::run::with_ending;
 
 /// One measurement.
@@ -18,8 +18,6 @@ pub(crate) struct Row {
     pub(crate) seconds: f64,
     /// Mean loss of the samples since the row before.
     pub(crate) loss: f64,
-    /// By what the best weights are chosen.
-    pub(crate) score: f64,
     pub(crate) measured: Measured,
 }
 
@@ -27,43 +25,40 @@ pub(crate) struct Row {
 const BEFORE: usize = 4;
 
 impl Row {
-    /// As numbers, which [`Self::from_numbers`] reads back.
+    /// As numbers, which [`Self::from_numbers`] reads back: of all pairs the first ratios, then the second ones.
     pub(crate) fn numbers(&self) -> Vec<f64> {
-        let mut numbers = vec![self.epoch as f64, self.seconds, self.loss, self.score];
-        numbers.extend(self.measured.first);
-        numbers.extend(self.measured.later);
+        let Measured { pairs, score } = &self.measured;
+        let mut numbers = vec![self.epoch as f64, self.seconds, self.loss, *score];
+        numbers.extend((0..2).flat_map(|part| pairs.iter().map(move |pair| pair[part])));
         numbers
     }
 
-    pub(crate) fn from_numbers(numbers: &[f64]) -> Option<Self> {
+    pub(crate) fn from_numbers(numbers: &[f64], columns: &Columns) -> Option<Self> {
         let (before, ratios) = numbers.split_at_checked(BEFORE)?;
-        let (first, later) = ratios.split_at_checked(CELLS.len())?;
-        let measured = Measured { first: first.try_into().ok()?, later: later.try_into().ok()? };
-        Some(Self { epoch: before[0] as u64, seconds: before[1], loss: before[2], score: before[3], measured })
+        let (first, second) = ratios.split_at_checked(columns.pairs.len())?;
+        let pairs = first.iter().zip(second).map(|(&a, &b)| [a, b]).collect();
+        let measured = Measured { pairs, score: before[3] };
+        let row = Self { epoch: before[0] as u64, seconds: before[1], loss: before[2], measured };
+        (first.len() == second.len()).then_some(row)
     }
 
     /// Epoch, seconds and ratios in the columns of [`header`].
     pub(crate) fn text(&self) -> String {
-        let Measured { first, later } = &self.measured;
-        let cells: String = (0..CELLS.len()).map(|k| format!(" {:5.2}/{:4.2}", first[k], later[k])).collect();
+        let cells: String = self.measured.pairs.iter().map(|[a, b]| format!("  {a:5.2}/{b:4.2}")).collect();
         format!("{:5} {:6.0}{cells} ", self.epoch, self.seconds)
     }
 }
 
-/// Heads of the columns: ratios of first and of later steps.
-pub(crate) fn header() -> String {
-    let short = |name: &str| if name == "block-jacobi" { "block" } else { "raw" }.to_owned();
-    let cells: String =
-        CELLS.iter().map(|(kind, tolerance)| format!(" {:>5} {tolerance:e}", short(kind.name()))).collect();
+/// Heads of the columns.
+pub(crate) fn header(columns: &Columns) -> String {
+    let cells: String = columns.pairs.iter().map(|pair| format!("  {:>10}", pair.head)).collect();
     format!("epoch      s{cells} ")
 }
 
 /// Writes PATH.csv and PATH.svg.
-pub(crate) fn write(path: &Path, rows: &[Row]) -> Result<()> {
-    let names = ["first", "later"]
-        .iter()
-        .flat_map(|steps| CELLS.iter().map(move |(kind, tolerance)| format!("{steps}_{}_{tolerance:e}", kind.name())));
-    let names: Vec<String> = names.collect();
+pub(crate) fn write(path: &Path, columns: &Columns, rows: &[Row]) -> Result<()> {
+    let part = |part: &'static str| columns.pairs.iter().map(move |pair| format!("{part}_{}", pair.name));
+    let names: Vec<String> = columns.parts.into_iter().flat_map(part).collect();
     export::write_atomically(&with_ending(path, ".csv"), |out| {
         writeln!(out, "epoch,seconds,loss,score,{}", names.join(","))?;
         for row in rows {
@@ -72,32 +67,36 @@ pub(crate) fn write(path: &Path, rows: &[Row]) -> Result<()> {
         }
         Ok(())
     })?;
-    let svg = picture(rows).map_err(|error| anyhow!("the training curves cannot be drawn: {error}"))?;
+    let svg = picture(columns, rows).map_err(|error| anyhow!("the training curves cannot be drawn: {error}"))?;
     Ok(export::write_atomically(&with_ending(path, ".svg"), |out| out.write_all(svg.as_bytes()))?)
 }
 
-/// Ratios of the later steps over epochs.
-fn picture(rows: &[Row]) -> Result<String, Box<dyn std::error::Error>> {
+/// Ratios over epochs: the second of a pair in a thicker line.
+fn picture(columns: &Columns, rows: &[Row]) -> Result<String, Box<dyn std::error::Error>> {
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, (720, 420)).into_drawing_area();
         area.fill(&WHITE)?;
         let last = rows.last().map_or(1.0, |row| row.epoch as f64);
-        let highest = rows.iter().flat_map(|row| row.measured.later).fold(1.0, f64::max).min(2.0);
+        let ratios = rows.iter().flat_map(|row| row.measured.pairs.iter().flatten());
+        let highest = ratios.copied().fold(1.0, f64::max).min(2.0);
         let mut chart = ChartBuilder::on(&area)
-            .caption("cg iterations relative to a zero start, later steps", ("sans-serif", 16))
+            .caption(columns.about, ("sans-serif", 13))
             .margin(12)
             .x_label_area_size(36)
             .y_label_area_size(44)
             .build_cartesian_2d(0.0..last, 0.0..highest * 1.05)?;
         chart.configure_mesh().x_desc("epoch").y_desc("ratio").light_line_style(WHITE).draw()?;
-        for (k, (kind, tolerance)) in CELLS.iter().enumerate() {
+        for (k, pair) in columns.pairs.iter().enumerate() {
             let colour = Palette99::pick(k).to_rgba();
-            let points = rows.iter().map(|row| (row.epoch as f64, row.measured.later[k].min(highest)));
-            chart
-                .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
-                .label(format!("{} {tolerance:e}", kind.name()))
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2)));
+            for (part, name) in columns.parts.iter().enumerate() {
+                let points = rows.iter().map(|row| (row.epoch as f64, row.measured.pairs[k][part].min(highest)));
+                let style = colour.stroke_width(1 + part as u32);
+                chart
+                    .draw_series(LineSeries::new(points, style))?
+                    .label(format!("{}, {name}", pair.head))
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], style));
+            }
         }
         chart
             .configure_series_labels()

@@ -4,10 +4,12 @@ mod adam;
 mod cli;
 mod curves;
 mod data;
+mod lesson;
 mod measure;
 mod objective;
 mod run;
 mod samples;
+mod steps;
 mod trainer;
 
 use std::process::ExitCode;

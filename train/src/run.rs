@@ -10,13 +10,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use copingnet::{Card, Checkpoint, Encoding, Measured as Figure, Training, TrainingState, Weights};
-use dataset::{Dataset, MANIFEST};
 
-use crate::cli::{Plan, Recipe, TrainArgs};
+use crate::cli::{Plan, TrainArgs};
 use crate::curves::{self, Row};
-use crate::data;
-use crate::measure::{self, CELLS, Measured};
-use crate::samples::{Samples, whitening};
+use crate::lesson::Lesson;
+use crate::measure::{Columns, Measured};
 use crate::trainer::Trainer;
 
 /// How a training ended.
@@ -24,9 +22,6 @@ pub(crate) enum Outcome {
     Done,
     Interrupted,
 }
-
-/// Every how many training samples one is looked at for the inputs' sizes.
-const WHITENING_EVERY: usize = 10;
 
 /// Trains as the command line says.
 pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
@@ -49,31 +44,22 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let stopped = Arc::new(AtomicBool::new(false));
     let flag = stopped.clone();
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("cannot listen to Ctrl-C")?;
-    let (config, directory) = cli.set.config(plan.scenario);
-    let dataset = data::open(&directory, &config, cli.quiet)?;
-    let manifest = std::fs::read(directory.join(MANIFEST)).context("--data")?;
-    let data_blake3 = blake3::hash(&manifest).to_hex().to_string();
-    let mut encoding = Encoding {
-        features: plan.features,
-        head: plan.head,
-        norms: dataset.norms(),
-        whitening: plan.features.unwhitened(),
-    };
-    encoding.whitening = whitening(&dataset, &Arc::new(encoding.clone()), WHITENING_EVERY);
-    let encoding = Arc::new(encoding);
-    let samples = Samples::new(&dataset, &encoding);
-    let trainer = Trainer::new(&plan, &samples, &dataset, &encoding);
-    let mut course = Course::new(&plan, &dataset, encoding, trainer, data_blake3);
+    let (lesson, data_blake3) = Lesson::prepare(&plan, &cli.set, cli.quiet)?;
+    let encoding = lesson.encoding(&plan);
+    let samples = lesson.samples(&encoding);
+    let trainer = Trainer::new(&plan, &samples, lesson.objective(&plan, &encoding));
+    let mut course = Course::new(&plan, &lesson, encoding, trainer, data_blake3);
     if cli.resume {
         course.resume().context("--resume")?;
         say(format_args!("resumed after {} epochs", course.epoch))?;
     }
     say(format_args!(
-        "{} samples; ratios are cg iterations to a zero start on {} validation scenes, of step 1 / later steps",
+        "{} samples; on {} validation scenes, {}",
         samples.len(),
-        plan.scenes
+        plan.scenes,
+        course.columns.about
     ))?;
-    say(format_args!("{} score  loss     nodes/s  left", curves::header()))?;
+    say(format_args!("{} score  loss     nodes/s  left", curves::header(&course.columns)))?;
     while course.epoch < plan.epochs {
         let nodes_per_second = course.epoch(&stopped);
         let is_due = course.epoch.is_multiple_of(plan.measure_every) || course.epoch == plan.epochs;
@@ -83,7 +69,7 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
                 let (text, left) = (row.text(), course.left().as_secs());
                 say(format_args!(
                     "{text} {:.3}  {:.6} {nodes_per_second:8.0} {}:{:02}",
-                    row.score,
+                    row.measured.score,
                     row.loss,
                     left / 60,
                     left % 60
@@ -98,6 +84,9 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     }
     course.checkpoint()?.save(&plan.out)?;
     std::fs::remove_file(course.state_file()).context("--out")?;
+    if course.trainer.left_out > 0 {
+        say(format_args!("{} times a sample was left out: its loss was not finite", course.trainer.left_out))?;
+    }
     say(format_args!("wrote {}.toml, .safetensors, .csv and .svg", plan.out.display()))?;
     Ok(Outcome::Done)
 }
@@ -119,7 +108,8 @@ fn check_place(plan: &Plan, may_replace: bool) -> Result<()> {
 /// A training under way.
 struct Course<'a> {
     plan: &'a Plan,
-    dataset: &'a Dataset,
+    lesson: &'a Lesson,
+    columns: Columns,
     encoding: Arc<Encoding>,
     trainer: Trainer<'a>,
     data_blake3: String,
@@ -140,14 +130,15 @@ struct Course<'a> {
 impl<'a> Course<'a> {
     fn new(
         plan: &'a Plan,
-        dataset: &'a Dataset,
+        lesson: &'a Lesson,
         encoding: Arc<Encoding>,
         trainer: Trainer<'a>,
         data_blake3: String,
     ) -> Self {
         Self {
             plan,
-            dataset,
+            lesson,
+            columns: lesson.columns(),
             encoding,
             best: trainer.weights.values().to_vec(),
             trainer,
@@ -183,17 +174,16 @@ impl<'a> Course<'a> {
 
     /// Measures, keeps the best, and writes everything down.
     fn measure(&mut self) -> Result<()> {
-        let measured = measure::measure(self.dataset, self.plan.scenes, &self.trainer.weights, &self.encoding);
-        let score = measured.score(self.plan.recipe == Recipe::Paper);
+        let measured = self.lesson.measure(self.plan, &self.trainer.weights, &self.encoding)?;
         let loss = self.loss / self.trainer.samples() as f64 / self.epochs_since_last();
         self.loss = 0.0;
-        let is_best = self.rows.iter().all(|row| score < row.score);
-        self.rows.push(Row { epoch: self.epoch, seconds: self.seconds(), loss, score, measured });
+        let is_best = self.rows.iter().all(|row| measured.score < row.measured.score);
+        self.rows.push(Row { epoch: self.epoch, seconds: self.seconds(), loss, measured });
         if is_best {
             self.best.copy_from_slice(self.trainer.weights.values());
             self.checkpoint()?.save(&self.plan.out)?;
         }
-        curves::write(&self.plan.out, &self.rows)?;
+        curves::write(&self.plan.out, &self.columns, &self.rows)?;
         self.save_state()
     }
 
@@ -212,7 +202,7 @@ impl<'a> Course<'a> {
 
     fn checkpoint(&self) -> Result<Checkpoint> {
         let plan = self.plan;
-        let best = self.rows.iter().min_by(|a, b| a.score.total_cmp(&b.score));
+        let best = self.rows.iter().min_by(|a, b| a.measured.score.total_cmp(&b.measured.score));
         let mut weights = Weights::zeros(plan.network);
         weights.values_mut().copy_from_slice(&self.best);
         let card = Card {
@@ -233,7 +223,7 @@ impl<'a> Course<'a> {
                 seconds: self.seconds(),
                 command: command(),
             },
-            measured: best.map_or_else(Vec::new, |row| figures(&row.measured, plan.scenes)),
+            measured: best.map_or_else(Vec::new, |row| figures(&self.columns, &row.measured, plan.scenes)),
         };
         Ok(Checkpoint { card, encoding: (*self.encoding).clone(), weights })
     }
@@ -302,18 +292,19 @@ impl<'a> Course<'a> {
         let damaged = || format!("{}: rows that no training writes", file.display());
         let loss = state.rows.pop().with_context(damaged)?;
         self.loss = *loss.first().with_context(damaged)?;
-        self.rows = state.rows.iter().map(|row| Row::from_numbers(row)).collect::<Option<_>>().with_context(damaged)?;
+        self.rows = state.rows.iter().map(|row| Row::from_numbers(row, &self.columns)).collect::<Option<_>>().with_context(damaged)?;
         Ok(())
     }
 }
 
 /// What the card says of the measured ratios.
-fn figures(measured: &Measured, scenes: usize) -> Vec<Figure> {
+fn figures(columns: &Columns, measured: &Measured, scenes: usize) -> Vec<Figure> {
     let mut figures = Vec::new();
-    for (values, steps) in [(&measured.first, "step 1"), (&measured.later, "every 10th later step")] {
-        for (&(preconditioner, tolerance), &ratio) in CELLS.iter().zip(values) {
-            let steps = format!("{steps} of {scenes} validation scenes, planar ones in their plane");
-            figures.push(Figure { preconditioner: preconditioner.name().to_owned(), tolerance, steps, ratio });
+    for part in 0..2 {
+        for (pair, ratios) in columns.pairs.iter().zip(&measured.pairs) {
+            let steps = format!("{} {}; {} of {scenes} validation scenes", columns.parts[part], pair.head, columns.about);
+            let (preconditioner, tolerance) = (pair.solver.to_owned(), pair.tolerances[part]);
+            figures.push(Figure { preconditioner, tolerance, steps, ratio: ratios[part] });
         }
     }
     figures

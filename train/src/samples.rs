@@ -7,6 +7,8 @@ use dataset::{Dataset, Split, Trajectory};
 use graph::{Batch, Channel, Graph, Whitening};
 use rayon::prelude::*;
 
+use crate::steps::Recorded;
+
 /// The inputs and targets of the training samples.
 pub(crate) struct Samples {
     trajectories: Vec<Rows>,
@@ -71,13 +73,22 @@ pub(crate) fn whitening(dataset: &Dataset, encoding: &Arc<Encoding>, every: usiz
 impl Samples {
     /// Encodes the first outer iteration of every training step ([`copingnet::GnGuess`] says why no others), on rayon's
     /// current thread pool.
-    pub(crate) fn new(dataset: &Dataset, encoding: &Arc<Encoding>) -> Self {
+    pub(crate) fn of_solves(dataset: &Dataset, encoding: &Arc<Encoding>) -> Self {
         let split = Split::Train;
         let trajectories: Vec<Rows> = (0..dataset.trajectory_count(split))
             .into_par_iter()
             .filter_map(|index| dataset.trajectory(split, index))
-            .map(|trajectory| Rows::new(&trajectory, encoding))
+            .map(|trajectory| Rows::of_solves(&trajectory, encoding))
             .collect();
+        Self::new(trajectories)
+    }
+
+    /// Whitens whole steps, on rayon's current thread pool.
+    pub(crate) fn of_steps(recorded: &[Recorded], encoding: &Encoding) -> Self {
+        Self::new(recorded.par_iter().filter_map(|recorded| Rows::of_steps(recorded, encoding)).collect())
+    }
+
+    fn new(trajectories: Vec<Rows>) -> Self {
         let places = |(index, rows): (usize, &Rows)| (0..rows.numbers.len()).map(move |k| [index as u32, k as u32]);
         let places = trajectories.iter().enumerate().flat_map(places).collect();
         Self { trajectories, places }
@@ -115,7 +126,7 @@ impl Samples {
 }
 
 impl Rows {
-    fn new(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>) -> Self {
+    fn of_solves(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>) -> Self {
         let graph = trajectory.graph().clone();
         let mut encoder = Encoder::new(encoding.clone(), graph.clone(), trajectory.planar_normal());
         let mut component = trajectory.component();
@@ -140,6 +151,24 @@ impl Rows {
             rows.edge_targets.extend(&targets.1);
         }
         rows
+    }
+
+    fn of_steps(recorded: &Recorded, encoding: &Encoding) -> Option<Self> {
+        let graph = recorded.graph.clone()?;
+        let mut inputs = recorded.inputs.clone();
+        encoding.whiten(&mut inputs);
+        let [mut nodes, mut edges] = [Vec::new(), Vec::new()];
+        let each = |values: &[f32], step: usize| {
+            let count = values.len() / recorded.steps;
+            values[step * count..(step + 1) * count].to_vec()
+        };
+        for step in 0..recorded.steps {
+            join(&each(&inputs.nodes, step), &inputs.constant_nodes, graph.nodes().len(), &mut nodes);
+            join(&each(&inputs.edges, step), &inputs.constant_edges, graph.edges().len(), &mut edges);
+        }
+        let node_targets = recorded.targets.clone();
+        let numbers = (0..recorded.steps as u32).collect();
+        Some(Self { graph, numbers, nodes, edges, node_targets, edge_targets: Vec::new() })
     }
 }
 

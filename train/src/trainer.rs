@@ -1,15 +1,13 @@
 //! The training loop.
 
-use std::sync::Arc;
-
 use burn::tensor::{Device, Tensor, TensorData};
-use copingnet::{Encoding, GraphTensors, Network, Weights};
+use copingnet::{GraphTensors, Network, Weights};
 use dataset::shuffled;
 use rayon::prelude::*;
 
 use crate::adam::{Adam, AdamParams};
 use crate::cli::{Loss, Plan, Schedule};
-use crate::objective::Objective;
+use crate::objective::{Evaluated, Objective};
 use crate::samples::{Chunk, Samples};
 
 /// Samples whose gradient is computed in one piece. Sums run over chunks in their order, whichever thread made them, so
@@ -27,23 +25,16 @@ pub(crate) struct Trainer<'a> {
     has_scans: bool,
     pub(crate) weights: Weights,
     pub(crate) adam: Adam,
+    /// Samples left out because their loss or their batch's gradient was not finite.
+    pub(crate) left_out: u64,
 }
 
 impl<'a> Trainer<'a> {
-    pub(crate) fn new(
-        plan: &'a Plan,
-        samples: &'a Samples,
-        dataset: &'a dataset::Dataset,
-        encoding: &Arc<Encoding>,
-    ) -> Self {
-        let objective = match plan.loss {
-            Loss::Mse => Objective::MeanSquare,
-            Loss::Cg => Objective::cg(dataset, encoding),
-        };
+    pub(crate) fn new(plan: &'a Plan, samples: &'a Samples, objective: Objective<'a>) -> Self {
         let weights = Weights::random(plan.network, plan.seed);
         let adam = Adam::new(weights.values().len());
         let device = plan.backend.device().autodiff();
-        Self { plan, samples, objective, device, has_scans: plan.network.scans > 0, weights, adam }
+        Self { plan, samples, objective, device, has_scans: plan.network.scans > 0, weights, adam, left_out: 0 }
     }
 
     /// Samples of an epoch.
@@ -66,21 +57,24 @@ impl<'a> Trainer<'a> {
         let chunks: Vec<Chunk> = batch.chunks(CHUNK).map(|samples| self.samples.chunk(samples)).collect();
         let sum = |count: fn(&Chunk) -> usize| chunks.iter().map(count).sum();
         let rows: [usize; 2] = [sum(|chunk| chunk.graphs.nodes()), sum(|chunk| chunk.graphs.edges())];
-        let parts: Vec<(f64, Vec<f32>)> =
+        let parts: Vec<(Evaluated, Vec<f32>)> =
             chunks.par_iter().map(|chunk| self.gradient(chunk, batch.len(), rows)).collect();
         let mut gradient = vec![0.0; self.weights.values().len()];
         let mut loss = 0.0;
         for (own, part) in &parts {
-            loss += own;
+            loss += own.loss;
+            self.left_out += own.left_out as u64;
             gradient.iter_mut().zip(part).for_each(|(sum, g)| *sum += g);
         }
         let params = AdamParams {
             beta_1: 0.9,
-            beta_2: if self.plan.loss == Loss::Cg { 0.99 } else { 0.999 },
-            clip: if self.plan.loss == Loss::Cg { 1.0 } else { f64::INFINITY },
+            beta_2: if self.plan.loss == Loss::Mse { 0.999 } else { 0.99 },
+            clip: if self.plan.loss == Loss::Mse { f64::INFINITY } else { 1.0 },
         };
         let rate = self.rate();
-        self.adam.step(&params, rate, &gradient, self.weights.values_mut());
+        if !self.adam.step(&params, rate, &gradient, self.weights.values_mut()).is_finite() {
+            self.left_out += batch.len() as u64;
+        }
         (loss, rows[0])
     }
 
@@ -98,20 +92,24 @@ impl<'a> Trainer<'a> {
     }
 
     /// A chunk's share of the loss and of its gradient with respect to the parameters.
-    fn gradient(&self, chunk: &Chunk, batch: usize, rows: [usize; 2]) -> (f64, Vec<f32>) {
+    fn gradient(&self, chunk: &Chunk, batch: usize, rows: [usize; 2]) -> (Evaluated, Vec<f32>) {
         let device = &self.device;
         let network = Network::new(&self.weights, device);
         let graph = GraphTensors::new(&chunk.graphs, &chunk.nodes, &chunk.edges, self.has_scans, device);
         let (nodes, edges) = network.forward(&graph);
-        let [node_outputs, edge_outputs] =
-            [&nodes, &edges].map(|x| x.clone().into_data().iter::<f32>().collect::<Vec<_>>());
-        let evaluated = self.objective.evaluate(self.samples, chunk, [&node_outputs, &edge_outputs], batch, rows);
-        let constant =
-            |values: Vec<f32>, like: &Tensor<2>| Tensor::<2>::from_data(TensorData::new(values, like.dims()), device);
-        let by_nodes = constant(evaluated.nodes, &nodes);
-        let by_edges = constant(evaluated.edges, &edges);
-        let gradients = ((nodes * by_nodes).sum() + (edges * by_edges).sum()).backward();
-        (evaluated.loss, network.gradients(&gradients))
+        let values = |x: &Tensor<2>| x.clone().into_data().iter::<f32>().collect::<Vec<_>>();
+        let outputs = [values(&nodes), edges.as_ref().map_or_else(Vec::new, values)];
+        let evaluated = self.objective.evaluate(self.samples, chunk, [&outputs[0], &outputs[1]], batch, rows);
+        let against = |x: Tensor<2>, gradient: &[f32]| {
+            let constant = Tensor::<2>::from_data(TensorData::new(gradient.to_vec(), x.dims()), device);
+            (x * constant).sum()
+        };
+        let mut sum = against(nodes, &evaluated.nodes);
+        if let Some(edges) = edges {
+            sum = sum + against(edges, &evaluated.edges);
+        }
+        let gradients = network.gradients(&sum.backward());
+        (evaluated, gradients)
     }
 }
 

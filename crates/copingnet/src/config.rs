@@ -44,7 +44,7 @@ pub struct NetworkConfig {
     pub constant_edge_inputs: usize,
     /// Outputs a node.
     pub node_outputs: usize,
-    /// Outputs an edge.
+    /// Outputs an edge; with 0 there is no decoder for edges.
     pub edge_outputs: usize,
     /// GN blocks M.
     pub gn_blocks: usize,
@@ -113,7 +113,7 @@ impl NetworkConfig {
 
     /// All parameter tensors, in the order in which [`crate::Weights`] holds them: of the encoder's `encoder.node` and
     /// `encoder.edge`, of each block `block.K.edge`, `block.K.scan` (weight, bias, decay; where there are scans) and
-    /// `block.K.node`, of the decoder `decoder.node` and `decoder.edge`; of each layer weight, then bias.
+    /// `block.K.node`, of the decoder `decoder.node` and, where edges have outputs, `decoder.edge`; of each layer weight, then bias.
     pub fn tensors(&self) -> Vec<TensorSpec> {
         let (l, mut specs) = (self.width, Vec::new());
         self.push_mlp("encoder.node", self.node_inputs, l, &mut specs);
@@ -130,7 +130,9 @@ impl NetworkConfig {
             self.push_mlp(&format!("block.{k}.node"), 3 * l + 2 * self.scans, l, &mut specs);
         }
         self.push_mlp("decoder.node", l, self.node_outputs, &mut specs);
-        self.push_mlp("decoder.edge", l, self.edge_outputs, &mut specs);
+        if self.edge_outputs > 0 {
+            self.push_mlp("decoder.edge", l, self.edge_outputs, &mut specs);
+        }
         specs
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use graph::semi::{self, Semi};
-use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper, project_to_plane};
+use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper, project_to_plane, turns};
 use serde::{Deserialize, Serialize};
 use solver::component::Component;
 use solver::system::Six;
@@ -18,6 +18,8 @@ pub enum Features {
     Paper,
     /// Our own, in body frames, with the right-hand side and in its scale ([`graph::body_frame`]).
     BodyFrame,
+    /// The same, and what the last steps turned the segments by ([`graph::turns`]); for whole steps only.
+    History,
 }
 
 /// What the outputs are.
@@ -29,14 +31,39 @@ pub enum Head {
     /// Turns and a part of the moments, 3 a node and 3 an edge, from which kinematics, statics and the bend-twist rows
     /// make the rest ([`graph::semi`]); with body-frame features only.
     Semi,
+    /// Turns of a whole step, 3 a node, added to the last steps' ([`graph::turns`]), from which a whole state is made
+    /// ([`graph::Lift`]); with history features only.
+    Turns,
 }
 
 impl Head {
-    /// Outputs of a node, and of an edge.
-    pub fn outputs(self) -> usize {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Full, Self::Semi, Self::Turns];
+
+    /// Its name in files and flags.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Full => paper::EDGE_TARGET,
-            Self::Semi => semi::EDGE_OUTPUT,
+            Self::Full => "full",
+            Self::Semi => "semi",
+            Self::Turns => "turns",
+        }
+    }
+
+    /// Outputs of a node, and of an edge.
+    pub fn outputs(self) -> [usize; 2] {
+        match self {
+            Self::Full => [paper::NODE_TARGET, paper::EDGE_TARGET],
+            Self::Semi => [semi::NODE_OUTPUT, semi::EDGE_OUTPUT],
+            Self::Turns => [turns::NODE_OUTPUT, 0],
+        }
+    }
+
+    /// Whether the outputs can be made of these inputs.
+    pub fn fits(self, features: Features) -> bool {
+        match features {
+            Features::Paper => self == Self::Full,
+            Features::BodyFrame => self != Self::Turns,
+            Features::History => self == Self::Turns,
         }
     }
 }
@@ -84,7 +111,25 @@ pub struct Encoding {
     pub whitening: Inputs<Whitening>,
 }
 
+/// Kinds of the changing inputs of a node, history included.
+const HISTORY_CHANNELS: [Channel; body_frame::NODE_CHANGING + turns::NODE_HISTORY] = {
+    let mut channels = [Channel::Scalar; body_frame::NODE_CHANGING + turns::NODE_HISTORY];
+    let (own, history) = channels.split_at_mut(body_frame::NODE_CHANGING);
+    own.copy_from_slice(&body_frame::NODE_CHANGING_CHANNELS);
+    history.copy_from_slice(&turns::NODE_HISTORY_CHANNELS);
+    channels
+};
+
 impl Features {
+    /// Their name in files and flags.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::BodyFrame => "body-frame",
+            Self::History => "history",
+        }
+    }
+
     /// Kinds of the inputs.
     pub fn channels(self) -> Inputs<&'static [Channel]> {
         match self {
@@ -100,6 +145,7 @@ impl Features {
                 edges: &body_frame::EDGE_CHANGING_CHANNELS,
                 constant_edges: &body_frame::EDGE_CONSTANT_CHANNELS,
             },
+            Self::History => Inputs { nodes: &HISTORY_CHANNELS, ..Self::BodyFrame.channels() },
         }
     }
 
@@ -116,10 +162,74 @@ impl Features {
             constant_node_inputs: sizes.constant_nodes,
             edge_inputs: sizes.edges + sizes.constant_edges,
             constant_edge_inputs: sizes.constant_edges,
-            node_outputs: head.outputs(),
-            edge_outputs: head.outputs(),
+            node_outputs: head.outputs()[0],
+            edge_outputs: head.outputs()[1],
             output: if self == Self::Paper { Output::Tanh } else { Output::Linear },
             ..config
+        }
+    }
+}
+
+/// Fills a network's inputs for one graph.
+pub(crate) trait Encode {
+    /// The graph.
+    fn graph(&self) -> &Graph;
+
+    /// Fills all inputs for the component's system and time step, and sizes the lists.
+    fn encode(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>);
+
+    /// Fills the inputs that change, in lists that [`Self::encode`] has sized.
+    fn encode_changing(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>);
+}
+
+impl Encode for Encoder {
+    fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    fn encode(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
+        Encoder::encode(self, component, inputs);
+    }
+
+    fn encode_changing(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
+        Encoder::encode_changing(self, component, inputs);
+    }
+}
+
+impl Encoding {
+    /// Whitens all inputs.
+    pub fn whiten(&self, inputs: &mut Inputs<Vec<f32>>) {
+        self.whiten_changing(inputs);
+        self.whitening.constant_nodes.apply(&mut inputs.constant_nodes);
+        self.whitening.constant_edges.apply(&mut inputs.constant_edges);
+    }
+
+    /// Whitens the inputs that change.
+    pub(crate) fn whiten_changing(&self, inputs: &mut Inputs<Vec<f32>>) {
+        self.whitening.nodes.apply(&mut inputs.nodes);
+        self.whitening.edges.apply(&mut inputs.edges);
+    }
+}
+
+impl Inputs<Vec<f32>> {
+    /// Makes room for the inputs of a graph, and fills those that stay the same over a scene and a time step `dt` [s].
+    pub(crate) fn begin(&mut self, features: Features, graph: &Graph, dt: f64) {
+        let (n, m) = (graph.nodes().len(), graph.edges().len());
+        let sizes = features.channels().map(|channels| channels.len());
+        self.nodes.resize(n * sizes.nodes, 0.0);
+        self.constant_nodes.resize(n * sizes.constant_nodes, 0.0);
+        self.edges.resize(m * sizes.edges, 0.0);
+        self.constant_edges.resize(m * sizes.constant_edges, 0.0);
+        let (nodes, edges) = (&mut self.constant_nodes, &mut self.constant_edges);
+        match features {
+            Features::Paper => {
+                paper::fill_constant_nodes(graph, nodes);
+                paper::fill_edges(graph, edges);
+            }
+            Features::BodyFrame | Features::History => {
+                body_frame::fill_constant_nodes(graph, nodes);
+                body_frame::fill_constant_edges(graph, dt, edges);
+            }
         }
     }
 }
@@ -149,7 +259,7 @@ struct BodyFrame {
 }
 
 /// Outputs out of a planar set's plane are zero.
-fn mask_outputs(head: Head, normal: Option<Normal>, nodes: &mut [f32], edges: &mut [f32]) {
+pub(crate) fn mask_outputs(head: Head, normal: Option<Normal>, nodes: &mut [f32], edges: &mut [f32]) {
     if let Some(normal) = normal {
         match head {
             Head::Full => {
@@ -160,6 +270,7 @@ fn mask_outputs(head: Head, normal: Option<Normal>, nodes: &mut [f32], edges: &m
                 mask(&semi::NODE_OUTPUT_CHANNELS, normal, nodes);
                 mask(&semi::EDGE_OUTPUT_CHANNELS, normal, edges);
             }
+            Head::Turns => mask(&turns::NODE_OUTPUT_CHANNELS, normal, nodes),
         }
     }
 }
@@ -170,7 +281,10 @@ impl Encoder {
         let body_frame = (encoding.features == Features::BodyFrame).then(|| BodyFrame {
             features: body_frame::Features::new(&graph),
             semi: (encoding.head == Head::Semi).then(|| Semi::new(&graph)),
-            outputs: [graph.nodes().len(), graph.edges().len()].map(|rows| vec![0.0; encoding.head.outputs() * rows]),
+            outputs: [
+                vec![0.0; encoding.head.outputs()[0] * graph.nodes().len()],
+                vec![0.0; encoding.head.outputs()[1] * graph.edges().len()],
+            ],
             scale: 0.0,
         });
         let [dp, gradient] = [graph.nodes().len(), graph.edges().len()].map(|rows| vec![Six::zero(); rows]);
@@ -184,23 +298,7 @@ impl Encoder {
 
     /// Fills all inputs, neither whitened nor clipped, for the component's system and time step. Sizes the lists.
     pub fn raw(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
-        let (n, m) = (self.graph.nodes().len(), self.graph.edges().len());
-        let sizes = self.encoding.features.channels().map(|channels| channels.len());
-        inputs.nodes.resize(n * sizes.nodes, 0.0);
-        inputs.constant_nodes.resize(n * sizes.constant_nodes, 0.0);
-        inputs.edges.resize(m * sizes.edges, 0.0);
-        inputs.constant_edges.resize(m * sizes.constant_edges, 0.0);
-        let (nodes, edges) = (&mut inputs.constant_nodes, &mut inputs.constant_edges);
-        match self.encoding.features {
-            Features::Paper => {
-                paper::fill_constant_nodes(&self.graph, nodes);
-                paper::fill_edges(&self.graph, edges);
-            }
-            Features::BodyFrame => {
-                body_frame::fill_constant_nodes(&self.graph, nodes);
-                body_frame::fill_constant_edges(&self.graph, component.dt(), edges);
-            }
-        }
+        inputs.begin(self.encoding.features, &self.graph, component.dt());
         self.raw_changing(component, inputs);
     }
 
@@ -215,27 +313,22 @@ impl Encoder {
     /// Fills all inputs for the component's system and time step, and sizes the lists.
     pub fn encode(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
         self.raw(component, inputs);
-        let whitening = &self.encoding.whitening;
-        whitening.nodes.apply(&mut inputs.nodes);
-        whitening.constant_nodes.apply(&mut inputs.constant_nodes);
-        whitening.edges.apply(&mut inputs.edges);
-        whitening.constant_edges.apply(&mut inputs.constant_edges);
+        self.encoding.whiten(inputs);
     }
 
     /// Fills the inputs that change, in lists that [`Self::encode`] has sized.
     pub fn encode_changing(&mut self, component: &Component<f64>, inputs: &mut Inputs<Vec<f32>>) {
         self.raw_changing(component, inputs);
-        self.encoding.whitening.nodes.apply(&mut inputs.nodes);
-        self.encoding.whitening.edges.apply(&mut inputs.edges);
+        self.encoding.whiten_changing(inputs);
     }
 
     /// The outputs that stand for the component's `dlambda`, for the state encoded last: of nodes and of edges, as many
     /// as [`Head::outputs`] a row. Sizes the lists.
     pub fn targets(&mut self, component: &Component<f64>, nodes: &mut Vec<f32>, edges: &mut Vec<f32>) {
         let Self { encoding, graph, normal, body_frame, dp, .. } = self;
-        let columns = encoding.head.outputs();
-        nodes.resize(graph.nodes().len() * columns, 0.0);
-        edges.resize(graph.edges().len() * columns, 0.0);
+        let [of_node, of_edge] = encoding.head.outputs();
+        nodes.resize(graph.nodes().len() * of_node, 0.0);
+        edges.resize(graph.edges().len() * of_edge, 0.0);
         let dlambda = &component.dlambda;
         corrections(component, dlambda, dp);
         match body_frame {

@@ -13,13 +13,14 @@ use solver::projection::Projection;
 use solver::system::Six;
 
 use crate::inference::{Forward, Packed};
+use crate::encoding::Encode;
 use crate::{Encoder, Encoding, Inputs, Weights};
 
 /// A trained network ready for use, to be shared by all guesses.
 #[derive(Clone, Debug)]
 pub struct Trained {
     packed: Arc<Packed>,
-    encoding: Arc<Encoding>,
+    pub(crate) encoding: Arc<Encoding>,
 }
 
 impl Trained {
@@ -34,26 +35,23 @@ impl Trained {
     }
 }
 
-/// Starts linear solves from a network's prediction. Only the first call allocates.
+/// A network at work on one graph. Only the first call allocates.
 #[derive(Debug)]
-pub struct GnGuess {
-    trained: Trained,
-    encoder: Encoder,
+pub(crate) struct Prediction {
+    packed: Arc<Packed>,
     inputs: Inputs<Vec<f32>>,
     /// The forward pass, and the time step [s] that its constant inputs are for.
     forward: Option<(Forward, f64)>,
 }
 
-impl GnGuess {
-    /// The guess for one connected set of segments. Where it is planar, `normal` says how.
-    pub fn new(trained: &Trained, graph: Graph, normal: Option<Normal>) -> Self {
-        let encoder = Encoder::new(trained.encoding.clone(), graph, normal);
-        Self { trained: trained.clone(), encoder, inputs: Inputs::default(), forward: None }
+impl Prediction {
+    pub(crate) fn new(trained: &Trained) -> Self {
+        Self { packed: trained.packed.clone(), inputs: Inputs::default(), forward: None }
     }
 
-    /// Predicts dlambda for the component's system, one entry an edge.
-    pub fn predict(&mut self, component: &Component<f64>, dlambda: &mut [Six<f64>]) {
-        let Self { trained, encoder, inputs, forward } = self;
+    /// The outputs of nodes and of edges for the component's system and time step.
+    pub(crate) fn run(&mut self, encoder: &mut impl Encode, component: &Component<f64>) -> [&[f32]; 2] {
+        let Self { packed, inputs, forward } = self;
         let dt = component.dt();
         let forward = match forward {
             Some((forward, last)) => {
@@ -71,20 +69,45 @@ impl GnGuess {
                 let mut graphs = Batch::default();
                 graphs.push(encoder.graph());
                 let (nodes, edges) = (&inputs.constant_nodes, &inputs.constant_edges);
-                let new = Forward::new(trained.packed.clone(), &graphs, nodes, edges);
+                let new = Forward::new(packed.clone(), &graphs, nodes, edges);
                 &mut forward.insert((new, dt)).0
             }
         };
         forward.run(&inputs.nodes, &inputs.edges);
-        encoder.dlambda(component, [forward.node_outputs(), forward.edge_outputs()], dlambda);
+        [forward.node_outputs(), forward.edge_outputs()]
+    }
+
+    /// The outputs of the last run; none before the first.
+    fn outputs(&self) -> Option<[&[f32]; 2]> {
+        self.forward.as_ref().map(|(forward, _)| [forward.node_outputs(), forward.edge_outputs()])
+    }
+}
+
+/// Starts linear solves from a network's prediction. Only the first call allocates.
+#[derive(Debug)]
+pub struct GnGuess {
+    prediction: Prediction,
+    encoder: Encoder,
+}
+
+impl GnGuess {
+    /// The guess for one connected set of segments. Where it is planar, `normal` says how.
+    pub fn new(trained: &Trained, graph: Graph, normal: Option<Normal>) -> Self {
+        Self { prediction: Prediction::new(trained), encoder: Encoder::new(trained.encoding.clone(), graph, normal) }
+    }
+
+    /// Predicts dlambda for the component's system, one entry an edge.
+    pub fn predict(&mut self, component: &Component<f64>, dlambda: &mut [Six<f64>]) {
+        let outputs = self.prediction.run(&mut self.encoder, component);
+        self.encoder.dlambda(component, outputs, dlambda);
     }
 }
 
 impl Projection for GnGuess {
     fn project(&mut self, component: &Component<f64>, _: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
         self.predict(component, dlambda);
-        if let Some((forward, _)) = &self.forward {
-            self.encoder.dp(component, [forward.node_outputs(), forward.edge_outputs()], dlambda, dp);
+        if let Some(outputs) = self.prediction.outputs() {
+            self.encoder.dp(component, outputs, dlambda, dp);
         }
     }
 }

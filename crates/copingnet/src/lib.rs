@@ -8,10 +8,12 @@ mod config;
 mod encoding;
 mod guess;
 pub mod inference;
+mod step_guess;
 #[cfg(feature = "training")]
 mod network;
 #[cfg(feature = "training")]
 mod parameters;
+
 #[cfg(feature = "training")]
 mod tensors;
 mod weights;
@@ -25,6 +27,7 @@ pub use encoding::{Encoder, Encoding, Features, Head, Inputs};
 pub use guess::{GnGuess, Trained};
 #[cfg(feature = "training")]
 pub use network::{GnBlock, Mlp, Network, Scan};
+pub use step_guess::{GnStepGuess, StepEncoder};
 #[cfg(feature = "training")]
 pub use tensors::GraphTensors;
 pub use weights::Weights;

@@ -106,7 +106,7 @@ pub struct Network {
     encode_edge: Mlp,
     blocks: Vec<GnBlock>,
     decode_node: Mlp,
-    decode_edge: Mlp,
+    decode_edge: Option<Mlp>,
     is_tanh: bool,
 }
 
@@ -125,7 +125,7 @@ impl NetworkConfig {
             encode_edge: mlp(self.edge_inputs, l),
             blocks: (0..self.gn_blocks).map(block).collect(),
             decode_node: mlp(l, self.node_outputs),
-            decode_edge: mlp(l, self.edge_outputs),
+            decode_edge: (self.edge_outputs > 0).then(|| mlp(l, self.edge_outputs)),
             is_tanh: self.output == Output::Tanh,
         }
     }
@@ -152,8 +152,8 @@ impl Network {
         gradients(self, of)
     }
 
-    /// Outputs of the nodes `[n, node_outputs]` and of the edges `[m, edge_outputs]`.
-    pub fn forward(&self, graph: &GraphTensors) -> (Tensor<2>, Tensor<2>) {
+    /// Outputs of the nodes `[n, node_outputs]` and of the edges `[m, edge_outputs]`, if they have any.
+    pub fn forward(&self, graph: &GraphTensors) -> (Tensor<2>, Option<Tensor<2>>) {
         let mut nodes = self.encode_node.forward(graph.nodes.clone());
         let mut edges = self.encode_edge.forward(graph.edges.clone());
         for block in &self.blocks {
@@ -162,6 +162,6 @@ impl Network {
             edges = edges + of_edges;
         }
         let output = |x: Tensor<2>| if self.is_tanh { x.tanh() } else { x };
-        (output(self.decode_node.forward(nodes)), output(self.decode_edge.forward(edges)))
+        (output(self.decode_node.forward(nodes)), self.decode_edge.as_ref().map(|decoder| output(decoder.forward(edges))))
     }
 }

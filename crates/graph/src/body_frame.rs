@@ -150,7 +150,8 @@ impl Features {
 
     fn fill_nodes(&self, graph: &Graph, component: &Component<f64>, inverse: f64, nodes: &mut [f32]) {
         let way = if self.length > 0.0 { 1.0 / self.length } else { 0.0 };
-        for (i, (row, node)) in nodes.chunks_exact_mut(NODE_CHANGING).zip(graph.nodes()).enumerate() {
+        let width = nodes.len() / graph.nodes().len().max(1);
+        for (i, (row, node)) in nodes.chunks_exact_mut(width.max(1)).zip(graph.nodes()).enumerate() {
             let pose = &component.poses[i];
             let to = |other: u32| pose.q.rotate_back((component.poses[other as usize].x - pose.x) * way).0;
             put(row, pose.q.rotate_back(self.particular.shift[i] * inverse).0);

@@ -7,7 +7,8 @@
 //! - [`body_frame`]: inputs that neither a shift nor a rotation of the scene changes, with the right-hand side on the
 //!   edges and outputs in a scale of their own.
 //!
-//! [`semi`] makes multipliers of fewer outputs, and takes gradients back through that.
+//! [`semi`] makes multipliers of fewer outputs, and takes gradients back through that. For guesses of whole steps,
+//! [`turns`] remembers what the last steps came to, and [`Lift`] makes a whole state of orientations.
 //!
 //! Arrays are `f32`, row by row (`[nodes, k]` is `nodes` rows of `k` numbers), and lie in buffers of the caller's, so
 //! that no call allocates. What stays the same over a scene is filled apart from what changes with every solve. Ragged
@@ -19,15 +20,18 @@ mod batch;
 pub mod body_frame;
 mod channel;
 mod graph;
+mod lift;
 pub mod paper;
 mod particular;
 mod planar;
 pub mod semi;
+pub mod turns;
 mod whitening;
 
 pub use batch::Batch;
 pub use channel::{Channel, mask};
 pub use graph::{Edge, Graph, Node, Visit};
+pub use lift::Lift;
 pub use paper::Norms;
 pub use planar::{Normal, planar_normal, project_to_plane};
 pub use whitening::Whitening;

@@ -141,6 +141,21 @@ impl Parameters {
         }
     }
 
+    /// The same scene slack: a rod as thin as a rope (radius 1 cm, 1000 kg/m^3), a helix of a thin wire (radius 2 cm),
+    /// and the logarithm of the modulus half as far above that of 1e4 Pa. Here a step takes many outer iterations.
+    pub fn slack(self) -> Self {
+        let softened = |modulus: f64| 1e4 * (modulus / 1e4).sqrt();
+        match self {
+            Self::Rod(p) => {
+                let youngs_modulus = softened(p.youngs_modulus);
+                Self::Rod(Rod { youngs_modulus, radius: 0.01, density: 1000.0, ..p })
+            }
+            Self::Helix(p) => {
+                Self::Helix(Helix { torsion_modulus: softened(p.torsion_modulus), radius: 0.02, ..p })
+            }
+        }
+    }
+
     /// The scene, at the paper's time step of 0.02 s and 50 steps.
     ///
     /// # Errors
@@ -244,6 +259,18 @@ mod tests {
         let p = Rod::sample(0, 0);
         let text = format!("{} {:.6e} {:.6} {:.6}", p.segments, p.youngs_modulus, p.angle_deg, p.length);
         assert_eq!(text, "42 8.547585e4 31.461446 1.240685");
+    }
+
+    #[test]
+    fn slack_scenes_are_thin_and_soft() {
+        for index in 0..100 {
+            let Parameters::Rod(rod) = Parameters::sample(Family::Rod, 1, index).slack() else { panic!("a rod") };
+            assert!((1e4..1e5).contains(&rod.youngs_modulus) && (rod.radius, rod.density) == (0.01, 1000.0));
+            assert_eq!(rod.length, Rod::sample(1, index).length);
+            let Parameters::Helix(helix) = Parameters::sample(Family::Helix, 1, index).slack() else { panic!("a helix") };
+            assert!((1e4..1e5).contains(&helix.torsion_modulus) && helix.radius == 0.02);
+            assert_eq!(helix.winding, Helix::sample(1, index).winding);
+        }
     }
 
     #[test]

@@ -79,7 +79,7 @@ impl Projected {
             residuals = evaluate(component, formulation, counters);
             watch.mark(&mut counters.times.assemble);
         }
-        let result = Attempt { residuals, target, unsolved: component.unsolved };
+        let result = Attempt { residuals, target, unsolved: component.unsolved, is_guessed: false };
         self.status = result.status(0);
         accept(&result, 0, counters);
         if self.status == Status::NonFinite {

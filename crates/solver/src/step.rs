@@ -72,6 +72,8 @@ pub struct Attempt<T> {
     pub target: T,
     /// Not 0 where a segment spins by more than half a turn in the step.
     pub unsolved: T,
+    /// Whether the step began at a guess.
+    pub is_guessed: bool,
 }
 
 impl<T: Real> Attempt<T> {
@@ -106,15 +108,17 @@ pub fn attempt<T: Real>(
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
     let target = target(&residuals, params);
-    if guess.start_step(component, counters) {
+    let mut is_guessed = guess.start_step(component, counters);
+    if is_guessed {
         watch.mark(&mut counters.times.guess);
         component.expect_multipliers();
         let predicted = residuals.worst().lane(0);
         residuals = evaluate(component, formulation, counters);
         let started = residuals.worst().lane(0);
-        if started > predicted || started.is_nan() {
-            // Further from the solution than the prediction: the bodies go back to it. The multipliers stay; with a
-            // momentum residual they matter to the next poses through the geometric stiffness alone.
+        if started > predicted * guess.trust() || started.is_nan() {
+            // Further from the solution than the prediction, as it seems: the bodies go back to it. The multipliers stay;
+            // with a momentum residual they matter to the next poses through the geometric stiffness alone.
+            is_guessed = false;
             component.poses.copy_from_slice(&component.predicted);
             residuals = evaluate(component, formulation, counters);
             counters.guesses_used -= 1;
@@ -161,7 +165,7 @@ pub fn attempt<T: Real>(
     if component.is_damped() {
         counters.damping_evaluations += (component.segments() * component.used) as u64;
     }
-    Attempt { residuals, target, unsolved: component.unsolved }
+    Attempt { residuals, target, unsolved: component.unsolved, is_guessed }
 }
 
 /// The residual to reach, from the prediction's.
@@ -208,6 +212,10 @@ pub trait StepGuess<T: Real> {
     fn exists(&self) -> bool {
         true
     }
+    /// How many times the prediction's residual that of a start of a step may be.
+    fn trust(&self) -> f64 {
+        1.0
+    }
     /// Lets the guess replace p* and lambda = 0. Returns whether it did.
     fn start_step(&mut self, component: &mut Component<T>, counters: &mut Counters) -> bool;
     /// Lets the guess fill the start of a linear solve. Returns whether it did.
@@ -234,16 +242,21 @@ impl<T: Real> StepGuess<T> for NoGuess {
 }
 
 impl StepGuess<f64> for Box<dyn InitialGuess> {
+    fn trust(&self) -> f64 {
+        self.as_ref().trust()
+    }
+
     fn start_step(&mut self, component: &mut Component<f64>, counters: &mut Counters) -> bool {
         if !self.helps_steps() {
             return false;
         }
-        let mut poses = std::mem::take(&mut component.poses);
+        // The prediction stands twice in the component: one of the two becomes the start.
+        let mut poses = std::mem::take(&mut component.predicted);
         let mut lambda = std::mem::take(&mut component.lambda);
         let given = self.as_mut().start_step(component, &mut poses, &mut lambda);
         let finite = lambda.iter().all(is_finite)
             && poses.iter().all(|p| p.x.dot(p.x).is_finite() && (p.q.v.dot(p.q.v) + p.q.w * p.q.w).is_finite());
-        component.poses = poses;
+        component.predicted = std::mem::replace(&mut component.poses, poses);
         component.lambda = lambda;
         if given && !finite {
             component.poses.copy_from_slice(&component.predicted);

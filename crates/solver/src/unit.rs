@@ -112,7 +112,8 @@ impl Single {
     }
 }
 
-/// Steps by `dt`; where that does not converge, in two halves, `halvings` deep so far.
+/// Steps by `dt`; where that does not converge, from the prediction if it was begun at a guess, else in two halves,
+/// `halvings` deep so far.
 fn advance(
     component: &mut Component<f64>,
     dt: f64,
@@ -122,7 +123,13 @@ fn advance(
     guess: &mut dyn StepGuess<f64>,
     counters: &mut Counters,
 ) -> Status {
-    let result = attempt(component, dt, params, solver, guess, counters);
+    let mut result = attempt(component, dt, params, solver, guess, counters);
+    if result.is_guessed && result.status(0) != Status::Converged {
+        component.roll_back();
+        counters.guesses_used -= 1;
+        counters.guesses_dropped += 1;
+        result = attempt(component, dt, params, solver, &mut NoGuess, counters);
+    }
     let status = result.status(0);
     if status != Status::Converged && halvings < params.max_halvings {
         component.roll_back();

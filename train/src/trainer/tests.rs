@@ -43,13 +43,18 @@ impl Small {
         }
         encoding.whitening = whitening(&dataset, &Arc::new(encoding.clone()), 1);
         let encoding = Arc::new(encoding);
-        let samples = Samples::new(&dataset, &encoding);
+        let samples = Samples::of_solves(&dataset, &encoding);
         assert_eq!(samples.len(), trajectories * steps);
         Self { plan, dataset, encoding, samples, _directory: directory }
     }
 
     fn trainer(&self) -> Trainer<'_> {
-        Trainer::new(&self.plan, &self.samples, &self.dataset, &self.encoding)
+        let objective = match self.plan.loss {
+            Loss::Mse => Objective::MeanSquare,
+            Loss::Cg => Objective::cg(&self.dataset, &self.encoding),
+            Loss::Log => Objective::LogSquare,
+        };
+        Trainer::new(&self.plan, &self.samples, objective)
     }
 
     /// A trainer with weights none of which is zero, as some are at first, and a chunk of samples.
@@ -161,7 +166,7 @@ fn losses_have_the_gradients_of_central_differences() {
         let (trainer, chunk) = small.under_way();
         let [n, m] = rows(&chunk);
         let outputs = |count: usize, shift: f32| -> Vec<f32> {
-            (0..count * small.plan.head.outputs()).map(|k| 0.5 * (12.9 * k as f32 + shift).sin()).collect()
+            (0..count * small.plan.head.outputs()[0]).map(|k| 0.5 * (12.9 * k as f32 + shift).sin()).collect()
         };
         let [nodes, edges] = [outputs(n, 0.0), outputs(m, 1.0)];
         let evaluate = |nodes: &[f32], edges: &[f32]| {
@@ -171,7 +176,7 @@ fn losses_have_the_gradients_of_central_differences() {
         for seed in [2.0, 3.0, 4.0] {
             for (own, found) in [(&nodes, &gradient.nodes), (&edges, &gradient.edges)] {
                 // Steps with few digits, so that moved outputs are hardly rounded.
-                let direction: Vec<f32> = outputs(own.len() / small.plan.head.outputs(), seed)
+                let direction: Vec<f32> = outputs(own.len() / small.plan.head.outputs()[0], seed)
                     .iter()
                     .map(|x| (x * 8.0).round() / 8.0)
                     .collect();

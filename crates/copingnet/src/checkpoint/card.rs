@@ -160,8 +160,15 @@ impl Stored {
         let wrong = |key: &str, value: &dyn ToString, allowed: String| {
             Err(CheckpointError::value(file, key, value.to_string(), allowed))
         };
-        if (self.features, self.head) == (Features::Paper, Head::Semi) {
-            return wrong("head", &"\"semi\"", "\"full\" with features \"paper\"".to_owned());
+        if !self.head.fits(self.features) {
+            let (head, features) = (self.head.name(), self.features.name());
+            let fitting: Vec<String> = Head::ALL
+                .into_iter()
+                .filter(|head| head.fits(self.features))
+                .map(|head| format!("\"{}\"", head.name()))
+                .collect();
+            let allowed = format!("{} with features \"{features}\"", fitting.join(" or "));
+            return wrong("head", &format!("\"{head}\""), allowed);
         }
         let network = &self.network;
         let limits = [

@@ -147,8 +147,9 @@ impl Forward {
         let e = if packed.blocks.is_empty() { encoded_edges } else { e };
         let sink = Sink::Output(&mut self.node_outputs, config.node_outputs, config.output);
         sweep.run(n, &[Source::Own(v.rows())], packed.node_decoder[0].bias(), &packed.node_decoder, sink);
+        let Some(first) = packed.edge_decoder.first() else { return };
         let sink = Sink::Output(&mut self.edge_outputs, config.edge_outputs, config.output);
-        sweep.run(m, &[Source::Own(e.rows())], packed.edge_decoder[0].bias(), &packed.edge_decoder, sink);
+        sweep.run(m, &[Source::Own(e.rows())], first.bias(), &packed.edge_decoder, sink);
     }
 
     /// Outputs of the nodes. `[n, node_outputs]`

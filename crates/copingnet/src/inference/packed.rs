@@ -68,7 +68,10 @@ impl Packed {
         });
         let blocks = blocks.collect();
         let node_decoder = reader.perceptron(&[width], config.node_outputs);
-        let edge_decoder = reader.perceptron(&[width], config.edge_outputs);
+        let edge_decoder = match config.edge_outputs {
+            0 => Vec::new(),
+            outputs => reader.perceptron(&[width], outputs),
+        };
         Self { config, arch, node_encoder, edge_encoder, first_edges, blocks, node_decoder, edge_decoder }
     }
 

@@ -94,7 +94,8 @@ impl Prepared {
     /// Numbers of outputs of all nodes, and of all edges.
     pub fn outputs(&self, head: Head) -> [usize; 2] {
         let graph = self.encoder.graph();
-        [graph.nodes().len(), graph.edges().len()].map(|rows| rows * head.outputs())
+        let [of_node, of_edge] = head.outputs();
+        [graph.nodes().len() * of_node, graph.edges().len() * of_edge]
     }
 
     /// Encodes the state, so that outputs can be read.

@@ -45,7 +45,13 @@ pub trait InitialGuess: Send {
         let _ = (component, iteration);
     }
 
-    /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did.
+    /// How many times the prediction's residual that of a proposed start of a step may be; beyond that it is dropped.
+    fn trust(&self) -> f64 {
+        1.0
+    }
+
+    /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did. The component's poses
+    /// are p*, and its system is evaluated there; its own predicted poses are lent to `poses` meanwhile.
     fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
         let _ = (component, poses, lambda);
         false

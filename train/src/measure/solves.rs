@@ -1,6 +1,6 @@
-//! What counts: the iterations of conjugate gradients that a network's guess saves on validation scenes.
+//! Of linear solves: iterations of conjugate gradients relative to a zero start.
 
-use copingnet::{Encoding, GnGuess, Trained, Weights};
+use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
 use dataset::{Dataset, Split};
 use rayon::prelude::*;
 use solver::linear::LinearSolver;
@@ -8,8 +8,10 @@ use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 
+use super::{Columns, Measured, Pair};
+
 /// The solves that are measured: preconditioner and tolerance.
-pub(crate) const CELLS: [(PreconditionerKind, f64); 4] = [
+const CELLS: [(PreconditionerKind, f64); 4] = [
     (PreconditionerKind::Raw, 1e-2),
     (PreconditionerKind::Raw, 1e-4),
     (PreconditionerKind::BlockJacobi, 1e-2),
@@ -19,26 +21,30 @@ pub(crate) const CELLS: [(PreconditionerKind, f64); 4] = [
 /// Every how many steps of a trajectory one is measured, at its first outer iteration, from the very first on.
 const EVERY: u32 = 10;
 
-/// Iteration ratios to the zero start, first steps and later ones apart; sums over scenes divided by sums.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Measured {
-    /// Of the first step. `[cells]`
-    pub(crate) first: [f64; CELLS.len()],
-    /// Of the later ones. `[cells]`
-    pub(crate) later: [f64; CELLS.len()],
+/// First steps and later ones, for each of [`CELLS`].
+pub(crate) fn columns() -> Columns {
+    let short = |kind: PreconditionerKind| if kind == PreconditionerKind::BlockJacobi { "block" } else { "raw" };
+    let pair = |(kind, tolerance): (PreconditionerKind, f64)| Pair {
+        head: format!("{} {tolerance:e}", short(kind)),
+        name: format!("{}_{tolerance:e}", kind.name()),
+        solver: kind.name(),
+        tolerances: [tolerance; 2],
+    };
+    Columns {
+        about: "cg iterations to a zero start, of step 1 / every 10th later step, planar scenes in their plane",
+        parts: ["first", "later"],
+        pairs: CELLS.into_iter().map(pair).collect(),
+    }
 }
 
-impl Measured {
-    /// By what weights are chosen, the less the better: the paper's own cell (raw at 1e-4, later steps) for its recipe;
-    /// for ours the geometric mean of raw at 1e-4 and block-Jacobi at 1e-2, later steps and, with half the weight, first
-    /// ones.
-    pub(crate) fn score(&self, is_paper: bool) -> f64 {
-        if is_paper {
-            return self.later[1];
-        }
-        let mean = |cells: &[f64; CELLS.len()]| 0.5 * (cells[1].ln() + cells[2].ln());
-        ((2.0 * mean(&self.later) + mean(&self.first)) / 3.0).exp()
+/// The paper's own cell (raw at 1e-4, later steps) for its recipe; for ours the geometric mean of raw at 1e-4 and
+/// block-Jacobi at 1e-2, later steps and, with half the weight, first ones.
+fn score(pairs: &[[f64; 2]], is_paper: bool) -> f64 {
+    if is_paper {
+        return pairs[1][1];
     }
+    let mean = |part: usize| 0.5 * (pairs[1][part].ln() + pairs[2][part].ln());
+    ((2.0 * mean(1) + mean(0)) / 3.0).exp()
 }
 
 /// Iterations of the zero start and of the guess, of first and of later steps.
@@ -53,7 +59,9 @@ pub(crate) fn measure(dataset: &Dataset, scenes: usize, weights: &Weights, encod
         let sum = |guess: usize| counts.iter().map(|counts| counts[cell][is_later][guess]).sum::<u64>() as f64;
         sum(1) / sum(0).max(1.0)
     };
-    Measured { first: std::array::from_fn(|cell| ratio(cell, 0)), later: std::array::from_fn(|cell| ratio(cell, 1)) }
+    let pairs: Vec<[f64; 2]> = (0..CELLS.len()).map(|cell| [ratio(cell, 0), ratio(cell, 1)]).collect();
+    let score = score(&pairs, encoding.features == Features::Paper);
+    Measured { pairs, score }
 }
 
 fn scene(dataset: &Dataset, index: usize, trained: &Trained) -> Counts {

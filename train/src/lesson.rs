@@ -1,0 +1,91 @@
+//! What a network is taught: where its samples come from, its loss, and the scenes that it is measured on.
+
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use copingnet::{Encoding, Weights};
+use dataset::{Dataset, MANIFEST};
+use graph::Norms;
+
+use crate::cli::{Loss, Plan, SetArgs};
+use crate::data;
+use crate::measure::{self, Columns, Measured};
+use crate::objective::Objective;
+use crate::samples::{self, Samples};
+use crate::steps::{self, Recorded};
+
+/// Every how many training samples one is looked at for the inputs' sizes.
+const WHITENING_EVERY: usize = 10;
+
+/// A source of samples.
+pub(crate) enum Lesson {
+    /// Linear solves, from a data set.
+    Solves(Dataset),
+    /// Starts of whole steps, simulated for the purpose.
+    Steps(Vec<Recorded>),
+}
+
+impl Lesson {
+    /// Gets the data: reads or makes the data set, or simulates. With them comes the hash that they are known by.
+    pub(crate) fn prepare(plan: &Plan, set: &SetArgs, quiet: bool) -> Result<(Self, String)> {
+        if plan.is_of_steps() {
+            let [count, steps] = set.whole_steps();
+            let recorded = steps::record(plan.scenario, count, steps, &plan.unwhitened(Norms::default()).into())?;
+            let hash = steps::blake3(&recorded);
+            return Ok((Self::Steps(recorded), hash));
+        }
+        let (config, directory) = set.config(plan.scenario);
+        let dataset = data::open(&directory, &config, quiet)?;
+        let manifest = std::fs::read(directory.join(MANIFEST)).context("--data")?;
+        Ok((Self::Solves(dataset), blake3::hash(&manifest).to_hex().to_string()))
+    }
+
+    /// What inputs and outputs mean, by the training samples' sizes.
+    pub(crate) fn encoding(&self, plan: &Plan) -> Arc<Encoding> {
+        let mut encoding;
+        match self {
+            Self::Solves(dataset) => {
+                encoding = plan.unwhitened(dataset.norms());
+                encoding.whitening = samples::whitening(dataset, &Arc::new(encoding.clone()), WHITENING_EVERY);
+            }
+            Self::Steps(recorded) => {
+                encoding = plan.unwhitened(Norms::default());
+                encoding.whitening = steps::whitening(recorded, &encoding, WHITENING_EVERY);
+            }
+        }
+        Arc::new(encoding)
+    }
+
+    /// The training samples.
+    pub(crate) fn samples(&self, encoding: &Arc<Encoding>) -> Samples {
+        match self {
+            Self::Solves(dataset) => Samples::of_solves(dataset, encoding),
+            Self::Steps(recorded) => Samples::of_steps(recorded, encoding),
+        }
+    }
+
+    /// The loss.
+    pub(crate) fn objective(&self, plan: &Plan, encoding: &Arc<Encoding>) -> Objective<'_> {
+        match (plan.loss, self) {
+            (Loss::Cg, Self::Solves(dataset)) => Objective::cg(dataset, encoding),
+            (Loss::Log, _) => Objective::LogSquare,
+            _ => Objective::MeanSquare,
+        }
+    }
+
+    /// What is measured.
+    pub(crate) fn columns(&self) -> Columns {
+        match self {
+            Self::Solves(_) => measure::solves::columns(),
+            Self::Steps(_) => measure::steps::columns(),
+        }
+    }
+
+    /// Measures a network on validation scenes.
+    pub(crate) fn measure(&self, plan: &Plan, weights: &Weights, encoding: &Encoding) -> Result<Measured> {
+        match self {
+            Self::Solves(dataset) => Ok(measure::solves::measure(dataset, plan.scenes, weights, encoding)),
+            Self::Steps(_) => measure::steps::measure(plan.scenario, plan.scenes, weights, encoding),
+        }
+    }
+}
