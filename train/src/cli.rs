@@ -35,7 +35,7 @@ pub(crate) struct SetArgs {
     /// Folder of the data sets; that of Table 1 is DIR/SCENARIO, others have their sizes in their names.
     #[arg(long, default_value = "data", value_name = "DIR")]
     pub(crate) data: PathBuf,
-    /// Training trajectories [default: Table 1's 256; recipe step: 1536].
+    /// Training trajectories [default: Table 1's 256; recipe step: 768].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trajectories: Option<u32>,
     /// Steps of a trajectory [default: Table 1's 50; recipe step: 100].
@@ -64,7 +64,7 @@ impl SetArgs {
     /// Trajectories of whole steps, and steps of each.
     pub(crate) fn whole_steps(&self) -> [usize; 2] {
         let or = |given: Option<u32>, default| given.map_or(default, |n| n as usize);
-        [or(self.trajectories, 1536), or(self.steps, 100)]
+        [or(self.trajectories, 768), or(self.steps, 100)]
     }
 }
 
@@ -121,7 +121,7 @@ pub(crate) struct TrainArgs {
     /// the guess. log: logarithm of each sample's squared error. [default: the recipe's]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<Loss>,
-    /// Times through the training samples [default: 600; recipe step: 60].
+    /// Times through the training samples [default: 600; recipe step: 100].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) epochs: Option<u64>,
     /// Samples in a batch.
@@ -338,7 +338,7 @@ impl TrainArgs {
             },
         );
         let default_schedule = if !is_paper || self.quick { Schedule::Cosine } else { Schedule::Constant };
-        let epochs = of(600, 600, 60) as u64;
+        let epochs = of(600, 600, 100) as u64;
         let name = || format!("{}-{}", self.scenario, self.recipe.name());
         Ok(Plan {
             scenario: self.scenario,

@@ -56,11 +56,11 @@ impl Lesson {
         Arc::new(encoding)
     }
 
-    /// The training samples.
-    pub(crate) fn samples(&self, encoding: &Arc<Encoding>) -> Samples {
+    /// The training samples; whole steps are used up.
+    pub(crate) fn samples(&mut self, encoding: &Arc<Encoding>) -> Samples {
         match self {
             Self::Solves(dataset) => Samples::of_solves(dataset, encoding),
-            Self::Steps(recorded) => Samples::of_steps(recorded, encoding),
+            Self::Steps(recorded) => Samples::of_steps(std::mem::take(recorded), encoding),
         }
     }
 

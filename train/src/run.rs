@@ -44,7 +44,7 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let stopped = Arc::new(AtomicBool::new(false));
     let flag = stopped.clone();
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("cannot listen to Ctrl-C")?;
-    let (lesson, data_blake3) = Lesson::prepare(&plan, &cli.set, cli.quiet)?;
+    let (mut lesson, data_blake3) = Lesson::prepare(&plan, &cli.set, cli.quiet)?;
     let encoding = lesson.encoding(&plan);
     let samples = lesson.samples(&encoding);
     let trainer = Trainer::new(&plan, &samples, lesson.objective(&plan, &encoding));

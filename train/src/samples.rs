@@ -84,8 +84,8 @@ impl Samples {
     }
 
     /// Whitens whole steps, on rayon's current thread pool.
-    pub(crate) fn of_steps(recorded: &[Recorded], encoding: &Encoding) -> Self {
-        Self::new(recorded.par_iter().filter_map(|recorded| Rows::of_steps(recorded, encoding)).collect())
+    pub(crate) fn of_steps(recorded: Vec<Recorded>, encoding: &Encoding) -> Self {
+        Self::new(recorded.into_par_iter().filter_map(|recorded| Rows::of_steps(recorded, encoding)).collect())
     }
 
     fn new(trajectories: Vec<Rows>) -> Self {
@@ -153,9 +153,9 @@ impl Rows {
         rows
     }
 
-    fn of_steps(recorded: &Recorded, encoding: &Encoding) -> Option<Self> {
-        let graph = recorded.graph.clone()?;
-        let mut inputs = recorded.inputs.clone();
+    fn of_steps(recorded: Recorded, encoding: &Encoding) -> Option<Self> {
+        let graph = recorded.graph?;
+        let mut inputs = recorded.inputs;
         encoding.whiten(&mut inputs);
         let [mut nodes, mut edges] = [Vec::new(), Vec::new()];
         let each = |values: &[f32], step: usize| {
@@ -166,9 +166,8 @@ impl Rows {
             join(&each(&inputs.nodes, step), &inputs.constant_nodes, graph.nodes().len(), &mut nodes);
             join(&each(&inputs.edges, step), &inputs.constant_edges, graph.edges().len(), &mut edges);
         }
-        let node_targets = recorded.targets.clone();
         let numbers = (0..recorded.steps as u32).collect();
-        Some(Self { graph, numbers, nodes, edges, node_targets, edge_targets: Vec::new() })
+        Some(Self { graph, numbers, nodes, edges, node_targets: recorded.targets, edge_targets: Vec::new() })
     }
 }
 

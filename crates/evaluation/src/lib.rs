@@ -5,4 +5,5 @@
 pub mod compare;
 pub mod guesses;
 pub mod starts;
+pub mod steps;
 pub mod stress;

@@ -18,6 +18,13 @@ const GUESSES: &str = if cfg!(feature = "gn") {
     "previous,linear,quadratic,fischer,frozen,knn"
 };
 
+/// What `steps` compares.
+const STARTS: &str = if cfg!(feature = "gn") {
+    "step-previous,step-linear,step-quadratic,gn-step"
+} else {
+    "step-previous,step-linear,step-quadratic"
+};
+
 /// Most threads one may ask for: thousands take minutes to start and stop.
 const MOST_THREADS: usize = 1024;
 
@@ -44,6 +51,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Measure guesses on the paper's random scenes: iterations and time relative to a zero start, by step.
     Guesses(GuessesArgs),
+    /// Measure starts of whole steps on random scenes, slack ones too: outer iterations and time (formulation newton).
+    Steps(StepsArgs),
     /// Find the equilibrium that a scene relaxes to.
     Static(StaticArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
@@ -102,7 +111,7 @@ pub(crate) struct RunArgs {
     /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer, frozen. Of
     /// a whole step (with newton): step-previous, step-linear, step-quadratic. Learned, of a linear solve: knn
     /// (nearest neighbours in the data set), gn (COPINGNet, trained by the paper's recipe), gn-best (trained by our
-    /// own); the networks need the cargo feature gn. [default: step-quadratic for newton where rods do not move in
+    /// own); of a whole step: gn-step. The networks need the cargo feature gn. [default: step-quadratic for newton where rods do not move in
     /// groups, else zero]
     #[arg(long)]
     pub(crate) guess: Option<GuessName>,
@@ -131,7 +140,7 @@ pub(crate) struct LearnedArgs {
     /// Folder of the data sets for knn; they are generated there on first use [default: data].
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// Checkpoint of your own training for gn (recipe paper) or gn-best (recipe best), PATH.toml with PATH.safetensors,
+    /// Checkpoint of your own training for gn (recipe paper), gn-best (best) or gn-step (step), PATH.toml with PATH.safetensors,
     /// in the place of the network of its scenario that is built in.
     #[arg(long, value_name = "PATH")]
     pub(crate) checkpoint: Option<PathBuf>,
@@ -141,7 +150,7 @@ pub(crate) struct LearnedArgs {
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// More guesses to compare: knn, gn, gn-best, or fischer-16 for instance.
+    /// More guesses to compare: knn, gn, gn-best, gn-step, or fischer-16 for instance.
     #[arg(long, value_delimiter = ',', value_name = "GUESSES")]
     pub(crate) with: Vec<GuessName>,
     #[command(flatten)]
@@ -172,6 +181,41 @@ pub(crate) struct GuessesArgs {
     /// Guesses to compare with the zero start. Where the scenes are planar (rod), knn and gn are shown a second time,
     /// restricted to the plane; gn-best always is.
     #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = GUESSES)]
+    pub(crate) guess: Vec<GuessName>,
+    #[command(flatten)]
+    pub(crate) learned: LearnedArgs,
+    /// Write all numbers to this file as comma-separated values.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Print JSON with all numbers instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct StepsArgs {
+    /// Which random scenes: rod, helix.
+    #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
+    pub(crate) scenario: Vec<Scenario>,
+    /// Simulations of each kind of scenes, at each time step and tolerance.
+    #[arg(long, default_value = "50", value_parser = at_least_one, allow_hyphen_values = true)]
+    pub(crate) simulations: usize,
+    /// Steps of each.
+    #[arg(long, default_value = "100", value_parser = at_least_one, allow_hyphen_values = true)]
+    pub(crate) steps: usize,
+    /// Time steps [s].
+    #[arg(long, value_delimiter = ',', default_value = "0.02,0.05,0.1", value_parser = positive,
+        allow_hyphen_values = true)]
+    pub(crate) dt: Vec<f64>,
+    /// Residuals at which a step is done, relative to that of its prediction.
+    #[arg(long, value_delimiter = ',', default_value = "1e-3,1e-6", value_parser = positive,
+        allow_hyphen_values = true)]
+    pub(crate) tolerance: Vec<f64>,
+    /// Seed of the scenes. Those that networks were trained on have seed 0.
+    #[arg(long, default_value = "1", value_parser = whole::<u64>, allow_hyphen_values = true)]
+    pub(crate) seed: u64,
+    /// Starts to compare with the prediction (zero).
+    #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = STARTS)]
     pub(crate) guess: Vec<GuessName>,
     #[command(flatten)]
     pub(crate) learned: LearnedArgs,

@@ -27,6 +27,8 @@ pub(crate) enum Recipe {
     Paper,
     /// Our own way.
     Best,
+    /// For starts of whole steps.
+    Step,
 }
 
 /// A guess that learned from a data set before the first step.
@@ -40,13 +42,15 @@ pub(crate) enum LearnedName {
 
 impl LearnedName {
     /// All of them.
-    const ALL: [Self; 3] = [Self::Knn, Self::Network(Recipe::Paper), Self::Network(Recipe::Best)];
+    const ALL: [Self; 4] =
+        [Self::Knn, Self::Network(Recipe::Paper), Self::Network(Recipe::Best), Self::Network(Recipe::Step)];
 
     fn name(self) -> &'static str {
         match self {
             Self::Knn => "knn",
             Self::Network(Recipe::Paper) => "gn",
             Self::Network(Recipe::Best) => "gn-best",
+            Self::Network(Recipe::Step) => "gn-step",
         }
     }
 }
@@ -65,7 +69,7 @@ impl GuessName {
     pub(crate) fn helps_steps(self) -> bool {
         match self {
             Self::Plain(kind) => kind.helps_steps(),
-            Self::Learned(_) => false,
+            Self::Learned(_) => self.recipe() == Some(Recipe::Step),
         }
     }
 
@@ -194,7 +198,7 @@ impl Guess {
                 Some(match learned {
                     Learned::Knn(knn) => Box::new(KnnGuess::new(knn.clone(), graph, plane)),
                     #[cfg(feature = "gn")]
-                    Learned::Network(network) => Box::new(network.guess(graph, plane)),
+                    Learned::Network(network) => network.guess(graph, plane),
                 })
             }
         }
@@ -215,7 +219,7 @@ impl Learned {
         match self {
             Self::Knn(knn) => Box::new(KnnGuess::new(knn.clone(), graph, plane)),
             #[cfg(feature = "gn")]
-            Self::Network(network) => Box::new(network.guess(graph, plane)),
+            Self::Network(network) => Box::new(network.projection(graph, plane)),
         }
     }
 }
@@ -226,7 +230,7 @@ pub(crate) fn check_sources(args: &LearnedArgs, names: &[GuessName]) -> Result<(
     let is_network = |name: &GuessName| name.recipe().is_some();
     for (flag, given, guesses, is_read) in [
         ("--data", args.data.is_some(), "knn", names.iter().any(is_knn)),
-        ("--checkpoint", args.checkpoint.is_some(), "gn or gn-best", names.iter().any(is_network)),
+        ("--checkpoint", args.checkpoint.is_some(), "gn, gn-best or gn-step", names.iter().any(is_network)),
     ] {
         if given && !is_read {
             let asked: Vec<String> = names.iter().map(GuessName::to_string).collect();

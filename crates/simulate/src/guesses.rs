@@ -106,7 +106,7 @@ fn check(args: &GuessesArgs) -> Result<()> {
 }
 
 /// Finds out before the run whether the file can be written after it.
-fn check_place(file: &Path) -> Result<()> {
+pub(crate) fn check_place(file: &Path) -> Result<()> {
     let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if file.is_dir() {
         bail!("--csv: cannot write {}: is a directory", file.display());

@@ -16,6 +16,7 @@ mod run;
 mod scenes;
 mod standing;
 mod statics;
+mod steps;
 mod stress;
 mod summary;
 mod training;
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         Some(Command::List) => list::list(),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Guesses(args)) => guesses::guesses(&args),
+        Some(Command::Steps(args)) => steps::steps(&args),
         Some(Command::Static(args)) => statics::relax(&args),
         Some(Command::Stress(args)) => stress::stress(&args),
     };

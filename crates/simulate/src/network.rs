@@ -1,9 +1,10 @@
 //! COPINGNet's networks: those built into the program, and those in files.
 
 use anyhow::{Context, Result, bail};
-use copingnet::{Card, Checkpoint, Features, GnGuess, Trained};
+use copingnet::{Card, Checkpoint, Features, GnGuess, GnStepGuess, Head, Trained};
 use dataset::Scenario;
 use graph::{Graph, Normal};
+use solver::guess::InitialGuess;
 
 use crate::cli::LearnedArgs;
 use crate::guess::{GuessName, Recipe};
@@ -31,8 +32,14 @@ macro_rules! built_in {
 }
 
 /// One a scenario and recipe, by both names.
-static BUILT_IN: [BuiltIn; 4] =
-    [built_in!("rod-paper"), built_in!("rod-best"), built_in!("helix-paper"), built_in!("helix-best")];
+static BUILT_IN: [BuiltIn; 6] = [
+    built_in!("rod-paper"),
+    built_in!("rod-best"),
+    built_in!("rod-step"),
+    built_in!("helix-paper"),
+    built_in!("helix-best"),
+    built_in!("helix-step"),
+];
 
 impl Recipe {
     /// Its name in files.
@@ -40,6 +47,7 @@ impl Recipe {
         match self {
             Self::Paper => "paper",
             Self::Best => "best",
+            Self::Step => "step",
         }
     }
 }
@@ -81,11 +89,19 @@ impl Network {
 
     /// Whether what it predicts for a planar scene has the symmetry of the plane, by features in body frames.
     pub(crate) fn knows_planes(&self) -> bool {
-        self.trained.encoding().features == Features::BodyFrame
+        self.trained.encoding().features != Features::Paper
     }
 
     /// The guess of one connected set of segments, restricted to a plane if one is given.
-    pub(crate) fn guess(&self, graph: Graph, plane: Option<Normal>) -> GnGuess {
+    pub(crate) fn guess(&self, graph: Graph, plane: Option<Normal>) -> Box<dyn InitialGuess> {
+        match self.trained.encoding().head {
+            Head::Turns => Box::new(GnStepGuess::new(&self.trained, graph, plane)),
+            Head::Full | Head::Semi => Box::new(self.projection(graph, plane)),
+        }
+    }
+
+    /// The prediction in the projection's place, of a network for linear solves.
+    pub(crate) fn projection(&self, graph: Graph, plane: Option<Normal>) -> GnGuess {
         GnGuess::new(&self.trained, graph, plane)
     }
 }
@@ -109,7 +125,7 @@ pub(crate) fn check(args: &LearnedArgs, names: &[GuessName], scenarios: &[Scenar
     }
     if !recipes.contains(&card.recipe.as_str()) {
         bail!(
-            "--checkpoint {path}: recipe = {:?}, but it must be {} (gn takes paper, gn-best takes best)",
+            "--checkpoint {path}: recipe = {:?}, but it must be {} (gn takes paper, gn-best best, gn-step step)",
             card.recipe,
             recipes.join(" or ")
         );

@@ -85,13 +85,16 @@ pub(crate) fn asked_guess(args: &RunArgs, settings: &Settings) -> Result<Option<
         ("--scenario", args.scenario.is_some()),
     ] {
         if given && !args.guess.is_some_and(GuessName::is_learned) {
-            bail!("{flag} needs a learned guess (--guess knn, gn or gn-best), but the guess is {name}");
+            bail!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {name}");
         }
     }
     check_sources(&args.learned, args.guess.as_slice())?;
     let Some(kind) = args.guess else { return Ok(None) };
     let (formulation, solver) = (settings.step.formulation, settings.solver);
     if args.end_to_end.is_some() {
+        if kind.helps_steps() {
+            bail!("--end-to-end needs a guess of linear solves (--guess knn, gn or gn-best), but the guess is {kind}");
+        }
         if solver != SolverKind::Direct {
             bail!("--end-to-end replaces all solves, but --solver {solver} asks for them");
         }

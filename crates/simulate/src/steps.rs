@@ -1,0 +1,256 @@
+//! `simulate steps`: where starts of whole steps stand, on random scenes that no network has seen.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, bail};
+use comfy_table::{CellAlignment, Table};
+use dataset::{Config, Scenario};
+use evaluation::guesses::Spread;
+use evaluation::steps::{self, Cell, Tally};
+use graph::planar_normal;
+use serde::Serialize;
+use solver::formulation::Formulation;
+use solver::guess::GuessKind;
+use solver::simulation::{GuessFactory, Settings};
+
+use crate::Outcome;
+use crate::cli::StepsArgs;
+use crate::guess::{Guess, GuessName, check_sources};
+use crate::guesses::check_place;
+use crate::progress::Progress;
+use crate::training::Training;
+use terminal::say;
+
+/// All that was measured.
+#[derive(Serialize)]
+struct Report {
+    /// Seed of the scenes.
+    seed: u64,
+    /// Steps of each simulation.
+    steps: usize,
+    sheets: Vec<Sheet>,
+}
+
+/// One kind of scenes at one time step and tolerance.
+#[derive(Serialize)]
+struct Sheet {
+    scenario: Scenario,
+    /// Whether they are the slack variants of Table 1's.
+    is_slack: bool,
+    dt_s: f64,
+    tolerance: f64,
+    simulations: usize,
+    cells: Vec<Cell>,
+}
+
+/// Measures all starts and prints the tables.
+pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
+    check(args)?;
+    #[cfg(feature = "gn")]
+    crate::network::check(&args.learned, &args.guess, &args.scenario)?;
+    let mut scenarios = args.scenario.clone();
+    scenarios.dedup();
+    let sheets = scenarios.len() * 2 * args.dt.len() * args.tolerance.len();
+    let mut loaded = Vec::new();
+    for &scenario in &scenarios {
+        let training = Training::new(&args.learned, scenario, args.json);
+        let mut guesses = vec![(GuessName::Plain(GuessKind::Zero), Guess::Plain(GuessKind::Zero))];
+        for &name in &args.guess {
+            if guesses.iter().all(|(other, _)| *other != name) {
+                guesses.push((name, Guess::load(name, &training)?));
+            }
+        }
+        loaded.push((scenario, guesses));
+    }
+    let progress = Progress::new(sheets * args.simulations * args.steps, "steps", args.json)?;
+    let mut report = Report { seed: args.seed, steps: args.steps, sheets: Vec::new() };
+    for (scenario, guesses) in &loaded {
+        for is_slack in [false, true] {
+            for &dt in &args.dt {
+                for &tolerance in &args.tolerance {
+                    let tallies = measure(args, *scenario, is_slack, (dt, tolerance), guesses, &progress)?;
+                    let starts: Vec<_> =
+                        guesses.iter().map(|(name, _)| (name.to_string(), name.is_learned())).collect();
+                    report.sheets.push(Sheet {
+                        scenario: *scenario,
+                        is_slack,
+                        dt_s: dt,
+                        tolerance,
+                        simulations: tallies.len(),
+                        cells: steps::cells(&starts, &tallies),
+                    });
+                }
+            }
+        }
+    }
+    let interrupted = progress.finish();
+    report.sheets.retain(|sheet| sheet.simulations > 0);
+    if let Some(file) = &args.csv {
+        let text = csv(&report);
+        export::write_atomically(file, |out| std::io::Write::write_all(out, text.as_bytes())).context("--csv")?;
+    }
+    if args.json {
+        say!("{}", serde_json::to_string_pretty(&report)?)?;
+    } else {
+        print(&report)?;
+    }
+    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+fn check(args: &StepsArgs) -> Result<()> {
+    if args.seed == Config::table_1(Scenario::Rod).seed {
+        bail!("--seed {}, but it must differ from the training scenes' seed: networks have seen those", args.seed);
+    }
+    if let Some(name) = args.guess.iter().find(|name| name.helps_solves()) {
+        bail!("--guess {name} starts linear solves, but starts of whole steps are compared here");
+    }
+    if let Some(file) = &args.csv {
+        check_place(file)?;
+    }
+    check_sources(&args.learned, &args.guess)
+}
+
+/// Simulates all scenes of a sheet from all starts; those that Ctrl-C cut off are left out.
+fn measure(
+    args: &StepsArgs,
+    scenario: Scenario,
+    is_slack: bool,
+    (dt, tolerance): (f64, f64),
+    guesses: &[(GuessName, Guess)],
+    progress: &Progress,
+) -> Result<Vec<Vec<Tally>>> {
+    let mut settings = Settings::default();
+    settings.step.formulation = Formulation::Newton;
+    settings.step.relative_tolerance = tolerance;
+    let mut tallies = Vec::new();
+    for index in 0..args.simulations as u64 {
+        if progress.stopped() {
+            break;
+        }
+        let parameters = scenario.sample(args.seed, index);
+        let scene = if is_slack { parameters.slack() } else { parameters }.scene()?;
+        let plane = planar_normal(&scene.model, &scene.state);
+        let factories: Vec<_> =
+            guesses.iter().map(|(_, guess)| guess.factory(plane.filter(|_| guess.knows_planes()))).collect();
+        let starts: Vec<_> = guesses
+            .iter()
+            .zip(&factories)
+            .map(|((name, _), factory)| name.helps_steps().then_some(factory as GuessFactory<'_>))
+            .collect();
+        let span = (dt, args.steps);
+        let one = steps::measure(&scene.model, &scene.state, span, &settings, &starts, || progress.advance())?;
+        if !progress.stopped() {
+            tallies.push(one);
+        }
+    }
+    Ok(tallies)
+}
+
+/// Scenes of a sheet in words.
+fn kind(sheet: &Sheet) -> String {
+    format!("{}{}", if sheet.is_slack { "slack " } else { "" }, sheet.scenario)
+}
+
+fn print(report: &Report) -> Result<()> {
+    say!(
+        "Starts of whole steps, formulation newton, direct solves: the paper's random scenes (Table 1) of seed {}, and slack\n\
+         variants (rods of radius 0.01 m and 1000 kg/m^3, helices of radius 0.02 m, moduli 1e4 to 1e5 Pa); {} steps each.\n\
+         Outer iterations a step (medians over the simulations), and time a step relative to the fastest start without\n\
+         learning (median over the simulations of the ratio within each, and its quartiles), guesses included.",
+        report.seed,
+        report.steps
+    )?;
+    let mut rest = &report.sheets[..];
+    while let Some(first) = rest.first() {
+        let count = rest.iter().take_while(|sheet| kind(sheet) == kind(first)).count();
+        let (sheets, others) = rest.split_at(count);
+        rest = others;
+        let least = sheets.iter().map(|sheet| sheet.simulations).min().unwrap_or(0);
+        say!("\n{}, {least} simulations", kind(first))?;
+        say!("{}", table(sheets))?;
+    }
+    say!("{}", words(report))
+}
+
+/// One row a start, two columns a sheet.
+fn table(sheets: &[Sheet]) -> Table {
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::NOTHING);
+    let heads = sheets.iter().map(|sheet| format!("dt {}\n{:e}", sheet.dt_s, sheet.tolerance));
+    table.set_header(std::iter::once("start".to_owned()).chain(heads.flat_map(|head| [head, "\ntime".to_owned()])));
+    let starts = sheets.first().map_or(0, |sheet| sheet.cells.len());
+    for start in 0..starts {
+        let mut row = vec![sheets[0].cells[start].guess.clone()];
+        for sheet in sheets {
+            let cell = &sheet.cells[start];
+            row.push(cell.iterations.map_or("-".to_owned(), |spread| format!("{:.2}", spread.median)));
+            row.push(cell.time_ratio.map_or("-".to_owned(), |Spread { lower, median, upper, .. }| {
+                format!("{median:.2} {lower:.2}-{upper:.2}")
+            }));
+        }
+        table.add_row(row);
+    }
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 1));
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// How each learned start does, in words.
+fn words(report: &Report) -> String {
+    let mut words = String::new();
+    let names = report.sheets.first().map_or(&[][..], |sheet| &sheet.cells[..]);
+    for (start, cell) in names.iter().enumerate().filter(|(_, cell)| cell.guess.starts_with("gn")) {
+        let count = |ratio: fn(&Cell) -> Option<Spread>| {
+            let is_less = |sheet: &&Sheet| ratio(&sheet.cells[start]).is_some_and(|spread| spread.median < 1.0);
+            report.sheets.iter().filter(is_less).count()
+        };
+        let (iterations, time) = (count(|cell| cell.iteration_ratio), count(|cell| cell.time_ratio));
+        let (name, total) = (&cell.guess, report.sheets.len());
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            words,
+            "\n{name} needs fewer outer iterations than every start without learning in {iterations} of {total} cells, and\n\
+             less time, its own included, in {time}."
+        );
+        let time_of = |sheet: &Sheet| sheet.cells[start].time_ratio.map_or(f64::INFINITY, |spread| spread.median);
+        let best = report.sheets.iter().min_by(|a, b| time_of(a).total_cmp(&time_of(b)));
+        if let Some(sheet) = best {
+            let (kind, dt, tolerance) = (kind(sheet), sheet.dt_s, sheet.tolerance);
+            let _ = write!(
+                words,
+                "Where it does best ({kind}, dt {dt} s, tolerance {tolerance:e}) a step takes {:.2} of that time.",
+                time_of(sheet)
+            );
+        }
+    }
+    words
+}
+
+/// One line a cell; empty where nothing was counted.
+fn csv(report: &Report) -> String {
+    let spreads = ["iterations", "iteration_ratio", "time_us", "time_ratio", "guess_us"];
+    let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
+    let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
+    let mut text = format!("scenario,slack,dt_s,tolerance,simulations,start,retried,dropped,{}\n", names.join(","));
+    for sheet in &report.sheets {
+        for cell in &sheet.cells {
+            let Sheet { scenario, is_slack, dt_s, tolerance, simulations, .. } = sheet;
+            let _ = write!(text, "{scenario},{is_slack},{dt_s},{tolerance:e},{simulations},{}", cell.guess);
+            let _ = write!(text, ",{:.6},{:.6}", cell.retried, cell.dropped);
+            for spread in [cell.iterations, cell.iteration_ratio, cell.time_us, cell.time_ratio, cell.guess_us] {
+                match spread {
+                    Some(Spread { mean, lower, median, upper }) => {
+                        let _ = write!(text, ",{mean:.6},{lower:.6},{median:.6},{upper:.6}");
+                    }
+                    None => text.push_str(",,,,"),
+                }
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
