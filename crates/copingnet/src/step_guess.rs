@@ -6,10 +6,12 @@
 
 use std::sync::Arc;
 
-use graph::turns::{NODE_OUTPUT, Turns};
+use graph::turns::{NODE_OUTPUT, NODE_OUTPUT_CHANNELS, Turns};
 use graph::{Graph, Lift, Normal, body_frame};
 use solver::component::{Component, Pose};
 use solver::guess::InitialGuess;
+use solver::kernel::dispatch::vectorized;
+use solver::kernel::math::Vec3;
 use solver::system::Six;
 
 use crate::encoding::{Encode, mask_outputs};
@@ -49,7 +51,10 @@ impl StepEncoder {
         let Self { graph, features, turns, scale, .. } = self;
         *scale = features.fill(graph, component, &mut inputs.nodes, &mut inputs.edges);
         turns.begin(component.dt());
-        turns.fill(graph, *scale, body_frame::NODE_CHANGING, &mut inputs.nodes);
+        vectorized(
+            #[inline(always)]
+            || turns.fill(graph, *scale, body_frame::NODE_CHANGING, &mut inputs.nodes),
+        );
     }
 
     /// The outputs that stand for the component's step, encoded last and just done. Sizes the list.
@@ -61,15 +66,22 @@ impl StepEncoder {
 
     /// Turns `poses`, which come as the prediction, by what the nodes' outputs say.
     fn turn(&self, outputs: &[f32], poses: &mut [Pose<f64>]) {
-        for (i, (pose, outputs)) in poses.iter_mut().zip(outputs.chunks_exact(NODE_OUTPUT)).enumerate() {
-            if self.graph.is_fixed(i) {
-                continue;
-            }
-            let mut outputs = [outputs[0], outputs[1], outputs[2]];
-            mask_outputs(self.encoding.head, self.normal, &mut outputs, &mut []);
-            let turn = self.turns.decode(&self.graph, self.scale, i, &outputs);
-            pose.q = pose.q.turned(pose.q.rotate(turn));
-        }
+        let Self { graph, turns, scale, .. } = self;
+        let kept = self.normal.map_or([1.0; 3], |normal| {
+            NODE_OUTPUT_CHANNELS.map(|channel| if channel.is_even(normal) { 1.0 } else { 0.0 })
+        });
+        vectorized(
+            #[inline(always)]
+            || {
+                for (i, (pose, outputs)) in poses.iter_mut().zip(outputs.chunks_exact(NODE_OUTPUT)).enumerate() {
+                    if !graph.is_fixed(i) {
+                        let Vec3([x, y, z]) = turns.decode(graph, *scale, i, outputs);
+                        let turn = Vec3([x * kept[0], y * kept[1], z * kept[2]]);
+                        pose.q = pose.q.turned(pose.q.rotate(turn));
+                    }
+                }
+            },
+        );
     }
 
     /// Learns how the step ended that was encoded last; one that was not done whole leaves no history.
@@ -98,12 +110,76 @@ impl Encode for StepEncoder {
     }
 }
 
+/// Which stretch-shear multipliers to begin with: those that the start's positions ask for, or the last steps' continued.
+///
+/// They matter through the geometric stiffness. With small time steps forces change little from step to step, while a small
+/// error of the positions asks for large ones; with large time steps it is the other way round. So those are taken that
+/// were nearer the last time.
+#[derive(Clone, Debug)]
+struct Tensions {
+    /// Of the last two steps, the newest first, in the frame of body a.
+    kept: [Vec<Vec3<f64>>; 2],
+    known: usize,
+    /// Their time step [s].
+    dt: f64,
+    /// Of the step under way: what its start's positions ask for, and the last steps' continued, in world axes.
+    choices: [Vec<Vec3<f64>>; 2],
+    /// Whether the second were nearer the last time.
+    takes_continued: bool,
+}
+
+impl Tensions {
+    fn new(edges: usize) -> Self {
+        let zero = || std::array::from_fn(|_| vec![Vec3::zero(); edges]);
+        Self { kept: zero(), known: 0, dt: 0.0, choices: zero(), takes_continued: false }
+    }
+
+    /// `lambda` comes as what the positions of `poses` ask for.
+    fn choose(&mut self, component: &Component<f64>, poses: &[Pose<f64>], lambda: &mut [Six<f64>]) {
+        if component.dt() != self.dt {
+            (self.known, self.dt) = (0, component.dt());
+        }
+        let weights = match self.known {
+            0 => return,
+            1 => [1.0, 0.0],
+            _ => [2.0, -1.0],
+        };
+        let [asked, continued] = &mut self.choices;
+        for (k, (lambda, &[a, _])) in lambda.iter_mut().zip(&component.system.topology.joints).enumerate() {
+            asked[k] = lambda.stretch;
+            continued[k] = poses[a as usize].q.rotate(self.kept[0][k] * weights[0] + self.kept[1][k] * weights[1]);
+            if self.takes_continued {
+                lambda.stretch = continued[k];
+            }
+        }
+    }
+
+    /// Learns how a step ended.
+    fn observe(&mut self, component: &Component<f64>, is_whole: bool) {
+        if !is_whole {
+            self.known = 0;
+            return;
+        }
+        self.kept.rotate_right(1);
+        let mut apart = [0.0; 2];
+        for (k, (lambda, &[a, _])) in component.lambda.iter().zip(&component.system.topology.joints).enumerate() {
+            for (apart, choice) in apart.iter_mut().zip(&self.choices) {
+                *apart += (lambda.stretch - choice[k]).norm_squared();
+            }
+            self.kept[0][k] = component.poses[a as usize].q.rotate_back(lambda.stretch);
+        }
+        self.takes_continued = self.known == 0 || apart[1] < apart[0];
+        self.known = (self.known + 1).min(2);
+    }
+}
+
 /// Starts whole steps from a network's prediction. Only the first call allocates.
 #[derive(Debug)]
 pub struct GnStepGuess {
     prediction: Prediction,
     encoder: StepEncoder,
     lift: Lift,
+    tensions: Tensions,
     /// Starts asked for in the step under way: more than one where it is done in substeps.
     asked: u32,
 }
@@ -112,9 +188,9 @@ impl GnStepGuess {
     /// The guess for one connected set of segments, by a network with history features. Where the set is planar, `normal`
     /// says how.
     pub fn new(trained: &Trained, graph: Graph, normal: Option<Normal>) -> Self {
-        let lift = Lift::new(&graph);
+        let (lift, tensions) = (Lift::new(&graph), Tensions::new(graph.edges().len()));
         let encoder = StepEncoder::new(trained.encoding.clone(), graph, normal);
-        Self { prediction: Prediction::new(trained), encoder, lift, asked: 0 }
+        Self { prediction: Prediction::new(trained), encoder, lift, tensions, asked: 0 }
     }
 }
 
@@ -126,7 +202,7 @@ impl InitialGuess for GnStepGuess {
     /// The residual says little about a start: errors of the turns that are ten times smaller than an extrapolation's still
     /// have a greater residual, because they bend neighbours against each other.
     fn trust(&self) -> f64 {
-        std::env::var("TRUST").map_or(1e3, |x| x.parse().unwrap())
+        1e3
     }
 
     fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
@@ -137,11 +213,13 @@ impl InitialGuess for GnStepGuess {
         let [nodes, _] = self.prediction.run(&mut self.encoder, component);
         self.encoder.turn(nodes, poses);
         self.lift.fill(&self.encoder.graph, component, poses, lambda);
+        self.tensions.choose(component, poses, lambda);
         true
     }
 
     fn observe_step(&mut self, component: &Component<f64>) {
         let is_whole = std::mem::take(&mut self.asked) <= 1;
         self.encoder.observe(component, is_whole);
+        self.tensions.observe(component, is_whole);
     }
 }

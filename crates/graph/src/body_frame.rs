@@ -16,6 +16,7 @@
 //! [`crate::Whitening`].
 
 use solver::component::Component;
+use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
 use solver::system::Six;
 
@@ -104,9 +105,25 @@ pub fn fill_constant_edges(graph: &Graph, dt: f64, edges: &mut [f32]) {
     }
 }
 
-/// Inverse hyperbolic sine with an absolute error of some 1e-16: the output's single precision needs no more of it.
+/// Inverse hyperbolic sine with an absolute error below 1e-9: the output's single precision needs no more of it.
+#[inline(always)]
 fn asinh(x: f64) -> f64 {
-    (x.abs() + (x * x + 1.0).sqrt()).ln().copysign(x)
+    ln(x.abs() + (x * x + 1.0).sqrt()).copysign(x)
+}
+
+/// Natural logarithm of a finite number >= 1, without a call: `x = m 2^k` with m in [1 / sqrt(2), sqrt(2)), and of m the
+/// series of the inverse hyperbolic tangent.
+#[inline(always)]
+fn ln(x: f64) -> f64 {
+    const HALF_OCTAVE: u64 = 0x0009_5f61_9980_c433;
+    const MANTISSA: u64 = (1 << 52) - 1;
+    let bits = x.to_bits() + HALF_OCTAVE;
+    let exponent = (bits >> 52) as i64 - 1023;
+    let m = f64::from_bits((bits & MANTISSA) + 0x3fe6_a09e_667f_3bcd);
+    let t = (m - 1.0) / (m + 1.0);
+    let s = t * t;
+    let series = 1.0 + s * (1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0))));
+    2.0 * t * series + exponent as f64 * std::f64::consts::LN_2
 }
 
 /// The features of one graph that change from solve to solve.
@@ -130,15 +147,21 @@ impl Features {
     /// Fills the changing inputs of nodes `[nodes, 9]` and edges `[edges, 18]` for the component's system, and returns
     /// the scale s [m] of its right-hand side.
     pub fn fill(&mut self, graph: &Graph, component: &Component<f64>, nodes: &mut [f32], edges: &mut [f32]) -> f64 {
-        self.particular.solve(graph, component);
-        let scale = self.scale(graph, component);
-        let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
-        self.fill_nodes(graph, component, inverse, nodes);
-        self.fill_edges(graph, component, inverse, edges);
-        scale
+        vectorized(
+            #[inline(always)]
+            || {
+                self.particular.solve(graph, component);
+                let scale = self.scale(graph, component);
+                let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
+                self.fill_nodes(graph, component, inverse, nodes);
+                self.fill_edges(graph, component, inverse, edges);
+                scale
+            },
+        )
     }
 
     /// s [m].
+    #[inline(always)]
     fn scale(&self, graph: &Graph, component: &Component<f64>) -> f64 {
         let shift: f64 = self.particular.shift.iter().map(|x| x.norm_squared()).sum();
         let squared = |(edge, terms): (&crate::Edge, &solver::system::JointTerms<f64>)| {
@@ -148,6 +171,7 @@ impl Features {
         (shift / self.moving.max(1.0) + self.moving * bend / (graph.edges().len() as f64).max(1.0)).sqrt()
     }
 
+    #[inline(always)]
     fn fill_nodes(&self, graph: &Graph, component: &Component<f64>, inverse: f64, nodes: &mut [f32]) {
         let way = if self.length > 0.0 { 1.0 / self.length } else { 0.0 };
         let width = nodes.len() / graph.nodes().len().max(1);
@@ -160,6 +184,7 @@ impl Features {
         }
     }
 
+    #[inline(always)]
     fn fill_edges(&self, graph: &Graph, component: &Component<f64>, inverse: f64, edges: &mut [f32]) {
         let system = &component.system;
         for (k, (row, edge)) in edges.chunks_exact_mut(EDGE_CHANGING).zip(graph.edges()).enumerate() {
@@ -171,16 +196,24 @@ impl Features {
             let [x, y, z] = particular.bend.0;
             let compliance = [terms.bend, terms.bend, terms.bend + terms.twist_extra];
             let left = terms.rhs.bend - Vec3([x * compliance[0], y * compliance[1], z * compliance[2]]);
+            let ([a, b, c], [d, e, f]) = ((terms.rhs.bend * rows).0, (left * rows).0);
+            // As many as a register holds: in one go.
+            let mut squashed = [a, b, c, d, e, f, 0.0, 0.0];
+            for x in &mut squashed {
+                *x = asinh(*x);
+            }
+            let [a, b, c, d, e, f, ..] = squashed;
             put(row, q_a.rotate_back(terms.rhs.stretch * inverse).0);
-            put(&mut row[3..], (terms.rhs.bend * rows).0.map(asinh));
+            put(&mut row[3..], [a, b, c]);
             put(&mut row[6..], q_a.rotate_back(particular.stretch * stretch_unit).0);
             put(&mut row[9..], (particular.bend * bend_unit).0);
-            put(&mut row[12..], (left * rows).0.map(asinh));
+            put(&mut row[12..], [d, e, f]);
             put(&mut row[15..], q_a.rotate_back(terms.t).0);
         }
     }
 
     /// 1 / (m n s) and 1 / (m n s l^2), for `inverse` = 1 / s.
+    #[inline(always)]
     pub(crate) fn multiplier_units(&self, graph: &Graph, edge: &crate::Edge, inverse: f64) -> [f64; 2] {
         let [mass, length] = graph.nodes()[edge.outer as usize].rod_scale;
         let unit = inverse / (mass * self.moving.max(1.0));
@@ -256,5 +289,19 @@ impl Features {
             put(row, q_a.rotate_back(gradient.stretch * (scale / stretch)).0);
             put(&mut row[3..], (gradient.bend * (scale / bend)).0);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_hyperbolic_sine_is_near_enough() {
+        for k in -2000..2000 {
+            let x = (0.05 * f64::from(k)).sinh();
+            assert!((asinh(x) - 0.05 * f64::from(k)).abs() < 2e-9, "{x} {}", asinh(x));
+        }
+        assert_eq!(asinh(0.0), 0.0);
     }
 }

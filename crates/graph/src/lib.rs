@@ -54,6 +54,7 @@ pub fn corrections(component: &Component<f64>, dlambda: &[Six<f64>], dp: &mut [S
 }
 
 /// Writes numbers to the start of `out`, in single precision.
+#[inline(always)]
 fn put<const N: usize>(out: &mut [f32], values: [f64; N]) {
     for (out, value) in out.iter_mut().zip(values) {
         *out = value as f32;

@@ -6,6 +6,7 @@
 //! fixed body, the mass centre stays where the prediction has it.
 
 use solver::component::{Component, Pose};
+use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
 use solver::system::Six;
 
@@ -29,6 +30,20 @@ impl Lift {
     /// Replaces the positions of `poses` and all of `lambda` by what goes with the orientations of `poses`, one entry a
     /// node and one an edge. The component's poses are the prediction p*.
     pub fn fill(
+        &mut self,
+        graph: &Graph,
+        component: &Component<f64>,
+        poses: &mut [Pose<f64>],
+        lambda: &mut [Six<f64>],
+    ) {
+        vectorized(
+            #[inline(always)]
+            || self.fill_all(graph, component, poses, lambda),
+        );
+    }
+
+    #[inline(always)]
+    fn fill_all(
         &mut self,
         graph: &Graph,
         component: &Component<f64>,

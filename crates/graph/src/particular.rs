@@ -30,6 +30,7 @@ impl Particular {
     }
 
     /// Solves for the right-hand side of the component's system.
+    #[inline(always)]
     pub(crate) fn solve(&mut self, graph: &Graph, component: &Component<f64>) {
         let Self { shift, world, need } = self;
         let system = &component.system;

@@ -7,6 +7,7 @@
 //! without a history, in units of s / l ([`crate::body_frame`]).
 
 use solver::component::Component;
+use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
 
 use crate::{Channel, Graph, put};
@@ -80,6 +81,14 @@ impl Turns {
         if dt != self.dt {
             (self.known, self.dt) = (0, dt);
         }
+        vectorized(
+            #[inline(always)]
+            || self.continue_all(),
+        );
+    }
+
+    #[inline(always)]
+    fn continue_all(&mut self) {
         let next = weights(self.known);
         let last = if self.known > 0 { weights(self.known - 1) } else { [0.0; 3] };
         let [newest, before] = [f64::from(u8::from(self.known > 0)), f64::from(u8::from(self.known > 1))];
@@ -96,32 +105,39 @@ impl Turns {
     }
 
     /// Unit of what is added to a node's turn [rad], for a right-hand side of the scale s [m].
+    #[inline(always)]
     fn unit(&self, graph: &Graph, scale: f64, node: usize) -> f64 {
         let unit = scale / graph.nodes()[node].rod_scale[1];
         if self.known == 0 { unit } else { self.sizes[0].max(LEAST_UNIT * unit) }
     }
 
     /// Writes the inputs to each node's row, after the `before` numbers that stand there; `scale` is s [m].
+    #[inline(always)]
     pub fn fill(&self, graph: &Graph, scale: f64, before: usize, nodes: &mut [f32]) {
         let over = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
         let [error_size, change_size] = self.sizes;
         let [by_error, by_change] = self.sizes.map(over);
         let logarithm = |size: f64| size.max(f64::MIN_POSITIVE).ln();
         let logarithms = self.sizes.map(logarithm);
+        let mut by_unit = (f64::NAN, 0.0, 0.0);
         let is_known = [error_size > 0.0, change_size > 0.0];
         for (i, (row, node)) in nodes.chunks_exact_mut(before + NODE_HISTORY).zip(graph.nodes()).enumerate() {
             let unit = scale / node.rod_scale[1];
+            // Rods have many nodes of one length.
+            if unit != by_unit.0 {
+                by_unit = (unit, over(unit), logarithm(unit));
+            }
             let row = &mut row[before..];
-            put(row, (self.continued[i] * over(unit)).0);
+            put(row, (self.continued[i] * by_unit.1).0);
             put(&mut row[3..], (self.error[i] * by_error).0);
             put(&mut row[6..], (self.change[i] * by_change).0);
-            let unit = logarithm(unit);
-            let size = |k: usize| if is_known[k] { (logarithms[k] - unit).clamp(-20.0, 20.0) } else { -20.0 };
+            let size = |k: usize| if is_known[k] { (logarithms[k] - by_unit.2).clamp(-20.0, 20.0) } else { -20.0 };
             put(&mut row[9..], [size(0), size(1), self.known as f64]);
         }
     }
 
     /// The turn that a node's outputs stand for [rad], in its predicted frame.
+    #[inline(always)]
     pub fn decode(&self, graph: &Graph, scale: f64, node: usize, outputs: &[f32]) -> Vec3<f64> {
         let added = Vec3([0, 1, 2].map(|k: usize| f64::from(outputs[k])));
         self.continued[node] + added * self.unit(graph, scale, node)
@@ -140,14 +156,21 @@ impl Turns {
     /// Keeps the turns of the component's step, just done.
     pub fn push(&mut self, component: &Component<f64>) {
         self.kept.rotate_right(1);
-        for (i, turn) in self.kept[0].iter_mut().enumerate() {
-            *turn = turned(component, i);
-        }
+        let newest = &mut self.kept[0];
+        vectorized(
+            #[inline(always)]
+            || {
+                for (i, turn) in newest.iter_mut().enumerate() {
+                    *turn = turned(component, i);
+                }
+            },
+        );
         self.known = (self.known + 1).min(DEPTH);
     }
 }
 
 /// The turn from a body's predicted to its final orientation [rad], in its predicted frame: the inverse of `Quat::turned`.
+#[inline(always)]
 fn turned(component: &Component<f64>, body: usize) -> Vec3<f64> {
     let (q, predicted) = (component.poses[body].q, component.predicted[body].q);
     let turn = (q * predicted.conj()).upper();

@@ -126,7 +126,14 @@ pub fn attempt<T: Real>(
         }
         watch.mark(&mut counters.times.assemble);
     }
-    for iteration in 0..params.max_iterations {
+    let mut last = residuals.worst().lane(0);
+    for iteration in 0.. {
+        let now = residuals.worst().lane(0);
+        // A start from a guess that still converges at the cap would be done again from the prediction.
+        let is_promising = is_guessed && now < 0.9 * std::mem::replace(&mut last, now);
+        if iteration >= if is_promising { 2 * params.max_iterations } else { params.max_iterations } {
+            break;
+        }
         // A lane goes on while its residual is above the target, and stops for good when it is not finite.
         let mut active = T::splat(-1.0);
         let mut lanes = 0;
