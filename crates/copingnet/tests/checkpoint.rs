@@ -64,6 +64,7 @@ fn checkpoints() -> impl Strategy<Value = Checkpoint> {
         (Features::Paper, Head::Full),
         (Features::BodyFrame, Head::Full),
         (Features::BodyFrame, Head::Semi),
+        (Features::History, Head::Turns),
     ]);
     let texts = prop::collection::vec(any::<String>(), 4);
     let values = prop::collection::vec(single(), 50);

@@ -4,19 +4,21 @@ use anyhow::{Result, bail};
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Comparison, Entry};
 use evaluation::starts::{self, Cell, Plan};
+use graph::planar_normal;
 use serde::Serialize;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
-use solver::simulation::Settings;
+use solver::simulation::{GuessFactory, Settings};
 use solver::step::Status;
 
 use crate::Outcome;
 use crate::cli::CompareArgs;
-use crate::guess::{Guess, GuessName, check_sources};
+use crate::guess::GuessName;
 use crate::progress::Progress;
+use crate::rows::{NetworkOf, load, networks, rows, say_dropped};
 use crate::scenes::{scene, settings, use_threads};
 use crate::training::Training;
 use terminal::say;
@@ -45,10 +47,14 @@ struct Report {
     scene: String,
     segments: usize,
     steps: usize,
+    /// Steps of the runs before Ctrl-C.
+    steps_done: usize,
     dt_s: f64,
     outer_tolerance: f64,
     /// Worst status of the reference that errors are measured against.
     reference_status: &'static str,
+    /// The networks among the guesses.
+    networks: Vec<NetworkOf>,
     runs: Vec<compare::Row>,
     starts: Vec<Cell>,
 }
@@ -63,22 +69,17 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         bail!("--steps 0, but a comparison needs at least 1");
     }
     let quiet = args.scene.quiet || args.scene.json;
-    let training = Training::for_scene(&args.learned, args.scenario, &scene, quiet);
-    check_sources(&args.learned, &args.with)?;
-    #[cfg(feature = "gn")]
-    crate::network::check(&args.learned, &args.with, &[training.scenario])?;
-    let mut guesses = Vec::new();
-    for name in OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()) {
-        if guesses.iter().all(|(other, _)| *other != name) {
-            guesses.push((name, Guess::load(name, &training)?));
-        }
-    }
+    let training = Training::for_scene(&args.learned, &args.with, args.scenario, &scene, quiet)?;
+    let guesses = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
+    training.say_foreign(&args.with, &scene)?;
     let progress = Progress::new(2 * steps, "steps", quiet)?;
     if !quiet {
         say!("{}: {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len())?;
     }
-    let guesses: Vec<_> = guesses.iter().map(|(name, guess)| (*name, guess.factory(guess.own_plane(&scene)))).collect();
-    let of_solves = || guesses.iter().filter(|(name, _)| !name.helps_steps());
+    let plane = planar_normal(&scene.model, &scene.state);
+    let rows = rows(&guesses, plane.is_some());
+    let with_factories: Vec<_> = rows.iter().map(|row| (row, row.factory(plane))).collect();
+    let of_solves = || with_factories.iter().filter(|(row, _)| !row.guess_name.helps_steps());
 
     let mut entries = Vec::new();
     let mut entry = |name: String, formulation, solver, guess| {
@@ -88,28 +89,31 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     for formulation in Formulation::ALL {
         entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
     }
-    for (name, factory) in guesses.iter().filter(|(name, _)| name.helps_steps()) {
-        entry(format!("newton, direct, {name}"), Formulation::Newton, SolverKind::Direct, Some(factory as _));
+    for (row, factory) in with_factories.iter().filter(|(row, _)| row.guess_name.helps_steps()) {
+        entry(format!("newton, direct, {}", row.name), Formulation::Newton, SolverKind::Direct, Some(factory as _));
     }
     let own = args.scene.formulation;
     entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
     entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
     for preconditioner in PRECONDITIONERS {
-        for (name, factory) in of_solves() {
+        for (row, factory) in of_solves() {
             let solver = SolverKind::Cg(CgParams { preconditioner, ..CgParams::default() });
-            let guess = name.helps_solves().then_some(factory as _);
-            entry(format!("{own}, cg {preconditioner}, {name}"), own, solver, guess);
+            let guess = row.guess_name.helps_solves().then_some(factory as _);
+            entry(format!("{own}, cg {preconditioner}, {}", row.name), own, solver, guess);
         }
     }
     // The entry whose formulation the reference takes comes first.
     entries.sort_by_key(|entry| entry.settings.step.formulation != own);
 
-    let Comparison { rows: runs, reference_status } =
+    let Comparison { rows: runs, steps: steps_done, reference_status } =
         compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
-    let rows = of_solves().map(|(name, factory)| (name.to_string(), name.helps_solves().then_some(factory as _)));
+    let starts = of_solves().map(|(row, factory)| {
+        let guess = row.guess_name.helps_solves().then_some(factory as GuessFactory<'_>);
+        (row.name.clone(), guess)
+    });
     let skip = args.skip.min(steps - 1);
     let plan = Plan {
-        guesses: rows.collect(),
+        guesses: starts.collect(),
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
         buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),
@@ -120,8 +124,18 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
     let outer_tolerance = base.step.relative_tolerance;
     let (name, segments) = (scene.name, scene.model.segments.len());
-    let report =
-        Report { scene: name, segments, steps, dt_s: dt, outer_tolerance, reference_status, runs, starts: cells };
+    let report = Report {
+        scene: name,
+        segments,
+        steps,
+        steps_done,
+        dt_s: dt,
+        outer_tolerance,
+        reference_status,
+        networks: networks(&rows),
+        runs,
+        starts: cells,
+    };
     if args.scene.json {
         say!("{}", serde_json::to_string_pretty(&report)?)?;
     } else if !quiet {
@@ -138,18 +152,31 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
 fn print_runs(report: &Report) -> Result<()> {
     say!(
-        "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times: medians in us a step; error: root\n\
-         mean square position error relative to the rods' length, against {} solved to {:e} ({})",
+        "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; means: outer iterations a step, linear\n\
+         ones in each; medians: us a step; error: root mean square of positions relative to the rods' length, the largest of\n\
+         any step, against {} solved to {:e} ({})",
         report.outer_tolerance,
         report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
         compare::REFERENCE_TOLERANCE,
         report.reference_status
     )?;
-    say!("{}", runs_table(&report.runs))
+    say_stopped(report.steps_done, report.steps)?;
+    let means = |row: &compare::Row| {
+        [format!("{:.2}", row.iterations_per_step), format!("{:.1}", row.linear_iterations_per_solve)]
+    };
+    say!("{}", runs_table(&report.runs, means))
 }
 
-/// The table of ways to simulate a scene.
-pub(crate) fn runs_table(runs: &[compare::Row]) -> Table {
+/// Says that a table is of some of the steps alone, if it is.
+pub(crate) fn say_stopped(done: usize, steps: usize) -> Result<()> {
+    if done < steps {
+        say!("Stopped after {done} of {steps} steps: what follows is of these alone.")?;
+    }
+    Ok(())
+}
+
+/// The table of ways to simulate a scene, with their outer and linear iterations as `counts` has them.
+pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -> [String; 2]) -> Table {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
@@ -157,10 +184,11 @@ pub(crate) fn runs_table(runs: &[compare::Row]) -> Table {
     ]);
     for row in runs {
         let us = |x: f64| format!("{x:.1}");
+        let [outer, linear] = counts(row);
         table.add_row([
             row.name.clone(),
-            format!("{:.2}", row.iterations_per_step),
-            format!("{:.1}", row.linear_iterations_per_solve),
+            outer,
+            linear,
             us(row.predict_us),
             us(row.guess_us),
             us(row.assemble_us),
@@ -202,7 +230,8 @@ fn print_starts(report: &Report, skip: usize) -> Result<()> {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say!("{table}")
+    say!("{table}")?;
+    say_dropped(report.starts.iter().map(|cell| (cell.guess.as_str(), cell.dropped, cell.solves)))
 }
 
 /// A number, or a dash where nothing was counted.

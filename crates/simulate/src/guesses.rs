@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use dataset::{Config, Scenario};
-use evaluation::guesses::{self, Cell, Spread};
+use evaluation::guesses::{self, Cell};
 use evaluation::starts::{Measured, Plan};
 use graph::planar_normal;
 use scene::Scene;
@@ -17,8 +17,9 @@ use solver::simulation::{GuessFactory, Settings};
 use crate::Outcome;
 use crate::cli::GuessesArgs;
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
-use crate::guess::{Guess, GuessName, check_sources};
+use crate::guess::GuessName;
 use crate::progress::Progress;
+use crate::rows::{NetworkOf, Row, distinct, load, network_columns, networks, push_spreads, rows, spread_names};
 use crate::standing;
 use crate::training::Training;
 use terminal::say;
@@ -43,15 +44,10 @@ pub(crate) struct Standing {
     pub(crate) scenario: Scenario,
     /// Simulations measured.
     pub(crate) simulations: usize,
+    /// The networks among the guesses.
+    pub(crate) networks: Vec<NetworkOf>,
     /// By bucket, guess, preconditioner and tolerance.
     pub(crate) cells: Vec<Cell>,
-}
-
-/// A row of the table: its name, the guess, and whether it is restricted to the scene's plane.
-struct Row<'a> {
-    name: String,
-    guess: &'a Guess,
-    planar: bool,
 }
 
 /// Measures all guesses and prints the tables.
@@ -60,20 +56,10 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     if let Some(file) = &args.csv {
         check_place(file)?;
     }
-    #[cfg(feature = "gn")]
-    crate::network::check(&args.learned, &args.guess, &args.scenario)?;
-    let mut loaded: Vec<(Scenario, Vec<(GuessName, Guess)>)> = Vec::new();
-    for &scenario in &args.scenario {
-        if loaded.iter().all(|(other, _)| *other != scenario) {
-            let training = Training::new(&args.learned, scenario, args.json);
-            let mut own = vec![(GuessName::Plain(GuessKind::Zero), Guess::Plain(GuessKind::Zero))];
-            for &name in &args.guess {
-                if own.iter().all(|(other, _)| *other != name) {
-                    own.push((name, Guess::load(name, &training)?));
-                }
-            }
-            loaded.push((scenario, own));
-        }
+    let mut loaded = Vec::new();
+    for training in Training::of(&args.learned, &args.guess, &distinct(&args.scenario), args.json)? {
+        let names = std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(args.guess.iter().copied());
+        loaded.push((training.scenario, load(names, &training)?));
     }
     let progress = Progress::new(loaded.len() * args.simulations * args.steps, "steps", args.json)?;
     let mut standings = Vec::new();
@@ -102,7 +88,7 @@ fn check(args: &GuessesArgs) -> Result<()> {
     if let Some(name) = args.guess.iter().find(|name| name.helps_steps()) {
         bail!("--guess {name} starts whole steps, but guesses of linear solves are compared here");
     }
-    check_sources(&args.learned, &args.guess)
+    Ok(())
 }
 
 /// Finds out before the run whether the file can be written after it.
@@ -115,19 +101,6 @@ pub(crate) fn check_place(file: &Path) -> Result<()> {
         bail!("--csv: cannot write {}: there is no directory {}", file.display(), parent.display());
     }
     Ok(())
-}
-
-/// The rows of a table; where scenes are planar, those that know nothing of it by themselves a second time.
-fn rows(guesses: &[(GuessName, Guess)], are_planar: bool) -> Vec<Row<'_>> {
-    let mut rows = Vec::new();
-    for (name, guess) in guesses {
-        let knows_planes = guess.knows_planes();
-        rows.push(Row { name: name.to_string(), guess, planar: knows_planes });
-        if are_planar && name.is_learned() && !knows_planes {
-            rows.push(Row { name: format!("{name}, planar"), guess, planar: true });
-        }
-    }
-    rows
 }
 
 fn measure(scenario: Scenario, args: &GuessesArgs, rows: &[Row<'_>], progress: &Progress) -> Result<Standing> {
@@ -144,7 +117,7 @@ fn measure(scenario: Scenario, args: &GuessesArgs, rows: &[Row<'_>], progress: &
     // The names and columns are all that a table takes of a plan.
     let names = rows.iter().map(|row| (row.name.clone(), None)).collect();
     let cells = guesses::table(&plan(names, args.steps), &measured);
-    Ok(Standing { scenario, simulations: measured.len(), cells })
+    Ok(Standing { scenario, simulations: measured.len(), networks: networks(rows), cells })
 }
 
 fn plan<'a>(guesses: Vec<(String, Option<GuessFactory<'a>>)>, steps: usize) -> Plan<'a> {
@@ -159,14 +132,12 @@ fn plan<'a>(guesses: Vec<(String, Option<GuessFactory<'a>>)>, steps: usize) -> P
 /// Measures one scene; `None` where Ctrl-C came first.
 fn simulate(scene: &Scene, rows: &[Row<'_>], steps: usize, progress: &Progress) -> Result<Option<Measured>> {
     let plane = planar_normal(&scene.model, &scene.state);
-    let factories: Vec<_> = rows.iter().map(|row| row.guess.factory(plane.filter(|_| row.planar))).collect();
-    let guess = |(row, factory)| -> (String, Option<GuessFactory<'_>>) {
-        let row: &Row<'_> = row;
-        let is_zero = matches!(row.guess, Guess::Plain(GuessKind::Zero));
-        (row.name.clone(), (!is_zero).then_some(factory))
-    };
-    let with_names = rows.iter().zip(factories.iter().map(|factory| factory as GuessFactory<'_>)).map(guess);
-    let plan = plan(with_names.collect(), steps);
+    let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
+    let guesses = rows.iter().zip(&factories).map(|(row, factory)| {
+        let guess = row.guess_name.helps_solves().then_some(factory as GuessFactory<'_>);
+        (row.name.clone(), guess)
+    });
+    let plan = plan(guesses.collect(), steps);
     // The paper's formulation, and the data sets'.
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Xpbd;
@@ -176,24 +147,18 @@ fn simulate(scene: &Scene, rows: &[Row<'_>], steps: usize, progress: &Progress) 
 
 /// One line a cell; empty where nothing was counted.
 fn csv(report: &Report) -> String {
-    let spreads = ["iterations", "iteration_ratio", "time_ratio", "time_us"];
-    let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
-    let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
-    let mut text = format!("scenario,simulations,bucket,guess,preconditioner,tolerance,solves,{}\n", names.join(","));
+    let names = spread_names(&["iterations", "iteration_ratio", "time_ratio", "time_us"]);
+    let mut text = format!(
+        "scenario,simulations,bucket,guess,network,weights_blake3,preconditioner,tolerance,solves,dropped,{names}\n"
+    );
     for standing in &report.standings {
         for cell in &standing.cells {
-            let Cell { bucket, guess, preconditioner, tolerance, solves, .. } = cell;
-            let start = format!("{},{},{bucket},\"{guess}\"", standing.scenario, standing.simulations);
+            let Cell { bucket, guess, preconditioner, tolerance, solves, dropped, .. } = cell;
+            let network = network_columns(&standing.networks, guess);
+            let start = format!("{},{},{bucket},\"{guess}\",{network}", standing.scenario, standing.simulations);
             // Writing to a string cannot fail.
-            let _ = write!(text, "{start},{preconditioner},{tolerance:e},{solves}");
-            for spread in [cell.iterations, cell.iteration_ratio, cell.time_ratio, cell.time_us] {
-                match spread {
-                    Some(Spread { mean, lower, median, upper }) => {
-                        let _ = write!(text, ",{mean:.6},{lower:.6},{median:.6},{upper:.6}");
-                    }
-                    None => text.push_str(",,,,"),
-                }
-            }
+            let _ = write!(text, "{start},{preconditioner},{tolerance:e},{solves},{dropped}");
+            push_spreads(&mut text, &[cell.iterations, cell.iteration_ratio, cell.time_ratio, cell.time_us]);
             text.push('\n');
         }
     }

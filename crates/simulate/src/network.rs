@@ -1,13 +1,15 @@
 //! COPINGNet's networks: those built into the program, and those in files.
 
+use std::path::Path;
+
 use anyhow::{Context, Result, bail};
-use copingnet::{Card, Checkpoint, Features, GnGuess, GnStepGuess, Head, Trained};
+use copingnet::{Card, Checkpoint, CheckpointError, Features, GnGuess, GnStepGuess, Head, Trained};
 use dataset::Scenario;
 use graph::{Graph, Normal};
 use solver::guess::InitialGuess;
 
 use crate::cli::LearnedArgs;
-use crate::guess::{GuessName, Recipe};
+use crate::guess::{GuessName, Origin, Recipe};
 use crate::training::Training;
 
 /// A checkpoint in the program.
@@ -53,38 +55,44 @@ impl Recipe {
 }
 
 /// A network ready for use.
+#[derive(Clone, Debug)]
 pub(crate) struct Network {
     trained: Trained,
-    /// Where it comes from, in words.
-    pub(crate) origin: String,
+    scenario: String,
+    recipe: String,
+    /// Where it comes from.
+    pub(crate) origin: Origin,
 }
 
 impl Network {
     /// The network of a scenario and recipe: that of `--checkpoint` if it is one, else the one that is built in.
     pub(crate) fn load(recipe: Recipe, training: &Training) -> Result<Self> {
         let (scenario, recipe) = (training.scenario.name(), recipe.name());
-        if let Some(path) = &training.checkpoint {
-            let own = Checkpoint::load(path).context("--checkpoint")?;
-            if own.card.scenario == scenario && own.card.recipe == recipe {
-                return Ok(Self::new(&own, &path.display().to_string()));
-            }
+        if let Some(own) = training.own.as_ref().filter(|own| own.scenario == scenario && own.recipe == recipe) {
+            return Ok(own.clone());
         }
         let name = format!("{scenario}-{recipe}");
         let Some(built_in) = BUILT_IN.iter().find(|built_in| built_in.name == name) else {
             bail!("no network {name} is built in");
         };
-        let checkpoint = Checkpoint::from_bytes(&name, built_in.card, built_in.weights).context("built in")?;
-        Ok(Self::new(&checkpoint, "built in"))
+        Self::read(Path::new(&name), built_in.card, built_in.weights, "built in").context("built in")
     }
 
-    fn new(Checkpoint { card, encoding, weights }: &Checkpoint, place: &str) -> Self {
+    fn read(name: &Path, card: &[u8], weights: &[u8], place: &str) -> Result<Self, CheckpointError> {
+        let weights_blake3 = blake3::hash(weights).to_hex().to_string();
+        let Checkpoint { card, encoding, weights } = Checkpoint::from_bytes(name, card, weights)?;
         let Card { scenario, recipe, training, .. } = card;
+        if (recipe == Recipe::Step.name()) != (encoding.head == Head::Turns) {
+            let allowed = "\"step\" with head \"turns\", and with no other";
+            return Err(CheckpointError::value(name, "recipe", format!("{recipe:?}"), allowed));
+        }
         let trained = match training.epochs {
             0 => "untrained".to_owned(),
             epochs => format!("trained for {epochs} epochs"),
         };
-        let origin = format!("recipe {recipe}, scenario {scenario}, {trained}, {place}");
-        Self { trained: Trained::new(weights, encoding.clone()), origin }
+        let network = format!("recipe {recipe}, scenario {scenario}, {trained}, {place}");
+        let origin = Origin { network, weights_blake3 };
+        Ok(Self { trained: Trained::new(&weights, encoding), scenario, recipe, origin })
     }
 
     /// Whether what it predicts for a planar scene has the symmetry of the plane, by features in body frames.
@@ -106,29 +114,33 @@ impl Network {
     }
 }
 
-/// Checks that the checkpoint of `--checkpoint`, if there is one, is for one of these guesses and scenarios.
+/// The network of `--checkpoint`, if one is given.
 ///
 /// # Errors
-/// If it is not, cannot be read, or is damaged.
-pub(crate) fn check(args: &LearnedArgs, names: &[GuessName], scenarios: &[Scenario]) -> Result<()> {
-    let Some(path) = &args.checkpoint else { return Ok(()) };
-    let card = Checkpoint::load(path).context("--checkpoint")?.card;
+/// If it is for none of these guesses and scenarios, cannot be read, or is damaged.
+pub(crate) fn own(args: &LearnedArgs, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
+    let Some(path) = &args.checkpoint else { return Ok(None) };
+    let read = || {
+        let [card, weights] = Checkpoint::contents(path)?;
+        Network::read(path, &card, &weights, &path.display().to_string())
+    };
+    let network = read().context("--checkpoint")?;
     let scenarios: Vec<&str> = scenarios.iter().map(|scenario| scenario.name()).collect();
     let recipes: Vec<&str> = names.iter().filter_map(|name| name.recipe()).map(Recipe::name).collect();
     let path = path.display();
-    if !scenarios.contains(&card.scenario.as_str()) {
+    if !scenarios.contains(&network.scenario.as_str()) {
         bail!(
             "--checkpoint {path}: scenario = {:?}, but it must be {} unless --scenario says otherwise",
-            card.scenario,
+            network.scenario,
             scenarios.join(" or ")
         );
     }
-    if !recipes.contains(&card.recipe.as_str()) {
+    if !recipes.contains(&network.recipe.as_str()) {
         bail!(
             "--checkpoint {path}: recipe = {:?}, but it must be {} (gn takes paper, gn-best best, gn-step step)",
-            card.recipe,
+            network.recipe,
             recipes.join(" or ")
         );
     }
-    Ok(())
+    Ok(Some(network))
 }

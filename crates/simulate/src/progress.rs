@@ -1,62 +1,53 @@
 //! Progress on the terminal, and Ctrl-C.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 
 /// How long further Ctrl-C count as the first: nobody who presses it twice in a hurry wants to lose the results.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A bar of `length` things called `unit` with an estimate of the time left, invisible when `quiet` or not on a terminal.
-pub(crate) fn bar(length: usize, unit: &str, quiet: bool) -> Result<ProgressBar> {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
-    bar.set_style(ProgressStyle::with_template(&template)?);
-    Ok(bar)
-}
+/// Whether the user asked to stop: whatever is running, and whatever comes after it.
+static STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// A bar, and whether the user asked to stop.
-pub(crate) struct Progress {
-    bar: ProgressBar,
-    stopped: Arc<AtomicBool>,
-}
+/// A bar that ends early where the user asks to stop.
+pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
-    /// A [`bar`]. Ctrl-C asks to stop and
-    /// keeps the results; once more, after [`PATIENCE`], gives them up.
+    /// A [`terminal::bar`]. Ctrl-C asks to stop and keeps the results; once more, after [`PATIENCE`], gives them up.
     pub(crate) fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
-        let bar = bar(length, unit, quiet)?;
-        let stopped = Arc::new(AtomicBool::new(false));
-        let flag = stopped.clone();
+        let bar = terminal::bar(length, unit, quiet)?;
         let mut first: Option<Instant> = None;
-        ctrlc::set_handler(move || {
-            flag.store(true, Ordering::Relaxed);
+        let listening = ctrlc::set_handler(move || {
+            STOPPED.store(true, Ordering::Relaxed);
             if first.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
                 std::process::exit(i32::from(crate::INTERRUPTED));
             }
-        })
-        .context("cannot listen to Ctrl-C")?;
-        Ok(Self { bar, stopped })
+        });
+        match listening {
+            // Since an earlier bar of this program.
+            Err(ctrlc::Error::MultipleHandlers) => {}
+            other => other.context("cannot listen to Ctrl-C")?,
+        }
+        Ok(Self(bar))
     }
 
     /// One of them done. Returns whether to go on.
     pub(crate) fn advance(&self) -> bool {
-        self.bar.inc(1);
+        self.0.inc(1);
         !self.stopped()
     }
 
     /// Whether the user asked to stop.
     pub(crate) fn stopped(&self) -> bool {
-        self.stopped.load(Ordering::Relaxed)
+        STOPPED.load(Ordering::Relaxed)
     }
 
     /// Takes the bar away and returns whether the user asked to stop.
     pub(crate) fn finish(self) -> bool {
-        self.bar.finish_and_clear();
+        self.0.finish_and_clear();
         self.stopped()
     }
 }

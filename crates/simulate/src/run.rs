@@ -48,16 +48,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         Some(name) => name,
         None => GuessName::Plain(best_guess(&scene, &settings)?),
     };
-    let training = Training::for_scene(&args.learned, args.scenario, &scene, quiet);
-    #[cfg(feature = "gn")]
-    crate::network::check(&args.learned, &[name], &[training.scenario])?;
+    let training = Training::for_scene(&args.learned, args.guess.as_slice(), args.scenario, &scene, quiet)?;
     // Before the data set is generated, which takes a while.
     let asked_plane = if args.planar { Some(plane(&scene)?) } else { None };
     let guess = Guess::load(name, &training)?;
     let plane = asked_plane.or_else(|| guess.own_plane(&scene));
-    if let (true, Some(what)) = (name.is_learned() && !quiet, training.foreign(&scene)) {
-        say!("{name} learned from random scenes ({}), where nothing is like this scene: {what}", training.scenario)?;
-    }
+    training.say_foreign(&[name], &scene)?;
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let mut writer = match &args.out {
@@ -84,7 +80,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let summary = Summary::new(
         &scene,
         &settings,
-        &Start { name, end_to_end: args.end_to_end.unwrap_or(0), planar: plane.is_some() },
+        &Start {
+            name,
+            network: guess.origin().cloned(),
+            end_to_end: args.end_to_end.unwrap_or(0),
+            planar: plane.is_some(),
+        },
         &simulation,
         &state,
         &measured,

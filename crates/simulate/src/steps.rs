@@ -15,9 +15,10 @@ use solver::simulation::{GuessFactory, Settings};
 
 use crate::Outcome;
 use crate::cli::StepsArgs;
-use crate::guess::{Guess, GuessName, check_sources};
+use crate::guess::GuessName;
 use crate::guesses::check_place;
 use crate::progress::Progress;
+use crate::rows::{NetworkOf, Row, distinct, load, network_columns, networks, push_spreads, rows, spread_names};
 use crate::training::Training;
 use terminal::say;
 
@@ -40,46 +41,38 @@ struct Sheet {
     dt_s: f64,
     tolerance: f64,
     simulations: usize,
+    /// The networks among the starts.
+    networks: Vec<NetworkOf>,
     cells: Vec<Cell>,
 }
 
 /// Measures all starts and prints the tables.
 pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
     check(args)?;
-    #[cfg(feature = "gn")]
-    crate::network::check(&args.learned, &args.guess, &args.scenario)?;
-    let mut scenarios = args.scenario.clone();
-    scenarios.dedup();
-    let sheets = scenarios.len() * 2 * args.dt.len() * args.tolerance.len();
     let mut loaded = Vec::new();
-    for &scenario in &scenarios {
-        let training = Training::new(&args.learned, scenario, args.json);
-        let mut guesses = vec![(GuessName::Plain(GuessKind::Zero), Guess::Plain(GuessKind::Zero))];
-        for &name in &args.guess {
-            if guesses.iter().all(|(other, _)| *other != name) {
-                guesses.push((name, Guess::load(name, &training)?));
-            }
-        }
-        loaded.push((scenario, guesses));
+    for training in Training::of(&args.learned, &args.guess, &distinct(&args.scenario), args.json)? {
+        let names = std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(args.guess.iter().copied());
+        loaded.push((training.scenario, load(names, &training)?));
     }
+    let sheets = loaded.len() * 2 * args.dt.len() * args.tolerance.len();
     let progress = Progress::new(sheets * args.simulations * args.steps, "steps", args.json)?;
     let mut report = Report { seed: args.seed, steps: args.steps, sheets: Vec::new() };
     for (scenario, guesses) in &loaded {
+        // In planar scenes starts stay in the plane where they know of it.
+        let rows = rows(guesses, false);
         for is_slack in [false, true] {
-            for &dt in &args.dt {
-                for &tolerance in &args.tolerance {
-                    let tallies = measure(args, *scenario, is_slack, (dt, tolerance), guesses, &progress)?;
-                    let starts: Vec<_> =
-                        guesses.iter().map(|(name, _)| (name.to_string(), name.is_learned())).collect();
-                    report.sheets.push(Sheet {
-                        scenario: *scenario,
-                        is_slack,
-                        dt_s: dt,
-                        tolerance,
-                        simulations: tallies.len(),
-                        cells: steps::cells(&starts, &tallies),
-                    });
-                }
+            for (dt_s, tolerance) in args.dt.iter().flat_map(|&dt| args.tolerance.iter().map(move |&x| (dt, x))) {
+                let tallies = measure(args, *scenario, is_slack, (dt_s, tolerance), &rows, &progress)?;
+                let starts: Vec<_> = rows.iter().map(|row| (row.name.clone(), row.guess_name.is_learned())).collect();
+                report.sheets.push(Sheet {
+                    scenario: *scenario,
+                    is_slack,
+                    dt_s,
+                    tolerance,
+                    simulations: tallies.len(),
+                    networks: networks(&rows),
+                    cells: steps::cells(&starts, &tallies),
+                });
             }
         }
     }
@@ -107,7 +100,7 @@ fn check(args: &StepsArgs) -> Result<()> {
     if let Some(file) = &args.csv {
         check_place(file)?;
     }
-    check_sources(&args.learned, &args.guess)
+    Ok(())
 }
 
 /// Simulates all scenes of a sheet from all starts; those that Ctrl-C cut off are left out.
@@ -116,7 +109,7 @@ fn measure(
     scenario: Scenario,
     is_slack: bool,
     (dt, tolerance): (f64, f64),
-    guesses: &[(GuessName, Guess)],
+    rows: &[Row<'_>],
     progress: &Progress,
 ) -> Result<Vec<Vec<Tally>>> {
     let mut settings = Settings::default();
@@ -130,13 +123,12 @@ fn measure(
         let parameters = scenario.sample(args.seed, index);
         let scene = if is_slack { parameters.slack() } else { parameters }.scene()?;
         let plane = planar_normal(&scene.model, &scene.state);
-        let factories: Vec<_> =
-            guesses.iter().map(|(_, guess)| guess.factory(plane.filter(|_| guess.knows_planes()))).collect();
-        let starts: Vec<_> = guesses
-            .iter()
-            .zip(&factories)
-            .map(|((name, _), factory)| name.helps_steps().then_some(factory as GuessFactory<'_>))
-            .collect();
+        let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
+        let start = |(row, factory)| {
+            let row: &Row<'_> = row;
+            row.guess_name.helps_steps().then_some(factory as GuessFactory<'_>)
+        };
+        let starts: Vec<_> = rows.iter().zip(&factories).map(start).collect();
         let span = (dt, args.steps);
         let one = steps::measure(&scene.model, &scene.state, span, &settings, &starts, || progress.advance())?;
         if !progress.stopped() {
@@ -232,23 +224,19 @@ fn words(report: &Report) -> String {
 
 /// One line a cell; empty where nothing was counted.
 fn csv(report: &Report) -> String {
-    let spreads = ["iterations", "iteration_ratio", "time_us", "time_ratio", "guess_us"];
-    let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
-    let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
-    let mut text = format!("scenario,slack,dt_s,tolerance,simulations,start,retried,dropped,{}\n", names.join(","));
+    let names = spread_names(&["iterations", "iteration_ratio", "time_us", "time_ratio", "guess_us"]);
+    let mut text = format!(
+        "scenario,slack,dt_s,tolerance,simulations,start,network,weights_blake3,retried,dropped,{names}\n"
+    );
     for sheet in &report.sheets {
         for cell in &sheet.cells {
             let Sheet { scenario, is_slack, dt_s, tolerance, simulations, .. } = sheet;
-            let _ = write!(text, "{scenario},{is_slack},{dt_s},{tolerance:e},{simulations},{}", cell.guess);
+            let network = network_columns(&sheet.networks, &cell.guess);
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{scenario},{is_slack},{dt_s},{tolerance:e},{simulations},{},{network}", cell.guess);
             let _ = write!(text, ",{:.6},{:.6}", cell.retried, cell.dropped);
-            for spread in [cell.iterations, cell.iteration_ratio, cell.time_us, cell.time_ratio, cell.guess_us] {
-                match spread {
-                    Some(Spread { mean, lower, median, upper }) => {
-                        let _ = write!(text, ",{mean:.6},{lower:.6},{median:.6},{upper:.6}");
-                    }
-                    None => text.push_str(",,,,"),
-                }
-            }
+            let spreads = [cell.iterations, cell.iteration_ratio, cell.time_us, cell.time_ratio, cell.guess_us];
+            push_spreads(&mut text, &spreads);
             text.push('\n');
         }
     }

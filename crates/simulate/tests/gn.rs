@@ -4,9 +4,12 @@
 mod common;
 
 use std::fs;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::Output;
+use std::process::{Output, Stdio};
 
+#[cfg(unix)]
+use common::interrupt;
 use common::{builtin_names, json, nulls, run, simulate, texts};
 use copingnet::{Card, Checkpoint, Encoding, Features, Head, NetworkConfig, Training, Weights};
 use graph::Norms;
@@ -96,6 +99,43 @@ fn without_arguments_it_starts_from_a_network_and_says_what_that_is_worth() {
     assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 0);
 }
 
+/// Ctrl-C while the other ways run: the table of the steps so far, said to be that.
+#[test]
+#[cfg(unix)]
+fn an_interrupted_demonstration_says_how_far_it_came() {
+    // Fast as it is, it may have ended before the signal arrives.
+    for _ in 0..50 {
+        let mut child = simulate(&[]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+        let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
+        let mut out = String::new();
+        // The last line of the first run.
+        while !out.contains("length changed by") {
+            assert!(stdout.read_line(&mut out).expect("a line") > 0, "{out}");
+        }
+        interrupt(child.id());
+        stdout.read_to_string(&mut out).expect("the rest");
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!(texts(&output).2, "", "{out}");
+        assert!(out.contains("Fastest here: ") && !out.contains("NaN"), "{out}");
+        if out.contains("\nStopped after ") {
+            assert!(output.status.code() == Some(130) && out.contains(" of 100 steps: what follows"), "{out}");
+            return;
+        }
+    }
+    panic!("never interrupted");
+}
+
+/// Whether an entry of a report names the built-in network of a scenario, with the hash that stands in its card.
+fn names_its_network(entry: &Value, scenario: &str) -> bool {
+    let network = entry["network"].as_str().expect("a network");
+    let recipe = if entry["guess"].as_str().expect("a guess").starts_with("gn-best") { "best" } else { "paper" };
+    let card = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../checkpoints/{scenario}-{recipe}.toml"));
+    let hash = entry["weights_blake3"].as_str().expect("a hash");
+    network.starts_with(&format!("recipe {recipe}, scenario {scenario}, "))
+        && network.ends_with(", built in")
+        && fs::read_to_string(card).expect("a card").contains(&format!("weights_blake3 = \"{hash}\""))
+}
+
 #[test]
 fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
     for name in NAMES {
@@ -104,6 +144,7 @@ fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
             assert_eq!(nulls(&summary, ""), [""; 0]);
             assert_eq!((&summary["guess"], &summary["status"]), (&name.into(), &"converged".into()));
             assert_eq!(summary["planar"], name == "gn-best" && scene == "bending-rod");
+            assert!(names_its_network(&summary, scenario), "{summary}");
             assert_eq!((count(&summary, "guesses_used"), count(&summary, "guesses_dropped")), (5, 0));
             let output = run(&[scene, "--guess", name, "--solver", "cg", "--steps", "1"]);
             let (_, out, _) = texts(&output);
@@ -117,6 +158,11 @@ fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
     let foreign =
         "gn learned from random scenes (rod), where nothing is like this scene: segments = 60.0, not 10.0 to 55.0";
     assert!(out.contains(foreign), "{out}");
+    let output = run(&["compare", "helix", "--with", "gn,gn-best", "--scenario", "rod", "--steps", "2"]);
+    let (_, out, _) = texts(&output);
+    assert!(out.contains(&foreign.replace("gn", "gn, gn-best")), "{out}");
+    let output = run(&["compare", "--with", "gn", "--steps", "2"]);
+    assert!(!texts(&output).1.contains("nothing is like"));
 }
 
 #[test]
@@ -201,13 +247,32 @@ fn tables_have_the_networks() {
     let compared = json(&["compare", "--steps", "3", "--with", "gn,gn-best"]);
     let runs = compared["runs"].as_array().expect("runs");
     let of_starts = compared["starts"].as_array().expect("starts");
-    for name in NAMES {
+    for name in ["gn", "gn, planar", "gn-best"] {
         assert!(runs.iter().any(|run| run["name"] == format!("xpbd-geometric, cg raw, {name}")), "{name}");
         assert!(of_starts.iter().any(|cell| cell["guess"] == name && cell["solves"] == 1), "{name}");
     }
+    assert!(of_starts.iter().all(|cell| cell["guess"] != "gn-best, planar"));
+    let networks = |report: &Value, scenario: &str| {
+        let networks = report["networks"].as_array().expect("networks");
+        assert!(networks.iter().all(|network| names_its_network(network, scenario)), "{networks:?}");
+        networks.iter().map(|network| network["guess"].as_str().expect("a name").to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(networks(&compared, "rod"), ["gn", "gn, planar", "gn-best"]);
     let names = "fischer,gn,gn-best";
+    let folder = tempfile::tempdir().expect("a folder");
+    let csv = folder.path().join("guesses.csv");
+    let csv_flags = ["--csv", csv.to_str().expect("UTF-8")];
     let small = ["guesses", "--simulations", "1", "--steps", "4", "--guess", names];
-    let report = json(&small);
+    let report = json(&[&small[..], &csv_flags].concat());
+    assert_eq!(networks(&report["standings"][0], "rod"), ["gn", "gn, planar", "gn-best"]);
+    assert_eq!(networks(&report["standings"][1], "helix"), ["gn", "gn-best"]);
+    let csv = fs::read_to_string(&csv).expect("a file");
+    for network in report["standings"][0]["networks"].as_array().expect("networks") {
+        let [guess, text, hash] =
+            ["guess", "network", "weights_blake3"].map(|key| network[key].as_str().expect("text"));
+        assert!(csv.contains(&format!("rod,1,step 1,\"{guess}\",\"{text}\",{hash},raw,1e-2,1,0,")), "{csv}");
+    }
+    assert!(csv.contains("rod,1,step 1,\"fischer\",,,raw,"), "{csv}");
     let rows = |k: usize| {
         let cells = report["standings"][k]["cells"].as_array().expect("cells");
         let mut rows: Vec<String> = Vec::new();
@@ -227,6 +292,21 @@ fn tables_have_the_networks() {
         assert!(out.contains(&format!("\n{name} needs fewer iterations than the zero start in ")), "{out}");
     }
     assert!(out.lines().all(|line| line.trim_end().chars().count() <= 120), "{out}");
+    assert!(!out.contains("dropped"), "{out}");
+    // A network out of its mind.
+    let wild = folder.path().join("wild");
+    untrained("rod", "gn-best", 1e30).save(&wild).expect("a checkpoint");
+    let wild = ["--checkpoint", wild.to_str().expect("UTF-8")];
+    let flags = ["guesses", "--scenario", "rod", "--simulations", "1", "--steps", "2", "--guess", "gn-best"];
+    let flags = [&flags[..], &wild].concat();
+    let cells = json(&flags)["standings"][0]["cells"].clone();
+    for cell in cells.as_array().expect("cells") {
+        assert_eq!(cell["dropped"] == cell["solves"], cell["guess"] == "gn-best" || cell["solves"] == 0, "{cell}");
+    }
+    let line = "\nStarts dropped, since their rounding errors would show: gn-best 18 of 18\n";
+    assert!(texts(&run(&flags)).1.contains(line), "{}", texts(&run(&flags)).1);
+    let compared = run(&[&["compare", "--steps", "3", "--with", "gn-best"][..], &wild].concat());
+    assert!(texts(&compared).1.contains("would show: gn-best 9 of 9\n"), "{}", texts(&compared).1);
     let help = run(&["guesses", "--help"]);
     assert!(texts(&help).1.contains("[default: previous,linear,quadratic,fischer,frozen,knn,gn,gn-best]"));
 }

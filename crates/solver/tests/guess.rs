@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use rod::{Model, State};
-use solver::component::{Component, Members};
+use solver::component::{Component, Members, Pose};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{Fischer, GuessKind, InitialGuess};
@@ -243,4 +243,45 @@ fn a_wild_start_of_a_step_gives_way_to_the_prediction() {
     plain.store(&mut b);
     assert_eq!(a, b);
     assert_eq!((wild.counters().guesses_used, wild.counters().guesses_dropped), (0, 10));
+}
+
+/// A start that is finite, and nowhere near.
+struct Absurd;
+
+impl InitialGuess for Absurd {
+    fn helps_steps(&self) -> bool {
+        true
+    }
+
+    fn trust(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn start_step(&mut self, _: &Component<f64>, poses: &mut [Pose<f64>], _: &mut [Six<f64>]) -> bool {
+        for (k, pose) in poses.iter_mut().enumerate() {
+            pose.x += Vec3([1e3 * k as f64, -1e5, 1e4]);
+            pose.q = pose.q.turned(Vec3([3.0 * k as f64, -2.0, 40.0]));
+        }
+        true
+    }
+}
+
+#[test]
+fn a_step_that_does_not_converge_from_its_guess_is_done_again_from_the_prediction() {
+    let (model, state) = rod(3.0, 25, 0.05, material(1e5, 1000.0));
+    let step = StepParams { formulation: Formulation::Newton, max_iterations: 12, ..StepParams::default() };
+    let settings = Settings { step, ..Settings::default() };
+    let absurd = |_: &_, _: &_, _: &_| Some(Box::new(Absurd) as Box<dyn InitialGuess>);
+    let mut guessed = Simulation::new(&model, &state, &settings, Some(&absurd)).unwrap();
+    let mut plain = Simulation::new(&model, &state, &settings, None).unwrap();
+    for _ in 0..20 {
+        assert_eq!(guessed.step(0.02).unwrap().status, Status::Converged);
+        plain.step(0.02).unwrap();
+    }
+    let (mut a, mut b) = (state.clone(), state.clone());
+    guessed.store(&mut a);
+    plain.store(&mut b);
+    let counters = guessed.counters();
+    assert_eq!((counters.guesses_dropped, counters.guesses_used, counters.retries), (20, 0, 0));
+    assert_eq!(a, b);
 }

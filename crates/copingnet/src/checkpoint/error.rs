@@ -38,7 +38,8 @@ pub enum CheckpointError {
 }
 
 impl CheckpointError {
-    pub(super) fn value(file: &Path, key: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
+    /// A value that must not stand there; `allowed` says what may.
+    pub fn value(file: &Path, key: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
         let (key, allowed) = (key.into(), allowed.into());
         Self::Value { file: file.to_owned(), key, value: value.to_string(), allowed }
     }

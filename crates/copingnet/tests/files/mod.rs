@@ -4,9 +4,13 @@
 use copingnet::{Card, Checkpoint, Encoding, Features, Head, Measured, NetworkConfig, Training, Weights};
 use graph::{Norms, Whitening};
 
-/// A small checkpoint, with the semi-implicit head where the features have it.
+/// A small checkpoint, with the head that fits the features best.
 pub fn small(features: Features) -> Checkpoint {
-    let head = if features == Features::Paper { Head::Full } else { Head::Semi };
+    let head = match features {
+        Features::Paper => Head::Full,
+        Features::BodyFrame => Head::Semi,
+        Features::History => Head::Turns,
+    };
     let sizes = NetworkConfig { gn_blocks: 1, mlp_layers: 2, width: 4, scans: 1, ..NetworkConfig::default() };
     Checkpoint {
         card: Card {

@@ -18,9 +18,9 @@ use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::system::{Six, System};
 use crate::topology::Topology;
 
-/// Rounding errors in a solution, relative to the residual that the iteration began with. Where those of a start would
-/// be above the target the start is dropped: no number of iterations would make up for it.
-const ROUNDING: f64 = 1e-14;
+/// Rounding errors of a product with A, relative to [`magnitudes`]. They stay in the solution that a start leads to:
+/// where they would be above the target the start is dropped, for no number of iterations would make up for them.
+const ROUNDING: f64 = 1e-15;
 
 /// How to iterate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,12 +90,9 @@ impl Work {
         let Self { operator, residual, preconditioned, direction, image } = self;
         operator.prepare(system);
         preconditioner.prepare(operator, system);
-        let start_from_rhs = |residual: &mut [Six<f64>]| {
-            for (r, terms) in residual.iter_mut().zip(&system.joints) {
-                *r = terms.rhs;
-            }
-        };
-        start_from_rhs(residual);
+        for (r, terms) in residual.iter_mut().zip(&system.joints) {
+            *r = terms.rhs;
+        }
         let rhs_squared = preconditioner.apply(system, residual, preconditioned);
         if rhs_squared == 0.0 {
             x.fill(Six::zero());
@@ -108,20 +105,18 @@ impl Work {
         let mut squared = rhs_squared;
         let target = params.tolerance * params.tolerance * rhs_squared;
         let mut info = LinearInfo::default();
-        if has_start {
+        let is_sound = has_start && {
+            magnitudes(operator, system, x, image);
+            ROUNDING * ROUNDING * preconditioner.apply(system, image, direction) <= target
+        };
+        info.start_dropped = has_start && !is_sound;
+        if is_sound {
             operator.apply(topology, x, image);
             for (r, ax) in residual.iter_mut().zip(image.iter()) {
                 *r = r.plus(*ax, -1.0);
             }
             squared = preconditioner.apply(system, residual, preconditioned);
-            let rounding = squared * ROUNDING * ROUNDING;
-            info.start_dropped = rounding > target || rounding.is_nan();
-        }
-        if info.start_dropped {
-            start_from_rhs(residual);
-            squared = preconditioner.apply(system, residual, preconditioned);
-        }
-        if !has_start || info.start_dropped {
+        } else {
             x.fill(Six::zero());
         }
         direction.copy_from_slice(preconditioned);
@@ -156,6 +151,17 @@ impl Work {
         info.residual = (squared / rhs_squared).sqrt();
         [info.stretch_residual, info.bend_residual] = split_residuals(operator, system, residual);
         info
+    }
+}
+
+/// How large the terms are that `A x` sums up, however much of them cancels: by `|A_ij| <= sqrt(A_ii A_jj)`, row i of a
+/// joint has `sqrt(A_ii) sqrt(sum A_jj x_j^2)` over the joint's rows. Joints that share a body see no more of each other.
+#[inline(always)]
+fn magnitudes(operator: &Operator, system: &System<f64>, x: &[Six<f64>], out: &mut [Six<f64>]) {
+    for (joint, (x, out)) in x.iter().zip(out).enumerate() {
+        let d = operator.diagonal(system, joint).to_array();
+        let size = x.to_array().iter().zip(&d).map(|(x, d)| d * x * x).sum::<f64>().sqrt();
+        *out = Six::from_array(d.map(|d| d.sqrt() * size));
     }
 }
 
