@@ -20,7 +20,7 @@ const WHITENING_EVERY: usize = 10;
 /// A source of samples.
 pub(crate) enum Lesson {
     /// Linear solves, from a data set.
-    Solves(Dataset),
+    Solves(Box<Dataset>),
     /// Starts of whole steps, simulated for the purpose.
     Steps(Vec<Recorded>),
 }
@@ -37,7 +37,7 @@ impl Lesson {
         let (config, directory) = set.config(plan.scenario);
         let dataset = data::open(&directory, &config, quiet)?;
         let manifest = std::fs::read(directory.join(MANIFEST)).context("--data")?;
-        Ok((Self::Solves(dataset), blake3::hash(&manifest).to_hex().to_string()))
+        Ok((Self::Solves(Box::new(dataset)), blake3::hash(&manifest).to_hex().to_string()))
     }
 
     /// What inputs and outputs mean, by the training samples' sizes.

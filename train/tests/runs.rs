@@ -83,6 +83,22 @@ fn a_training_that_was_killed_goes_on_to_the_same_bits() {
 }
 
 #[test]
+fn starts_of_whole_steps_are_learned_to_the_same_bits_on_any_number_of_threads() {
+    let directory = tempfile::tempdir().unwrap();
+    let trained = |name: &str, threads: &str| {
+        let out = directory.path().join(name);
+        let size = ["--recipe", "step", "--width", "4", "--trajectories", "6", "--steps", "8"];
+        let length = ["--epochs", "2", "--measure-every", "2", "--threads", threads, "--out", out.to_str().unwrap()];
+        let output = train(&[&size[..], &length].concat());
+        assert!(output.status.success(), "{output:?}");
+        (Checkpoint::load(&out).unwrap(), weights(&out))
+    };
+    let ((one, bits), (other, same)) = (trained("one", "1"), trained("other", "2"));
+    assert_eq!((one.card.recipe.as_str(), one.card.measured.len()), ("step", 6));
+    assert_eq!((bits, one.card.data_blake3), (same, other.card.data_blake3));
+}
+
+#[test]
 fn a_training_that_was_interrupted_loses_no_measurement() {
     let directory = tempfile::tempdir().unwrap();
     let (whole, stopped) = (directory.path().join("whole"), directory.path().join("stopped.toml"));
@@ -119,6 +135,8 @@ fn mistakes_get_one_error_that_says_what_is_allowed() {
         (&["--backend", "torch"], &["--backend", "ndarray"]),
         (&["data", "--shard", "3/3"], &["--shard", "n - 1"]),
         (&["--features", "paper", "--head", "semi"], &["--head semi", "body-frame"]),
+        (&["--recipe", "step", "--features", "paper"], &["--features and --head", "recipe is step"]),
+        (&["--recipe", "step", "--loss", "cg"], &["--loss cg", "use log or mse"]),
         (&["--quick", "--epochs", "3"], &["--quick", "--epochs"]),
         (&["--out", "trained/"], &["--out", "trained/rod"]),
     ] {

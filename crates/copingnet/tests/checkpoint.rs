@@ -169,7 +169,7 @@ fn mistakes_in_the_card_are_named() {
         ("seed = 7", "sead = 7", "`sead = 7`: unknown field `sead`"),
         ("seed = 7", "seed = ", ": `seed = `: "),
         ("recipe = \"best\"\n", "", "missing field `recipe`"),
-        ("\"body-frame\"", "\"body\"", "unknown variant `body`, expected `paper` or `body-frame`"),
+        ("\"body-frame\"", "\"body\"", "unknown variant `body`, expected one of `paper`, `body-frame`, `history`"),
         ("\"body-frame\"", "\"paper\"", "head = \"semi\", but it must be \"full\" with features \"paper\""),
         ("head = \"semi\"", "head = \"full\"", "network.node_outputs = 3, but it must be 6, by features and head"),
         ("edge_inputs = 27", "edge_inputs = 26", "network.edge_inputs = 26, but it must be 27, by features and head"),

@@ -26,7 +26,7 @@ fn tensors(config: &NetworkConfig, graphs: &Batch, inputs: &Inputs, device: &Dev
 fn burned(weights: &Weights, graphs: &Batch, inputs: &Inputs, device: &Device) -> [Vec<f32>; 2] {
     let tensors = tensors(weights.config(), graphs, inputs, device);
     let (nodes, edges) = Network::new(weights, device).forward(&tensors);
-    [numbers(&nodes), numbers(&edges)]
+    [numbers(&nodes), edges.as_ref().map_or_else(Vec::new, numbers)]
 }
 
 fn packed(weights: &Weights, graphs: &Batch, inputs: &Inputs) -> [Vec<f32>; 2] {
@@ -63,6 +63,9 @@ fn the_packed_pass_gives_the_same() {
                 assert_packed_is_right(&weights(config, 1.0), &graphs);
             }
         }
+        let of_nodes_alone = NetworkConfig { node_outputs: 3, edge_outputs: 0, scans: 4, ..NetworkConfig::default() };
+        let [nodes, edges] = assert_packed_is_right(&weights(of_nodes_alone, 1.0), &graphs);
+        assert_eq!((nodes.len(), edges.len()), (3 * graphs.nodes(), 0));
     }
 }
 
@@ -96,7 +99,9 @@ fn gradients(weights: &Weights, graphs: &Batch, inputs: &Inputs, device: &Device
         let constants = TensorData::new(constants(shape[0] * shape[1]), shape);
         (outputs * Tensor::<2>::from_data(constants, device)).sum()
     };
-    network.gradients(&(sum(nodes) + sum(edges)).backward())
+    let edges = edges.map(sum);
+    let nodes = sum(nodes);
+    network.gradients(&edges.map_or_else(|| nodes.clone(), |edges| edges + nodes.clone()).backward())
 }
 
 /// A small network of every kind of tensor.

@@ -21,7 +21,7 @@ fn flags() {
     let whole = "it must be a whole number from 0 to 18446744073709551615";
     let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic";
     let learned =
-        |flag, guess| format!("{flag} needs a learned guess (--guess knn, gn or gn-best), but the guess is {guess}");
+        |flag, guess| format!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {guess}");
     for (arguments, expected) in [
         ("--dt=-1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--dt -1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
@@ -43,7 +43,7 @@ fn flags() {
         ),
         (
             "--guess best",
-            format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions), or a learned one: knn, gn, gn-best"),
+            format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions), or a learned one: knn, gn, gn-best, gn-step"),
         ),
         (
             "--guess step-linear --formulation xpbd",
@@ -68,8 +68,8 @@ fn flags() {
         ("--end-to-end", learned("--end-to-end", "the default")),
         ("--planar --guess zero", learned("--planar", "zero")),
         ("--data x --guess frozen --solver cg", "--data needs the guess knn, but asked for: frozen".to_owned()),
-        ("--checkpoint x", "--checkpoint needs the guess gn or gn-best, but asked for: none".to_owned()),
-        ("compare --checkpoint x --with knn", "--checkpoint needs the guess gn or gn-best, but asked for: knn".to_owned()),
+        ("--checkpoint x", "--checkpoint needs the guess gn, gn-best or gn-step, but asked for: none".to_owned()),
+        ("compare --checkpoint x --with knn", "--checkpoint needs the guess gn, gn-best or gn-step, but asked for: knn".to_owned()),
         ("--scenario rod", learned("--scenario", "the default")),
         ("--guess knn --scenario tree", "invalid value 'tree' for '--scenario <SCENARIO>': expected one of rod, helix".to_owned()),
         (

@@ -20,7 +20,8 @@ pub struct StepParams {
     pub relative_tolerance: f64,
     /// Residual that is always good enough, in the same scaled units.
     pub absolute_tolerance: f64,
-    /// Cap on the outer iterations of a step.
+    /// Cap on the outer iterations of a step; where it may be halved, one that still converges at the cap may take as many
+    /// again, which costs less than doing it over.
     pub max_iterations: usize,
     /// How many times a step that does not converge may be halved.
     pub max_halvings: u32,
@@ -37,6 +38,9 @@ impl Default for StepParams {
         }
     }
 }
+
+/// A step converges where an iteration leaves less than this of the residual.
+const CONVERGING: f64 = 0.9;
 
 /// How a step ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -126,19 +130,17 @@ pub fn attempt<T: Real>(
         }
         watch.mark(&mut counters.times.assemble);
     }
-    let mut last = residuals.worst().lane(0);
-    for iteration in 0.. {
-        let now = residuals.worst().lane(0);
-        // A start from a guess that still converges at the cap would be done again from the prediction.
-        let is_promising = is_guessed && now < 0.9 * std::mem::replace(&mut last, now);
-        if iteration >= if is_promising { 2 * params.max_iterations } else { params.max_iterations } {
-            break;
-        }
-        // A lane goes on while its residual is above the target, and stops for good when it is not finite.
+    let mut before = residuals.worst();
+    for iteration in 0..2 * params.max_iterations {
+        let now = residuals.worst();
+        // A lane goes on while its residual is above the target, beyond the cap as long as it converges and would be done
+        // again in halves. It stops for good when it is not finite.
         let mut active = T::splat(-1.0);
         let mut lanes = 0;
         for lane in 0..component.used {
-            if residuals.check.lane(lane).is_finite() && residuals.worst().lane(lane) > target.lane(lane) {
+            let is_promising = params.max_halvings > 0 && now.lane(lane) < CONVERGING * before.lane(lane);
+            let is_due = now.lane(lane) > target.lane(lane) && (iteration < params.max_iterations || is_promising);
+            if is_due && residuals.check.lane(lane).is_finite() {
                 active.set_lane(lane, 1.0);
                 lanes += 1;
             }
@@ -146,6 +148,7 @@ pub fn attempt<T: Real>(
         if lanes == 0 {
             break;
         }
+        before = now;
         let has_start = solver.uses_start() && guess.start_solve(component, iteration, counters);
         if guess.exists() {
             watch.mark(&mut counters.times.guess);

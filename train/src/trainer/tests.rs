@@ -1,6 +1,9 @@
 //! Trainings of small networks on a few steps of a few scenes.
 
+use std::sync::Arc;
+
 use clap::Parser;
+use copingnet::Encoding;
 use dataset::{Config, Dataset, generate};
 use rayon::ThreadPoolBuilder;
 use tempfile::TempDir;
@@ -67,8 +70,9 @@ impl Small {
     }
 }
 
-/// The paper's loss on its network and on ours, and the loss through conjugate gradients on ours and on the paper's.
-const KINDS: [&str; 4] = ["", "--recipe best --loss mse", "--recipe best", "--loss cg"];
+/// The paper's loss on its network and on ours, the loss through conjugate gradients on ours and on the paper's, and the
+/// logarithmic one.
+const KINDS: [&str; 5] = ["", "--recipe best --loss mse", "--recipe best", "--loss cg", "--recipe best --loss log"];
 
 fn rows(chunk: &Chunk) -> [usize; 2] {
     [chunk.graphs.nodes(), chunk.graphs.edges()]
@@ -151,6 +155,7 @@ fn a_batch_in_parts_has_the_gradient_of_the_whole() {
         let parts = [&whole.samples[..1], &whole.samples[1..]].map(|samples| small.samples.chunk(samples));
         let (loss, gradient) = trainer.gradient(&whole, 4, rows(&whole));
         let [(a, first), (b, second)] = parts.map(|part| trainer.gradient(&part, 4, rows(&whole)));
+        let [a, b, loss] = [a.loss, b.loss, loss.loss];
         assert!((a + b - loss).abs() < 1e-6 * loss.abs(), "{kind}: {a} + {b} {loss}");
         let largest = gradient.iter().fold(0.0_f32, |largest, g| largest.max(g.abs()));
         for ((a, b), g) in first.iter().zip(&second).zip(&gradient) {
@@ -225,7 +230,7 @@ fn the_whole_has_the_gradient_of_central_differences() {
                 for k in range.clone() {
                     trainer.weights.values_mut()[k] += (h * f64::from(gradient[k]) / found) as f32;
                 }
-                trainer.gradient(&chunk, 4, rows(&chunk)).0
+                trainer.gradient(&chunk, 4, rows(&chunk)).0.loss
             };
             // Outputs are in single precision: steps are as short as that allows, so that few ReLUs turn within them.
             let expected = slope(along, 3e-4);
