@@ -4,11 +4,13 @@ mod common;
 
 use common::*;
 use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use solver::component::{Component, Members};
 use solver::formulation::Formulation;
 use solver::linear::cg::CgParams;
 use solver::linear::operator::Operator;
-use solver::linear::precondition::PreconditionerKind;
+use solver::linear::precondition::{Frozen, Preconditioner, PreconditionerKind};
 use solver::linear::solvers::SolverKind;
 use solver::linear::{LinearInfo, LinearSolver, LinearStatus};
 use solver::system::Six;
@@ -205,4 +207,67 @@ fn the_frozen_factor_solves_the_rest_shape_and_follows_the_time_step() {
         let (info, _) = run(solver.as_mut(), &component);
         assert!(info.iterations <= 2, "dt = {dt}: {info:?}");
     }
+}
+
+#[test]
+fn whatever_the_start_the_solution_is_as_exact_as_asked() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (model, state) = rod(3.0, 40, 0.05, material(1e9, 1000.0));
+    for (name, model, state, steps) in scenes().into_iter().chain([("stiff rod", model, state, 10)]) {
+        let (component, members) = component_after(&model, &state, steps, Formulation::XpbdGeometric);
+        let system = &component.system;
+        let dense = dense_matrix(system);
+        let solution = dense_solution(system);
+        let scale = dense.diagonal().map(|d| 1.0 / d.sqrt());
+        let scaled = DMatrix::from_fn(dense.nrows(), dense.ncols(), |r, c| dense[(r, c)] * scale[r] * scale[c]);
+        let modes = scaled.symmetric_eigen();
+        // Large forces of which A leaves the least.
+        let soft = modes.eigenvectors.column(modes.eigenvalues.imin()).component_mul(&scale);
+        let soft = &soft * (solution.component_div(&scale).norm() / soft.component_div(&scale).norm());
+        for preconditioner in PreconditionerKind::ALL {
+            let params = CgParams { preconditioner, ..CgParams::default() };
+            let mut solver = solver_for(&model, &members, &component, params);
+            let mut check = |start: DVector<f64>| {
+                let mut x = sixes(&start);
+                let info = solver.solve(system, true, &mut x);
+                let residual = relative_residual(&model, &members, &component, preconditioner, &x);
+                assert_eq!(info.status, LinearStatus::Solved, "{name}, {preconditioner}");
+                assert!(residual <= 2.0 * params.tolerance, "{name}, {preconditioner}: {residual:e} {info:?}");
+                info.start_dropped
+            };
+            for power in 0..=300 {
+                let size = 10.0_f64.powi(power);
+                let dropped = check(&solution + &soft * size);
+                assert!(power > 3 || !dropped, "{name}, {preconditioner}: moderate, but dropped: {size:e}");
+                assert!(power < 12 || dropped, "{name}, {preconditioner}: huge, but kept: {size:e}");
+            }
+            for _ in 0..100 {
+                let size = 10.0_f64.powf(rng.random_range(-300.0..300.0));
+                let random = scale.map(|scale| scale * rng.random_range(-1.0..1.0));
+                check(&random * size + &soft * rng.random_range(0.0..size));
+            }
+        }
+    }
+}
+
+/// `b - A x` by a product of its own, relative to b in the preconditioner's norm.
+fn relative_residual(
+    model: &rod::Model,
+    members: &Members,
+    component: &Component<f64>,
+    preconditioner: PreconditionerKind,
+    x: &[Six<f64>],
+) -> f64 {
+    let (system, topology) = (&component.system, &component.system.topology);
+    let mut operator = Operator::new(topology);
+    operator.prepare(system);
+    let mut preconditioner = Preconditioner::new(preconditioner, topology, Frozen::new(model, members, topology).ok());
+    preconditioner.prepare(&operator, system);
+    let b = rhs(system);
+    let mut image = vec![Six::zero(); x.len()];
+    operator.apply(topology, x, &mut image);
+    let residual: Vec<_> = b.iter().zip(&image).map(|(b, ax)| b.plus(*ax, -1.0)).collect();
+    (preconditioner.apply(system, &residual, &mut image)
+        / preconditioner.apply(system, &b, &mut vec![Six::zero(); x.len()]))
+    .sqrt()
 }

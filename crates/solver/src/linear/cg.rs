@@ -18,9 +18,9 @@ use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::system::{Six, System};
 use crate::topology::Topology;
 
-/// Rounding errors in a solution, relative to the residual that the iteration began with. Where those of a start would
-/// be above the target the start is dropped: no number of iterations would make up for it.
-const ROUNDING: f64 = 1e-14;
+/// Rounding errors of a product with A, relative to [`magnitudes`]. They stay in the solution that a start leads to:
+/// where they would be above the target the start is dropped, for no number of iterations would make up for them.
+const ROUNDING: f64 = 1e-15;
 
 /// How to iterate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +56,8 @@ struct Work {
     direction: Vec<Six<f64>>,
     /// A times the direction.
     image: Vec<Six<f64>>,
+    /// That of A.
+    diagonal: Vec<Six<f64>>,
 }
 
 impl Cg {
@@ -71,6 +73,7 @@ impl Cg {
             preconditioned: zero(),
             direction: zero(),
             image: zero(),
+            diagonal: zero(),
         };
         Self { params, preconditioner, work }
     }
@@ -87,15 +90,12 @@ impl Work {
         x: &mut [Six<f64>],
     ) -> LinearInfo {
         let topology = &*system.topology;
-        let Self { operator, residual, preconditioned, direction, image } = self;
+        let Self { operator, residual, preconditioned, direction, image, diagonal } = self;
         operator.prepare(system);
         preconditioner.prepare(operator, system);
-        let start_from_rhs = |residual: &mut [Six<f64>]| {
-            for (r, terms) in residual.iter_mut().zip(&system.joints) {
-                *r = terms.rhs;
-            }
-        };
-        start_from_rhs(residual);
+        for (r, terms) in residual.iter_mut().zip(&system.joints) {
+            *r = terms.rhs;
+        }
         let rhs_squared = preconditioner.apply(system, residual, preconditioned);
         if rhs_squared == 0.0 {
             x.fill(Six::zero());
@@ -108,20 +108,21 @@ impl Work {
         let mut squared = rhs_squared;
         let target = params.tolerance * params.tolerance * rhs_squared;
         let mut info = LinearInfo::default();
-        if has_start {
+        for (joint, d) in diagonal.iter_mut().enumerate() {
+            *d = operator.diagonal(system, joint);
+        }
+        let is_sound = has_start && {
+            magnitudes(diagonal, x, image);
+            ROUNDING * ROUNDING * preconditioner.apply(system, image, direction) <= target
+        };
+        info.start_dropped = has_start && !is_sound;
+        if is_sound {
             operator.apply(topology, x, image);
             for (r, ax) in residual.iter_mut().zip(image.iter()) {
                 *r = r.plus(*ax, -1.0);
             }
             squared = preconditioner.apply(system, residual, preconditioned);
-            let rounding = squared * ROUNDING * ROUNDING;
-            info.start_dropped = rounding > target || rounding.is_nan();
-        }
-        if info.start_dropped {
-            start_from_rhs(residual);
-            squared = preconditioner.apply(system, residual, preconditioned);
-        }
-        if !has_start || info.start_dropped {
+        } else {
             x.fill(Six::zero());
         }
         direction.copy_from_slice(preconditioned);
@@ -154,19 +155,29 @@ impl Work {
             info.status = LinearStatus::NotPositiveDefinite;
         }
         info.residual = (squared / rhs_squared).sqrt();
-        [info.stretch_residual, info.bend_residual] = split_residuals(operator, system, residual);
+        [info.stretch_residual, info.bend_residual] = split_residuals(diagonal, system, residual);
         info
+    }
+}
+
+/// How large the terms are that `A x` sums up, however much of them cancels: by `|A_ij| <= sqrt(A_ii A_jj)`, row i of a
+/// joint has `sqrt(A_ii) sqrt(sum A_jj x_j^2)` over the joint's rows. Joints that share a body see no more of each other.
+#[inline(always)]
+fn magnitudes(diagonal: &[Six<f64>], x: &[Six<f64>], out: &mut [Six<f64>]) {
+    for ((d, x), out) in diagonal.iter().zip(x).zip(out) {
+        let d = d.to_array();
+        let squared: f64 = x.to_array().iter().zip(&d).map(|(x, d)| d * x * x).sum();
+        *out = Six::from_array(d.map(|d| (d * squared).sqrt()));
     }
 }
 
 /// `sqrt(sum r_i^2 / A_ii)` over the stretch-shear and over the bend-twist rows, each relative to that of b in the same
 /// rows, or to that of all of b where these rows' is zero.
 #[inline(always)]
-fn split_residuals(operator: &Operator, system: &System<f64>, residual: &[Six<f64>]) -> [f64; 2] {
+fn split_residuals(diagonal: &[Six<f64>], system: &System<f64>, residual: &[Six<f64>]) -> [f64; 2] {
     let [mut r_squared, mut b_squared] = [[0.0; 2]; 2];
-    for (j, (r, terms)) in residual.iter().zip(&system.joints).enumerate() {
-        let (r, b) = (r.to_array(), terms.rhs.to_array());
-        let d = operator.diagonal(system, j).to_array();
+    for ((r, terms), d) in residual.iter().zip(&system.joints).zip(diagonal) {
+        let (r, b, d) = (r.to_array(), terms.rhs.to_array(), d.to_array());
         for k in 0..6 {
             r_squared[k / 3] += r[k] * r[k] / d[k];
             b_squared[k / 3] += b[k] * b[k] / d[k];
