@@ -141,7 +141,8 @@ pub(crate) struct LearnedArgs {
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// More guesses to compare: knn, gn, gn-best, or fischer-16 for instance.
+    /// More guesses to compare: knn, gn, gn-best, or fischer-16 for instance. Where the scene is planar, knn and gn are
+    /// shown a second time, restricted to the plane; gn-best always is.
     #[arg(long, value_delimiter = ',', value_name = "GUESSES")]
     pub(crate) with: Vec<GuessName>,
     #[command(flatten)]

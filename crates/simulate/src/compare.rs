@@ -4,19 +4,21 @@ use anyhow::{Result, bail};
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Comparison, Entry};
 use evaluation::starts::{self, Cell, Plan};
+use graph::planar_normal;
 use serde::Serialize;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
-use solver::simulation::Settings;
+use solver::simulation::{GuessFactory, Settings};
 use solver::step::Status;
 
 use crate::Outcome;
 use crate::cli::CompareArgs;
-use crate::guess::{Guess, GuessName, check_sources};
+use crate::guess::{GuessName, check_sources};
 use crate::progress::Progress;
+use crate::rows::{load, rows};
 use crate::scenes::{scene, settings, use_threads};
 use crate::training::Training;
 use terminal::say;
@@ -67,18 +69,15 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     check_sources(&args.learned, &args.with)?;
     #[cfg(feature = "gn")]
     crate::network::check(&args.learned, &args.with, &[training.scenario])?;
-    let mut guesses = Vec::new();
-    for name in OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()) {
-        if guesses.iter().all(|(other, _)| *other != name) {
-            guesses.push((name, Guess::load(name, &training)?));
-        }
-    }
+    let guesses = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
     let progress = Progress::new(2 * steps, "steps", quiet)?;
     if !quiet {
         say!("{}: {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len())?;
     }
-    let guesses: Vec<_> = guesses.iter().map(|(name, guess)| (*name, guess.factory(guess.own_plane(&scene)))).collect();
-    let of_solves = || guesses.iter().filter(|(name, _)| !name.helps_steps());
+    let plane = planar_normal(&scene.model, &scene.state);
+    let rows = rows(&guesses, plane.is_some());
+    let with_factories: Vec<_> = rows.iter().map(|row| (row, row.factory(plane))).collect();
+    let of_solves = || with_factories.iter().filter(|(row, _)| !row.guess_name.helps_steps());
 
     let mut entries = Vec::new();
     let mut entry = |name: String, formulation, solver, guess| {
@@ -88,17 +87,17 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     for formulation in Formulation::ALL {
         entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
     }
-    for (name, factory) in guesses.iter().filter(|(name, _)| name.helps_steps()) {
-        entry(format!("newton, direct, {name}"), Formulation::Newton, SolverKind::Direct, Some(factory as _));
+    for (row, factory) in with_factories.iter().filter(|(row, _)| row.guess_name.helps_steps()) {
+        entry(format!("newton, direct, {}", row.name), Formulation::Newton, SolverKind::Direct, Some(factory as _));
     }
     let own = args.scene.formulation;
     entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
     entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
     for preconditioner in PRECONDITIONERS {
-        for (name, factory) in of_solves() {
+        for (row, factory) in of_solves() {
             let solver = SolverKind::Cg(CgParams { preconditioner, ..CgParams::default() });
-            let guess = name.helps_solves().then_some(factory as _);
-            entry(format!("{own}, cg {preconditioner}, {name}"), own, solver, guess);
+            let guess = row.guess_name.helps_solves().then_some(factory as _);
+            entry(format!("{own}, cg {preconditioner}, {}", row.name), own, solver, guess);
         }
     }
     // The entry whose formulation the reference takes comes first.
@@ -106,10 +105,13 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
     let Comparison { rows: runs, reference_status } =
         compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
-    let rows = of_solves().map(|(name, factory)| (name.to_string(), name.helps_solves().then_some(factory as _)));
+    let starts = of_solves().map(|(row, factory)| {
+        let guess = row.guess_name.helps_solves().then_some(factory as GuessFactory<'_>);
+        (row.name.clone(), guess)
+    });
     let skip = args.skip.min(steps - 1);
     let plan = Plan {
-        guesses: rows.collect(),
+        guesses: starts.collect(),
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
         buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),

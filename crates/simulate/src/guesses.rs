@@ -19,6 +19,7 @@ use crate::cli::GuessesArgs;
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
 use crate::guess::{Guess, GuessName, check_sources};
 use crate::progress::Progress;
+use crate::rows::{Row, load, rows};
 use crate::standing;
 use crate::training::Training;
 use terminal::say;
@@ -47,13 +48,6 @@ pub(crate) struct Standing {
     pub(crate) cells: Vec<Cell>,
 }
 
-/// A row of the table: its name, the guess, and whether it is restricted to the scene's plane.
-struct Row<'a> {
-    name: String,
-    guess: &'a Guess,
-    planar: bool,
-}
-
 /// Measures all guesses and prints the tables.
 pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     check(args)?;
@@ -66,13 +60,8 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     for &scenario in &args.scenario {
         if loaded.iter().all(|(other, _)| *other != scenario) {
             let training = Training::new(&args.learned, scenario, args.json);
-            let mut own = vec![(GuessName::Plain(GuessKind::Zero), Guess::Plain(GuessKind::Zero))];
-            for &name in &args.guess {
-                if own.iter().all(|(other, _)| *other != name) {
-                    own.push((name, Guess::load(name, &training)?));
-                }
-            }
-            loaded.push((scenario, own));
+            let zero = GuessName::Plain(GuessKind::Zero);
+            loaded.push((scenario, load(std::iter::once(zero).chain(args.guess.iter().copied()), &training)?));
         }
     }
     let progress = Progress::new(loaded.len() * args.simulations * args.steps, "steps", args.json)?;
@@ -117,19 +106,6 @@ fn check_place(file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The rows of a table; where scenes are planar, those that know nothing of it by themselves a second time.
-fn rows(guesses: &[(GuessName, Guess)], are_planar: bool) -> Vec<Row<'_>> {
-    let mut rows = Vec::new();
-    for (name, guess) in guesses {
-        let knows_planes = guess.knows_planes();
-        rows.push(Row { name: name.to_string(), guess, planar: knows_planes });
-        if are_planar && name.is_learned() && !knows_planes {
-            rows.push(Row { name: format!("{name}, planar"), guess, planar: true });
-        }
-    }
-    rows
-}
-
 fn measure(scenario: Scenario, args: &GuessesArgs, rows: &[Row<'_>], progress: &Progress) -> Result<Standing> {
     let mut measured = Vec::new();
     for index in 0..args.simulations as u64 {
@@ -159,14 +135,12 @@ fn plan<'a>(guesses: Vec<(String, Option<GuessFactory<'a>>)>, steps: usize) -> P
 /// Measures one scene; `None` where Ctrl-C came first.
 fn simulate(scene: &Scene, rows: &[Row<'_>], steps: usize, progress: &Progress) -> Result<Option<Measured>> {
     let plane = planar_normal(&scene.model, &scene.state);
-    let factories: Vec<_> = rows.iter().map(|row| row.guess.factory(plane.filter(|_| row.planar))).collect();
-    let guess = |(row, factory)| -> (String, Option<GuessFactory<'_>>) {
-        let row: &Row<'_> = row;
-        let is_zero = matches!(row.guess, Guess::Plain(GuessKind::Zero));
-        (row.name.clone(), (!is_zero).then_some(factory))
-    };
-    let with_names = rows.iter().zip(factories.iter().map(|factory| factory as GuessFactory<'_>)).map(guess);
-    let plan = plan(with_names.collect(), steps);
+    let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
+    let guesses = rows.iter().zip(&factories).map(|(row, factory)| {
+        let guess = row.guess_name.helps_solves().then_some(factory as GuessFactory<'_>);
+        (row.name.clone(), guess)
+    });
+    let plan = plan(guesses.collect(), steps);
     // The paper's formulation, and the data sets'.
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Xpbd;

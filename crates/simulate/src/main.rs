@@ -12,6 +12,7 @@ mod measured;
 #[cfg(feature = "gn")]
 mod network;
 mod progress;
+mod rows;
 mod run;
 mod scenes;
 mod standing;

@@ -1,0 +1,56 @@
+//! The guesses of a table, a row each.
+
+use anyhow::Result;
+use graph::Normal;
+use rod::Model;
+use solver::component::Members;
+use solver::guess::InitialGuess;
+use solver::topology::Topology;
+
+use crate::guess::{Guess, GuessName};
+use crate::training::Training;
+
+/// A row of a table: its name, the guess, and whether it is restricted to the scene's plane.
+pub(crate) struct Row<'a> {
+    /// What the table calls it.
+    pub(crate) name: String,
+    /// The guess's own name.
+    pub(crate) guess_name: GuessName,
+    guess: &'a Guess,
+    planar: bool,
+}
+
+impl<'a> Row<'a> {
+    /// The guess in a scene that stays in this plane, if it stays in one.
+    pub(crate) fn factory(
+        &self,
+        plane: Option<Normal>,
+    ) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + use<'a> {
+        self.guess.factory(plane.filter(|_| self.planar))
+    }
+}
+
+/// Gets what these guesses need, each once.
+pub(crate) fn load(names: impl IntoIterator<Item = GuessName>, training: &Training) -> Result<Vec<(GuessName, Guess)>> {
+    let mut guesses: Vec<(GuessName, Guess)> = Vec::new();
+    for name in names {
+        if guesses.iter().all(|(other, _)| *other != name) {
+            guesses.push((name, Guess::load(name, training)?));
+        }
+    }
+    Ok(guesses)
+}
+
+/// The rows of a table; where scenes are planar, the learned ones that know nothing of it by themselves a second time.
+pub(crate) fn rows(guesses: &[(GuessName, Guess)], are_planar: bool) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    for (guess_name, guess) in guesses {
+        let guess_name = *guess_name;
+        let knows_planes = guess.knows_planes();
+        rows.push(Row { name: guess_name.to_string(), guess_name, guess, planar: knows_planes });
+        if are_planar && guess_name.is_learned() && !knows_planes {
+            rows.push(Row { name: format!("{guess_name}, planar"), guess_name, guess, planar: true });
+        }
+    }
+    rows
+}
