@@ -16,7 +16,7 @@ use solver::step::Status;
 
 use crate::Outcome;
 use crate::cli::CompareArgs;
-use crate::guess::{GuessName, check_sources};
+use crate::guess::GuessName;
 use crate::progress::Progress;
 use crate::rows::{load, rows};
 use crate::scenes::{scene, settings, use_threads};
@@ -65,10 +65,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         bail!("--steps 0, but a comparison needs at least 1");
     }
     let quiet = args.scene.quiet || args.scene.json;
-    let training = Training::for_scene(&args.learned, args.scenario, &scene, quiet);
-    check_sources(&args.learned, &args.with)?;
-    #[cfg(feature = "gn")]
-    crate::network::check(&args.learned, &args.with, &[training.scenario])?;
+    let training = Training::for_scene(&args.learned, &args.with, args.scenario, &scene, quiet)?;
     let guesses = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
     let progress = Progress::new(2 * steps, "steps", quiet)?;
     if !quiet {

@@ -37,7 +37,7 @@ pub(crate) fn demo() -> Result<Outcome> {
     }
     let scene = scene(&cli.scene)?;
     let settings = settings(&cli.scene);
-    let training = Training::for_scene(&cli.run.learned, None, &scene, true);
+    let training = Training::for_scene(&cli.run.learned, cli.run.guess.as_slice(), None, &scene, true)?;
     let cg = linear_solver(&cli.run)?;
     let ways = [
         (DIRECT, SolverKind::Direct, GuessName::Plain(GuessKind::Zero)),

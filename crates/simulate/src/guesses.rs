@@ -17,7 +17,7 @@ use solver::simulation::{GuessFactory, Settings};
 use crate::Outcome;
 use crate::cli::GuessesArgs;
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
-use crate::guess::{Guess, GuessName, check_sources};
+use crate::guess::GuessName;
 use crate::progress::Progress;
 use crate::rows::{Row, load, rows};
 use crate::standing;
@@ -54,15 +54,16 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     if let Some(file) = &args.csv {
         check_place(file)?;
     }
-    #[cfg(feature = "gn")]
-    crate::network::check(&args.learned, &args.guess, &args.scenario)?;
-    let mut loaded: Vec<(Scenario, Vec<(GuessName, Guess)>)> = Vec::new();
+    let mut scenarios: Vec<Scenario> = Vec::new();
     for &scenario in &args.scenario {
-        if loaded.iter().all(|(other, _)| *other != scenario) {
-            let training = Training::new(&args.learned, scenario, args.json);
-            let zero = GuessName::Plain(GuessKind::Zero);
-            loaded.push((scenario, load(std::iter::once(zero).chain(args.guess.iter().copied()), &training)?));
+        if !scenarios.contains(&scenario) {
+            scenarios.push(scenario);
         }
+    }
+    let mut loaded = Vec::new();
+    for training in Training::of(&args.learned, &args.guess, &scenarios, args.json)? {
+        let names = std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(args.guess.iter().copied());
+        loaded.push((training.scenario, load(names, &training)?));
     }
     let progress = Progress::new(loaded.len() * args.simulations * args.steps, "steps", args.json)?;
     let mut standings = Vec::new();
@@ -91,7 +92,7 @@ fn check(args: &GuessesArgs) -> Result<()> {
     if let Some(name) = args.guess.iter().find(|name| name.helps_steps()) {
         bail!("--guess {name} starts whole steps, but guesses of linear solves are compared here");
     }
-    check_sources(&args.learned, &args.guess)
+    Ok(())
 }
 
 /// Finds out before the run whether the file can be written after it.

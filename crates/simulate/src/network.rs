@@ -45,8 +45,11 @@ impl Recipe {
 }
 
 /// A network ready for use.
+#[derive(Clone, Debug)]
 pub(crate) struct Network {
     trained: Trained,
+    scenario: String,
+    recipe: String,
     /// Where it comes from, in words.
     pub(crate) origin: String,
 }
@@ -55,28 +58,25 @@ impl Network {
     /// The network of a scenario and recipe: that of `--checkpoint` if it is one, else the one that is built in.
     pub(crate) fn load(recipe: Recipe, training: &Training) -> Result<Self> {
         let (scenario, recipe) = (training.scenario.name(), recipe.name());
-        if let Some(path) = &training.checkpoint {
-            let own = Checkpoint::load(path).context("--checkpoint")?;
-            if own.card.scenario == scenario && own.card.recipe == recipe {
-                return Ok(Self::new(&own, &path.display().to_string()));
-            }
+        if let Some(own) = training.own.as_ref().filter(|own| own.scenario == scenario && own.recipe == recipe) {
+            return Ok(own.clone());
         }
         let name = format!("{scenario}-{recipe}");
         let Some(built_in) = BUILT_IN.iter().find(|built_in| built_in.name == name) else {
             bail!("no network {name} is built in");
         };
         let checkpoint = Checkpoint::from_bytes(&name, built_in.card, built_in.weights).context("built in")?;
-        Ok(Self::new(&checkpoint, "built in"))
+        Ok(Self::new(checkpoint, "built in"))
     }
 
-    fn new(Checkpoint { card, encoding, weights }: &Checkpoint, place: &str) -> Self {
+    fn new(Checkpoint { card, encoding, weights }: Checkpoint, place: &str) -> Self {
         let Card { scenario, recipe, training, .. } = card;
         let trained = match training.epochs {
             0 => "untrained".to_owned(),
             epochs => format!("trained for {epochs} epochs"),
         };
         let origin = format!("recipe {recipe}, scenario {scenario}, {trained}, {place}");
-        Self { trained: Trained::new(weights, encoding.clone()), origin }
+        Self { trained: Trained::new(&weights, encoding), scenario, recipe, origin }
     }
 
     /// Whether what it predicts for a planar scene has the symmetry of the plane, by features in body frames.
@@ -90,29 +90,29 @@ impl Network {
     }
 }
 
-/// Checks that the checkpoint of `--checkpoint`, if there is one, is for one of these guesses and scenarios.
+/// The network of `--checkpoint`, if one is given.
 ///
 /// # Errors
-/// If it is not, cannot be read, or is damaged.
-pub(crate) fn check(args: &LearnedArgs, names: &[GuessName], scenarios: &[Scenario]) -> Result<()> {
-    let Some(path) = &args.checkpoint else { return Ok(()) };
-    let card = Checkpoint::load(path).context("--checkpoint")?.card;
+/// If it is for none of these guesses and scenarios, cannot be read, or is damaged.
+pub(crate) fn own(args: &LearnedArgs, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
+    let Some(path) = &args.checkpoint else { return Ok(None) };
+    let network = Network::new(Checkpoint::load(path).context("--checkpoint")?, &path.display().to_string());
     let scenarios: Vec<&str> = scenarios.iter().map(|scenario| scenario.name()).collect();
     let recipes: Vec<&str> = names.iter().filter_map(|name| name.recipe()).map(Recipe::name).collect();
     let path = path.display();
-    if !scenarios.contains(&card.scenario.as_str()) {
+    if !scenarios.contains(&network.scenario.as_str()) {
         bail!(
             "--checkpoint {path}: scenario = {:?}, but it must be {} unless --scenario says otherwise",
-            card.scenario,
+            network.scenario,
             scenarios.join(" or ")
         );
     }
-    if !recipes.contains(&card.recipe.as_str()) {
+    if !recipes.contains(&network.recipe.as_str()) {
         bail!(
             "--checkpoint {path}: recipe = {:?}, but it must be {} (gn takes paper, gn-best takes best)",
-            card.recipe,
+            network.recipe,
             recipes.join(" or ")
         );
     }
-    Ok(())
+    Ok(Some(network))
 }

@@ -48,9 +48,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         Some(name) => name,
         None => GuessName::Plain(best_guess(&scene, &settings)?),
     };
-    let training = Training::for_scene(&args.learned, args.scenario, &scene, quiet);
-    #[cfg(feature = "gn")]
-    crate::network::check(&args.learned, &[name], &[training.scenario])?;
+    let training = Training::for_scene(&args.learned, args.guess.as_slice(), args.scenario, &scene, quiet)?;
     // Before the data set is generated, which takes a while.
     let asked_plane = if args.planar { Some(plane(&scene)?) } else { None };
     let guess = Guess::load(name, &training)?;

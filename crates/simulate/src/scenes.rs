@@ -9,7 +9,7 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
 use crate::cli::{RunArgs, SceneArgs};
-use crate::guess::{GuessName, check_sources};
+use crate::guess::GuessName;
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
@@ -88,7 +88,6 @@ pub(crate) fn asked_guess(args: &RunArgs, settings: &Settings) -> Result<Option<
             bail!("{flag} needs a learned guess (--guess knn, gn or gn-best), but the guess is {name}");
         }
     }
-    check_sources(&args.learned, args.guess.as_slice())?;
     let Some(kind) = args.guess else { return Ok(None) };
     let (formulation, solver) = (settings.step.formulation, settings.solver);
     if args.end_to_end.is_some() {

@@ -8,6 +8,9 @@ use dataset::{Config, Dataset, MANIFEST, Scenario, generate, open_as};
 use scene::Scene;
 
 use crate::cli::LearnedArgs;
+use crate::guess::{GuessName, check_sources};
+#[cfg(feature = "gn")]
+use crate::network::Network;
 use crate::progress;
 use terminal::say;
 
@@ -20,31 +23,52 @@ pub(crate) struct Training {
     /// Which scenes were learned from.
     pub(crate) scenario: Scenario,
     directory: PathBuf,
-    /// A checkpoint in the place of a network that is built in.
+    /// A network of one's own in the place of one that is built in.
     #[cfg(feature = "gn")]
-    pub(crate) checkpoint: Option<PathBuf>,
+    pub(crate) own: Option<Network>,
     /// Whether nothing may be printed.
     pub(crate) quiet: bool,
 }
 
 impl Training {
-    /// Of a scenario.
-    pub(crate) fn new(args: &LearnedArgs, scenario: Scenario, quiet: bool) -> Self {
+    /// Of each of these scenarios, for the guesses that are asked for.
+    ///
+    /// # Errors
+    /// If what the arguments name is for none of them, or is no checkpoint.
+    pub(crate) fn of(
+        args: &LearnedArgs,
+        names: &[GuessName],
+        scenarios: &[Scenario],
+        quiet: bool,
+    ) -> Result<Vec<Self>> {
+        check_sources(args, names)?;
+        #[cfg(feature = "gn")]
+        let own = crate::network::own(args, names, scenarios)?;
         let data = args.data.as_deref().unwrap_or(Path::new(DATA));
-        Self {
+        let training = |&scenario: &Scenario| Self {
             scenario,
             directory: data.join(scenario.name()),
             #[cfg(feature = "gn")]
-            checkpoint: args.checkpoint.clone(),
+            own: own.clone(),
             quiet,
-        }
+        };
+        Ok(scenarios.iter().map(training).collect())
     }
 
     /// For a scene: of the scenario asked for, else of helices where joints are bent or twisted at rest.
-    pub(crate) fn for_scene(args: &LearnedArgs, scenario: Option<Scenario>, scene: &Scene, quiet: bool) -> Self {
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub(crate) fn for_scene(
+        args: &LearnedArgs,
+        names: &[GuessName],
+        scenario: Option<Scenario>,
+        scene: &Scene,
+        quiet: bool,
+    ) -> Result<Self> {
         let is_straight = scene.model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
         let fitting = if is_straight { Scenario::Rod } else { Scenario::Helix };
-        Self::new(args, scenario.unwrap_or(fitting), quiet)
+        Ok(Self::of(args, names, &[scenario.unwrap_or(fitting)], quiet)?.remove(0))
     }
 
     /// Where the data set is.
