@@ -18,7 +18,7 @@ use crate::Outcome;
 use crate::cli::CompareArgs;
 use crate::guess::GuessName;
 use crate::progress::Progress;
-use crate::rows::{load, rows};
+use crate::rows::{NetworkOf, load, networks, rows};
 use crate::scenes::{scene, settings, use_threads};
 use crate::training::Training;
 use terminal::say;
@@ -51,6 +51,8 @@ struct Report {
     outer_tolerance: f64,
     /// Worst status of the reference that errors are measured against.
     reference_status: &'static str,
+    /// The networks among the guesses.
+    networks: Vec<NetworkOf>,
     runs: Vec<compare::Row>,
     starts: Vec<Cell>,
 }
@@ -119,8 +121,17 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
     let outer_tolerance = base.step.relative_tolerance;
     let (name, segments) = (scene.name, scene.model.segments.len());
-    let report =
-        Report { scene: name, segments, steps, dt_s: dt, outer_tolerance, reference_status, runs, starts: cells };
+    let report = Report {
+        scene: name,
+        segments,
+        steps,
+        dt_s: dt,
+        outer_tolerance,
+        reference_status,
+        networks: networks(&rows),
+        runs,
+        starts: cells,
+    };
     if args.scene.json {
         say!("{}", serde_json::to_string_pretty(&report)?)?;
     } else if !quiet {

@@ -9,6 +9,7 @@ use graph::{Graph, Normal, planar_normal};
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use scene::Scene;
+use serde::Serialize;
 use solver::component::Members;
 use solver::guess::{GuessKind, InitialGuess};
 use solver::projection::Projection;
@@ -115,6 +116,15 @@ impl FromStr for GuessName {
     }
 }
 
+/// Which network a guess is.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Origin {
+    /// Its recipe, its training, and where it comes from, in words.
+    pub(crate) network: String,
+    /// BLAKE3 hash of its weights' file, as its card has it.
+    pub(crate) weights_blake3: String,
+}
+
 /// A guess with what it has learned, ready for any number of rods.
 pub(crate) enum Guess {
     /// Without learning.
@@ -148,13 +158,22 @@ impl Guess {
             GuessName::Learned(LearnedName::Network(recipe)) => {
                 let network = Network::load(recipe, training)?;
                 if !training.quiet {
-                    say!("{name}: {}", network.origin)?;
+                    say!("{name}: {}", network.origin.network)?;
                 }
                 Self::Learned(Learned::Network(network))
             }
             #[cfg(not(feature = "gn"))]
             GuessName::Learned(LearnedName::Network(_)) => bail!("--guess {name} needs the cargo feature gn"),
         })
+    }
+
+    /// Which network it is, if it is one.
+    pub(crate) fn origin(&self) -> Option<&Origin> {
+        match self {
+            #[cfg(feature = "gn")]
+            Self::Learned(Learned::Network(network)) => Some(&network.origin),
+            _ => None,
+        }
     }
 
     /// Whether it stays exactly in the plane of a planar scene without being asked to.

@@ -19,7 +19,7 @@ use crate::cli::GuessesArgs;
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
 use crate::guess::GuessName;
 use crate::progress::Progress;
-use crate::rows::{Row, load, rows};
+use crate::rows::{NetworkOf, Row, load, networks, rows};
 use crate::standing;
 use crate::training::Training;
 use terminal::say;
@@ -44,6 +44,8 @@ pub(crate) struct Standing {
     pub(crate) scenario: Scenario,
     /// Simulations measured.
     pub(crate) simulations: usize,
+    /// The networks among the guesses.
+    pub(crate) networks: Vec<NetworkOf>,
     /// By bucket, guess, preconditioner and tolerance.
     pub(crate) cells: Vec<Cell>,
 }
@@ -121,7 +123,7 @@ fn measure(scenario: Scenario, args: &GuessesArgs, rows: &[Row<'_>], progress: &
     // The names and columns are all that a table takes of a plan.
     let names = rows.iter().map(|row| (row.name.clone(), None)).collect();
     let cells = guesses::table(&plan(names, args.steps), &measured);
-    Ok(Standing { scenario, simulations: measured.len(), cells })
+    Ok(Standing { scenario, simulations: measured.len(), networks: networks(rows), cells })
 }
 
 fn plan<'a>(guesses: Vec<(String, Option<GuessFactory<'a>>)>, steps: usize) -> Plan<'a> {
@@ -154,11 +156,18 @@ fn csv(report: &Report) -> String {
     let spreads = ["iterations", "iteration_ratio", "time_ratio", "time_us"];
     let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
     let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
-    let mut text = format!("scenario,simulations,bucket,guess,preconditioner,tolerance,solves,{}\n", names.join(","));
+    let mut text = format!(
+        "scenario,simulations,bucket,guess,network,weights_blake3,preconditioner,tolerance,solves,{}\n",
+        names.join(",")
+    );
     for standing in &report.standings {
         for cell in &standing.cells {
             let Cell { bucket, guess, preconditioner, tolerance, solves, .. } = cell;
-            let start = format!("{},{},{bucket},\"{guess}\"", standing.scenario, standing.simulations);
+            let network = standing.networks.iter().find(|network| network.guess == *guess);
+            let network = network.map_or(",".to_owned(), |NetworkOf { origin, .. }| {
+                format!("\"{}\",{}", origin.network.replace('"', "\"\""), origin.weights_blake3)
+            });
+            let start = format!("{},{},{bucket},\"{guess}\",{network}", standing.scenario, standing.simulations);
             // Writing to a string cannot fail.
             let _ = write!(text, "{start},{preconditioner},{tolerance:e},{solves}");
             for spread in [cell.iterations, cell.iteration_ratio, cell.time_ratio, cell.time_us] {

@@ -1,12 +1,14 @@
 //! COPINGNet's networks: those built into the program, and those in files.
 
+use std::path::Path;
+
 use anyhow::{Context, Result, bail};
-use copingnet::{Card, Checkpoint, Features, GnGuess, Trained};
+use copingnet::{Card, Checkpoint, CheckpointError, Features, GnGuess, Trained};
 use dataset::Scenario;
 use graph::{Graph, Normal};
 
 use crate::cli::LearnedArgs;
-use crate::guess::{GuessName, Recipe};
+use crate::guess::{GuessName, Origin, Recipe};
 use crate::training::Training;
 
 /// A checkpoint in the program.
@@ -50,8 +52,8 @@ pub(crate) struct Network {
     trained: Trained,
     scenario: String,
     recipe: String,
-    /// Where it comes from, in words.
-    pub(crate) origin: String,
+    /// Where it comes from.
+    pub(crate) origin: Origin,
 }
 
 impl Network {
@@ -65,18 +67,20 @@ impl Network {
         let Some(built_in) = BUILT_IN.iter().find(|built_in| built_in.name == name) else {
             bail!("no network {name} is built in");
         };
-        let checkpoint = Checkpoint::from_bytes(&name, built_in.card, built_in.weights).context("built in")?;
-        Ok(Self::new(checkpoint, "built in"))
+        Self::read(Path::new(&name), built_in.card, built_in.weights, "built in").context("built in")
     }
 
-    fn new(Checkpoint { card, encoding, weights }: Checkpoint, place: &str) -> Self {
+    fn read(name: &Path, card: &[u8], weights: &[u8], place: &str) -> Result<Self, CheckpointError> {
+        let weights_blake3 = blake3::hash(weights).to_hex().to_string();
+        let Checkpoint { card, encoding, weights } = Checkpoint::from_bytes(name, card, weights)?;
         let Card { scenario, recipe, training, .. } = card;
         let trained = match training.epochs {
             0 => "untrained".to_owned(),
             epochs => format!("trained for {epochs} epochs"),
         };
-        let origin = format!("recipe {recipe}, scenario {scenario}, {trained}, {place}");
-        Self { trained: Trained::new(&weights, encoding), scenario, recipe, origin }
+        let network = format!("recipe {recipe}, scenario {scenario}, {trained}, {place}");
+        let origin = Origin { network, weights_blake3 };
+        Ok(Self { trained: Trained::new(&weights, encoding), scenario, recipe, origin })
     }
 
     /// Whether what it predicts for a planar scene has the symmetry of the plane, by features in body frames.
@@ -96,7 +100,11 @@ impl Network {
 /// If it is for none of these guesses and scenarios, cannot be read, or is damaged.
 pub(crate) fn own(args: &LearnedArgs, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
     let Some(path) = &args.checkpoint else { return Ok(None) };
-    let network = Network::new(Checkpoint::load(path).context("--checkpoint")?, &path.display().to_string());
+    let read = || {
+        let [card, weights] = Checkpoint::contents(path)?;
+        Network::read(path, &card, &weights, &path.display().to_string())
+    };
+    let network = read().context("--checkpoint")?;
     let scenarios: Vec<&str> = scenarios.iter().map(|scenario| scenario.name()).collect();
     let recipes: Vec<&str> = names.iter().filter_map(|name| name.recipe()).map(Recipe::name).collect();
     let path = path.display();

@@ -3,11 +3,12 @@
 use anyhow::Result;
 use graph::Normal;
 use rod::Model;
+use serde::Serialize;
 use solver::component::Members;
 use solver::guess::InitialGuess;
 use solver::topology::Topology;
 
-use crate::guess::{Guess, GuessName};
+use crate::guess::{Guess, GuessName, Origin};
 use crate::training::Training;
 
 /// A row of a table: its name, the guess, and whether it is restricted to the scene's plane.
@@ -28,6 +29,25 @@ impl<'a> Row<'a> {
     ) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + use<'a> {
         self.guess.factory(plane.filter(|_| self.planar))
     }
+}
+
+/// Which network stands behind a row.
+#[derive(Debug, Serialize)]
+pub(crate) struct NetworkOf {
+    /// Name of the row.
+    pub(crate) guess: String,
+    /// The network.
+    #[serde(flatten)]
+    pub(crate) origin: Origin,
+}
+
+/// The networks of those rows that have one.
+pub(crate) fn networks(rows: &[Row<'_>]) -> Vec<NetworkOf> {
+    let of = |row: &Row<'_>| {
+        let origin = row.guess.origin()?.clone();
+        Some(NetworkOf { guess: row.name.clone(), origin })
+    };
+    rows.iter().filter_map(of).collect()
 }
 
 /// Gets what these guesses need, each once.

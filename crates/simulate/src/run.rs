@@ -82,7 +82,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let summary = Summary::new(
         &scene,
         &settings,
-        &Start { name, end_to_end: args.end_to_end.unwrap_or(0), planar: plane.is_some() },
+        &Start {
+            name,
+            network: guess.origin().cloned(),
+            end_to_end: args.end_to_end.unwrap_or(0),
+            planar: plane.is_some(),
+        },
         &simulation,
         &state,
         &measured,

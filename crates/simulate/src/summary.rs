@@ -11,7 +11,7 @@ use serde::Serialize;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
-use crate::guess::GuessName;
+use crate::guess::{GuessName, Origin};
 use crate::measured::Measured;
 use crate::run::Course;
 use terminal::say;
@@ -59,6 +59,8 @@ struct Worst {
 pub(crate) struct Start {
     /// The guess.
     pub(crate) name: GuessName,
+    /// The network that it is, if it is one.
+    pub(crate) network: Option<Origin>,
     /// Predictions a step that took the place of all solves; 0 where there were solves.
     pub(crate) end_to_end: usize,
     /// Whether it was restricted to a plane.
@@ -76,6 +78,9 @@ pub(crate) struct Summary {
     solver: String,
     linear_tolerance: Option<f64>,
     guess: String,
+    /// The guess's network, if it is one.
+    #[serde(flatten)]
+    network: Option<Origin>,
     /// Predictions a step, at most, in the place of solves; 0 where there were solves.
     end_to_end: usize,
     /// Whether the guess was restricted to a plane.
@@ -132,6 +137,7 @@ impl Summary {
                 _ => None,
             },
             guess: start.name.to_string(),
+            network: start.network.clone(),
             end_to_end: start.end_to_end,
             planar: start.planar,
             tolerance: settings.step.relative_tolerance,

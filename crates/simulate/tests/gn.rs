@@ -96,6 +96,17 @@ fn without_arguments_it_starts_from_a_network_and_says_what_that_is_worth() {
     assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 0);
 }
 
+/// Whether an entry of a report names the built-in network of a scenario, with the hash that stands in its card.
+fn names_its_network(entry: &Value, scenario: &str) -> bool {
+    let network = entry["network"].as_str().expect("a network");
+    let recipe = if entry["guess"].as_str().expect("a guess").starts_with("gn-best") { "best" } else { "paper" };
+    let card = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../checkpoints/{scenario}-{recipe}.toml"));
+    let hash = entry["weights_blake3"].as_str().expect("a hash");
+    network.starts_with(&format!("recipe {recipe}, scenario {scenario}, "))
+        && network.ends_with(", built in")
+        && fs::read_to_string(card).expect("a card").contains(&format!("weights_blake3 = \"{hash}\""))
+}
+
 #[test]
 fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
     for name in NAMES {
@@ -104,6 +115,7 @@ fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
             assert_eq!(nulls(&summary, ""), [""; 0]);
             assert_eq!((&summary["guess"], &summary["status"]), (&name.into(), &"converged".into()));
             assert_eq!(summary["planar"], name == "gn-best" && scene == "bending-rod");
+            assert!(names_its_network(&summary, scenario), "{summary}");
             assert_eq!((count(&summary, "guesses_used"), count(&summary, "guesses_dropped")), (5, 0));
             let output = run(&[scene, "--guess", name, "--solver", "cg", "--steps", "1"]);
             let (_, out, _) = texts(&output);
@@ -206,9 +218,27 @@ fn tables_have_the_networks() {
         assert!(of_starts.iter().any(|cell| cell["guess"] == name && cell["solves"] == 1), "{name}");
     }
     assert!(of_starts.iter().all(|cell| cell["guess"] != "gn-best, planar"));
+    let networks = |report: &Value, scenario: &str| {
+        let networks = report["networks"].as_array().expect("networks");
+        assert!(networks.iter().all(|network| names_its_network(network, scenario)), "{networks:?}");
+        networks.iter().map(|network| network["guess"].as_str().expect("a name").to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(networks(&compared, "rod"), ["gn", "gn, planar", "gn-best"]);
     let names = "fischer,gn,gn-best";
+    let folder = tempfile::tempdir().expect("a folder");
+    let csv = folder.path().join("guesses.csv");
+    let csv_flags = ["--csv", csv.to_str().expect("UTF-8")];
     let small = ["guesses", "--simulations", "1", "--steps", "4", "--guess", names];
-    let report = json(&small);
+    let report = json(&[&small[..], &csv_flags].concat());
+    assert_eq!(networks(&report["standings"][0], "rod"), ["gn", "gn, planar", "gn-best"]);
+    assert_eq!(networks(&report["standings"][1], "helix"), ["gn", "gn-best"]);
+    let csv = fs::read_to_string(&csv).expect("a file");
+    for network in report["standings"][0]["networks"].as_array().expect("networks") {
+        let [guess, text, hash] =
+            ["guess", "network", "weights_blake3"].map(|key| network[key].as_str().expect("text"));
+        assert!(csv.contains(&format!("rod,1,step 1,\"{guess}\",\"{text}\",{hash},raw,1e-2,1,")), "{csv}");
+    }
+    assert!(csv.contains("rod,1,step 1,\"fischer\",,,raw,"), "{csv}");
     let rows = |k: usize| {
         let cells = report["standings"][k]["cells"].as_array().expect("cells");
         let mut rows: Vec<String> = Vec::new();

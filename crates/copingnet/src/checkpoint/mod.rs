@@ -69,17 +69,26 @@ impl Checkpoint {
     /// # Errors
     /// If a file cannot be read, is damaged, foreign, or of another version, or the two do not belong together.
     pub fn load(path: &Path) -> Result<Self, CheckpointError> {
+        let [card, weights] = Self::contents(path)?;
+        Self::from_bytes(path, &card, &weights)
+    }
+
+    /// The contents of the checkpoint's files, the card's and the weights', unchecked.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub fn contents(path: &Path) -> Result<[Vec<u8>; 2], CheckpointError> {
         let files = Files::of(path);
         let read = |file: &Path| std::fs::read(file).map_err(CheckpointError::io("read", file));
-        Self::read(&files, &read(&files.card)?, &read(&files.weights)?)
+        Ok([read(&files.card)?, read(&files.weights)?])
     }
 
     /// As [`Checkpoint::load`], with the files' contents in memory; `name` is for errors.
     ///
     /// # Errors
     /// As [`Checkpoint::load`].
-    pub fn from_bytes(name: &str, card: &[u8], weights: &[u8]) -> Result<Self, CheckpointError> {
-        Self::read(&Files::of(Path::new(name)), card, weights)
+    pub fn from_bytes(name: impl AsRef<Path>, card: &[u8], weights: &[u8]) -> Result<Self, CheckpointError> {
+        Self::read(&Files::of(name.as_ref()), card, weights)
     }
 
     /// Writes both files. Nothing is written that would not load again.
