@@ -5,7 +5,7 @@ use std::time::Duration;
 use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::Serialize;
-use solver::counters::StageTimes;
+use solver::counters::{Counters, StageTimes};
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::Status;
 
@@ -30,6 +30,10 @@ pub struct Row {
     pub iterations_per_step: f64,
     /// Iterations of the linear solver per outer iteration; 0 for direct solvers.
     pub linear_iterations_per_solve: f64,
+    /// Median outer iterations of a step, summed over connected sets.
+    pub outer_median: f64,
+    /// Median iterations of the linear solver in a step, summed over connected sets.
+    pub linear_median: f64,
     /// Median wall time of a step [us]: prediction and velocities.
     pub predict_us: f64,
     /// Median wall time of a step [us]: guesses.
@@ -52,6 +56,8 @@ pub struct Row {
 pub struct Comparison {
     /// One row an entry.
     pub rows: Vec<Row>,
+    /// Steps done.
+    pub steps: usize,
     /// Worst status of any step of the reference; "out of iterations" where its tolerance is below rounding errors.
     pub reference_status: &'static str,
 }
@@ -91,7 +97,7 @@ pub fn run(
             simulation: Simulation::new(model, state, &entry.settings, entry.guess)?,
             status: Status::Converged,
             error: 0.0,
-            times: Vec::with_capacity(steps),
+            costs: Vec::with_capacity(steps),
         });
     }
     let (mut expected, mut found) = (state.clone(), state.clone());
@@ -100,9 +106,9 @@ pub fn run(
         reference_status = reference_status.max(reference.step(dt)?.status);
         reference.store(&mut expected);
         for run in &mut runs {
-            let before = run.simulation.counters().times;
+            let before = run.simulation.counters();
             run.status = run.status.max(run.simulation.step(dt)?.status);
-            run.times.push(between(&before, &run.simulation.counters().times));
+            run.costs.push(between(&before, &run.simulation.counters()));
             run.simulation.store(&mut found);
             run.error = run.error.max(position_error(model, &found, &expected));
         }
@@ -112,28 +118,30 @@ pub fn run(
         }
     }
     let rows = entries.iter().zip(&runs).map(|(entry, run)| run.row(entry, done)).collect();
-    Ok(Comparison { rows, reference_status: reference_status.name() })
+    Ok(Comparison { rows, steps: done, reference_status: reference_status.name() })
 }
 
 struct Run {
     simulation: Simulation,
     status: Status,
     error: f64,
-    /// Of each step, the times of the five stages and their sum [us].
-    times: Vec<[f64; 6]>,
+    /// Of each step, the times of the five stages and their sum [us], then its outer and its linear iterations.
+    costs: Vec<[f64; 8]>,
 }
 
 impl Run {
     fn row(&self, entry: &Entry<'_>, steps: usize) -> Row {
         let counters = self.simulation.counters();
         let solves = (steps * self.simulation.components()).max(1);
-        let [predict_us, guess_us, assemble_us, solve_us, update_us, total_us] =
-            std::array::from_fn(|stage| median(self.times.iter().map(|times| times[stage]).collect()));
+        let [predict_us, guess_us, assemble_us, solve_us, update_us, total_us, outer_median, linear_median] =
+            std::array::from_fn(|k| median(self.costs.iter().map(|costs| costs[k]).collect()));
         Row {
             name: entry.name.clone(),
             status: self.status.name(),
             iterations_per_step: counters.iterations as f64 / solves as f64,
             linear_iterations_per_solve: counters.linear_iterations as f64 / counters.iterations.max(1) as f64,
+            outer_median,
+            linear_median,
             predict_us,
             guess_us,
             assemble_us,
@@ -145,16 +153,19 @@ impl Run {
     }
 }
 
-/// Times of the five stages and their sum [us] between two readings.
-fn between(before: &StageTimes, after: &StageTimes) -> [f64; 6] {
-    let us = |after: Duration, before: Duration| (after - before).as_secs_f64() * 1e6;
+/// What a step cost, by two readings: see [`Run::costs`].
+fn between(before: &Counters, after: &Counters) -> [f64; 8] {
+    let us = |time: fn(&StageTimes) -> Duration| (time(&after.times) - time(&before.times)).as_secs_f64() * 1e6;
+    let count = |count: fn(&Counters) -> u64| (count(after) - count(before)) as f64;
     [
-        us(after.predict, before.predict),
-        us(after.guess, before.guess),
-        us(after.assemble, before.assemble),
-        us(after.solve, before.solve),
-        us(after.update, before.update),
-        us(after.total(), before.total()),
+        us(|times| times.predict),
+        us(|times| times.guess),
+        us(|times| times.assemble),
+        us(|times| times.solve),
+        us(|times| times.update),
+        us(StageTimes::total),
+        count(|counters| counters.iterations),
+        count(|counters| counters.linear_iterations),
     ]
 }
 

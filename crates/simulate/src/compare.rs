@@ -47,6 +47,8 @@ struct Report {
     scene: String,
     segments: usize,
     steps: usize,
+    /// Steps of the runs before Ctrl-C.
+    steps_done: usize,
     dt_s: f64,
     outer_tolerance: f64,
     /// Worst status of the reference that errors are measured against.
@@ -102,7 +104,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     // The entry whose formulation the reference takes comes first.
     entries.sort_by_key(|entry| entry.settings.step.formulation != own);
 
-    let Comparison { rows: runs, reference_status } =
+    let Comparison { rows: runs, steps: steps_done, reference_status } =
         compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
     let starts = of_solves().map(|(row, factory)| {
         let guess = row.guess_name.helps_solves().then_some(factory as GuessFactory<'_>);
@@ -125,6 +127,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         scene: name,
         segments,
         steps,
+        steps_done,
         dt_s: dt,
         outer_tolerance,
         reference_status,
@@ -148,18 +151,31 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
 fn print_runs(report: &Report) -> Result<()> {
     say!(
-        "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; times: medians in us a step; error: root\n\
-         mean square position error relative to the rods' length, against {} solved to {:e} ({})",
+        "\nRuns: outer tolerance {:e}, cg to 1e-6 of the right-hand side in its own norm; means: outer iterations a step, linear\n\
+         ones in each; medians: us a step; error: root mean square of positions relative to the rods' length, the largest of\n\
+         any step, against {} solved to {:e} ({})",
         report.outer_tolerance,
         report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
         compare::REFERENCE_TOLERANCE,
         report.reference_status
     )?;
-    say!("{}", runs_table(&report.runs))
+    say_stopped(report.steps_done, report.steps)?;
+    let means = |row: &compare::Row| {
+        [format!("{:.2}", row.iterations_per_step), format!("{:.1}", row.linear_iterations_per_solve)]
+    };
+    say!("{}", runs_table(&report.runs, means))
 }
 
-/// The table of ways to simulate a scene.
-pub(crate) fn runs_table(runs: &[compare::Row]) -> Table {
+/// Says that a table is of some of the steps alone, if it is.
+pub(crate) fn say_stopped(done: usize, steps: usize) -> Result<()> {
+    if done < steps {
+        say!("Stopped after {done} of {steps} steps: what follows is of these alone.")?;
+    }
+    Ok(())
+}
+
+/// The table of ways to simulate a scene, with their outer and linear iterations as `counts` has them.
+pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -> [String; 2]) -> Table {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
@@ -167,10 +183,11 @@ pub(crate) fn runs_table(runs: &[compare::Row]) -> Table {
     ]);
     for row in runs {
         let us = |x: f64| format!("{x:.1}");
+        let [outer, linear] = counts(row);
         table.add_row([
             row.name.clone(),
-            format!("{:.2}", row.iterations_per_step),
-            format!("{:.1}", row.linear_iterations_per_solve),
+            outer,
+            linear,
             us(row.predict_us),
             us(row.guess_us),
             us(row.assemble_us),

@@ -10,8 +10,9 @@ use solver::simulation::{GuessFactory, Settings};
 
 use crate::Outcome;
 use crate::cli::Cli;
-use crate::compare::runs_table;
+use crate::compare::{runs_table, say_stopped};
 use crate::guess::{Guess, GuessName, LearnedName, Recipe};
+use crate::progress::Progress;
 use crate::run;
 use crate::scenes::{linear_solver, scene, settings};
 use crate::training::Training;
@@ -55,13 +56,19 @@ pub(crate) fn demo() -> Result<Outcome> {
         guess: guess.helps_solves().then_some(factory as GuessFactory<'_>),
     };
     let entries: Vec<_> = ways.iter().zip(&factories).map(entry).collect();
-    let compared = compare::run(&scene.model, &scene.state, scene.run.dt, scene.run.steps, &entries, |_| true)?;
+    let progress = Progress::new(scene.run.steps, "steps", false)?;
+    let compared =
+        compare::run(&scene.model, &scene.state, scene.run.dt, scene.run.steps, &entries, |_| progress.advance())?;
+    let interrupted = progress.finish();
     say!(
-        "\nThe same motion in other ways, side by side: outer iterations a step, cg iterations in each, median us a step"
+        "\nThe same motion in other ways, side by side; medians over the steps: outer iterations, cg iterations and us a step;\n\
+         error: the largest of any step"
     )?;
-    say!("{}", runs_table(&compared.rows))?;
+    say_stopped(compared.steps, scene.run.steps)?;
+    let medians = |row: &Row| [row.outer_median, row.linear_median].map(|median| format!("{median:.0}"));
+    say!("{}", runs_table(&compared.rows, medians))?;
     say!("{}", verdict(&compared.rows))?;
-    Ok(Outcome::Done)
+    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
 /// Who is fastest, and what the network's start is worth, in words.
@@ -72,13 +79,12 @@ fn verdict(rows: &[Row]) -> String {
     else {
         return String::new();
     };
-    let iterations = |row: &Row| row.iterations_per_step * row.linear_iterations_per_solve;
     format!(
         "Fastest here: {}, {:.0} us a step. From COPINGNet (gn-best) conjugate gradients take {:.0} % of the iterations\n\
          and {:.0} % of the time that they take from zero, and {:.1} times the time of the direct solve.",
         fastest.name,
         fastest.total_us,
-        100.0 * iterations(best) / iterations(zero),
+        100.0 * best.linear_median / zero.linear_median,
         100.0 * best.total_us / zero.total_us,
         best.total_us / direct.total_us
     )
@@ -90,11 +96,13 @@ mod tests {
 
     #[test]
     fn the_verdict_is_what_the_numbers_say() {
-        let row = |name: &str, linear_iterations_per_solve, total_us| Row {
+        let row = |name: &str, linear_median, total_us| Row {
             name: name.to_owned(),
             status: "converged",
             iterations_per_step: 2.0,
-            linear_iterations_per_solve,
+            linear_iterations_per_solve: 0.0,
+            outer_median: 2.0,
+            linear_median,
             predict_us: 0.0,
             guess_us: 0.0,
             assemble_us: 0.0,

@@ -1,6 +1,5 @@
 //! Progress on the terminal, and Ctrl-C.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -19,44 +18,45 @@ pub(crate) fn bar(length: usize, unit: &str, quiet: bool) -> Result<ProgressBar>
     Ok(bar)
 }
 
-/// A bar, and whether the user asked to stop.
-pub(crate) struct Progress {
-    bar: ProgressBar,
-    stopped: Arc<AtomicBool>,
-}
+/// Whether the user asked to stop: whatever is running, and whatever comes after it.
+static STOPPED: AtomicBool = AtomicBool::new(false);
+
+/// A bar that ends early where the user asks to stop.
+pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
-    /// A [`bar`]. Ctrl-C asks to stop and
-    /// keeps the results; once more, after [`PATIENCE`], gives them up.
+    /// A [`bar`]. Ctrl-C asks to stop and keeps the results; once more, after [`PATIENCE`], gives them up.
     pub(crate) fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
         let bar = bar(length, unit, quiet)?;
-        let stopped = Arc::new(AtomicBool::new(false));
-        let flag = stopped.clone();
         let mut first: Option<Instant> = None;
-        ctrlc::set_handler(move || {
-            flag.store(true, Ordering::Relaxed);
+        let listening = ctrlc::set_handler(move || {
+            STOPPED.store(true, Ordering::Relaxed);
             if first.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
                 std::process::exit(i32::from(crate::INTERRUPTED));
             }
-        })
-        .context("cannot listen to Ctrl-C")?;
-        Ok(Self { bar, stopped })
+        });
+        match listening {
+            // Since an earlier bar of this program.
+            Err(ctrlc::Error::MultipleHandlers) => {}
+            other => other.context("cannot listen to Ctrl-C")?,
+        }
+        Ok(Self(bar))
     }
 
     /// One of them done. Returns whether to go on.
     pub(crate) fn advance(&self) -> bool {
-        self.bar.inc(1);
+        self.0.inc(1);
         !self.stopped()
     }
 
     /// Whether the user asked to stop.
     pub(crate) fn stopped(&self) -> bool {
-        self.stopped.load(Ordering::Relaxed)
+        STOPPED.load(Ordering::Relaxed)
     }
 
     /// Takes the bar away and returns whether the user asked to stop.
     pub(crate) fn finish(self) -> bool {
-        self.bar.finish_and_clear();
+        self.0.finish_and_clear();
         self.stopped()
     }
 }

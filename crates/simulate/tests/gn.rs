@@ -4,9 +4,12 @@
 mod common;
 
 use std::fs;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::Output;
+use std::process::{Output, Stdio};
 
+#[cfg(unix)]
+use common::interrupt;
 use common::{builtin_names, json, nulls, run, simulate, texts};
 use copingnet::{Card, Checkpoint, Encoding, Features, Head, NetworkConfig, Training, Weights};
 use graph::Norms;
@@ -94,6 +97,32 @@ fn without_arguments_it_starts_from_a_network_and_says_what_that_is_worth() {
     assert!(out.contains("Fastest here: ") && !out.contains("NaN") && !out.contains("inf"), "{out}");
     assert!(lines.iter().all(|line| line.trim_end().chars().count() <= 120), "{out}");
     assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 0);
+}
+
+/// Ctrl-C while the other ways run: the table of the steps so far, said to be that.
+#[test]
+#[cfg(unix)]
+fn an_interrupted_demonstration_says_how_far_it_came() {
+    // Fast as it is, it may have ended before the signal arrives.
+    for _ in 0..50 {
+        let mut child = simulate(&[]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+        let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
+        let mut out = String::new();
+        // The last line of the first run.
+        while !out.contains("length changed by") {
+            assert!(stdout.read_line(&mut out).expect("a line") > 0, "{out}");
+        }
+        interrupt(child.id());
+        stdout.read_to_string(&mut out).expect("the rest");
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!(texts(&output).2, "", "{out}");
+        assert!(out.contains("Fastest here: ") && !out.contains("NaN"), "{out}");
+        if out.contains("\nStopped after ") {
+            assert!(output.status.code() == Some(130) && out.contains(" of 100 steps: what follows"), "{out}");
+            return;
+        }
+    }
+    panic!("never interrupted");
 }
 
 /// Whether an entry of a report names the built-in network of a scenario, with the hash that stands in its card.

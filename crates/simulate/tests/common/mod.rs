@@ -23,6 +23,13 @@ pub(crate) fn run(arguments: &[&str]) -> Output {
     simulate(arguments).output().expect("the program starts")
 }
 
+/// Sends what Ctrl-C sends.
+#[cfg(unix)]
+pub(crate) fn interrupt(id: u32) {
+    let status = Command::new("kill").args(["-INT", &id.to_string()]).status().expect("kill starts");
+    assert!(status.success());
+}
+
 /// Exit code, standard output, standard error.
 pub(crate) fn texts(output: &Output) -> (Option<i32>, &str, &str) {
     let text = |bytes| std::str::from_utf8(bytes).expect("UTF-8");
