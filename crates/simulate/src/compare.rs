@@ -71,6 +71,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let quiet = args.scene.quiet || args.scene.json;
     let training = Training::for_scene(&args.learned, &args.with, args.scenario, &scene, quiet)?;
     let guesses = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
+    training.say_foreign(&args.with, &scene)?;
     let progress = Progress::new(2 * steps, "steps", quiet)?;
     if !quiet {
         say!("{}: {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len())?;

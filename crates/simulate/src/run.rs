@@ -53,9 +53,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let asked_plane = if args.planar { Some(plane(&scene)?) } else { None };
     let guess = Guess::load(name, &training)?;
     let plane = asked_plane.or_else(|| guess.own_plane(&scene));
-    if let (true, Some(what)) = (name.is_learned() && !quiet, training.foreign(&scene)) {
-        say!("{name} learned from random scenes ({}), where nothing is like this scene: {what}", training.scenario)?;
-    }
+    training.say_foreign(&[name], &scene)?;
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let mut writer = match &args.out {

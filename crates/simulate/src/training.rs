@@ -99,8 +99,21 @@ impl Training {
         open_as(directory, &config).context("--data")
     }
 
+    /// Says so where a scene is unlike all that the learned ones of these guesses learned from.
+    pub(crate) fn say_foreign(&self, names: &[GuessName], scene: &Scene) -> Result<()> {
+        let learned = names.iter().filter(|name| name.is_learned()).map(GuessName::to_string);
+        let learned = learned.collect::<Vec<_>>().join(", ");
+        match self.foreign(scene) {
+            Some(what) if !(self.quiet || learned.is_empty()) => {
+                let scenario = self.scenario;
+                say!("{learned} learned from random scenes ({scenario}), where nothing is like this scene: {what}")
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// What makes a scene unlike all that was learned from, in words.
-    pub(crate) fn foreign(&self, scene: &Scene) -> Option<String> {
+    fn foreign(&self, scene: &Scene) -> Option<String> {
         let model = &scene.model;
         if scene.rods.len() != 1 || model.joints.len() + 1 != model.segments.len() {
             let (rods, joints) = (scene.rods.len(), model.joints.len());

@@ -158,6 +158,11 @@ fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
     let foreign =
         "gn learned from random scenes (rod), where nothing is like this scene: segments = 60.0, not 10.0 to 55.0";
     assert!(out.contains(foreign), "{out}");
+    let output = run(&["compare", "helix", "--with", "gn,gn-best", "--scenario", "rod", "--steps", "2"]);
+    let (_, out, _) = texts(&output);
+    assert!(out.contains(&foreign.replace("gn", "gn, gn-best")), "{out}");
+    let output = run(&["compare", "--with", "gn", "--steps", "2"]);
+    assert!(!texts(&output).1.contains("nothing is like"));
 }
 
 #[test]
