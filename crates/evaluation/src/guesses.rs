@@ -119,6 +119,8 @@ pub struct Cell {
     pub tolerance: f64,
     /// Solves of all simulations.
     pub solves: u64,
+    /// Those whose start was dropped: see [`solver::linear::LinearInfo::start_dropped`].
+    pub dropped: u64,
     /// Iterations a solve.
     pub iterations: Option<Spread>,
     /// Iterations relative to the zero start's.
@@ -154,6 +156,7 @@ pub fn table(plan: &Plan<'_>, simulations: &[Measured]) -> Vec<Cell> {
                     preconditioner: preconditioner.name(),
                     tolerance,
                     solves: tallies().map(|(own, ..)| own.solves).sum(),
+                    dropped: tallies().map(|(own, ..)| own.dropped).sum(),
                     iterations: counted(Spread::of(
                         tallies().map(|(own, ..)| iterations(own.iterations) / iterations(own.solves)),
                     )),

@@ -44,6 +44,8 @@ impl Plan<'_> {
 pub struct Tally {
     /// Number of solves.
     pub solves: u64,
+    /// Those whose start was dropped.
+    pub dropped: u64,
     /// Iterations of conjugate gradients.
     pub iterations: u64,
     /// Time of the solves, preconditioner included [s].
@@ -109,6 +111,8 @@ pub struct Cell {
     pub ratio: f64,
     /// Number of solves.
     pub solves: u64,
+    /// Those whose start was dropped: see [`solver::linear::LinearInfo::start_dropped`].
+    pub dropped: u64,
 }
 
 /// The first bucket's sums as a table.
@@ -125,6 +129,7 @@ pub fn cells(plan: &Plan<'_>, measured: &Measured) -> Vec<Cell> {
                 iterations: mean(own),
                 ratio: mean(own) / mean(measured.tally(0, 0, column)),
                 solves: own.solves,
+                dropped: own.dropped,
             });
         }
     }
@@ -234,6 +239,7 @@ impl Shadow {
                 tally.solve_s += begin.elapsed().as_secs_f64();
                 tally.iterations += info.iterations;
                 tally.solves += 1;
+                tally.dropped += u64::from(info.start_dropped);
             }
         }
         if let Some(direct) = &mut self.direct {

@@ -18,7 +18,7 @@ use crate::Outcome;
 use crate::cli::CompareArgs;
 use crate::guess::GuessName;
 use crate::progress::Progress;
-use crate::rows::{NetworkOf, load, networks, rows};
+use crate::rows::{NetworkOf, load, networks, rows, say_dropped};
 use crate::scenes::{scene, settings, use_threads};
 use crate::training::Training;
 use terminal::say;
@@ -230,7 +230,8 @@ fn print_starts(report: &Report, skip: usize) -> Result<()> {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say!("{table}")
+    say!("{table}")?;
+    say_dropped(report.starts.iter().map(|cell| (cell.guess.as_str(), cell.dropped, cell.solves)))
 }
 
 /// A number, or a dash where nothing was counted.

@@ -157,19 +157,19 @@ fn csv(report: &Report) -> String {
     let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
     let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
     let mut text = format!(
-        "scenario,simulations,bucket,guess,network,weights_blake3,preconditioner,tolerance,solves,{}\n",
+        "scenario,simulations,bucket,guess,network,weights_blake3,preconditioner,tolerance,solves,dropped,{}\n",
         names.join(",")
     );
     for standing in &report.standings {
         for cell in &standing.cells {
-            let Cell { bucket, guess, preconditioner, tolerance, solves, .. } = cell;
+            let Cell { bucket, guess, preconditioner, tolerance, solves, dropped, .. } = cell;
             let network = standing.networks.iter().find(|network| network.guess == *guess);
             let network = network.map_or(",".to_owned(), |NetworkOf { origin, .. }| {
                 format!("\"{}\",{}", origin.network.replace('"', "\"\""), origin.weights_blake3)
             });
             let start = format!("{},{},{bucket},\"{guess}\",{network}", standing.scenario, standing.simulations);
             // Writing to a string cannot fail.
-            let _ = write!(text, "{start},{preconditioner},{tolerance:e},{solves}");
+            let _ = write!(text, "{start},{preconditioner},{tolerance:e},{solves},{dropped}");
             for spread in [cell.iterations, cell.iteration_ratio, cell.time_ratio, cell.time_us] {
                 match spread {
                     Some(Spread { mean, lower, median, upper }) => {

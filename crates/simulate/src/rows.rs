@@ -10,6 +10,7 @@ use solver::topology::Topology;
 
 use crate::guess::{Guess, GuessName, Origin};
 use crate::training::Training;
+use terminal::say;
 
 /// A row of a table: its name, the guess, and whether it is restricted to the scene's plane.
 pub(crate) struct Row<'a> {
@@ -48,6 +49,24 @@ pub(crate) fn networks(rows: &[Row<'_>]) -> Vec<NetworkOf> {
         Some(NetworkOf { guess: row.name.clone(), origin })
     };
     rows.iter().filter_map(of).collect()
+}
+
+/// Says how many starts of which guesses were dropped, if any were; of each cell the guess, the starts dropped and the
+/// solves.
+pub(crate) fn say_dropped<'a>(cells: impl Iterator<Item = (&'a str, u64, u64)>) -> Result<()> {
+    let mut sums: Vec<(&str, u64, u64)> = Vec::new();
+    for (guess, dropped, solves) in cells {
+        match sums.iter_mut().find(|(name, ..)| *name == guess) {
+            Some(sum) => (sum.1, sum.2) = (sum.1 + dropped, sum.2 + solves),
+            None => sums.push((guess, dropped, solves)),
+        }
+    }
+    let line = |(guess, dropped, solves): &(&str, u64, u64)| format!("{guess} {dropped} of {solves}");
+    let lines: Vec<String> = sums.iter().filter(|(_, dropped, _)| *dropped > 0).map(line).collect();
+    if lines.is_empty() {
+        return Ok(());
+    }
+    say!("Starts dropped, since their rounding errors would show: {}", lines.join("; "))
 }
 
 /// Gets what these guesses need, each once.

@@ -6,6 +6,7 @@ use evaluation::guesses::{BUCKETS, Cell, DIRECT, EVERY, IMPULSE_AFTER, IMPULSE_S
 
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
 use crate::guesses::{Report, Standing};
+use crate::rows::say_dropped;
 use terminal::say;
 
 /// Columns of a table, and cells of a guess in a bucket.
@@ -38,6 +39,7 @@ pub(crate) fn print(report: &Report) -> Result<()> {
         say!("\n{}: who needs least (median)", title(standing))?;
         say!("{}", winners(standing))?;
         say!("{}", words(standing))?;
+        say_dropped(standing.cells.iter().map(|cell| (cell.guess.as_str(), cell.dropped, cell.solves)))?;
     }
     Ok(())
 }

@@ -270,7 +270,7 @@ fn tables_have_the_networks() {
     for network in report["standings"][0]["networks"].as_array().expect("networks") {
         let [guess, text, hash] =
             ["guess", "network", "weights_blake3"].map(|key| network[key].as_str().expect("text"));
-        assert!(csv.contains(&format!("rod,1,step 1,\"{guess}\",\"{text}\",{hash},raw,1e-2,1,")), "{csv}");
+        assert!(csv.contains(&format!("rod,1,step 1,\"{guess}\",\"{text}\",{hash},raw,1e-2,1,0,")), "{csv}");
     }
     assert!(csv.contains("rod,1,step 1,\"fischer\",,,raw,"), "{csv}");
     let rows = |k: usize| {
@@ -292,6 +292,21 @@ fn tables_have_the_networks() {
         assert!(out.contains(&format!("\n{name} needs fewer iterations than the zero start in ")), "{out}");
     }
     assert!(out.lines().all(|line| line.trim_end().chars().count() <= 120), "{out}");
+    assert!(!out.contains("dropped"), "{out}");
+    // A network out of its mind.
+    let wild = folder.path().join("wild");
+    untrained("rod", "gn-best", 1e30).save(&wild).expect("a checkpoint");
+    let wild = ["--checkpoint", wild.to_str().expect("UTF-8")];
+    let flags = ["guesses", "--scenario", "rod", "--simulations", "1", "--steps", "2", "--guess", "gn-best"];
+    let flags = [&flags[..], &wild].concat();
+    let cells = json(&flags)["standings"][0]["cells"].clone();
+    for cell in cells.as_array().expect("cells") {
+        assert_eq!(cell["dropped"] == cell["solves"], cell["guess"] == "gn-best" || cell["solves"] == 0, "{cell}");
+    }
+    let line = "\nStarts dropped, since their rounding errors would show: gn-best 18 of 18\n";
+    assert!(texts(&run(&flags)).1.contains(line), "{}", texts(&run(&flags)).1);
+    let compared = run(&[&["compare", "--steps", "3", "--with", "gn-best"][..], &wild].concat());
+    assert!(texts(&compared).1.contains("would show: gn-best 9 of 9\n"), "{}", texts(&compared).1);
     let help = run(&["guesses", "--help"]);
     assert!(texts(&help).1.contains("[default: previous,linear,quadratic,fischer,frozen,knn,gn,gn-best]"));
 }

@@ -46,7 +46,7 @@ pub struct Counters {
     pub linear_failures: u64,
     /// Guesses used as a start.
     pub guesses_used: u64,
-    /// Guesses dropped: not finite, so far off that their rounding errors would show in the solution, or for a whole step
+    /// Guesses dropped: not finite, so large that their rounding errors would show in the solution, or for a whole step
     /// and further from the solution than the prediction.
     pub guesses_dropped: u64,
     /// Applications of a load to a segment.

@@ -30,7 +30,8 @@ pub struct LinearInfo {
     pub status: LinearStatus,
     /// Iterations; 0 for a direct solve.
     pub iterations: u64,
-    /// Whether there was a start so far off that the solver began from zero instead.
+    /// Whether there was a start that is not finite, or so large that its rounding errors would show in the solution, and the
+    /// solver began from zero instead.
     pub start_dropped: bool,
     /// Residual relative to the right-hand side, in the solver's own norm; 0 for a direct solve.
     pub residual: f64,
