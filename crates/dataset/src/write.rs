@@ -1,37 +1,13 @@
 //! Recorded trajectories to the bytes of a shard.
 
-use std::borrow::Cow;
-
+use export::Tensor;
 use rod::Body;
-use safetensors::tensor::{Dtype, View};
 
 use crate::layout::{Counts, Name, TENSORS};
 use crate::record::Record;
 
-/// The bytes of one tensor in the making.
-struct Column {
-    shape: Vec<usize>,
-    bytes: Vec<u8>,
-    dtype: Dtype,
-}
-
-impl View for &Column {
-    fn dtype(&self) -> Dtype {
-        self.dtype
-    }
-    fn shape(&self) -> &[usize] {
-        &self.shape
-    }
-    fn data(&self) -> Cow<'_, [u8]> {
-        Cow::Borrowed(&self.bytes)
-    }
-    fn data_len(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-/// Numbers of the shard's tensors.
-struct Columns(Vec<Column>);
+/// The shard's tensors in the making.
+struct Columns(Vec<Tensor>);
 
 impl Columns {
     fn f64s(&mut self, name: Name, values: impl IntoIterator<Item = f64>) {
@@ -61,7 +37,7 @@ fn sizes(record: &Record) -> [usize; 4] {
 
 /// The shard's bytes.
 pub(crate) fn shard(records: &[Record]) -> Result<Vec<u8>, safetensors::SafeTensorError> {
-    let column = |tensor: &crate::layout::Tensor| Column { shape: Vec::new(), bytes: Vec::new(), dtype: tensor.dtype };
+    let column = |tensor: &crate::layout::Tensor| Tensor { dtype: tensor.dtype, shape: vec![], bytes: vec![] };
     let mut columns = Columns(TENSORS.iter().map(column).collect());
     for record in records {
         add_constants(&mut columns, record);

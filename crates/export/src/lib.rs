@@ -16,6 +16,7 @@ mod reader;
 mod revision;
 mod sealed;
 mod snapshots;
+mod tensor;
 mod writer;
 
 pub use centreline::write_centreline;
@@ -26,4 +27,5 @@ pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
 pub use revision::git_revision;
 pub use sealed::{SealedError, seal, unseal};
 pub use snapshots::write_snapshots;
+pub use tensor::Tensor;
 pub use writer::TrajectoryWriter;

@@ -1,11 +1,10 @@
 //! Tensors to bytes and back, by name, with everything checked.
 
-use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::io;
 use std::path::Path;
 
-use safetensors::tensor::{Dtype, SafeTensors, View};
+use safetensors::tensor::{Dtype, SafeTensors};
 
 use super::CheckpointError;
 use crate::TensorSpec;
@@ -13,39 +12,25 @@ use crate::TensorSpec;
 /// A tensor to be written.
 pub(super) struct Tensor {
     name: String,
-    dtype: Dtype,
-    shape: Vec<usize>,
-    bytes: Vec<u8>,
+    data: export::Tensor,
 }
 
 impl Tensor {
     pub(super) fn f32s(name: &str, shape: Vec<usize>, values: &[f32]) -> Self {
-        let bytes = values.iter().copied().flat_map(f32::to_le_bytes).collect();
-        Self { name: name.to_owned(), dtype: Dtype::F32, shape, bytes }
+        Self::new(name, Dtype::F32, shape, values.iter().copied().flat_map(f32::to_le_bytes).collect())
     }
 
     pub(super) fn f64s(name: &str, values: &[f64]) -> Self {
         let bytes = values.iter().copied().flat_map(f64::to_le_bytes).collect();
-        Self { name: name.to_owned(), dtype: Dtype::F64, shape: vec![values.len()], bytes }
+        Self::new(name, Dtype::F64, vec![values.len()], bytes)
     }
 
     pub(super) fn u64(name: &str, value: u64) -> Self {
-        Self { name: name.to_owned(), dtype: Dtype::U64, shape: vec![1], bytes: value.to_le_bytes().into() }
+        Self::new(name, Dtype::U64, vec![1], value.to_le_bytes().into())
     }
-}
 
-impl View for &Tensor {
-    fn dtype(&self) -> Dtype {
-        self.dtype
-    }
-    fn shape(&self) -> &[usize] {
-        &self.shape
-    }
-    fn data(&self) -> Cow<'_, [u8]> {
-        Cow::Borrowed(&self.bytes)
-    }
-    fn data_len(&self) -> usize {
-        self.bytes.len()
+    fn new(name: &str, dtype: Dtype, shape: Vec<usize>, bytes: Vec<u8>) -> Self {
+        Self { name: name.to_owned(), data: export::Tensor { dtype, shape, bytes } }
     }
 }
 
@@ -57,7 +42,8 @@ pub(super) fn to_bytes(tensors: &[Tensor]) -> io::Result<Vec<u8>> {
 /// A safetensors file, with one text in its metadata (of more, the order would be random).
 pub(super) fn with_text(tensors: &[Tensor], text: Option<(&str, String)>) -> io::Result<Vec<u8>> {
     let metadata = text.map(|(key, text)| HashMap::from([(key.to_owned(), text)]));
-    safetensors::serialize(tensors.iter().map(|tensor| (&tensor.name, tensor)), metadata).map_err(io::Error::other)
+    safetensors::serialize(tensors.iter().map(|tensor| (&tensor.name, &tensor.data)), metadata)
+        .map_err(io::Error::other)
 }
 
 /// The tensors of a file.
