@@ -8,6 +8,7 @@ use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use copingnet::{Backend, Features, Head, NetworkConfig};
 use dataset::{Config, Scenario};
+use terminal::{positive, threads};
 
 /// Trains COPINGNet: without arguments, the paper's network on the paper's bending rods.
 ///
@@ -339,23 +340,9 @@ fn shard(text: &str) -> Result<(usize, usize), String> {
     parts.filter(|&(i, n)| i < n).ok_or_else(|| "it must be i/n, whole numbers with i from 0 to n - 1".to_owned())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("it must be a finite number > 0".to_owned()),
-    }
-}
-
 fn whole(text: &str) -> Result<usize, String> {
     match usize::from_str(text) {
         Ok(value @ 1..=65536) => Ok(value),
         _ => Err("it must be a whole number from 1 to 65536".to_owned()),
-    }
-}
-
-fn threads(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count @ 1..=1024) => Ok(count),
-        _ => Err("it must be a whole number from 1 to 1024".to_owned()),
     }
 }

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use dataset::{Config, Dataset, Generated, MANIFEST, generate, open_as};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::{DataArgs, threads_or_cores};
 use terminal::say;
@@ -38,11 +37,7 @@ pub(crate) fn generate_part(args: &DataArgs) -> Result<()> {
 }
 
 fn with_progress(directory: &Path, config: &Config, part: Option<(usize, usize)>, quiet: bool) -> Result<Generated> {
-    let bar = ProgressBar::with_draw_target(
-        Some(0),
-        if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() },
-    );
-    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} trajectories, {elapsed} gone, {eta} left")?);
+    let bar = terminal::bar(0, "trajectories", quiet)?;
     let made = generate(directory, config, part, &|made| {
         bar.set_length(made.total as u64);
         bar.set_position(made.done as u64);

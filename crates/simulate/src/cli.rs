@@ -10,6 +10,7 @@ use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 
 use crate::guess::GuessName;
+use terminal::{positive, threads};
 
 /// What `guesses` compares: all that this program has.
 const GUESSES: &str = if cfg!(feature = "gn") {
@@ -17,9 +18,6 @@ const GUESSES: &str = if cfg!(feature = "gn") {
 } else {
     "previous,linear,quadratic,fischer,frozen,knn"
 };
-
-/// Most threads one may ask for: thousands take minutes to start and stop.
-const MOST_THREADS: usize = 1024;
 
 /// Simulates elastic rods: ropes, cables, springs, trees.
 ///
@@ -220,13 +218,6 @@ pub(crate) struct StressArgs {
     pub(crate) json: bool,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("it must be a finite number > 0".to_owned()),
-    }
-}
-
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| format!("it must be a whole number from 0 to {}", u64::MAX))
 }
@@ -242,12 +233,5 @@ fn predictions(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count @ 1..=1000) => Ok(count),
         _ => Err("it must be a whole number from 1 to 1000".to_owned()),
-    }
-}
-
-fn threads(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count @ 1..=MOST_THREADS) => Ok(count),
-        _ => Err(format!("it must be a whole number from 1 to {MOST_THREADS}")),
     }
 }

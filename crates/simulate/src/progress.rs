@@ -4,19 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 
 /// How long further Ctrl-C count as the first: nobody who presses it twice in a hurry wants to lose the results.
 const PATIENCE: Duration = Duration::from_secs(1);
-
-/// A bar of `length` things called `unit` with an estimate of the time left, invisible when `quiet` or not on a terminal.
-pub(crate) fn bar(length: usize, unit: &str, quiet: bool) -> Result<ProgressBar> {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
-    bar.set_style(ProgressStyle::with_template(&template)?);
-    Ok(bar)
-}
 
 /// Whether the user asked to stop: whatever is running, and whatever comes after it.
 static STOPPED: AtomicBool = AtomicBool::new(false);
@@ -25,9 +16,9 @@ static STOPPED: AtomicBool = AtomicBool::new(false);
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
-    /// A [`bar`]. Ctrl-C asks to stop and keeps the results; once more, after [`PATIENCE`], gives them up.
+    /// A [`terminal::bar`]. Ctrl-C asks to stop and keeps the results; once more, after [`PATIENCE`], gives them up.
     pub(crate) fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
-        let bar = bar(length, unit, quiet)?;
+        let bar = terminal::bar(length, unit, quiet)?;
         let mut first: Option<Instant> = None;
         let listening = ctrlc::set_handler(move || {
             STOPPED.store(true, Ordering::Relaxed);

@@ -11,7 +11,6 @@ use crate::cli::LearnedArgs;
 use crate::guess::{GuessName, check_sources};
 #[cfg(feature = "gn")]
 use crate::network::Network;
-use crate::progress;
 use terminal::say;
 
 /// Folder of the data sets, one each for rods and helices.
@@ -89,7 +88,7 @@ impl Training {
                 )?;
             }
             let begin = Instant::now();
-            let bar = progress::bar(count, "trajectories", *quiet)?;
+            let bar = terminal::bar(count, "trajectories", *quiet)?;
             generate(directory, &config, None, &|made| bar.set_position(made.done as u64)).context("--data")?;
             bar.finish_and_clear();
             if !quiet {

@@ -1,9 +1,15 @@
-//! Standard output and standard error for the programs of the workspace, without panics where nobody reads them.
+//! What the programs of the workspace share on the command line: flags, standard output and standard error without
+//! panics where nobody reads them, and a progress bar.
+
+mod flags;
 
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write};
 
 use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+pub use flags::{positive, threads};
 
 /// Prints a line, or several, and flushes them. A reader that has gone away (`simulate list | head -1`) is no error:
 /// a run goes on and keeps its files.
@@ -22,6 +28,18 @@ pub fn print(text: Arguments<'_>) -> Result<()> {
 pub fn complain(error: Arguments<'_>) {
     // Where standard error is closed, the exit code is all that is left to say.
     let _ = writeln!(io::stderr(), "error: {error}");
+}
+
+/// A bar of `length` things called `unit` with an estimate of the time left, invisible when `quiet` or not on a terminal.
+///
+/// # Errors
+/// If `unit` has braces.
+pub fn bar(length: usize, unit: &str, quiet: bool) -> Result<ProgressBar> {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
+    let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
+    bar.set_style(ProgressStyle::with_template(&template)?);
+    Ok(bar)
 }
 
 /// [`print`] with `println!`'s arguments.
