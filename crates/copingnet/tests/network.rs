@@ -1,4 +1,5 @@
 //! The network in burn beside its packed forward pass and the plain one in f64: outputs, gradients, reach.
+#![cfg(feature = "training")]
 
 mod common;
 
