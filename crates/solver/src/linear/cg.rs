@@ -56,6 +56,8 @@ struct Work {
     direction: Vec<Six<f64>>,
     /// A times the direction.
     image: Vec<Six<f64>>,
+    /// That of A.
+    diagonal: Vec<Six<f64>>,
 }
 
 impl Cg {
@@ -71,6 +73,7 @@ impl Cg {
             preconditioned: zero(),
             direction: zero(),
             image: zero(),
+            diagonal: zero(),
         };
         Self { params, preconditioner, work }
     }
@@ -87,7 +90,7 @@ impl Work {
         x: &mut [Six<f64>],
     ) -> LinearInfo {
         let topology = &*system.topology;
-        let Self { operator, residual, preconditioned, direction, image } = self;
+        let Self { operator, residual, preconditioned, direction, image, diagonal } = self;
         operator.prepare(system);
         preconditioner.prepare(operator, system);
         for (r, terms) in residual.iter_mut().zip(&system.joints) {
@@ -105,8 +108,11 @@ impl Work {
         let mut squared = rhs_squared;
         let target = params.tolerance * params.tolerance * rhs_squared;
         let mut info = LinearInfo::default();
+        for (joint, d) in diagonal.iter_mut().enumerate() {
+            *d = operator.diagonal(system, joint);
+        }
         let is_sound = has_start && {
-            magnitudes(operator, system, x, image);
+            magnitudes(diagonal, x, image);
             ROUNDING * ROUNDING * preconditioner.apply(system, image, direction) <= target
         };
         info.start_dropped = has_start && !is_sound;
@@ -149,7 +155,7 @@ impl Work {
             info.status = LinearStatus::NotPositiveDefinite;
         }
         info.residual = (squared / rhs_squared).sqrt();
-        [info.stretch_residual, info.bend_residual] = split_residuals(operator, system, residual);
+        [info.stretch_residual, info.bend_residual] = split_residuals(diagonal, system, residual);
         info
     }
 }
@@ -157,22 +163,21 @@ impl Work {
 /// How large the terms are that `A x` sums up, however much of them cancels: by `|A_ij| <= sqrt(A_ii A_jj)`, row i of a
 /// joint has `sqrt(A_ii) sqrt(sum A_jj x_j^2)` over the joint's rows. Joints that share a body see no more of each other.
 #[inline(always)]
-fn magnitudes(operator: &Operator, system: &System<f64>, x: &[Six<f64>], out: &mut [Six<f64>]) {
-    for (joint, (x, out)) in x.iter().zip(out).enumerate() {
-        let d = operator.diagonal(system, joint).to_array();
-        let size = x.to_array().iter().zip(&d).map(|(x, d)| d * x * x).sum::<f64>().sqrt();
-        *out = Six::from_array(d.map(|d| d.sqrt() * size));
+fn magnitudes(diagonal: &[Six<f64>], x: &[Six<f64>], out: &mut [Six<f64>]) {
+    for ((d, x), out) in diagonal.iter().zip(x).zip(out) {
+        let d = d.to_array();
+        let squared: f64 = x.to_array().iter().zip(&d).map(|(x, d)| d * x * x).sum();
+        *out = Six::from_array(d.map(|d| (d * squared).sqrt()));
     }
 }
 
 /// `sqrt(sum r_i^2 / A_ii)` over the stretch-shear and over the bend-twist rows, each relative to that of b in the same
 /// rows, or to that of all of b where these rows' is zero.
 #[inline(always)]
-fn split_residuals(operator: &Operator, system: &System<f64>, residual: &[Six<f64>]) -> [f64; 2] {
+fn split_residuals(diagonal: &[Six<f64>], system: &System<f64>, residual: &[Six<f64>]) -> [f64; 2] {
     let [mut r_squared, mut b_squared] = [[0.0; 2]; 2];
-    for (j, (r, terms)) in residual.iter().zip(&system.joints).enumerate() {
-        let (r, b) = (r.to_array(), terms.rhs.to_array());
-        let d = operator.diagonal(system, j).to_array();
+    for ((r, terms), d) in residual.iter().zip(&system.joints).zip(diagonal) {
+        let (r, b, d) = (r.to_array(), terms.rhs.to_array(), d.to_array());
         for k in 0..6 {
             r_squared[k / 3] += r[k] * r[k] / d[k];
             b_squared[k / 3] += b[k] * b[k] / d[k];
