@@ -81,8 +81,8 @@ impl Semi {
         for (i, (turn, row)) in self.turns.iter_mut().zip(node_outputs.chunks_exact(NODE_OUTPUT)).enumerate() {
             *turn = component.poses[i].q.rotate(vec3(row)) * turn_unit(graph, i, scale);
         }
-        for ((k, edge), row) in graph.edges().iter().enumerate().zip(edge_outputs.chunks_exact(EDGE_OUTPUT)) {
-            let [_, unit] = features.multiplier_units(graph, edge, 1.0);
+        for (k, row) in edge_outputs.chunks_exact(EDGE_OUTPUT).enumerate() {
+            let [_, unit] = features.multiplier_units(k, 1.0);
             dlambda[k] = Six { stretch: Vec3::zero(), bend: vec3(row) * (scale / unit) };
         }
         self.add_derived(graph, &component.system, dlambda);
@@ -105,8 +105,8 @@ impl Semi {
         for (i, (turn, row)) in self.turns.iter().zip(node_gradient.chunks_exact_mut(NODE_OUTPUT)).enumerate() {
             put(row, component.poses[i].q.rotate_back(*turn * turn_unit(graph, i, scale)).0);
         }
-        for ((k, edge), row) in graph.edges().iter().enumerate().zip(edge_gradient.chunks_exact_mut(EDGE_OUTPUT)) {
-            let [_, unit] = features.multiplier_units(graph, edge, 1.0);
+        for (k, row) in edge_gradient.chunks_exact_mut(EDGE_OUTPUT).enumerate() {
+            let [_, unit] = features.multiplier_units(k, 1.0);
             put(row, (gradient[k].bend * (scale / unit)).0);
         }
     }
