@@ -53,12 +53,7 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
         course.resume().context("--resume")?;
         say(format_args!("resumed after {} epochs", course.epoch))?;
     }
-    say(format_args!(
-        "{} samples; on {} validation scenes, {}",
-        samples.len(),
-        plan.scenes,
-        course.columns.about
-    ))?;
+    say(format_args!("{} samples; on {} validation scenes, {}", samples.len(), plan.scenes, course.columns.about))?;
     say(format_args!("{} score  loss     nodes/s  left", curves::header(&course.columns)))?;
     while course.epoch < plan.epochs {
         let nodes_per_second = course.epoch(&stopped);
@@ -292,7 +287,12 @@ impl<'a> Course<'a> {
         let damaged = || format!("{}: rows that no training writes", file.display());
         let loss = state.rows.pop().with_context(damaged)?;
         self.loss = *loss.first().with_context(damaged)?;
-        self.rows = state.rows.iter().map(|row| Row::from_numbers(row, &self.columns)).collect::<Option<_>>().with_context(damaged)?;
+        self.rows = state
+            .rows
+            .iter()
+            .map(|row| Row::from_numbers(row, &self.columns))
+            .collect::<Option<_>>()
+            .with_context(damaged)?;
         Ok(())
     }
 }
@@ -302,7 +302,8 @@ fn figures(columns: &Columns, measured: &Measured, scenes: usize) -> Vec<Figure>
     let mut figures = Vec::new();
     for part in 0..2 {
         for (pair, ratios) in columns.pairs.iter().zip(&measured.pairs) {
-            let steps = format!("{} {}; {} of {scenes} validation scenes", columns.parts[part], pair.head, columns.about);
+            let steps =
+                format!("{} {}; {} of {scenes} validation scenes", columns.parts[part], pair.head, columns.about);
             let (preconditioner, tolerance) = (pair.solver.to_owned(), pair.tolerances[part]);
             figures.push(Figure { preconditioner, tolerance, steps, ratio: ratios[part] });
         }

@@ -12,8 +12,8 @@ use solver::guess::InitialGuess;
 use solver::projection::Projection;
 use solver::system::Six;
 
-use crate::inference::{Forward, Packed};
 use crate::encoding::Encode;
+use crate::inference::{Forward, Packed};
 use crate::{Encoder, Encoding, Inputs, Weights};
 
 /// A trained network ready for use, to be shared by all guesses.

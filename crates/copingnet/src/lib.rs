@@ -8,11 +8,11 @@ mod config;
 mod encoding;
 mod guess;
 pub mod inference;
-mod step_guess;
 #[cfg(feature = "training")]
 mod network;
 #[cfg(feature = "training")]
 mod parameters;
+mod step_guess;
 
 #[cfg(feature = "training")]
 mod tensors;

@@ -162,6 +162,9 @@ impl Network {
             edges = edges + of_edges;
         }
         let output = |x: Tensor<2>| if self.is_tanh { x.tanh() } else { x };
-        (output(self.decode_node.forward(nodes)), self.decode_edge.as_ref().map(|decoder| output(decoder.forward(edges))))
+        (
+            output(self.decode_node.forward(nodes)),
+            self.decode_edge.as_ref().map(|decoder| output(decoder.forward(edges))),
+        )
     }
 }

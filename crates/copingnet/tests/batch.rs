@@ -31,7 +31,8 @@ fn a_batch_in_burn_gives_what_guesses_give_one_by_one() {
         let device = &Backend::Ndarray.device();
         let tensors = GraphTensors::new(&graphs, &nodes, &edges, true, device);
         let (nodes, edges) = Network::new(&all[0].weights, device).forward(&tensors);
-        let [nodes, edges] = [nodes, edges.unwrap()].map(|x: Tensor<2>| x.into_data().iter::<f32>().collect::<Vec<_>>());
+        let [nodes, edges] =
+            [nodes, edges.unwrap()].map(|x: Tensor<2>| x.into_data().iter::<f32>().collect::<Vec<_>>());
         let (mut node, mut edge) = (0, 0);
         for (which, one) in all.iter_mut().enumerate() {
             let expected = one.predicted();

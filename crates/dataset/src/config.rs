@@ -62,6 +62,21 @@ impl Scenario {
         let fixed = [("radius_m", [scene::defaults::RADIUS; 2]), ("density_kg_m3", [scene::defaults::DENSITY; 2])];
         own.iter().chain(&fixed).map(|&(name, range)| (name.to_owned(), range)).collect()
     }
+
+    /// The same with the slack variants ([`Parameters::slack`]), which starts of whole steps are trained on, too.
+    pub fn ranges_with_slack(self) -> BTreeMap<String, [f64; 2]> {
+        let (radius, density) = match self.sample(0, 0).slack() {
+            Parameters::Rod(rod) => (rod.radius, rod.density),
+            Parameters::Helix(helix) => (helix.radius, helix.density),
+        };
+        let mut ranges = self.ranges();
+        for (name, value) in [("radius_m", radius), ("density_kg_m3", density)] {
+            if let Some([low, high]) = ranges.get_mut(name) {
+                (*low, *high) = (low.min(value), high.max(value));
+            }
+        }
+        ranges
+    }
 }
 
 impl fmt::Display for Scenario {

@@ -5,8 +5,8 @@ mod common;
 use std::sync::{Arc, Mutex};
 
 use common::{component, helix, rod, tree};
-use graph::turns::{NODE_HISTORY, NODE_OUTPUT, Turns};
 use graph::Lift;
+use graph::turns::{NODE_HISTORY, NODE_OUTPUT, Turns};
 use rod::{Model, State};
 use solver::component::{Component, Pose};
 use solver::formulation::Formulation;
@@ -34,7 +34,8 @@ impl InitialGuess for Watch {
 /// The components at the ends of some steps.
 fn steps(model: &Model, state: &State, dt: f64, count: usize) -> Vec<Component<f64>> {
     let step = StepParams { formulation: Formulation::Newton, relative_tolerance: 1e-11, ..StepParams::default() };
-    let settings = Settings { step: StepParams { absolute_tolerance: 1e-12, max_iterations: 60, ..step }, ..Settings::default() };
+    let settings =
+        Settings { step: StepParams { absolute_tolerance: 1e-12, max_iterations: 60, ..step }, ..Settings::default() };
     let seen = Arc::new(Mutex::new(Vec::new()));
     let watch = seen.clone();
     let factory = move |_: &_, _: &_, _: &_| Some(Box::new(Watch { seen: watch.clone() }) as Box<dyn InitialGuess>);
@@ -67,7 +68,8 @@ fn a_state_follows_from_its_orientations() {
             for (made, exact) in poses.iter().zip(&end.poses) {
                 assert!(norm(made.x - exact.x) < 1e-8, "{:?} {:?}", made.x, exact.x);
             }
-            let largest = |part: fn(&Six<f64>) -> Vec3<f64>| end.lambda.iter().map(|x| norm(part(x))).fold(0.0, f64::max);
+            let largest =
+                |part: fn(&Six<f64>) -> Vec3<f64>| end.lambda.iter().map(|x| norm(part(x))).fold(0.0, f64::max);
             let sizes = [largest(|x| x.stretch), largest(|x| x.bend)];
             for (made, exact) in lambda.iter().zip(&end.lambda) {
                 assert!(norm(made.stretch - exact.stretch) < 1e-5 * sizes[0]);

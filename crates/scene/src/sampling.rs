@@ -150,9 +150,7 @@ impl Parameters {
                 let youngs_modulus = softened(p.youngs_modulus);
                 Self::Rod(Rod { youngs_modulus, radius: 0.01, density: 1000.0, ..p })
             }
-            Self::Helix(p) => {
-                Self::Helix(Helix { torsion_modulus: softened(p.torsion_modulus), radius: 0.02, ..p })
-            }
+            Self::Helix(p) => Self::Helix(Helix { torsion_modulus: softened(p.torsion_modulus), radius: 0.02, ..p }),
         }
     }
 
@@ -267,7 +265,9 @@ mod tests {
             let Parameters::Rod(rod) = Parameters::sample(Family::Rod, 1, index).slack() else { panic!("a rod") };
             assert!((1e4..1e5).contains(&rod.youngs_modulus) && (rod.radius, rod.density) == (0.01, 1000.0));
             assert_eq!(rod.length, Rod::sample(1, index).length);
-            let Parameters::Helix(helix) = Parameters::sample(Family::Helix, 1, index).slack() else { panic!("a helix") };
+            let Parameters::Helix(helix) = Parameters::sample(Family::Helix, 1, index).slack() else {
+                panic!("a helix")
+            };
             assert!((1e4..1e5).contains(&helix.torsion_modulus) && helix.radius == 0.02);
             assert_eq!(helix.winding, Helix::sample(1, index).winding);
         }

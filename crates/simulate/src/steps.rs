@@ -225,9 +225,8 @@ fn words(report: &Report) -> String {
 /// One line a cell; empty where nothing was counted.
 fn csv(report: &Report) -> String {
     let names = spread_names(&["iterations", "iteration_ratio", "time_us", "time_ratio", "guess_us"]);
-    let mut text = format!(
-        "scenario,slack,dt_s,tolerance,simulations,start,network,weights_blake3,retried,dropped,{names}\n"
-    );
+    let mut text =
+        format!("scenario,slack,dt_s,tolerance,simulations,start,network,weights_blake3,retried,dropped,{names}\n");
     for sheet in &report.sheets {
         for cell in &sheet.cells {
             let Sheet { scenario, is_slack, dt_s, tolerance, simulations, .. } = sheet;

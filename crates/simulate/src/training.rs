@@ -1,5 +1,6 @@
 //! What learned guesses come from: the paper's data sets (Table 1), generated on first use.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -100,43 +101,47 @@ impl Training {
 
     /// Says so where a scene is unlike all that the learned ones of these guesses learned from.
     pub(crate) fn say_foreign(&self, names: &[GuessName], scene: &Scene) -> Result<()> {
-        let learned = names.iter().filter(|name| name.is_learned()).map(GuessName::to_string);
-        let learned = learned.collect::<Vec<_>>().join(", ");
-        match self.foreign(scene) {
-            Some(what) if !(self.quiet || learned.is_empty()) => {
-                let scenario = self.scenario;
-                say!("{learned} learned from random scenes ({scenario}), where nothing is like this scene: {what}")
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// What makes a scene unlike all that was learned from, in words.
-    fn foreign(&self, scene: &Scene) -> Option<String> {
-        let model = &scene.model;
-        if scene.rods.len() != 1 || model.joints.len() + 1 != model.segments.len() {
-            let (rods, joints) = (scene.rods.len(), model.joints.len());
-            return Some(format!("{rods} rods with {} segments and {joints} joints", model.segments.len()));
-        }
-        let ranges = self.scenario.ranges();
-        let outside = |name: &str, value: f64| {
-            let &[low, high] = ranges.get(name)?;
-            let is_within = low * (1.0 - 1e-9) <= value && value <= high * (1.0 + 1e-9);
-            (!is_within).then(|| {
-                if low == high {
-                    format!("{name} = {value:?}, not {low:?}")
-                } else {
-                    format!("{name} = {value:?}, not {low:?} to {high:?}")
+        let scenario = self.scenario;
+        for (of_steps, ranges) in [(false, scenario.ranges()), (true, scenario.ranges_with_slack())] {
+            let learned = names.iter().filter(|name| name.is_learned() && name.helps_steps() == of_steps);
+            let learned = learned.map(GuessName::to_string).collect::<Vec<_>>().join(", ");
+            match foreign(scene, &ranges) {
+                Some(what) if !(self.quiet || learned.is_empty()) => {
+                    say!(
+                        "{learned} learned from random scenes ({scenario}), where nothing is like this scene: {what}"
+                    )?;
                 }
-            })
-        };
-        let length: f64 = model.segments.iter().map(|segment| segment.length).sum();
-        let whole = [("segments", model.segments.len() as f64), ("length_m", length)];
-        let of_segments = model.segments.iter().flat_map(|s| [("radius_m", s.radius), ("density_kg_m3", s.density)]);
-        let of_joints = model
-            .joints
-            .iter()
-            .flat_map(|j| [("youngs_modulus_pa", j.youngs_modulus), ("torsion_modulus_pa", j.torsion_modulus)]);
-        whole.into_iter().chain(of_segments).chain(of_joints).find_map(|(name, value)| outside(name, value))
+                _ => {}
+            }
+        }
+        Ok(())
     }
+}
+
+/// What makes a scene unlike all that was learned from, in words.
+fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Option<String> {
+    let model = &scene.model;
+    if scene.rods.len() != 1 || model.joints.len() + 1 != model.segments.len() {
+        let (rods, joints) = (scene.rods.len(), model.joints.len());
+        return Some(format!("{rods} rods with {} segments and {joints} joints", model.segments.len()));
+    }
+    let outside = |name: &str, value: f64| {
+        let &[low, high] = ranges.get(name)?;
+        let is_within = low * (1.0 - 1e-9) <= value && value <= high * (1.0 + 1e-9);
+        (!is_within).then(|| {
+            if low == high {
+                format!("{name} = {value:?}, not {low:?}")
+            } else {
+                format!("{name} = {value:?}, not {low:?} to {high:?}")
+            }
+        })
+    };
+    let length: f64 = model.segments.iter().map(|segment| segment.length).sum();
+    let whole = [("segments", model.segments.len() as f64), ("length_m", length)];
+    let of_segments = model.segments.iter().flat_map(|s| [("radius_m", s.radius), ("density_kg_m3", s.density)]);
+    let of_joints = model
+        .joints
+        .iter()
+        .flat_map(|j| [("youngs_modulus_pa", j.youngs_modulus), ("torsion_modulus_pa", j.torsion_modulus)]);
+    whole.into_iter().chain(of_segments).chain(of_joints).find_map(|(name, value)| outside(name, value))
 }

@@ -20,8 +20,9 @@ fn error(arguments: &[&str]) -> String {
 fn flags() {
     let whole = "it must be a whole number from 0 to 18446744073709551615";
     let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic";
-    let learned =
-        |flag, guess| format!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {guess}");
+    let learned = |flag, guess| {
+        format!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {guess}")
+    };
     for (arguments, expected) in [
         ("--dt=-1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--dt -1", "invalid value '-1' for '--dt <DT>': it must be a finite number > 0".to_owned()),

@@ -5,7 +5,7 @@ mod common;
 
 use std::fs;
 
-use common::{json, nulls, run, texts};
+use common::{builtin_names, json, nulls, run, texts};
 use serde_json::Value;
 
 /// A few small simulations.
@@ -48,7 +48,19 @@ fn the_table_has_every_start_in_every_kind_of_scenes() {
 fn the_network_of_the_program_saves_outer_iterations_and_leaves_the_motion_alone() {
     for (scene, dt) in [("helix", "0.02"), ("helix", "0.05"), ("bending-rod", "0.05"), ("bending-rod", "0.1")] {
         let one = |guess: &str| {
-            json(&[scene, "--formulation", "newton", "--dt", dt, "--steps", "60", "--tolerance", "1e-8", "--guess", guess])
+            json(&[
+                scene,
+                "--formulation",
+                "newton",
+                "--dt",
+                dt,
+                "--steps",
+                "60",
+                "--tolerance",
+                "1e-8",
+                "--guess",
+                guess,
+            ])
         };
         let (learned, continued) = (one("gn-step"), one("step-quadratic"));
         let count = |summary: &Value, key: &str| summary["work"][key].as_u64().expect("a count");
@@ -62,6 +74,22 @@ fn the_network_of_the_program_saves_outer_iterations_and_leaves_the_motion_alone
             assert_eq!(learned[key], continued[key]);
         }
     }
+}
+
+#[test]
+fn every_scene_is_taken_and_slack_ones_are_no_strangers() {
+    // The largest takes seconds.
+    for scene in builtin_names().into_iter().filter(|name| *name != "long-chain") {
+        let flags = [scene, "--formulation", "newton", "--guess", "gn-step", "--steps", "3"];
+        let summary = json(&flags);
+        assert_eq!(summary["status"], json(&[&flags[..3], &flags[5..]].concat())["status"], "{scene}");
+        assert_eq!(nulls(&summary, ""), [".linear_tolerance"], "{scene}");
+    }
+    let says = |scene: &str| {
+        let output = run(&[scene, "--formulation", "newton", "--guess", "gn-step", "--steps", "1"]);
+        texts(&output).1.contains("nothing is like this scene")
+    };
+    assert_eq!((says("slack-rod"), says("stiff-rod")), (false, true));
 }
 
 #[test]

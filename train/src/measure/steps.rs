@@ -15,12 +15,8 @@ const STEPS: usize = 100;
 
 /// Time steps, each with both tolerances.
 pub(crate) fn columns() -> Columns {
-    let pair = |dt: f64| Pair {
-        head: format!("dt {dt}"),
-        name: format!("dt_{dt}"),
-        solver: "direct",
-        tolerances: TOLERANCES,
-    };
+    let pair =
+        |dt: f64| Pair { head: format!("dt {dt}"), name: format!("dt_{dt}"), solver: "direct", tolerances: TOLERANCES };
     Columns {
         about: "outer iterations to those from step-quadratic, at tolerance 1e-3 / 1e-6, planar scenes in their plane",
         parts: ["1e-3", "1e-6"],
