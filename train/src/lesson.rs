@@ -50,7 +50,7 @@ impl Lesson {
             }
             Self::Steps(recorded) => {
                 encoding = plan.unwhitened(Norms::default());
-                encoding.whitening = steps::whitening(recorded, &encoding, WHITENING_EVERY);
+                encoding.whitening = steps::whitening(recorded, &encoding);
             }
         }
         Arc::new(encoding)
@@ -69,7 +69,8 @@ impl Lesson {
         match (plan.loss, self) {
             (Loss::Cg, Self::Solves(dataset)) => Objective::cg(dataset, encoding),
             (Loss::Log, _) => Objective::LogSquare,
-            _ => Objective::MeanSquare,
+            // The plan has no loss through conjugate gradients for whole steps.
+            (Loss::Mse, _) | (Loss::Cg, Self::Steps(_)) => Objective::MeanSquare,
         }
     }
 

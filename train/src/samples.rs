@@ -158,13 +158,12 @@ impl Rows {
         let mut inputs = recorded.inputs;
         encoding.whiten(&mut inputs);
         let [mut nodes, mut edges] = [Vec::new(), Vec::new()];
-        let each = |values: &[f32], step: usize| {
-            let count = values.len() / recorded.steps;
-            values[step * count..(step + 1) * count].to_vec()
-        };
-        for step in 0..recorded.steps {
-            join(&each(&inputs.nodes, step), &inputs.constant_nodes, graph.nodes().len(), &mut nodes);
-            join(&each(&inputs.edges, step), &inputs.constant_edges, graph.edges().len(), &mut edges);
+        let (n, m) = (graph.nodes().len(), graph.edges().len());
+        for step in inputs.nodes.chunks_exact(inputs.nodes.len() / recorded.steps) {
+            join(step, &inputs.constant_nodes, n, &mut nodes);
+        }
+        for step in inputs.edges.chunks_exact((inputs.edges.len() / recorded.steps).max(1)) {
+            join(step, &inputs.constant_edges, m, &mut edges);
         }
         let numbers = (0..recorded.steps as u32).collect();
         Some(Self { graph, numbers, nodes, edges, node_targets: recorded.targets, edge_targets: Vec::new() })

@@ -1,7 +1,8 @@
 //! Whole steps of the formulation `newton`, recorded as they are simulated: what a guess for their starts learns from.
 //!
 //! Half of the trajectories are Table 1's, half their slack variants; time steps and tolerances take turns. They are
-//! simulated anew for every training, within seconds, and depend on the scenario's seed alone.
+//! simulated anew for every training, within seconds, and depend on the scenario's seed alone. Histories are as loose as
+//! the trajectory's tolerance; what is learned is the tight solution of each step.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -11,15 +12,27 @@ use graph::{Channel, Graph, Whitening, planar_normal};
 use rayon::prelude::*;
 use scene::Scene;
 use solver::component::{Component, Pose};
+use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{InitialGuess, StepExtrapolation};
+use solver::linear::LinearSolver;
+use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use solver::step::{NoGuess, Status, StepParams, attempt};
 use solver::system::Six;
 
 /// Time steps [s].
 pub(crate) const DTS: [f64; 3] = [0.02, 0.05, 0.1];
 /// Relative tolerances: a loose one shows histories as they are where tolerances are loose.
 pub(crate) const TOLERANCES: [f64; 2] = [1e-3, 1e-6];
+/// How tightly a step is solved to be learned from.
+const TIGHT: StepParams = StepParams {
+    formulation: Formulation::Newton,
+    relative_tolerance: 1e-8,
+    absolute_tolerance: 1e-10,
+    max_iterations: 60,
+    max_halvings: 0,
+};
 /// Index of the first scene that no training sees.
 const VALIDATION: u64 = 1 << 32;
 
@@ -31,7 +44,7 @@ pub(crate) struct Trajectory {
     pub(crate) tolerance: f64,
 }
 
-/// The steps of one trajectory that were done whole, raw and one after the other.
+/// The steps of one trajectory, raw and one after the other.
 #[derive(Default)]
 pub(crate) struct Recorded {
     pub(crate) graph: Option<Graph>,
@@ -68,7 +81,7 @@ impl Trajectory {
         Simulation::new(&self.scene.model, &self.scene.state, &settings, Some(guess))
     }
 
-    /// Simulates `steps` steps and keeps those that were done whole.
+    /// Simulates `steps` steps and keeps them.
     fn record(&self, encoding: &Arc<Encoding>, steps: usize) -> Result<Recorded, SimulationError> {
         let normal = planar_normal(&self.scene.model, &self.scene.state);
         let recorded = Arc::new(Mutex::new(Recorded::default()));
@@ -77,6 +90,7 @@ impl Trajectory {
             Some(Box::new(Recorder {
                 start: StepExtrapolation::new(2, graph.nodes().len(), graph.edges().len()),
                 encoder: StepEncoder::new(encoding.clone(), graph.clone(), normal),
+                solver: SolverKind::Direct.build(model, members, topology).ok()?,
                 graph,
                 inputs: Inputs::default(),
                 targets: Vec::new(),
@@ -103,11 +117,10 @@ pub(crate) fn record(
     (0..count as u64).into_par_iter().map(one).collect()
 }
 
-/// Measures the inputs of every `every`-th trajectory: how they are brought to unit size.
-pub(crate) fn whitening(recorded: &[Recorded], encoding: &Encoding, every: usize) -> Inputs<Whitening> {
-    let some = || recorded.iter().step_by(every);
+/// Measures the inputs: how they are brought to unit size.
+pub(crate) fn whitening(recorded: &[Recorded], encoding: &Encoding) -> Inputs<Whitening> {
     let fit = |channels: &[Channel], rows: fn(&Inputs<Vec<f32>>) -> &Vec<f32>| {
-        Whitening::fit(channels, some().map(|recorded| rows(&recorded.inputs).as_slice()))
+        Whitening::fit(channels, recorded.iter().map(|recorded| rows(&recorded.inputs).as_slice()))
     };
     let channels = encoding.features.channels();
     Inputs {
@@ -120,13 +133,13 @@ pub(crate) fn whitening(recorded: &[Recorded], encoding: &Encoding, every: usize
 
 /// BLAKE3 of all numbers of the samples.
 pub(crate) fn blake3(recorded: &[Recorded]) -> String {
-    let mut hasher = blake3::Hasher::new();
+    let (mut hasher, mut bytes) = (blake3::Hasher::new(), Vec::new());
     for Recorded { inputs, targets, .. } in recorded {
         for values in inputs.all().into_iter().chain([targets]) {
+            bytes.clear();
+            bytes.extend(values.iter().flat_map(|x| x.to_le_bytes()));
             hasher.update(&(values.len() as u64).to_le_bytes());
-            values.iter().for_each(|x| {
-                hasher.update(&x.to_le_bytes());
-            });
+            hasher.update(&bytes);
         }
     }
     hasher.finalize().to_hex().to_string()
@@ -138,11 +151,41 @@ struct Recorder {
     start: StepExtrapolation,
     graph: Graph,
     encoder: StepEncoder,
+    solver: Box<dyn LinearSolver>,
     inputs: Inputs<Vec<f32>>,
     targets: Vec<f32>,
     /// Starts asked for in the step under way.
     asked: u32,
     recorded: Arc<Mutex<Recorded>>,
+}
+
+impl Recorder {
+    /// Keeps what the component's step, not yet begun, should come to; nothing where it does not converge.
+    fn record(&mut self, component: &Component<f64>) {
+        self.encoder.raw(component, &mut self.inputs);
+        let mut end = component.clone();
+        end.predicted.clone_from(&component.poses);
+        end.poses.clone_from(&component.start);
+        end.lambda = vec![Six::zero(); self.graph.edges().len()];
+        let (dt, counters) = (component.dt(), &mut Counters::default());
+        let attempt = attempt(&mut end, dt, &TIGHT, self.solver.as_mut(), &mut NoGuess, counters);
+        if attempt.status(0) != Status::Converged {
+            return;
+        }
+        self.encoder.targets(&end, &mut self.targets);
+        let (nodes, edges) = (&self.inputs.nodes, &self.inputs.edges);
+        let is_finite = nodes.iter().chain(edges).chain(&self.targets).all(|x| x.is_finite());
+        let (true, Ok(mut recorded)) = (is_finite, self.recorded.lock()) else { return };
+        recorded.steps += 1;
+        recorded.inputs.nodes.extend(nodes);
+        recorded.inputs.edges.extend(edges);
+        recorded.targets.extend(&self.targets);
+        if recorded.graph.is_none() {
+            recorded.graph = Some(self.graph.clone());
+            recorded.inputs.constant_nodes.clone_from(&self.inputs.constant_nodes);
+            recorded.inputs.constant_edges.clone_from(&self.inputs.constant_edges);
+        }
+    }
 }
 
 impl InitialGuess for Recorder {
@@ -153,7 +196,7 @@ impl InitialGuess for Recorder {
     fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
         self.asked += 1;
         if self.asked == 1 {
-            self.encoder.raw(component, &mut self.inputs);
+            self.record(component);
         }
         self.start.start_step(component, poses, lambda)
     }
@@ -161,22 +204,6 @@ impl InitialGuess for Recorder {
     fn observe_step(&mut self, component: &Component<f64>) {
         self.start.observe_step(component);
         let is_whole = std::mem::take(&mut self.asked) == 1;
-        if is_whole {
-            self.encoder.targets(component, &mut self.targets);
-            let (nodes, edges) = (&self.inputs.nodes, &self.inputs.edges);
-            let is_finite = nodes.iter().chain(edges).chain(&self.targets).all(|x| x.is_finite());
-            if let (true, Ok(mut recorded)) = (is_finite, self.recorded.lock()) {
-                recorded.steps += 1;
-                recorded.inputs.nodes.extend(nodes);
-                recorded.inputs.edges.extend(edges);
-                recorded.targets.extend(&self.targets);
-                if recorded.graph.is_none() {
-                    recorded.graph = Some(self.graph.clone());
-                    recorded.inputs.constant_nodes.clone_from(&self.inputs.constant_nodes);
-                    recorded.inputs.constant_edges.clone_from(&self.inputs.constant_edges);
-                }
-            }
-        }
         self.encoder.observe(component, is_whole);
     }
 }

@@ -13,7 +13,6 @@ mod network;
 #[cfg(feature = "training")]
 mod parameters;
 mod step_guess;
-
 #[cfg(feature = "training")]
 mod tensors;
 mod weights;

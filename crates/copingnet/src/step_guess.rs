@@ -24,7 +24,7 @@ use crate::{Encoding, Inputs, Trained};
 pub struct StepEncoder {
     encoding: Arc<Encoding>,
     graph: Graph,
-    /// Of a planar set: what is predicted stays in its plane.
+    /// Of a planar set: what the network adds stays in its plane.
     normal: Option<Normal>,
     features: body_frame::Features,
     turns: Turns,
@@ -34,7 +34,7 @@ pub struct StepEncoder {
 
 impl StepEncoder {
     /// For one connected set of segments and an encoding of history features. Where a normal of its plane is given,
-    /// predictions are exactly planar.
+    /// what the network adds is exactly planar.
     pub fn new(encoding: Arc<Encoding>, graph: Graph, normal: Option<Normal>) -> Self {
         let (features, turns) = (body_frame::Features::new(&graph), Turns::new(&graph));
         Self { encoding, graph, normal, features, turns, scale: 0.0 }
@@ -75,8 +75,8 @@ impl StepEncoder {
             || {
                 for (i, (pose, outputs)) in poses.iter_mut().zip(outputs.chunks_exact(NODE_OUTPUT)).enumerate() {
                     if !graph.is_fixed(i) {
-                        let Vec3([x, y, z]) = turns.decode(graph, *scale, i, outputs);
-                        let turn = Vec3([x * kept[0], y * kept[1], z * kept[2]]);
+                        let outputs = [outputs[0] * kept[0], outputs[1] * kept[1], outputs[2] * kept[2]];
+                        let turn = turns.decode(graph, *scale, i, &outputs);
                         pose.q = pose.q.turned(pose.q.rotate(turn));
                     }
                 }
@@ -180,6 +180,8 @@ pub struct GnStepGuess {
     encoder: StepEncoder,
     lift: Lift,
     tensions: Tensions,
+    /// Whether positions follow from orientations: no joint closes a loop or a way between two clamps.
+    is_open: bool,
     /// Starts asked for in the step under way: more than one where it is done in substeps.
     asked: u32,
 }
@@ -188,9 +190,10 @@ impl GnStepGuess {
     /// The guess for one connected set of segments, by a network with history features. Where the set is planar, `normal`
     /// says how.
     pub fn new(trained: &Trained, graph: Graph, normal: Option<Normal>) -> Self {
+        let is_open = graph.visits().len() == graph.edges().len();
         let (lift, tensions) = (Lift::new(&graph), Tensions::new(graph.edges().len()));
         let encoder = StepEncoder::new(trained.encoding.clone(), graph, normal);
-        Self { prediction: Prediction::new(trained), encoder, lift, tensions, asked: 0 }
+        Self { prediction: Prediction::new(trained), encoder, lift, tensions, is_open, asked: 0 }
     }
 }
 
@@ -207,7 +210,7 @@ impl InitialGuess for GnStepGuess {
 
     fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
         self.asked += 1;
-        if self.asked > 1 {
+        if self.asked > 1 || !self.is_open {
             return false;
         }
         let [nodes, _] = self.prediction.run(&mut self.encoder, component);
@@ -218,6 +221,9 @@ impl InitialGuess for GnStepGuess {
     }
 
     fn observe_step(&mut self, component: &Component<f64>) {
+        if !self.is_open {
+            return;
+        }
         let is_whole = std::mem::take(&mut self.asked) <= 1;
         self.encoder.observe(component, is_whole);
         self.tensions.observe(component, is_whole);

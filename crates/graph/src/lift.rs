@@ -1,4 +1,5 @@
-//! From orientations to a whole state: positions that close all joints, and the multipliers that go with them.
+//! From orientations to a whole state: positions that close all joints, and the multipliers that go with them. It is for
+//! graphs without loops, and without two fixed bodies: a joint that closes a way stays open.
 //!
 //! A rod that does not stretch is known by the orientations of its segments. Outwards from the clamp, connectors meet:
 //! `x = x_parent + z_parent d_parent - z d`. Inwards, the joint on the way to a node carries the sum of `m (x - x*)` over

@@ -153,7 +153,7 @@ impl Turns {
         }
     }
 
-    /// Keeps the turns of the component's step, just done.
+    /// Keeps the turns of the component's step, just done; where they are not finite, nothing is known any more.
     pub fn push(&mut self, component: &Component<f64>) {
         self.kept.rotate_right(1);
         let newest = &mut self.kept[0];
@@ -165,7 +165,8 @@ impl Turns {
                 }
             },
         );
-        self.known = (self.known + 1).min(DEPTH);
+        let sum: f64 = newest.iter().map(|turn| turn.norm_squared()).sum();
+        self.known = if sum.is_finite() { (self.known + 1).min(DEPTH) } else { 0 };
     }
 }
 
