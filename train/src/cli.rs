@@ -1,7 +1,7 @@
 //! Flags.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -13,8 +13,8 @@ use terminal::{positive, threads};
 
 /// Trains COPINGNet: without arguments, the paper's network on the paper's bending rods.
 ///
-/// Data are generated where they are absent. At intervals the network is measured by what counts, the iterations of
-/// conjugate gradients that its guess saves on validation scenes; the best weights are kept.
+/// Data are generated where they are absent. At intervals the network is measured by what counts, the iterations that its
+/// guess saves on validation scenes; the best weights are kept.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub(crate) struct Cli {
@@ -33,13 +33,13 @@ pub(crate) enum Command {
 /// Where a data set is, and how large.
 #[derive(Args, Debug)]
 pub(crate) struct SetArgs {
-    /// Folder of the data sets; that of Table 1 is DIR/SCENARIO, others have their sizes in their names.
-    #[arg(long, default_value = "data", value_name = "DIR")]
-    pub(crate) data: PathBuf,
-    /// Training trajectories [default: Table 1's 256; recipe step: 768].
+    /// Folder of the data sets; that of Table 1 is DIR/SCENARIO, others have their sizes in their names [default: data].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
+    /// Training trajectories [default: Table 1's 256; 768 where whole steps are learned].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trajectories: Option<u32>,
-    /// Steps of a trajectory [default: Table 1's 50; recipe step: 100].
+    /// Steps of a trajectory [default: Table 1's 50; 100 where whole steps are learned].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) steps: Option<u32>,
 }
@@ -59,7 +59,7 @@ impl SetArgs {
         } else {
             format!("{scenario}-{}x{}", config.train_trajectories, config.steps)
         };
-        (config, self.data.join(name))
+        (config, self.data.as_deref().unwrap_or(Path::new("data")).join(name))
     }
 
     /// Trajectories of whole steps, and steps of each.
@@ -308,6 +308,9 @@ impl TrainArgs {
         };
         if recipe == Recipe::Step && (self.features.is_some() || self.head.is_some()) {
             bail!("--features and --head change the recipes paper and best, but the recipe is step");
+        }
+        if let (Recipe::Step, Some(data)) = (recipe, &self.set.data) {
+            bail!("--data {}: recipe step has no data set, it simulates what it learns from", data.display());
         }
         if !head.fits(features) {
             bail!("--head {} needs --features body-frame, but the features are the paper's", head.name());

@@ -143,8 +143,12 @@ fn log_square(chunk: &Chunk, outputs: [&[f32]; 2], batch: usize) -> Evaluated {
         let apart = |(x, target): (&f32, &f32)| f64::from(x - target);
         let error: f64 = parts().map(|pair| apart(pair).powi(2)).sum();
         let size: f64 = parts().map(|(_, &target)| f64::from(target).powi(2)).sum();
-        if !(error.is_finite() && size > 0.0) {
+        if !error.is_finite() {
             evaluated.left_out += 1;
+            continue;
+        }
+        if size == 0.0 {
+            // There is nothing to learn, and no scale to measure an error by.
             continue;
         }
         let raised = error + LOG_FLOOR * size;

@@ -234,6 +234,7 @@ impl<'a> Course<'a> {
             ("batch", self.batch),
             ("steps", adam.steps),
             ("milliseconds", (self.seconds() * 1e3) as u64),
+            ("left_out", self.trainer.left_out),
         ];
         let tensors = [
             ("parameters", self.trainer.weights.values()),
@@ -267,6 +268,7 @@ impl<'a> Course<'a> {
         };
         (self.epoch, self.batch, self.first) = (counter("epoch")?, counter("batch")?, counter("epoch")?);
         self.trainer.adam.steps = counter("steps")?;
+        self.trainer.left_out = counter("left_out")?;
         self.before = Duration::from_millis(counter("milliseconds")?);
         let mut take = |key: &str, to: &mut [f32]| match state.tensors.remove(key) {
             Some(values) if values.len() == to.len() => {

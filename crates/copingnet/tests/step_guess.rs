@@ -24,7 +24,7 @@ fn sizes() -> NetworkConfig {
 }
 
 /// Some steps of implicit Euler, from a network's starts or from the predictions.
-fn moved(model: &Model, state: &State, dt: f64, steps: usize, weights: Option<&Weights>) -> (State, Counters) {
+fn moved(model: &Model, state: &State, dts: &[f64], weights: Option<&Weights>) -> (State, Counters) {
     let step = StepParams { formulation: Formulation::Newton, relative_tolerance: 1e-10, ..StepParams::default() };
     let settings = Settings { step, ..Settings::default() };
     let trained = weights.map(|weights| Trained::new(weights, encoding()));
@@ -40,7 +40,7 @@ fn moved(model: &Model, state: &State, dt: f64, steps: usize, weights: Option<&W
         }),
     )
     .unwrap();
-    for _ in 0..steps {
+    for &dt in dts {
         assert_eq!(simulation.step(dt).unwrap().status, Status::Converged);
     }
     let mut end = state.clone();
@@ -54,27 +54,40 @@ fn farthest(a: &State, b: &State) -> f64 {
 
 #[test]
 fn no_network_changes_the_motion() {
+    let mut dropped = 0;
     for which in 0..4 {
         let (model, state) = in_motion(which);
-        let (expected, zero) = moved(&model, &state, 0.02, 12, None);
+        let (expected, zero) = moved(&model, &state, &[0.02; 12], None);
         assert_eq!(zero.guesses_used + zero.guesses_dropped, 0);
         for scale in [0.0, 1.0, 30.0, 1e4, f32::NAN] {
             let mut weights = common::weights(sizes(), 1.0);
             weights.values_mut().iter_mut().for_each(|x| *x *= scale);
-            let (found, counters) = moved(&model, &state, 0.02, 12, Some(&weights));
+            let (found, counters) = moved(&model, &state, &[0.02; 12], Some(&weights));
             let apart = farthest(&found, &expected);
             assert!(apart < 1e-7, "scene {which}, scale {scale}: {apart:e}");
             assert_eq!(counters.guesses_used + counters.guesses_dropped, 12);
             assert_eq!(counters.guesses_used == 0, scale.is_nan(), "scale {scale}");
+            dropped += if scale == 1e4 { counters.guesses_dropped } else { 0 };
         }
     }
+    assert!(dropped > 0);
+}
+
+#[test]
+fn another_time_step_begins_without_a_history() {
+    let (model, state) = in_motion(1);
+    let dts: Vec<f64> = [0.02; 6].into_iter().chain([0.01; 6]).chain([0.05; 6]).collect();
+    let (expected, _) = moved(&model, &state, &dts, None);
+    let (found, counters) = moved(&model, &state, &dts, Some(&common::weights(sizes(), 0.1)));
+    assert!(farthest(&found, &expected) < 1e-7);
+    assert_eq!(counters.guesses_used, 18);
 }
 
 #[test]
 fn a_silent_network_continues_the_last_steps() {
     let (model, state) = in_motion(0);
-    let (_, zero) = moved(&model, &state, 0.02, 30, None);
-    let (_, continued) = moved(&model, &state, 0.02, 30, Some(&Weights::zeros(sizes())));
+    let (_, zero) = moved(&model, &state, &[0.02; 30], None);
+    let (_, continued) = moved(&model, &state, &[0.02; 30], Some(&Weights::zeros(sizes())));
     assert_eq!(continued.guesses_dropped, 0);
     assert!(continued.iterations < zero.iterations, "{} {}", continued.iterations, zero.iterations);
 }
@@ -82,7 +95,7 @@ fn a_silent_network_continues_the_last_steps() {
 #[test]
 fn planar_rods_stay_in_their_plane() {
     let (model, state) = in_motion(0);
-    let (end, _) = moved(&model, &state, 0.02, 12, Some(&common::weights(sizes(), 1.0)));
+    let (end, _) = moved(&model, &state, &[0.02; 12], Some(&common::weights(sizes(), 1.0)));
     assert!(end.positions.iter().all(|x| x.y.abs() < 1e-12), "{:?}", end.positions);
 }
 

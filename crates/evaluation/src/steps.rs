@@ -1,7 +1,8 @@
 //! Starts of whole steps: outer iterations and time from each, over many simulations.
 //!
-//! All starts run the same scene in lockstep, each to the same tolerance of the same residual, which no start changes: a
-//! row differs from another by its start alone. Times are of whole steps, what the guess does and learns included.
+//! All starts run the same scene in lockstep, each to the same tolerance of the same residual, which no start changes.
+//! Their motions are the same but for what the tolerance allows: the error of each, against a reference solved tightly,
+//! stands beside its iterations. Times are of whole steps, what the guess does and learns included.
 
 use std::time::Duration;
 
@@ -10,6 +11,7 @@ use serde::Serialize;
 use solver::counters::Counters;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 
+use crate::compare::position_error;
 use crate::guesses::Spread;
 
 /// What one start came to in one simulation.
@@ -21,8 +23,12 @@ pub struct Tally {
     pub iterations: u64,
     /// Steps done again in halves.
     pub retries: u64,
-    /// Starts that were dropped.
+    /// Starts that were dropped, those included whose step was done again from the prediction.
     pub dropped: u64,
+    /// Steps that did not converge, or whose numbers were not finite.
+    pub failed: u64,
+    /// Largest error of any step's positions: root mean square over the segments, relative to the rods' mean length.
+    pub error: f64,
     /// Time of the steps.
     pub time: Duration,
     /// Time of the guess, which is part of it.
@@ -30,10 +36,17 @@ pub struct Tally {
 }
 
 impl Tally {
-    fn new(steps: u64, counters: &Counters) -> Self {
-        let times = &counters.times;
-        let (iterations, retries, dropped) = (counters.iterations, counters.retries, counters.guesses_dropped);
-        Self { steps, iterations, retries, dropped, time: times.total(), guess_time: times.guess }
+    fn new(steps: u64, counters: &Counters, error: f64) -> Self {
+        Self {
+            steps,
+            iterations: counters.iterations,
+            retries: counters.retries,
+            dropped: counters.guesses_dropped,
+            failed: counters.not_converged + counters.non_finite,
+            error,
+            time: counters.times.total(),
+            guess_time: counters.times.guess,
+        }
     }
 }
 
@@ -51,17 +64,28 @@ pub fn measure(
 ) -> Result<Vec<Tally>, SimulationError> {
     let new = |&start: &Option<GuessFactory<'_>>| Simulation::new(model, state, settings, start);
     let mut simulations = starts.iter().map(new).collect::<Result<Vec<_>, _>>()?;
+    let mut exact = *settings;
+    exact.step.relative_tolerance = 1e-3 * settings.step.relative_tolerance.min(1e-6);
+    exact.step.absolute_tolerance = exact.step.relative_tolerance;
+    let mut reference = Simulation::new(model, state, &exact, None)?;
+    let (mut expected, mut found) = (state.clone(), state.clone());
+    let mut errors = vec![0.0_f64; starts.len()];
     let mut done = 0;
     for _ in 0..steps {
-        for simulation in &mut simulations {
+        reference.step(dt)?;
+        reference.store(&mut expected);
+        for (simulation, error) in simulations.iter_mut().zip(&mut errors) {
             simulation.step(dt)?;
+            simulation.store(&mut found);
+            *error = error.max(position_error(model, &found, &expected));
         }
         done += 1;
         if !progress() {
             break;
         }
     }
-    Ok(simulations.iter().map(|simulation| Tally::new(done, &simulation.counters())).collect())
+    let tally = |(simulation, error): (&Simulation, f64)| Tally::new(done, &simulation.counters(), error);
+    Ok(simulations.iter().zip(errors).map(tally).collect())
 }
 
 /// A start on one kind of scenes, at one time step and tolerance.
@@ -69,6 +93,8 @@ pub fn measure(
 pub struct Cell {
     /// Start.
     pub guess: String,
+    /// Whether it has learned before the first step.
+    pub is_learned: bool,
     /// Outer iterations a step.
     pub iterations: Option<Spread>,
     /// The same, relative to the start without learning that needs the fewest (in the median).
@@ -81,8 +107,12 @@ pub struct Cell {
     pub guess_us: Option<Spread>,
     /// Steps done again in halves, of all steps.
     pub retried: f64,
-    /// Starts that were dropped, of all steps.
+    /// Starts that were dropped, of all steps, those included whose step was done again from the prediction.
     pub dropped: f64,
+    /// Steps that did not converge, of all.
+    pub failed: f64,
+    /// Largest position error of a simulation, relative to the rods' length.
+    pub error: Option<Spread>,
 }
 
 /// One cell a start, from the tallies of each simulation (one a start). `learned` says which starts are.
@@ -107,8 +137,9 @@ pub fn cells(starts: &[(String, bool)], simulations: &[Vec<Tally>]) -> Vec<Cell>
         let sum = |count: fn(&Tally) -> u64| simulations.iter().map(|tallies| count(&tallies[start])).sum::<u64>();
         sum(count) as f64 / sum(|tally| tally.steps).max(1) as f64
     };
-    let cell = |(start, (guess, _)): (usize, &(String, bool))| Cell {
+    let cell = |(start, (guess, is_learned)): (usize, &(String, bool))| Cell {
         guess: guess.clone(),
+        is_learned: *is_learned,
         iterations: spread(start, &iterations),
         iteration_ratio: ratio(start, fewest, &iterations),
         time_us: spread(start, &time),
@@ -116,6 +147,8 @@ pub fn cells(starts: &[(String, bool)], simulations: &[Vec<Tally>]) -> Vec<Cell>
         guess_us: spread(start, &|tally| per_step(tally, 1e6 * tally.guess_time.as_secs_f64())),
         retried: share(start, |tally| tally.retries),
         dropped: share(start, |tally| tally.dropped),
+        failed: share(start, |tally| tally.failed),
+        error: spread(start, &|tally| tally.error),
     };
     starts.iter().enumerate().map(cell).collect()
 }

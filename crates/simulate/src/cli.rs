@@ -118,7 +118,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "PREDICTIONS", num_args = 0..=1, require_equals = true, default_missing_value = "1",
         value_parser = predictions)]
     pub(crate) end_to_end: Option<usize>,
-    /// Restrict a learned guess to the plane that the scene stays in. gn-best always is, where there is one.
+    /// Restrict a learned guess to the plane that the scene stays in. gn-best and gn-step always are, where there is one.
     #[arg(long)]
     pub(crate) planar: bool,
     #[command(flatten)]

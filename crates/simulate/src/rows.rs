@@ -121,7 +121,7 @@ pub(crate) fn push_spreads(text: &mut String, spreads: &[Option<Spread>]) {
         match spread {
             Some(Spread { mean, lower, median, upper }) => {
                 // Writing to a string cannot fail.
-                let _ = write!(text, ",{mean:.6},{lower:.6},{median:.6},{upper:.6}");
+                let _ = write!(text, ",{mean:.6e},{lower:.6e},{median:.6e},{upper:.6e}");
             }
             None => text.push_str(",,,,"),
         }

@@ -3,6 +3,7 @@
 use anyhow::{Result, anyhow, bail};
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
+use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
@@ -47,10 +48,15 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
 
 /// Settings with the formulation and the outer tolerance of the arguments.
 pub(crate) fn settings(args: &SceneArgs) -> Settings {
+    settings_for(args.formulation, args.tolerance)
+}
+
+/// The settings of a formulation and a relative tolerance; the absolute one goes down with it.
+pub(crate) fn settings_for(formulation: Formulation, tolerance: f64) -> Settings {
     let mut settings = Settings::default();
-    settings.step.formulation = args.formulation;
-    settings.step.relative_tolerance = args.tolerance;
-    settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * args.tolerance);
+    settings.step.formulation = formulation;
+    settings.step.relative_tolerance = tolerance;
+    settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * tolerance);
     settings
 }
 

@@ -11,7 +11,7 @@ use graph::planar_normal;
 use serde::Serialize;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
-use solver::simulation::{GuessFactory, Settings};
+use solver::simulation::GuessFactory;
 
 use crate::Outcome;
 use crate::cli::StepsArgs;
@@ -19,6 +19,7 @@ use crate::guess::GuessName;
 use crate::guesses::check_place;
 use crate::progress::Progress;
 use crate::rows::{NetworkOf, Row, distinct, load, network_columns, networks, push_spreads, rows, spread_names};
+use crate::scenes::settings_for;
 use crate::training::Training;
 use terminal::say;
 
@@ -112,9 +113,7 @@ fn measure(
     rows: &[Row<'_>],
     progress: &Progress,
 ) -> Result<Vec<Vec<Tally>>> {
-    let mut settings = Settings::default();
-    settings.step.formulation = Formulation::Newton;
-    settings.step.relative_tolerance = tolerance;
+    let settings = settings_for(Formulation::Newton, tolerance);
     let mut tallies = Vec::new();
     for index in 0..args.simulations as u64 {
         if progress.stopped() {
@@ -148,7 +147,8 @@ fn print(report: &Report) -> Result<()> {
         "Starts of whole steps, formulation newton, direct solves: the paper's random scenes (Table 1) of seed {}, and slack\n\
          variants (rods of radius 0.01 m and 1000 kg/m^3, helices of radius 0.02 m, moduli 1e4 to 1e5 Pa); {} steps each.\n\
          Outer iterations a step (medians over the simulations), and time a step relative to the fastest start without\n\
-         learning (median over the simulations of the ratio within each, and its quartiles), guesses included.",
+         learning (median over the simulations of the ratio within each, and its quartiles), guesses included. Position errors\n\
+         are those that the tolerance allows, with any start: see --csv.",
         report.seed,
         report.steps
     )?;
@@ -194,48 +194,58 @@ fn table(sheets: &[Sheet]) -> Table {
 /// How each learned start does, in words.
 fn words(report: &Report) -> String {
     let mut words = String::new();
-    let names = report.sheets.first().map_or(&[][..], |sheet| &sheet.cells[..]);
-    for (start, cell) in names.iter().enumerate().filter(|(_, cell)| cell.guess.starts_with("gn")) {
-        let count = |ratio: fn(&Cell) -> Option<Spread>| {
+    let cells = report.sheets.first().map_or(&[][..], |sheet| &sheet.cells[..]);
+    for (start, Cell { guess, .. }) in cells.iter().enumerate().filter(|(_, cell)| cell.is_learned) {
+        let total = report.sheets.len();
+        let less = |ratio: fn(&Cell) -> Option<Spread>| {
             let is_less = |sheet: &&Sheet| ratio(&sheet.cells[start]).is_some_and(|spread| spread.median < 1.0);
             report.sheets.iter().filter(is_less).count()
         };
-        let (iterations, time) = (count(|cell| cell.iteration_ratio), count(|cell| cell.time_ratio));
-        let (name, total) = (&cell.guess, report.sheets.len());
+        let (iterations, time) = (less(|cell| cell.iteration_ratio), less(|cell| cell.time_ratio));
         // Writing to a string cannot fail.
         let _ = writeln!(
             words,
-            "\n{name} needs fewer outer iterations than every start without learning in {iterations} of {total} cells, and\n\
+            "\n{guess} needs fewer outer iterations than every start without learning in {iterations} of {total} cells, and\n\
              less time, its own included, in {time}."
         );
-        let time_of = |sheet: &Sheet| sheet.cells[start].time_ratio.map_or(f64::INFINITY, |spread| spread.median);
-        let best = report.sheets.iter().min_by(|a, b| time_of(a).total_cmp(&time_of(b)));
-        if let Some(sheet) = best {
+        let time_of = |sheet: &Sheet| sheet.cells[start].time_ratio.map_or(f64::NAN, |spread| spread.median);
+        let mut sheets: Vec<&Sheet> = report.sheets.iter().collect();
+        sheets.sort_by(|a, b| time_of(a).total_cmp(&time_of(b)));
+        for (sheet, how) in sheets.first().into_iter().zip(["best"]).chain(sheets.last().into_iter().zip(["worst"])) {
             let (kind, dt, tolerance) = (kind(sheet), sheet.dt_s, sheet.tolerance);
-            let _ = write!(
+            let _ = writeln!(
                 words,
-                "Where it does best ({kind}, dt {dt} s, tolerance {tolerance:e}) a step takes {:.2} of that time.",
+                "At its {how} ({kind}, dt {dt} s, tolerance {tolerance:e}) a step takes {:.2} of the fastest other start's time.",
                 time_of(sheet)
             );
         }
+        let highest = |value: fn(&Cell) -> f64| {
+            100.0 * report.sheets.iter().map(|sheet| value(&sheet.cells[start])).fold(0.0, f64::max)
+        };
+        let (dropped, failed) = (highest(|cell| cell.dropped), highest(|cell| cell.failed));
+        let _ = write!(
+            words,
+            "Of its starts at most {dropped:.1} % were dropped, or their step done again; of the steps {failed:.1} % did not converge."
+        );
     }
     words
 }
 
 /// One line a cell; empty where nothing was counted.
 fn csv(report: &Report) -> String {
-    let names = spread_names(&["iterations", "iteration_ratio", "time_us", "time_ratio", "guess_us"]);
-    let mut text =
-        format!("scenario,slack,dt_s,tolerance,simulations,start,network,weights_blake3,retried,dropped,{names}\n");
+    let names = spread_names(&["iterations", "iteration_ratio", "time_us", "time_ratio", "guess_us", "error"]);
+    let mut text = format!(
+        "scenario,slack,dt_s,tolerance,simulations,start,network,weights_blake3,retried,dropped,failed,{names}\n"
+    );
     for sheet in &report.sheets {
         for cell in &sheet.cells {
             let Sheet { scenario, is_slack, dt_s, tolerance, simulations, .. } = sheet;
             let network = network_columns(&sheet.networks, &cell.guess);
             // Writing to a string cannot fail.
             let _ = write!(text, "{scenario},{is_slack},{dt_s},{tolerance:e},{simulations},{},{network}", cell.guess);
-            let _ = write!(text, ",{:.6},{:.6}", cell.retried, cell.dropped);
-            let spreads = [cell.iterations, cell.iteration_ratio, cell.time_us, cell.time_ratio, cell.guess_us];
-            push_spreads(&mut text, &spreads);
+            let _ = write!(text, ",{:.6},{:.6},{:.6}", cell.retried, cell.dropped, cell.failed);
+            let Cell { iterations, iteration_ratio, time_us, time_ratio, guess_us, error, .. } = *cell;
+            push_spreads(&mut text, &[iterations, iteration_ratio, time_us, time_ratio, guess_us, error]);
             text.push('\n');
         }
     }

@@ -76,6 +76,24 @@ fn the_network_of_the_program_saves_outer_iterations_and_leaves_the_motion_alone
     }
 }
 
+/// What the start does without a network, its history and its way to a whole state, is not what saves iterations.
+#[test]
+fn a_network_that_says_nothing_saves_less() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let built_in = concat!(env!("CARGO_MANIFEST_DIR"), "/../../checkpoints/helix-step");
+    let mut silent = copingnet::Checkpoint::load(std::path::Path::new(built_in)).expect("a checkpoint");
+    silent.weights.values_mut().fill(0.0);
+    let path = folder.path().join("silent");
+    silent.save(&path).expect("it is written");
+    let flags = ["steps", "--simulations", "4", "--steps", "60", "--scenario", "helix", "--guess", "gn-step"];
+    let iterations = |more: &[&str]| -> f64 {
+        let report = json(&[&flags[..], more].concat());
+        report["sheets"].as_array().expect("sheets").iter().map(|sheet| median(&sheet["cells"][1], "iterations")).sum()
+    };
+    let (trained, silent) = (iterations(&[]), iterations(&["--checkpoint", path.to_str().expect("UTF-8")]));
+    assert!(trained < 0.95 * silent, "{trained} {silent}");
+}
+
 #[test]
 fn every_scene_is_taken_and_slack_ones_are_no_strangers() {
     // The largest takes seconds.

@@ -10,7 +10,7 @@ use rod::Model;
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
 use crate::kernel::dispatch::vectorized;
-use crate::step::{Attempt, Status, StepParams, evaluate, is_finite, target};
+use crate::step::{Attempt, Start, Status, StepParams, evaluate, is_finite, target};
 use crate::system::Six;
 use crate::topology::Topology;
 use crate::unit::{accept, finish};
@@ -79,7 +79,7 @@ impl Projected {
             residuals = evaluate(component, formulation, counters);
             watch.mark(&mut counters.times.assemble);
         }
-        let result = Attempt { residuals, target, unsolved: component.unsolved, is_guessed: false };
+        let result = Attempt { residuals, target, unsolved: component.unsolved, start: Start::Prediction };
         self.status = result.status(0);
         accept(&result, 0, counters);
         if self.status == Status::NonFinite {

@@ -76,8 +76,19 @@ pub struct Attempt<T> {
     pub target: T,
     /// Not 0 where a segment spins by more than half a turn in the step.
     pub unsolved: T,
-    /// Whether the step began at a guess.
-    pub is_guessed: bool,
+    /// What became of a guess for the step's start.
+    pub start: Start,
+}
+
+/// Where a step began.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// At the prediction.
+    Prediction,
+    /// At a guess.
+    Guess,
+    /// At the prediction, with multipliers of a guess whose poses were dropped.
+    Multipliers,
 }
 
 impl<T: Real> Attempt<T> {
@@ -112,8 +123,9 @@ pub fn attempt<T: Real>(
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
     let target = target(&residuals, params);
-    let mut is_guessed = guess.start_step(component, counters);
-    if is_guessed {
+    let mut start = Start::Prediction;
+    if guess.start_step(component, counters) {
+        start = Start::Guess;
         watch.mark(&mut counters.times.guess);
         component.expect_multipliers();
         let predicted = residuals.worst().lane(0);
@@ -122,7 +134,7 @@ pub fn attempt<T: Real>(
         if started > predicted * guess.trust() || started.is_nan() {
             // Further from the solution than the prediction, as it seems: the bodies go back to it. The multipliers stay;
             // with a momentum residual they matter to the next poses through the geometric stiffness alone.
-            is_guessed = false;
+            start = Start::Multipliers;
             component.poses.copy_from_slice(&component.predicted);
             residuals = evaluate(component, formulation, counters);
             counters.guesses_used -= 1;
@@ -131,7 +143,7 @@ pub fn attempt<T: Real>(
         watch.mark(&mut counters.times.assemble);
     }
     let mut before = residuals.worst();
-    for iteration in 0..2 * params.max_iterations {
+    for iteration in 0..params.max_iterations.saturating_mul(2) {
         let now = residuals.worst();
         // A lane goes on while its residual is above the target, beyond the cap as long as it converges and would be done
         // again in halves. It stops for good when it is not finite.
@@ -175,7 +187,7 @@ pub fn attempt<T: Real>(
     if component.is_damped() {
         counters.damping_evaluations += (component.segments() * component.used) as u64;
     }
-    Attempt { residuals, target, unsolved: component.unsolved, is_guessed }
+    Attempt { residuals, target, unsolved: component.unsolved, start }
 }
 
 /// The residual to reach, from the prediction's.

@@ -14,7 +14,7 @@ use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
 use crate::projection::Projected;
 use crate::simulation::GROUP;
-use crate::step::{Attempt, NoGuess, Status, StepGuess, StepParams, attempt};
+use crate::step::{Attempt, NoGuess, Start, Status, StepGuess, StepParams, attempt};
 use crate::topology::Topology;
 
 /// A piece of the simulation that needs no other to be stepped.
@@ -124,10 +124,12 @@ fn advance(
     counters: &mut Counters,
 ) -> Status {
     let mut result = attempt(component, dt, params, solver, guess, counters);
-    if result.is_guessed && result.status(0) != Status::Converged {
+    if result.start != Start::Prediction && result.status(0) != Status::Converged {
         component.roll_back();
-        counters.guesses_used -= 1;
-        counters.guesses_dropped += 1;
+        if result.start == Start::Guess {
+            counters.guesses_used -= 1;
+            counters.guesses_dropped += 1;
+        }
         result = attempt(component, dt, params, solver, &mut NoGuess, counters);
     }
     let status = result.status(0);

@@ -245,8 +245,11 @@ fn a_wild_start_of_a_step_gives_way_to_the_prediction() {
     assert_eq!((wild.counters().guesses_used, wild.counters().guesses_dropped), (0, 10));
 }
 
-/// A start that is finite, and nowhere near.
-struct Absurd;
+/// A start that is finite, and nowhere near: poses that are trusted or not, and multipliers of this size.
+struct Absurd {
+    trust: f64,
+    multipliers: f64,
+}
 
 impl InitialGuess for Absurd {
     fn helps_steps(&self) -> bool {
@@ -254,10 +257,11 @@ impl InitialGuess for Absurd {
     }
 
     fn trust(&self) -> f64 {
-        f64::INFINITY
+        self.trust
     }
 
-    fn start_step(&mut self, _: &Component<f64>, poses: &mut [Pose<f64>], _: &mut [Six<f64>]) -> bool {
+    fn start_step(&mut self, _: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
+        lambda.fill(Six { stretch: Vec3([self.multipliers; 3]), bend: Vec3([-self.multipliers; 3]) });
         for (k, pose) in poses.iter_mut().enumerate() {
             pose.x += Vec3([1e3 * k as f64, -1e5, 1e4]);
             pose.q = pose.q.turned(Vec3([3.0 * k as f64, -2.0, 40.0]));
@@ -271,17 +275,42 @@ fn a_step_that_does_not_converge_from_its_guess_is_done_again_from_the_predictio
     let (model, state) = rod(3.0, 25, 0.05, material(1e5, 1000.0));
     let step = StepParams { formulation: Formulation::Newton, max_iterations: 12, ..StepParams::default() };
     let settings = Settings { step, ..Settings::default() };
-    let absurd = |_: &_, _: &_, _: &_| Some(Box::new(Absurd) as Box<dyn InitialGuess>);
-    let mut guessed = Simulation::new(&model, &state, &settings, Some(&absurd)).unwrap();
     let mut plain = Simulation::new(&model, &state, &settings, None).unwrap();
+    let mut expected = state.clone();
     for _ in 0..20 {
-        assert_eq!(guessed.step(0.02).unwrap().status, Status::Converged);
         plain.step(0.02).unwrap();
     }
-    let (mut a, mut b) = (state.clone(), state.clone());
-    guessed.store(&mut a);
-    plain.store(&mut b);
-    let counters = guessed.counters();
-    assert_eq!((counters.guesses_dropped, counters.guesses_used, counters.retries), (20, 0, 0));
-    assert_eq!(a, b);
+    plain.store(&mut expected);
+    // Dropped because the step did not converge; because of the poses, but for the multipliers; and because of both.
+    for (trust, multipliers) in [(f64::INFINITY, 0.0), (1.0, 1e3), (1.0, 1e150)] {
+        let absurd = |_: &_, _: &_, _: &_| Some(Box::new(Absurd { trust, multipliers }) as Box<dyn InitialGuess>);
+        let mut guessed = Simulation::new(&model, &state, &settings, Some(&absurd)).unwrap();
+        for _ in 0..20 {
+            assert_eq!(guessed.step(0.02).unwrap().status, Status::Converged);
+        }
+        let (mut found, counters) = (state.clone(), guessed.counters());
+        guessed.store(&mut found);
+        assert_eq!((counters.guesses_dropped, counters.guesses_used, counters.retries), (20, 0, 0));
+        let apart = found.positions.iter().zip(&expected.positions).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(apart < 1e-5, "trust {trust}, multipliers {multipliers:e}: {apart:e}");
+    }
+}
+
+#[test]
+fn a_step_that_still_converges_at_the_cap_goes_on_where_it_would_be_halved() {
+    let (model, state) = rod(3.0, 25, 0.05, material(1e5, 1000.0));
+    let step = StepParams { formulation: Formulation::Newton, relative_tolerance: 1e-9, ..StepParams::default() };
+    let run = |max_iterations: usize, max_halvings: u32| {
+        let settings = Settings { step: StepParams { max_iterations, max_halvings, ..step }, ..Settings::default() };
+        let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+        let status = (0..10).map(|_| simulation.step(0.05).unwrap().status).max().unwrap();
+        (status, simulation.counters())
+    };
+    let (_, free) = run(60, 0);
+    let cap = (free.iterations / 10) as usize - 1;
+    let (status, capped) = run(cap, 6);
+    assert_eq!((status, capped.retries, capped.iterations), (Status::Converged, 0, free.iterations));
+    let (status, capped) = run(cap, 0);
+    assert_eq!(status, Status::OutOfIterations);
+    assert!(capped.iterations <= 10 * cap as u64);
 }
