@@ -337,7 +337,7 @@ fn checkpoints_of_ones_own() {
     assert_eq!(
         with(&own, &["--guess", "gn"]),
         format!(
-            "error: --checkpoint {own}: recipe = \"best\", but it must be paper (gn takes paper, gn-best takes best)"
+            "error: --checkpoint {own}: recipe = \"best\", but it must be paper (gn takes paper, gn-best best, gn-step step)"
         )
     );
     assert_eq!(
