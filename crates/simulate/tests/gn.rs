@@ -352,7 +352,7 @@ fn checkpoints_of_ones_own() {
     assert_eq!(run(&forced).status.code(), Some(0));
     assert_eq!(
         with(&own, &["--guess", "fischer"]),
-        "error: --checkpoint needs the guess gn or gn-best, but asked for: fischer"
+        "error: --checkpoint needs the guess gn, gn-best or gn-step, but asked for: fischer"
     );
 
     // What is no checkpoint.
