@@ -149,6 +149,10 @@ pub(crate) struct TrainArgs {
     /// training is done its state, PATH.state [default: trained/SCENARIO-RECIPE].
     #[arg(long, value_name = "PATH", value_parser = place)]
     pub(crate) out: Option<PathBuf>,
+    /// Begin with the weights of this checkpoint (PATH.toml with PATH.safetensors) instead of random ones. It must have
+    /// been trained on the same data, with the same features, head and sizes.
+    #[arg(long, value_name = "PATH", value_parser = place, conflicts_with = "resume")]
+    pub(crate) from: Option<PathBuf>,
     /// Replace a checkpoint that is there already.
     #[arg(long)]
     pub(crate) force: bool,

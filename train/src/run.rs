@@ -47,7 +47,10 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let (mut lesson, data_blake3) = Lesson::prepare(&plan, &cli.set, cli.quiet)?;
     let encoding = lesson.encoding(&plan);
     let samples = lesson.samples(&encoding);
-    let trainer = Trainer::new(&plan, &samples, lesson.objective(&plan, &encoding));
+    let mut trainer = Trainer::new(&plan, &samples, lesson.objective(&plan, &encoding));
+    if let Some(path) = &cli.from {
+        trainer.weights = weights_from(path, &plan, &encoding, &data_blake3).context("--from")?;
+    }
     let mut course = Course::new(&plan, &lesson, encoding, trainer, data_blake3);
     if cli.resume {
         course.resume().context("--resume")?;
@@ -84,6 +87,18 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     }
     say(format_args!("wrote {}.toml, .safetensors, .csv and .svg", plan.out.display()))?;
     Ok(Outcome::Done)
+}
+
+/// The weights of a checkpoint to go on from.
+fn weights_from(path: &Path, plan: &Plan, encoding: &Encoding, data_blake3: &str) -> Result<Weights> {
+    let Checkpoint { card, encoding: own, weights } = Checkpoint::load(path)?;
+    if *weights.config() != plan.network || (own.features, own.head) != (encoding.features, encoding.head) {
+        bail!("{}: the network has other features, head or sizes than this training", path.display());
+    }
+    if own != *encoding || card.data_blake3.as_deref() != Some(data_blake3) {
+        bail!("{}: data_blake3 = {:?}, but it must be \"{data_blake3}\"", path.display(), card.data_blake3);
+    }
+    Ok(weights)
 }
 
 /// Makes the folder of the checkpoint, and sees that nothing of worth is there.

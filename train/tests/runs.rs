@@ -83,6 +83,20 @@ fn a_training_that_was_killed_goes_on_to_the_same_bits() {
 }
 
 #[test]
+fn a_training_begins_with_the_weights_of_another() {
+    let directory = tempfile::tempdir().unwrap();
+    let [first, second] = ["first", "second"].map(|name| directory.path().join(name));
+    assert!(run(&first, &[]).status.success());
+    let from = first.to_str().unwrap();
+    // Steps so small that nothing changes but the last bits.
+    assert!(run(&second, &["--from", from, "--learning-rate", "1e-12"]).status.success());
+    let [old, new] = [&first, &second].map(|out| Checkpoint::load(out).unwrap().weights);
+    assert!(old.values().iter().zip(new.values()).all(|(a, b)| (a - b).abs() < 1e-6));
+    let message = complaint(&run(&directory.path().join("third"), &["--from", from, "--width", "8"]));
+    assert!(message.contains("--from") && message.contains("sizes"), "{message}");
+}
+
+#[test]
 fn starts_of_whole_steps_are_learned_to_the_same_bits_on_any_number_of_threads() {
     let directory = tempfile::tempdir().unwrap();
     let trained = |name: &str, threads: &str| {

@@ -1,6 +1,7 @@
 //! Starts of whole steps: outer iterations and time from each, over many simulations.
 //!
-//! All starts run the same scene in lockstep, each to the same tolerance of the same residual, which no start changes.
+//! All starts run the same scene, in turns of some steps, so that they share the machine's moods but not its caches; each
+//! to the same tolerance of the same residual, which no start changes.
 //! Their motions are the same but for what the tolerance allows: the error of each, against a reference solved tightly,
 //! stands beside its iterations. Times are of whole steps, what the guess does and learns included.
 
@@ -13,6 +14,9 @@ use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 
 use crate::compare::position_error;
 use crate::guesses::Spread;
+
+/// Steps of a turn.
+const TURN: usize = 10;
 
 /// What one start came to in one simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,7 +54,8 @@ impl Tally {
     }
 }
 
-/// Simulates a scene from every start, for so many steps of `dt` [s]; after each step `progress()` says whether to go on.
+/// Simulates a scene from every start, for so many steps of `dt` [s], in turns; after each turn of as many steps
+/// `progress(steps)` says whether to go on.
 ///
 /// # Errors
 /// If the scene or the settings are not valid.
@@ -60,7 +65,7 @@ pub fn measure(
     (dt, steps): (f64, usize),
     settings: &Settings,
     starts: &[Option<GuessFactory<'_>>],
-    mut progress: impl FnMut() -> bool,
+    mut progress: impl FnMut(usize) -> bool,
 ) -> Result<Vec<Tally>, SimulationError> {
     let new = |&start: &Option<GuessFactory<'_>>| Simulation::new(model, state, settings, start);
     let mut simulations = starts.iter().map(new).collect::<Result<Vec<_>, _>>()?;
@@ -68,22 +73,28 @@ pub fn measure(
     exact.step.relative_tolerance = 1e-3 * settings.step.relative_tolerance.min(1e-6);
     exact.step.absolute_tolerance = exact.step.relative_tolerance;
     let mut reference = Simulation::new(model, state, &exact, None)?;
-    let (mut expected, mut found) = (state.clone(), state.clone());
+    let (mut expected, mut found) = (vec![state.clone(); TURN.min(steps)], state.clone());
     let mut errors = vec![0.0_f64; starts.len()];
     let mut done = 0;
-    for _ in 0..steps {
-        reference.step(dt)?;
-        reference.store(&mut expected);
-        for (simulation, error) in simulations.iter_mut().zip(&mut errors) {
-            simulation.step(dt)?;
-            simulation.store(&mut found);
-            *error = error.max(position_error(model, &found, &expected));
+    while done < steps {
+        let turn = &mut expected[..TURN.min(steps - done)];
+        for state in turn.iter_mut() {
+            reference.step(dt)?;
+            reference.store(state);
         }
-        done += 1;
-        if !progress() {
+        for (simulation, error) in simulations.iter_mut().zip(&mut errors) {
+            for state in turn.iter() {
+                simulation.step(dt)?;
+                simulation.store(&mut found);
+                *error = error.max(position_error(model, &found, state));
+            }
+        }
+        done += turn.len();
+        if !progress(turn.len()) {
             break;
         }
     }
+    let done = done as u64;
     let tally = |(simulation, error): (&Simulation, f64)| Tally::new(done, &simulation.counters(), error);
     Ok(simulations.iter().zip(errors).map(tally).collect())
 }

@@ -36,7 +36,12 @@ impl Progress {
 
     /// One of them done. Returns whether to go on.
     pub(crate) fn advance(&self) -> bool {
-        self.0.inc(1);
+        self.advance_by(1)
+    }
+
+    /// So many of them done. Returns whether to go on.
+    pub(crate) fn advance_by(&self, count: usize) -> bool {
+        self.0.inc(count as u64);
         !self.stopped()
     }
 

@@ -129,7 +129,8 @@ fn measure(
         };
         let starts: Vec<_> = rows.iter().zip(&factories).map(start).collect();
         let span = (dt, args.steps);
-        let one = steps::measure(&scene.model, &scene.state, span, &settings, &starts, || progress.advance())?;
+        let one =
+            steps::measure(&scene.model, &scene.state, span, &settings, &starts, |steps| progress.advance_by(steps))?;
         if !progress.stopped() {
             tallies.push(one);
         }
