@@ -138,6 +138,8 @@ pub struct Features {
     length: f64,
     /// Of each edge 1 / (m n) and 1 / (m n l^2): its multipliers' units, but for 1 / s.
     units: Vec<[f64; 2]>,
+    /// Of each edge, the six inputs that pass through asinh.
+    squashed: Vec<f32>,
 }
 
 impl Features {
@@ -152,7 +154,8 @@ impl Features {
             [unit, unit / (length * length)]
         };
         let units = graph.edges().iter().map(units).collect();
-        Self { particular: Particular::new(graph), moving: count, length, units }
+        let squashed = vec![0.0; 6 * graph.edges().len()];
+        Self { particular: Particular::new(graph), moving: count, length, units, squashed }
     }
 
     /// Fills the changing inputs of nodes `[nodes, 9]` and edges `[edges, 18]` for the component's system, and returns
@@ -196,7 +199,7 @@ impl Features {
     }
 
     #[inline(always)]
-    fn fill_edges(&self, graph: &Graph, component: &Component<f64>, inverse: f64, edges: &mut [f32]) {
+    fn fill_edges(&mut self, graph: &Graph, component: &Component<f64>, inverse: f64, edges: &mut [f32]) {
         let system = &component.system;
         for (k, (row, edge)) in edges.chunks_exact_mut(EDGE_CHANGING).zip(graph.edges()).enumerate() {
             let terms = &system.joints[k];
@@ -208,17 +211,19 @@ impl Features {
             let compliance = [terms.bend, terms.bend, terms.bend + terms.twist_extra];
             let left = terms.rhs.bend - Vec3([x * compliance[0], y * compliance[1], z * compliance[2]]);
             let ([a, b, c], [d, e, f]) = ((terms.rhs.bend * rows).0, (left * rows).0);
-            // As many as a register holds: in one go.
-            let mut squashed = [a, b, c, d, e, f, 0.0, 0.0].map(|x| x as f32);
-            for x in &mut squashed {
-                *x = asinh(*x);
-            }
+            put(&mut self.squashed[6 * k..], [a, b, c, d, e, f]);
             put(row, q_a.rotate_back(terms.rhs.stretch * inverse).0);
-            row[3..6].copy_from_slice(&squashed[..3]);
             put(&mut row[6..], q_a.rotate_back(particular.stretch * stretch_unit).0);
             put(&mut row[9..], (particular.bend * bend_unit).0);
-            row[12..15].copy_from_slice(&squashed[3..6]);
             put(&mut row[15..], q_a.rotate_back(terms.t).0);
+        }
+        // In one go, many in a register.
+        for x in &mut self.squashed {
+            *x = asinh(*x);
+        }
+        for (row, squashed) in edges.chunks_exact_mut(EDGE_CHANGING).zip(self.squashed.chunks_exact(6)) {
+            row[3..6].copy_from_slice(&squashed[..3]);
+            row[12..15].copy_from_slice(&squashed[3..]);
         }
     }
 
