@@ -92,7 +92,7 @@ fn a_training_begins_with_the_weights_of_another() {
     assert!(run(&second, &["--from", from, "--learning-rate", "1e-12"]).status.success());
     let [old, new] = [&first, &second].map(|out| Checkpoint::load(out).unwrap().weights);
     assert!(old.values().iter().zip(new.values()).all(|(a, b)| (a - b).abs() < 1e-6));
-    let message = complaint(&run(&directory.path().join("third"), &["--from", from, "--width", "8"]));
+    let message = complaint(&run(&directory.path().join("third"), &["--from", from, "--mlp-layers", "3"]));
     assert!(message.contains("--from") && message.contains("sizes"), "{message}");
 }
 
