@@ -18,8 +18,7 @@ use crate::encoding::{Encode, mask_outputs};
 use crate::guess::Prediction;
 use crate::{Encoding, Inputs, Trained};
 
-/// Memory to encode the starts of one graph's steps and to decode the outputs for them. Only the first call of
-/// [`Self::encode`] allocates.
+/// Memory to encode the starts of one graph's steps and to decode the outputs for them.
 #[derive(Clone, Debug)]
 pub struct StepEncoder {
     encoding: Arc<Encoding>,
