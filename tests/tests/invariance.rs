@@ -289,7 +289,7 @@ fn a_lane_in_substeps_moves_as_if_alone() {
         assembly.state_mut().velocities[rod.end - 1].z = if number == 2 { 300.0 } else { 0.0 };
     };
     let mut settings = Settings::default();
-    settings.step.max_iterations = 8;
+    settings.step.max_iterations = 3;
     let end = |numbers: &[usize]| {
         let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
         numbers.iter().for_each(|&number| whip(&mut assembly, number));

@@ -175,7 +175,7 @@ fn orders_are_permutations_fixed_by_seed_and_epoch() {
 #[test]
 fn attempts_that_were_taken_back_leave_no_samples() {
     let directory = tempfile::tempdir().unwrap();
-    let config = Config { dt_s: 0.1, max_iterations: 4, steps: 12, ..small(Scenario::Helix) };
+    let config = Config { dt_s: 0.1, max_iterations: 2, steps: 12, ..small(Scenario::Helix) };
     let dataset = generated(directory.path(), &config);
     let mut divided = 0;
     for trajectory in dataset.trajectories(Split::Train) {

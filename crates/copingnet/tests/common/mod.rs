@@ -196,5 +196,12 @@ pub fn reference(weights: &Weights, graphs: &Batch, inputs: &Inputs) -> [Vec<f64
         e.iter_mut().zip(&messages).for_each(|(e, change)| added(e, change));
     }
     let output = |x: f64| if config.output == Output::Tanh { x.tanh() } else { x };
-    [v, e].map(|rows| perceptron(layers, &mut next, rows).into_iter().flatten().map(output).collect())
+    // Without outputs there is no decoder.
+    if config.edge_outputs == 0 {
+        e.clear();
+    }
+    [v, e].map(|rows| match rows.len() {
+        0 => Vec::new(),
+        _ => perceptron(layers, &mut next, rows).into_iter().flatten().map(output).collect(),
+    })
 }
