@@ -107,8 +107,8 @@ pub(crate) struct TrainArgs {
     /// Latent size l [default: 32; recipe step: 16].
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) width: Option<u16>,
-    /// Scans along the rod in each block, outwards and as many inwards [default: 0; recipe
-    /// best: 16, step: 4].
+    /// Scans along the rod in each block, outwards and as many inwards [default: 0; recipe best: 16,
+    /// step: 4].
     #[arg(long, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub(crate) scans: Option<u16>,
     /// Inputs: paper (world axes), body-frame (body axes, with the right-hand side) [default: the recipe's].

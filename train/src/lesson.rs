@@ -50,7 +50,8 @@ impl Lesson {
             }
             Self::Steps(recorded) => {
                 encoding = plan.unwhitened(Norms::default());
-                encoding.whitening = steps::whitening(recorded, &encoding);
+                let inputs: Vec<_> = recorded.iter().map(|recorded| &recorded.inputs).collect();
+                encoding.whitening = samples::fit(plan.features, &inputs);
             }
         }
         Arc::new(encoding)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use copingnet::{Encoder, Encoding, Inputs};
+use copingnet::{Encoder, Encoding, Features, Inputs};
 use dataset::{Dataset, Split, Trajectory};
 use graph::{Batch, Channel, Graph, Whitening};
 use rayon::prelude::*;
@@ -60,13 +60,20 @@ pub(crate) fn whitening(dataset: &Dataset, encoding: &Arc<Encoding>, every: usiz
             all.constant_edges.extend(&own.constant_edges);
         }
     }
-    let channels = encoding.features.channels();
-    let fit = |channels: &[Channel], rows: &Vec<f32>| Whitening::fit(channels, [rows.as_slice()]);
+    fit(encoding.features, &[&all])
+}
+
+/// How these inputs are brought to unit size.
+pub(crate) fn fit(features: Features, inputs: &[&Inputs<Vec<f32>>]) -> Inputs<Whitening> {
+    let fit = |channels: &[Channel], rows: fn(&Inputs<Vec<f32>>) -> &Vec<f32>| {
+        Whitening::fit(channels, inputs.iter().map(|inputs| rows(inputs).as_slice()))
+    };
+    let channels = features.channels();
     Inputs {
-        nodes: fit(channels.nodes, &all.nodes),
-        constant_nodes: fit(channels.constant_nodes, &all.constant_nodes),
-        edges: fit(channels.edges, &all.edges),
-        constant_edges: fit(channels.constant_edges, &all.constant_edges),
+        nodes: fit(channels.nodes, |inputs| &inputs.nodes),
+        constant_nodes: fit(channels.constant_nodes, |inputs| &inputs.constant_nodes),
+        edges: fit(channels.edges, |inputs| &inputs.edges),
+        constant_edges: fit(channels.constant_edges, |inputs| &inputs.constant_edges),
     }
 }
 

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use copingnet::{Encoding, Inputs, StepEncoder};
 use dataset::{Config, Scenario};
-use graph::{Channel, Graph, Whitening, planar_normal};
+use graph::{Graph, planar_normal};
 use rayon::prelude::*;
 use scene::Scene;
 use solver::component::{Component, Pose};
@@ -115,20 +115,6 @@ pub(crate) fn record(
 ) -> anyhow::Result<Vec<Recorded>> {
     let one = |index: u64| Ok(Trajectory::training(scenario, index)?.record(encoding, steps)?);
     (0..count as u64).into_par_iter().map(one).collect()
-}
-
-/// Measures the inputs: how they are brought to unit size.
-pub(crate) fn whitening(recorded: &[Recorded], encoding: &Encoding) -> Inputs<Whitening> {
-    let fit = |channels: &[Channel], rows: fn(&Inputs<Vec<f32>>) -> &Vec<f32>| {
-        Whitening::fit(channels, recorded.iter().map(|recorded| rows(&recorded.inputs).as_slice()))
-    };
-    let channels = encoding.features.channels();
-    Inputs {
-        nodes: fit(channels.nodes, |inputs| &inputs.nodes),
-        constant_nodes: fit(channels.constant_nodes, |inputs| &inputs.constant_nodes),
-        edges: fit(channels.edges, |inputs| &inputs.edges),
-        constant_edges: fit(channels.constant_edges, |inputs| &inputs.constant_edges),
-    }
 }
 
 /// BLAKE3 of all numbers of the samples.

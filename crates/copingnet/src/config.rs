@@ -113,7 +113,8 @@ impl NetworkConfig {
 
     /// All parameter tensors, in the order in which [`crate::Weights`] holds them: of the encoder's `encoder.node` and
     /// `encoder.edge`, of each block `block.K.edge`, `block.K.scan` (weight, bias, decay; where there are scans) and
-    /// `block.K.node`, of the decoder `decoder.node` and, where edges have outputs, `decoder.edge`; of each layer weight, then bias.
+    /// `block.K.node`, of the decoder `decoder.node` and, where edges have outputs, `decoder.edge`; of
+    /// each layer weight, then bias.
     pub fn tensors(&self) -> Vec<TensorSpec> {
         let (l, mut specs) = (self.width, Vec::new());
         self.push_mlp("encoder.node", self.node_inputs, l, &mut specs);

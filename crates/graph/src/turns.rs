@@ -170,10 +170,9 @@ impl Turns {
     }
 }
 
-/// The turn from a body's predicted to its final orientation [rad], in its predicted frame: the inverse of `Quat::turned`.
+/// The turn from a body's predicted to its final orientation [rad], in its predicted frame.
 #[inline(always)]
 fn turned(component: &Component<f64>, body: usize) -> Vec3<f64> {
-    let (q, predicted) = (component.poses[body].q, component.predicted[body].q);
-    let turn = (q * predicted.conj()).upper();
-    predicted.rotate_back(turn.v * (2.0 / turn.w))
+    let predicted = component.predicted[body].q;
+    predicted.rotate_back(component.poses[body].q.turn_since(predicted))
 }

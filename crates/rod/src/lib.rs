@@ -9,6 +9,7 @@
 //! Units are SI throughout. This crate knows no solver, no file format and no network.
 
 mod assembly;
+mod contact;
 pub mod darboux;
 mod material;
 pub mod measure;
@@ -16,5 +17,6 @@ mod model;
 pub mod shape;
 
 pub use assembly::{Assembly, RestShape, RodSpec};
+pub use contact::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
 pub use material::{Material, Section, Stretch};
 pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};

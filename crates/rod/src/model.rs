@@ -3,6 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
+use crate::Contacts;
+
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
@@ -129,6 +131,8 @@ pub struct Model {
     pub gravity: Vector3<f64>,
     /// Damping against the surroundings.
     pub damping: Damping,
+    /// What segments can touch.
+    pub contacts: Contacts,
 }
 
 /// What moves: arrays with one entry a segment.
@@ -150,7 +154,7 @@ pub enum ModelError {
     /// A number is not finite or outside of what is allowed.
     #[error("{what} {index}: {quantity} = {value}, but it must be {allowed}")]
     Value {
-        /// "segment", "joint", "anchor", "load" or "model".
+        /// "segment", "joint", "anchor", "load", "obstacle", "contact between segments" or "model".
         what: &'static str,
         /// Index of the offender.
         index: usize,
@@ -257,6 +261,7 @@ impl Model {
         finite("model", 0, "gravity", self.gravity.as_slice())?;
         not_negative("model", 0, "linear damping", self.damping.linear)?;
         not_negative("model", 0, "angular damping", self.damping.angular)?;
+        self.contacts.validate()?;
         self.validate_state(state)
     }
 

@@ -163,24 +163,21 @@ pub(crate) struct CompareArgs {
     pub(crate) skip: usize,
 }
 
+/// Random scenes to measure on, and where the numbers go.
 #[derive(Args, Debug)]
-pub(crate) struct GuessesArgs {
+pub(crate) struct TableArgs {
     /// Which random scenes: rod, helix.
     #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
     pub(crate) scenario: Vec<Scenario>,
-    /// Simulations of each.
+    /// Simulations of each kind of scenes (for `steps`, at each time step and tolerance).
     #[arg(long, default_value = "50", value_parser = at_least_one, allow_hyphen_values = true)]
     pub(crate) simulations: usize,
-    /// Steps of each. After step 60 the rod is struck.
+    /// Steps of each. In `guesses` the rod is struck after step 60.
     #[arg(long, default_value = "100", value_parser = at_least_one, allow_hyphen_values = true)]
     pub(crate) steps: usize,
-    /// Seed of the scenes. The data sets that learned guesses know have seed 0.
+    /// Seed of the scenes. Those that learned guesses know have seed 0.
     #[arg(long, default_value = "1", value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) seed: u64,
-    /// Guesses to compare with the zero start. Where the scenes are planar (rod), knn and gn are shown a second time,
-    /// restricted to the plane; gn-best always is.
-    #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = GUESSES)]
-    pub(crate) guess: Vec<GuessName>,
     #[command(flatten)]
     pub(crate) learned: LearnedArgs,
     /// Write all numbers to this file as comma-separated values.
@@ -192,16 +189,19 @@ pub(crate) struct GuessesArgs {
 }
 
 #[derive(Args, Debug)]
+pub(crate) struct GuessesArgs {
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+    /// Guesses to compare with the zero start. Where the scenes are planar (rod), knn and gn are shown a second time,
+    /// restricted to the plane; gn-best always is.
+    #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = GUESSES)]
+    pub(crate) guess: Vec<GuessName>,
+}
+
+#[derive(Args, Debug)]
 pub(crate) struct StepsArgs {
-    /// Which random scenes: rod, helix.
-    #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
-    pub(crate) scenario: Vec<Scenario>,
-    /// Simulations of each kind of scenes, at each time step and tolerance.
-    #[arg(long, default_value = "50", value_parser = at_least_one, allow_hyphen_values = true)]
-    pub(crate) simulations: usize,
-    /// Steps of each.
-    #[arg(long, default_value = "100", value_parser = at_least_one, allow_hyphen_values = true)]
-    pub(crate) steps: usize,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
     /// Time steps [s].
     #[arg(long, value_delimiter = ',', default_value = "0.02,0.05,0.1", value_parser = positive,
         allow_hyphen_values = true)]
@@ -210,20 +210,9 @@ pub(crate) struct StepsArgs {
     #[arg(long, value_delimiter = ',', default_value = "1e-3,1e-6", value_parser = positive,
         allow_hyphen_values = true)]
     pub(crate) tolerance: Vec<f64>,
-    /// Seed of the scenes. Those that networks were trained on have seed 0.
-    #[arg(long, default_value = "1", value_parser = whole::<u64>, allow_hyphen_values = true)]
-    pub(crate) seed: u64,
     /// Starts to compare with the prediction (zero).
     #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = STARTS)]
     pub(crate) guess: Vec<GuessName>,
-    #[command(flatten)]
-    pub(crate) learned: LearnedArgs,
-    /// Write all numbers to this file as comma-separated values.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) csv: Option<PathBuf>,
-    /// Print JSON with all numbers instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

@@ -1,9 +1,8 @@
 //! `simulate guesses`: where the guesses stand, on random scenes that no data set holds.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use dataset::{Config, Scenario};
 use evaluation::guesses::{self, Cell};
 use evaluation::starts::{Measured, Plan};
@@ -11,18 +10,15 @@ use graph::planar_normal;
 use scene::Scene;
 use serde::Serialize;
 use solver::formulation::Formulation;
-use solver::guess::GuessKind;
 use solver::simulation::{GuessFactory, Settings};
 
 use crate::Outcome;
-use crate::cli::GuessesArgs;
+use crate::cli::{GuessesArgs, TableArgs};
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
-use crate::guess::GuessName;
 use crate::progress::Progress;
-use crate::rows::{NetworkOf, Row, distinct, load, network_columns, networks, push_spreads, rows, spread_names};
+use crate::rows::{NetworkOf, Row, network_columns, networks, push_spreads, rows, spread_names};
 use crate::standing;
-use crate::training::Training;
-use terminal::say;
+use crate::table::{finish, prepare};
 
 /// All that was measured.
 #[derive(Serialize)]
@@ -53,37 +49,25 @@ pub(crate) struct Standing {
 /// Measures all guesses and prints the tables.
 pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     check(args)?;
-    if let Some(file) = &args.csv {
-        check_place(file)?;
-    }
-    let mut loaded = Vec::new();
-    for training in Training::of(&args.learned, &args.guess, &distinct(&args.scenario), args.json)? {
-        let names = std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(args.guess.iter().copied());
-        loaded.push((training.scenario, load(names, &training)?));
-    }
-    let progress = Progress::new(loaded.len() * args.simulations * args.steps, "steps", args.json)?;
+    let loaded = prepare(&args.table, &args.guess)?;
+    let table = &args.table;
+    let progress = Progress::new(loaded.len() * table.simulations * table.steps, "steps", table.json)?;
     let mut standings = Vec::new();
     for (scenario, guesses) in &loaded {
-        standings.push(measure(*scenario, args, &rows(guesses, *scenario == Scenario::Rod), &progress)?);
+        standings.push(measure(*scenario, table, &rows(guesses, *scenario == Scenario::Rod), &progress)?);
     }
     let interrupted = progress.finish();
     let data_seed = Config::table_1(Scenario::Rod).seed;
-    let report = Report { seed: args.seed, data_seed, steps: args.steps, standings };
-    if let Some(file) = &args.csv {
-        let text = csv(&report);
-        export::write_atomically(file, |out| std::io::Write::write_all(out, text.as_bytes())).context("--csv")?;
-    }
-    if args.json {
-        say!("{}", serde_json::to_string_pretty(&report)?)?;
-    } else {
-        standing::print(&report)?;
-    }
-    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+    let report = Report { seed: table.seed, data_seed, steps: table.steps, standings };
+    finish(table, &report, interrupted, csv, standing::print)
 }
 
 fn check(args: &GuessesArgs) -> Result<()> {
-    if args.seed == Config::table_1(Scenario::Rod).seed {
-        bail!("--seed {}, but it must differ from the data sets' seed: guesses have seen those scenes", args.seed);
+    if args.table.seed == Config::table_1(Scenario::Rod).seed {
+        bail!(
+            "--seed {}, but it must differ from the data sets' seed: guesses have seen those scenes",
+            args.table.seed
+        );
     }
     if let Some(name) = args.guess.iter().find(|name| name.helps_steps()) {
         bail!("--guess {name} starts whole steps, but guesses of linear solves are compared here");
@@ -91,23 +75,11 @@ fn check(args: &GuessesArgs) -> Result<()> {
     Ok(())
 }
 
-/// Finds out before the run whether the file can be written after it.
-pub(crate) fn check_place(file: &Path) -> Result<()> {
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if file.is_dir() {
-        bail!("--csv: cannot write {}: is a directory", file.display());
-    }
-    if !parent.is_dir() {
-        bail!("--csv: cannot write {}: there is no directory {}", file.display(), parent.display());
-    }
-    Ok(())
-}
-
-fn measure(scenario: Scenario, args: &GuessesArgs, rows: &[Row<'_>], progress: &Progress) -> Result<Standing> {
+fn measure(scenario: Scenario, table: &TableArgs, rows: &[Row<'_>], progress: &Progress) -> Result<Standing> {
     let mut measured = Vec::new();
-    for index in 0..args.simulations as u64 {
-        let scene = scenario.sample(args.seed, index).scene()?;
-        if let Some(one) = simulate(&scene, rows, args.steps, progress)? {
+    for index in 0..table.simulations as u64 {
+        let scene = scenario.sample(table.seed, index).scene()?;
+        if let Some(one) = simulate(&scene, rows, table.steps, progress)? {
             measured.push(one);
         }
         if progress.stopped() {
@@ -116,7 +88,7 @@ fn measure(scenario: Scenario, args: &GuessesArgs, rows: &[Row<'_>], progress: &
     }
     // The names and columns are all that a table takes of a plan.
     let names = rows.iter().map(|row| (row.name.clone(), None)).collect();
-    let cells = guesses::table(&plan(names, args.steps), &measured);
+    let cells = guesses::table(&plan(names, table.steps), &measured);
     Ok(Standing { scenario, simulations: measured.len(), networks: networks(rows), cells })
 }
 

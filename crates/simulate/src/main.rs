@@ -20,6 +20,7 @@ mod statics;
 mod steps;
 mod stress;
 mod summary;
+mod table;
 mod training;
 
 use std::process::ExitCode;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use comfy_table::{CellAlignment, Table};
 use dataset::{Config, Scenario};
 use evaluation::guesses::Spread;
@@ -10,17 +10,14 @@ use evaluation::steps::{self, Cell, Tally};
 use graph::planar_normal;
 use serde::Serialize;
 use solver::formulation::Formulation;
-use solver::guess::GuessKind;
 use solver::simulation::GuessFactory;
 
 use crate::Outcome;
-use crate::cli::StepsArgs;
-use crate::guess::GuessName;
-use crate::guesses::check_place;
+use crate::cli::{StepsArgs, TableArgs};
 use crate::progress::Progress;
-use crate::rows::{NetworkOf, Row, distinct, load, network_columns, networks, push_spreads, rows, spread_names};
+use crate::rows::{NetworkOf, Row, network_columns, networks, push_spreads, rows, spread_names};
 use crate::scenes::settings_for;
-use crate::training::Training;
+use crate::table::{finish, prepare};
 use terminal::say;
 
 /// All that was measured.
@@ -50,20 +47,17 @@ struct Sheet {
 /// Measures all starts and prints the tables.
 pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
     check(args)?;
-    let mut loaded = Vec::new();
-    for training in Training::of(&args.learned, &args.guess, &distinct(&args.scenario), args.json)? {
-        let names = std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(args.guess.iter().copied());
-        loaded.push((training.scenario, load(names, &training)?));
-    }
+    let loaded = prepare(&args.table, &args.guess)?;
+    let table = &args.table;
     let sheets = loaded.len() * 2 * args.dt.len() * args.tolerance.len();
-    let progress = Progress::new(sheets * args.simulations * args.steps, "steps", args.json)?;
-    let mut report = Report { seed: args.seed, steps: args.steps, sheets: Vec::new() };
+    let progress = Progress::new(sheets * table.simulations * table.steps, "steps", table.json)?;
+    let mut report = Report { seed: table.seed, steps: table.steps, sheets: Vec::new() };
     for (scenario, guesses) in &loaded {
         // In planar scenes starts stay in the plane where they know of it.
         let rows = rows(guesses, false);
         for is_slack in [false, true] {
             for (dt_s, tolerance) in args.dt.iter().flat_map(|&dt| args.tolerance.iter().map(move |&x| (dt, x))) {
-                let tallies = measure(args, *scenario, is_slack, (dt_s, tolerance), &rows, &progress)?;
+                let tallies = measure(table, *scenario, is_slack, (dt_s, tolerance), &rows, &progress)?;
                 let starts: Vec<_> = rows.iter().map(|row| (row.name.clone(), row.guess_name.is_learned())).collect();
                 report.sheets.push(Sheet {
                     scenario: *scenario,
@@ -79,34 +73,25 @@ pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
     }
     let interrupted = progress.finish();
     report.sheets.retain(|sheet| sheet.simulations > 0);
-    if let Some(file) = &args.csv {
-        let text = csv(&report);
-        export::write_atomically(file, |out| std::io::Write::write_all(out, text.as_bytes())).context("--csv")?;
-    }
-    if args.json {
-        say!("{}", serde_json::to_string_pretty(&report)?)?;
-    } else {
-        print(&report)?;
-    }
-    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
+    finish(table, &report, interrupted, csv, print)
 }
 
 fn check(args: &StepsArgs) -> Result<()> {
-    if args.seed == Config::table_1(Scenario::Rod).seed {
-        bail!("--seed {}, but it must differ from the training scenes' seed: networks have seen those", args.seed);
+    if args.table.seed == Config::table_1(Scenario::Rod).seed {
+        bail!(
+            "--seed {}, but it must differ from the training scenes' seed: networks have seen those",
+            args.table.seed
+        );
     }
     if let Some(name) = args.guess.iter().find(|name| name.helps_solves()) {
         bail!("--guess {name} starts linear solves, but starts of whole steps are compared here");
-    }
-    if let Some(file) = &args.csv {
-        check_place(file)?;
     }
     Ok(())
 }
 
 /// Simulates all scenes of a sheet from all starts; those that Ctrl-C cut off are left out.
 fn measure(
-    args: &StepsArgs,
+    table: &TableArgs,
     scenario: Scenario,
     is_slack: bool,
     (dt, tolerance): (f64, f64),
@@ -115,11 +100,11 @@ fn measure(
 ) -> Result<Vec<Vec<Tally>>> {
     let settings = settings_for(Formulation::Newton, tolerance);
     let mut tallies = Vec::new();
-    for index in 0..args.simulations as u64 {
+    for index in 0..table.simulations as u64 {
         if progress.stopped() {
             break;
         }
-        let parameters = scenario.sample(args.seed, index);
+        let parameters = scenario.sample(table.seed, index);
         let scene = if is_slack { parameters.slack() } else { parameters }.scene()?;
         let plane = planar_normal(&scene.model, &scene.state);
         let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
@@ -128,7 +113,7 @@ fn measure(
             row.guess_name.helps_steps().then_some(factory as GuessFactory<'_>)
         };
         let starts: Vec<_> = rows.iter().zip(&factories).map(start).collect();
-        let span = (dt, args.steps);
+        let span = (dt, table.steps);
         let one =
             steps::measure(&scene.model, &scene.state, span, &settings, &starts, |steps| progress.advance_by(steps))?;
         if !progress.stopped() {

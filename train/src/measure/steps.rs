@@ -5,7 +5,7 @@ use copingnet::{Encoding, GnStepGuess, Trained, Weights};
 use dataset::Scenario;
 use graph::{Graph, planar_normal};
 use rayon::prelude::*;
-use solver::guess::{InitialGuess, StepExtrapolation};
+use solver::guess::{GuessKind, InitialGuess};
 
 use super::{Columns, Measured, Pair};
 use crate::steps::{DTS, TOLERANCES, Trajectory};
@@ -51,10 +51,7 @@ pub(crate) fn measure(scenario: Scenario, scenes: usize, weights: &Weights, enco
 fn iterations(trajectory: &Trajectory, trained: &Trained) -> Result<[u64; 2]> {
     let plane = planar_normal(&trajectory.scene.model, &trajectory.scene.state);
     let mut simulations = [
-        trajectory.simulation(&|_, members, _| {
-            let (bodies, joints) = (members.segments.len() + members.anchors.len(), members.joints.len());
-            Some(Box::new(StepExtrapolation::new(2, bodies, joints)))
-        })?,
+        trajectory.simulation(&|model, members, topology| GuessKind::StepQuadratic.build(model, members, topology))?,
         trajectory.simulation(&|model, members, topology| {
             let guess: Box<dyn InitialGuess> =
                 Box::new(GnStepGuess::new(trained, Graph::new(model, members, topology), plane));

@@ -81,10 +81,7 @@ impl InitialGuess for StepExtrapolation {
         self.ring.push(self.steps, component.dt(), |values| {
             let (corrections, multipliers) = values.split_at_mut(component.poses.len());
             for ((out, pose), predicted) in corrections.iter_mut().zip(&component.poses).zip(&component.predicted) {
-                let turn = (pose.q * predicted.q.conj()).upper();
-                let q = predicted.q;
-                // The inverse of `turned`: q' = (1, phi / 2) q, at unit length.
-                let phi = turn.v * (2.0 / turn.w);
+                let (q, phi) = (predicted.q, pose.q.turn_since(predicted.q));
                 *out = Six { stretch: q.rotate_back(pose.x - predicted.x), bend: q.rotate_back(phi) };
             }
             let joints = component.lambda.iter().zip(&component.system.topology.joints);

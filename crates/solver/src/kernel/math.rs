@@ -140,6 +140,12 @@ impl<T: Real> Quat<T> {
         let v = self.v + half * self.w + half.cross(self.v);
         Self { v, w: self.w - half.dot(self.v) }.normalized()
     }
+    /// The world rotation vector [rad] that [`Self::turned`] takes `before` here by.
+    #[inline(always)]
+    pub fn turn_since(self, before: Self) -> Vec3<T> {
+        let turn = (self * before.conj()).upper();
+        turn.v * (T::splat(2.0) / turn.w)
+    }
     /// At unit length.
     #[inline(always)]
     pub fn normalized(self) -> Self {

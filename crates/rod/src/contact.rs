@@ -1,0 +1,140 @@
+//! What segments can touch: each other, and obstacles that stand still.
+
+use nalgebra::{Unit, Vector3};
+
+use crate::ModelError;
+
+/// Coulomb friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Friction {
+    /// Coefficient while the two surfaces stick to each other.
+    pub at_rest: f64,
+    /// Coefficient while they slide; not above `at_rest`.
+    pub sliding: f64,
+}
+
+impl Friction {
+    /// The same coefficient at rest and sliding.
+    pub fn new(coefficient: f64) -> Self {
+        Self { at_rest: coefficient, sliding: coefficient }
+    }
+}
+
+/// How a contact answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Surface {
+    /// Friction.
+    pub friction: Friction,
+    /// Speed at which two bodies part, relative to that at which they met: 0 (they stay) to 1 (elastic).
+    pub restitution: f64,
+}
+
+/// Shape of an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ObstacleShape {
+    /// All space beyond a plane: the ground, a wall.
+    HalfSpace {
+        /// A point of the plane [m].
+        point: Vector3<f64>,
+        /// Out of the obstacle.
+        normal: Unit<Vector3<f64>>,
+    },
+    /// A full sphere.
+    Sphere {
+        /// Centre [m].
+        centre: Vector3<f64>,
+        /// Radius [m].
+        radius: f64,
+    },
+    /// A full cylinder with round ends.
+    Capsule {
+        /// Start of the axis [m].
+        start: Vector3<f64>,
+        /// End of the axis [m].
+        end: Vector3<f64>,
+        /// Radius [m].
+        radius: f64,
+    },
+}
+
+/// Something that stands still and that segments do not enter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstacle {
+    /// Its shape.
+    pub shape: ObstacleShape,
+    /// How contacts with it answer.
+    pub surface: Surface,
+}
+
+/// What segments can touch. The default is nothing, and costs nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contacts {
+    /// How segments answer each other, of one rod or of two; `None` where they pass through each other.
+    pub between_segments: Option<Surface>,
+    /// What stands about.
+    pub obstacles: Vec<Obstacle>,
+}
+
+impl Contacts {
+    /// Whether there is nothing to touch.
+    pub fn is_empty(&self) -> bool {
+        self.between_segments.is_none() && self.obstacles.is_empty()
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), ModelError> {
+        if let Some(surface) = &self.between_segments {
+            surface.validate("contact between segments", 0)?;
+        }
+        for (i, obstacle) in self.obstacles.iter().enumerate() {
+            obstacle.surface.validate("obstacle", i)?;
+            obstacle.shape.validate(i)?;
+        }
+        Ok(())
+    }
+}
+
+impl Surface {
+    fn validate(&self, what: &'static str, index: usize) -> Result<(), ModelError> {
+        let Friction { at_rest, sliding } = self.friction;
+        let check = |quantity, value: f64, most, allowed| {
+            if (0.0..=most).contains(&value) {
+                return Ok(());
+            }
+            Err(ModelError::Value { what, index, quantity, value, allowed })
+        };
+        check("friction at rest", at_rest, f64::MAX, "finite and >= 0")?;
+        check("sliding friction", sliding, at_rest, ">= 0 and not above the friction at rest")?;
+        check("restitution", self.restitution, 1.0, ">= 0 and <= 1")
+    }
+}
+
+impl ObstacleShape {
+    fn validate(&self, index: usize) -> Result<(), ModelError> {
+        let what = "obstacle";
+        let finite = |quantity, v: &Vector3<f64>| match v.iter().find(|x| !x.is_finite()) {
+            None => Ok(()),
+            Some(&value) => Err(ModelError::Value { what, index, quantity, value, allowed: "finite" }),
+        };
+        let positive = |value: f64| {
+            if value.is_finite() && value > 0.0 {
+                return Ok(());
+            }
+            Err(ModelError::Value { what, index, quantity: "radius", value, allowed: "finite and > 0" })
+        };
+        match self {
+            ObstacleShape::HalfSpace { point, normal } => {
+                finite("point", point)?;
+                finite("normal", normal)
+            }
+            ObstacleShape::Sphere { centre, radius } => {
+                finite("centre", centre)?;
+                positive(*radius)
+            }
+            ObstacleShape::Capsule { start, end, radius } => {
+                finite("start", start)?;
+                finite("end", end)?;
+                positive(*radius)
+            }
+        }
+    }
+}
