@@ -16,12 +16,14 @@ pub struct StageTimes {
     pub solve: Duration,
     /// Multipliers' and poses' update.
     pub update: Duration,
+    /// Contacts: search, gaps and slips, their complementarity problem, and the rods' answer to it.
+    pub contact: Duration,
 }
 
 impl StageTimes {
     /// Sum of all stages.
     pub fn total(&self) -> Duration {
-        self.predict + self.guess + self.assemble + self.solve + self.update
+        self.predict + self.guess + self.assemble + self.solve + self.update + self.contact
     }
 }
 
@@ -59,6 +61,20 @@ pub struct Counters {
     pub geometric_evaluations: u64,
     /// Momentum residuals of a segment.
     pub momentum_evaluations: u64,
+    /// Searches for possible contacts.
+    pub contact_searches: u64,
+    /// Possible contacts found, summed over searches.
+    pub contact_candidates: u64,
+    /// Evaluations of a possible contact.
+    pub contact_evaluations: u64,
+    /// Contacts in complementarity problems, summed over outer iterations.
+    pub contact_solves: u64,
+    /// Sweeps over complementarity problems.
+    pub contact_sweeps: u64,
+    /// Worst error of a contact of an accepted step, relative to the smaller radius.
+    pub worst_contact: f64,
+    /// Deepest penetration after an accepted step, relative to the smaller radius.
+    pub deepest_penetration: f64,
     /// Worst stretch-shear residual of an accepted step, `|C_s + alpha~ lambda_s| / l`.
     pub worst_stretch: f64,
     /// Worst bend-twist residual of an accepted step, `|C_b + alpha~ lambda_b| l` [rad].
@@ -86,6 +102,13 @@ impl AddAssign for Counters {
         self.branch_eliminations += o.branch_eliminations;
         self.geometric_evaluations += o.geometric_evaluations;
         self.momentum_evaluations += o.momentum_evaluations;
+        self.contact_searches += o.contact_searches;
+        self.contact_candidates += o.contact_candidates;
+        self.contact_evaluations += o.contact_evaluations;
+        self.contact_solves += o.contact_solves;
+        self.contact_sweeps += o.contact_sweeps;
+        self.worst_contact = self.worst_contact.max(o.worst_contact);
+        self.deepest_penetration = self.deepest_penetration.max(o.deepest_penetration);
         self.worst_stretch = self.worst_stretch.max(o.worst_stretch);
         self.worst_bend = self.worst_bend.max(o.worst_bend);
         self.worst_momentum = self.worst_momentum.max(o.worst_momentum);
@@ -94,6 +117,7 @@ impl AddAssign for Counters {
         self.times.assemble += o.times.assemble;
         self.times.solve += o.times.solve;
         self.times.update += o.times.update;
+        self.times.contact += o.times.contact;
     }
 }
 

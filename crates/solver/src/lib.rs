@@ -7,6 +7,7 @@
 //! This crate knows no file format and no network.
 
 pub mod component;
+mod contact;
 pub mod counters;
 pub mod formulation;
 pub mod guess;
@@ -18,4 +19,5 @@ pub mod statics;
 pub mod step;
 pub mod system;
 pub mod topology;
+mod touching;
 mod unit;

@@ -21,7 +21,7 @@ pub const GROUP: usize = 8;
 /// Fewer rods than this do not fill a group's lanes well enough.
 const SMALLEST_GROUP: usize = 3;
 /// Below this many segments in all, threads cost more than they bring.
-const PARALLEL_SEGMENTS: usize = 256;
+pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 
 /// How to simulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,8 +90,10 @@ impl Simulation {
             });
             alike[index].1.push(members);
         }
-        let grouping = guess.is_none() && settings.solver == SolverKind::Direct;
+        let touches = !model.contacts.is_empty();
+        let grouping = guess.is_none() && settings.solver == SolverKind::Direct && !touches;
         let mut units = Vec::new();
+        let mut singles = Vec::new();
         for (topology, sets) in alike {
             let mut sets = sets.into_iter().peekable();
             while sets.peek().is_some() {
@@ -110,9 +112,14 @@ impl Simulation {
                     }
                     let component = Component::new(model, state, topology.clone(), &[&members]);
                     let solver = settings.solver.build(model, &members, &topology)?;
-                    units.push(Unit::Single(Box::new(Single::new(component, members, solver, guess))));
+                    singles.push(Single::new(component, members, solver, guess));
                 }
             }
+        }
+        if touches {
+            units.push(Unit::Touching(Box::new(Touching::new(model, singles)?)));
+        } else {
+            units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
         }
         Ok(Self { units, params: settings.step, segments: model.segments.len(), time: 0.0 })
     }
@@ -183,7 +190,7 @@ impl Simulation {
     pub fn counters(&self) -> Counters {
         let mut sum = Counters::default();
         for unit in &self.units {
-            sum += *unit.counters();
+            sum += unit.counters();
         }
         sum
     }
@@ -195,10 +202,14 @@ impl Simulation {
 
     /// The components that are stepped one by one, in order: what a guess or a linear solver worked on last.
     pub fn singles(&self) -> impl Iterator<Item = &Component<f64>> {
-        self.units.iter().filter_map(|unit| match unit {
-            Unit::Single(single) => Some(&single.component),
-            Unit::Projected(projected) => Some(&projected.component),
-            Unit::Group(_) => None,
+        self.units.iter().flat_map(|unit| {
+            let (one, many) = match unit {
+                Unit::Single(single) => (Some(&single.component), [].as_slice()),
+                Unit::Projected(projected) => (Some(&projected.component), [].as_slice()),
+                Unit::Touching(touching) => (None, touching.units.as_slice()),
+                Unit::Group(_) => (None, [].as_slice()),
+            };
+            one.into_iter().chain(many.iter().map(|single| &single.component))
         })
     }
 }

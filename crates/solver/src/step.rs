@@ -6,7 +6,7 @@ use crate::formulation::Formulation;
 use crate::guess::InitialGuess;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
-use crate::linear::{LinearSolver, LinearStatus};
+use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::system::Six;
 
 /// When the outer iterations end and how far a step may be divided.
@@ -20,6 +20,8 @@ pub struct StepParams {
     pub relative_tolerance: f64,
     /// Residual that is always good enough, in the same scaled units.
     pub absolute_tolerance: f64,
+    /// Error of a contact that is good enough: penetration, or slip where it should stick, relative to the smaller radius.
+    pub contact_tolerance: f64,
     /// Cap on the outer iterations of a step; where it may be halved, one that still converges at the cap may take as many
     /// again, which costs less than doing it over.
     pub max_iterations: usize,
@@ -33,6 +35,7 @@ impl Default for StepParams {
             formulation: Formulation::default(),
             relative_tolerance: 1e-6,
             absolute_tolerance: 1e-9,
+            contact_tolerance: 1e-4,
             max_iterations: 30,
             max_halvings: 6,
         }
@@ -113,6 +116,51 @@ pub fn attempt<T: Real>(
     guess: &mut dyn StepGuess<T>,
     counters: &mut Counters,
 ) -> Attempt<T> {
+    let mut attempt = begin(component, dt, params, guess, counters);
+    let mut before = attempt.residuals.worst();
+    for iteration in 0..params.max_iterations.saturating_mul(2) {
+        let now = attempt.residuals.worst();
+        // A lane goes on while its residual is above the target, beyond the cap as long as it converges and would be done
+        // again in halves. It stops for good when it is not finite.
+        let mut active = T::splat(-1.0);
+        let mut lanes = 0;
+        for lane in 0..component.used {
+            let is_due = now.lane(lane) > attempt.target.lane(lane)
+                && may_go_on(iteration, now.lane(lane), before.lane(lane), params);
+            if is_due && attempt.residuals.check.lane(lane).is_finite() {
+                active.set_lane(lane, 1.0);
+                lanes += 1;
+            }
+        }
+        if lanes == 0 {
+            break;
+        }
+        before = now;
+        solve(component, iteration, lanes, solver, guess, counters);
+        update(component, params.formulation, active, counters);
+        let mut watch = Stopwatch::start();
+        attempt.residuals = evaluate(component, params.formulation, counters);
+        watch.mark(&mut counters.times.assemble);
+    }
+    attempt
+}
+
+/// Whether an iteration may follow: up to the cap, and beyond it while it converges and would be done again in halves.
+pub(crate) fn may_go_on(iteration: usize, now: f64, before: f64, params: &StepParams) -> bool {
+    iteration < params.max_iterations
+        || (iteration < params.max_iterations.saturating_mul(2)
+            && params.max_halvings > 0
+            && now < CONVERGING * before)
+}
+
+/// Lines 1 to 5 of Algorithm 1, the guess for the step's start if there is one, and the first evaluation.
+pub(crate) fn begin<T: Real>(
+    component: &mut Component<T>,
+    dt: f64,
+    params: &StepParams,
+    guess: &mut dyn StepGuess<T>,
+    counters: &mut Counters,
+) -> Attempt<T> {
     let formulation = params.formulation;
     let mut watch = Stopwatch::start();
     vectorized(
@@ -142,52 +190,51 @@ pub fn attempt<T: Real>(
         }
         watch.mark(&mut counters.times.assemble);
     }
-    let mut before = residuals.worst();
-    for iteration in 0..params.max_iterations.saturating_mul(2) {
-        let now = residuals.worst();
-        // A lane goes on while its residual is above the target, beyond the cap as long as it converges and would be done
-        // again in halves. It stops for good when it is not finite.
-        let mut active = T::splat(-1.0);
-        let mut lanes = 0;
-        for lane in 0..component.used {
-            let is_promising = params.max_halvings > 0 && now.lane(lane) < CONVERGING * before.lane(lane);
-            let is_due = now.lane(lane) > target.lane(lane) && (iteration < params.max_iterations || is_promising);
-            if is_due && residuals.check.lane(lane).is_finite() {
-                active.set_lane(lane, 1.0);
-                lanes += 1;
-            }
-        }
-        if lanes == 0 {
-            break;
-        }
-        before = now;
-        let has_start = solver.uses_start() && guess.start_solve(component, iteration, counters);
-        if guess.exists() {
-            watch.mark(&mut counters.times.guess);
-        }
-        let info = solver.solve(&component.system, has_start, &mut component.dlambda);
-        watch.mark(&mut counters.times.solve);
-        if guess.exists() {
-            guess.observe_solve(component, iteration);
-            watch.mark(&mut counters.times.guess);
-        }
-        vectorized(
-            #[inline(always)]
-            || component.update(formulation, active),
-        );
-        watch.mark(&mut counters.times.update);
-        count_solve(component, &info, lanes, counters);
-        if !solver.uses_start() {
-            counters.branch_eliminations += lanes * component.system.topology.branches as u64;
-        }
-        residuals = evaluate(component, formulation, counters);
-        watch.mark(&mut counters.times.assemble);
-    }
     counters.load_evaluations += component.load_count() as u64;
     if component.is_damped() {
         counters.damping_evaluations += (component.segments() * component.used) as u64;
     }
     Attempt { residuals, target, unsolved: component.unsolved, start }
+}
+
+/// The linear solve of an outer iteration (line 9 of Algorithm 1) for so many `lanes`, from the guess's start if it has one.
+pub(crate) fn solve<T: Real>(
+    component: &mut Component<T>,
+    iteration: usize,
+    lanes: u64,
+    solver: &mut dyn LinearSolver<T>,
+    guess: &mut dyn StepGuess<T>,
+    counters: &mut Counters,
+) {
+    let mut watch = Stopwatch::start();
+    let has_start = solver.uses_start() && guess.start_solve(component, iteration, counters);
+    if guess.exists() {
+        watch.mark(&mut counters.times.guess);
+    }
+    let info = solver.solve(&component.system, has_start, &mut component.dlambda);
+    watch.mark(&mut counters.times.solve);
+    if guess.exists() {
+        guess.observe_solve(component, iteration);
+        watch.mark(&mut counters.times.guess);
+    }
+    counters.iterations += lanes;
+    counters.segment_iterations += lanes * component.segments() as u64;
+    count_solve(component, &info, lanes, solver.uses_start(), counters);
+}
+
+/// Lines 10 and 11 of Algorithm 1, in the lanes where `active` >= 0.
+pub(crate) fn update<T: Real>(
+    component: &mut Component<T>,
+    formulation: Formulation,
+    active: T,
+    counters: &mut Counters,
+) {
+    let mut watch = Stopwatch::start();
+    vectorized(
+        #[inline(always)]
+        || component.update(formulation, active),
+    );
+    watch.mark(&mut counters.times.update);
 }
 
 /// The residual to reach, from the prediction's.
@@ -212,20 +259,22 @@ pub(crate) fn evaluate<T: Real>(
     )
 }
 
-fn count_solve<T: Real>(
+pub(crate) fn count_solve<T: Real>(
     component: &Component<T>,
-    info: &crate::linear::LinearInfo,
+    info: &LinearInfo,
     lanes: u64,
+    iterative: bool,
     counters: &mut Counters,
 ) {
-    counters.iterations += lanes;
-    counters.segment_iterations += lanes * component.segments() as u64;
     counters.linear_iterations += info.iterations;
     if info.start_dropped {
         counters.guesses_used -= 1;
         counters.guesses_dropped += 1;
     }
     counters.linear_failures += u64::from(info.status != LinearStatus::Solved);
+    if !iterative {
+        counters.branch_eliminations += lanes * component.system.topology.branches as u64;
+    }
 }
 
 /// A guess as the step sees it: one rod may have one, rods side by side have none.

@@ -16,12 +16,14 @@ use crate::projection::Projected;
 use crate::simulation::GROUP;
 use crate::step::{Attempt, NoGuess, Start, Status, StepGuess, StepParams, attempt};
 use crate::topology::Topology;
+use crate::touching::Touching;
 
 /// A piece of the simulation that needs no other to be stepped.
 pub(crate) enum Unit {
     Single(Box<Single>),
     Group(Box<Group>),
     Projected(Box<Projected>),
+    Touching(Box<Touching>),
 }
 
 impl Unit {
@@ -30,6 +32,7 @@ impl Unit {
             Unit::Single(single) => single.advance(dt, params),
             Unit::Group(group) => group.advance(dt, params),
             Unit::Projected(projected) => projected.advance(dt, params),
+            Unit::Touching(touching) => touching.advance(dt, params),
         }
     }
 
@@ -38,34 +41,38 @@ impl Unit {
             Unit::Single(single) => single.status,
             Unit::Group(group) => group.status,
             Unit::Projected(projected) => projected.status,
+            Unit::Touching(touching) => touching.status,
         }
     }
 
     pub(crate) fn store(&self, state: &mut State) {
         match self {
-            Unit::Single(single) => single.component.store_state(state, &single.members, 0),
+            Unit::Single(single) => single.store(state),
             Unit::Group(group) => group.store(state),
             Unit::Projected(projected) => projected.component.store_state(state, &projected.members, 0),
+            Unit::Touching(touching) => touching.units.iter().for_each(|unit| unit.store(state)),
         }
     }
 
     pub(crate) fn set_velocities(&mut self, state: &State) {
         match self {
-            Unit::Single(single) => single.component.set_velocities(state, &single.members, 0),
+            Unit::Single(single) => single.set_velocities(state),
             Unit::Group(group) => {
                 for (lane, members) in group.members.iter().enumerate() {
                     group.component.set_velocities(state, members, lane);
                 }
             }
             Unit::Projected(projected) => projected.component.set_velocities(state, &projected.members, 0),
+            Unit::Touching(touching) => touching.units.iter_mut().for_each(|unit| unit.set_velocities(state)),
         }
     }
 
-    pub(crate) fn counters(&self) -> &Counters {
+    pub(crate) fn counters(&self) -> Counters {
         match self {
-            Unit::Single(single) => &single.counters,
-            Unit::Group(group) => &group.counters,
-            Unit::Projected(projected) => &projected.counters,
+            Unit::Single(single) => single.counters,
+            Unit::Group(group) => group.counters,
+            Unit::Projected(projected) => projected.counters,
+            Unit::Touching(touching) => touching.counters(),
         }
     }
 
@@ -73,6 +80,7 @@ impl Unit {
         match self {
             Unit::Single(_) | Unit::Projected(_) => 1,
             Unit::Group(group) => group.members.len(),
+            Unit::Touching(touching) => touching.units.len(),
         }
     }
 }
@@ -80,14 +88,22 @@ impl Unit {
 /// One connected set of segments with its solver and guess.
 pub(crate) struct Single {
     pub(crate) component: Component<f64>,
-    members: Members,
-    solver: Box<dyn LinearSolver>,
-    guess: Option<Box<dyn InitialGuess>>,
-    counters: Counters,
+    pub(crate) members: Members,
+    pub(crate) solver: Box<dyn LinearSolver>,
+    pub(crate) guess: Option<Box<dyn InitialGuess>>,
+    pub(crate) counters: Counters,
     status: Status,
 }
 
 impl Single {
+    fn store(&self, state: &mut State) {
+        self.component.store_state(state, &self.members, 0);
+    }
+
+    fn set_velocities(&mut self, state: &State) {
+        self.component.set_velocities(state, &self.members, 0);
+    }
+
     pub(crate) fn new(
         component: Component<f64>,
         members: Members,

@@ -123,6 +123,9 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     fn evaluate_momentum(&mut self, worst: &mut Residuals<T>) {
         self.gather_torques();
+        for (impulse, &pushed) in self.scratch.iter_mut().zip(&self.pushed) {
+            *impulse = impulse.plus(pushed, T::splat(1.0));
+        }
         let Self { system, scratch, lambda, .. } = self;
         for (j, &lambda) in lambda.iter().enumerate() {
             let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;

@@ -178,6 +178,8 @@ impl<T: Real> Component<T> {
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); self.pulls.len()],
             held: self.held.iter().map(|held| pick(*held, lane)).collect(),
+            pushes: Vec::new(),
+            pushed: Vec::new(),
             unsolved: 0.0,
             used: 1,
             pulls_hold: false,

@@ -5,6 +5,7 @@
 
 mod evaluate;
 mod lanes;
+mod pushes;
 mod predict;
 mod split;
 mod update;
@@ -119,6 +120,10 @@ pub struct Component<T> {
     pulls: Vec<Vec3<T>>,
     /// The pulls as forces at the end of the last step [N m].
     held: Vec<Vec3<T>>,
+    /// Per body: impulses times dt of contacts that the next update adds; empty where nothing can be touched.
+    pub(crate) pushes: Vec<Six<T>>,
+    /// Per body: those that all updates of this step have added, with the current arms; empty like `pushes`.
+    pub(crate) pushed: Vec<Six<T>>,
     /// Not 0 where a segment spins by more than half a turn in this step, a lane each.
     pub unsolved: T,
     /// Lanes that hold a set of their own; the others repeat the first.
@@ -165,6 +170,8 @@ impl<T: Real> Component<T> {
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); bodies],
             held: vec![Vec3::zero(); bodies],
+            pushes: Vec::new(),
+            pushed: Vec::new(),
             unsolved: zero,
             used: sets.len().min(T::LANES),
             pulls_hold: false,

@@ -14,8 +14,12 @@ impl<T: Real> Component<T> {
     pub fn update(&mut self, formulation: Formulation, active: T) {
         let geometric = formulation.geometric();
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
-        let Self { system, scratch, dlambda, lambda, pulls, .. } = self;
-        scratch.fill(Six::zero());
+        let Self { system, scratch, dlambda, lambda, pulls, pushes, .. } = self;
+        if pushes.is_empty() {
+            scratch.fill(Six::zero());
+        } else {
+            scratch.copy_from_slice(pushes);
+        }
         if geometric {
             pulls.fill(Vec3::zero());
         }

@@ -5,6 +5,7 @@ pub mod direct;
 pub mod looped;
 pub mod operator;
 pub mod precondition;
+pub(crate) mod response;
 pub mod solvers;
 pub mod sparse;
 

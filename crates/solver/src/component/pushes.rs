@@ -1,0 +1,60 @@
+//! What contacts do to a component: impulses on its bodies from outside of its own joints.
+
+use super::{Component, Pose};
+use crate::formulation::Formulation;
+use crate::kernel::lane::Real;
+use crate::system::Six;
+
+impl<T: Real> Component<T> {
+    /// The corrections dp of `dlambda` alone, one entry a body: what the next update would do.
+    pub(crate) fn corrections(&self, formulation: Formulation, out: &mut Vec<Six<T>>) {
+        let Self { system, dlambda, .. } = self;
+        out.clear();
+        out.resize(self.poses.len(), Six::zero());
+        for (j, &dlambda) in dlambda.iter().enumerate() {
+            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), out);
+        }
+        let with_momentum = formulation.momentum() || self.torques_wait;
+        for (i, impulse) in out.iter_mut().enumerate() {
+            *impulse = system.correction(i, *impulse);
+            if with_momentum && i < self.segments {
+                *impulse = impulse.plus(self.momentum[i], T::splat(1.0));
+            }
+        }
+    }
+
+    /// Takes what `pushes` will do to the joints into the right-hand sides of the linear system, so that its solution
+    /// answers it: `b -= J M^-1 pushes`.
+    pub(crate) fn answer_pushes(&mut self) {
+        let Self { system, scratch, pushes, .. } = self;
+        for (i, (own, &push)) in scratch.iter_mut().zip(pushes.iter()).enumerate() {
+            *own = system.correction(i, push);
+        }
+        for j in 0..system.joints.len() {
+            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let terms = &system.joints[j];
+            let change = terms.from_world(system.constraint_change(j, scratch), q_a);
+            system.joints[j].rhs = terms.rhs.plus(change, T::splat(-1.0));
+        }
+    }
+
+    /// Moves the bodies by `M^-1 pushes` at once, without an answer of the joints.
+    pub(crate) fn push(&mut self) {
+        for i in 0..self.segments {
+            let correction = self.system.correction(i, self.pushes[i]);
+            let Pose { x, q } = self.poses[i];
+            self.poses[i] = Pose { x: x + correction.stretch, q: q.turned(correction.bend) };
+        }
+    }
+
+    /// Length of a segment [m].
+    pub(crate) fn length(&self, body: usize) -> T {
+        self.bodies[body].length
+    }
+
+    /// Whether a body moves freely.
+    pub(crate) fn is_free(&self, body: usize) -> bool {
+        self.bodies[body].free.lane(0) > 0.0
+    }
+}

@@ -1,0 +1,178 @@
+//! Which contacts are possible in a step: broad phase over the ways of all segments, and what to hold apart of each pair.
+
+use collision::{Aabb, SpatialHash};
+use nalgebra::Vector3;
+use rod::{Contacts, Model, ObstacleShape, Surface};
+
+use super::convert::{from, to};
+use super::exclusion::Exclusion;
+use super::geometry::{Contact, Feature, Partner, Shape, World};
+use crate::component::Component;
+use crate::kernel::math::Vec3;
+
+/// Room around a segment's way through the step, in radii, before its pairs must be looked for again.
+const ROOM: f64 = 0.5;
+/// Squared sine of the angle below which two axes count as parallel.
+const PARALLEL: f64 = 0.1;
+
+/// Finds the possible contacts of a step.
+pub(crate) struct Detector {
+    shapes: Vec<Shape>,
+    contacts: Contacts,
+    exclusion: Exclusion,
+    hash: SpatialHash,
+    /// Boxes of all segments' ways with room, then of all bounded obstacles.
+    boxes: Vec<Aabb>,
+    /// Bounded obstacles, in the order of their boxes.
+    bounded: Vec<u32>,
+    pairs: Vec<[u32; 2]>,
+}
+
+impl Detector {
+    /// A detector for a model whose segments are found at `shapes`.
+    pub(crate) fn new(model: &Model, shapes: Vec<Shape>) -> Self {
+        let contacts = model.contacts.clone();
+        let is_bounded = |&i: &u32| !matches!(contacts.obstacles[i as usize].shape, ObstacleShape::HalfSpace { .. });
+        let bounded = (0..contacts.obstacles.len() as u32).filter(is_bounded).collect();
+        let exclusion = match contacts.between_segments {
+            Some(_) => Exclusion::new(model),
+            None => Exclusion::default(),
+        };
+        let (hash, boxes, pairs) = (SpatialHash::new(), Vec::new(), Vec::new());
+        Self { shapes, contacts, exclusion, hash, boxes, bounded, pairs }
+    }
+
+    /// Everything that can touch.
+    pub(crate) fn world(&self) -> World<'_> {
+        World { shapes: &self.shapes, obstacles: &self.contacts.obstacles }
+    }
+
+    /// Whether every segment is still within the room that was looked at last.
+    pub(crate) fn covers(&self, components: &[Single]) -> bool {
+        self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
+            let component = components[shape.component as usize].component;
+            let ends = shape.ends(&component.poses[shape.body as usize]);
+            !shape.free || ends.iter().all(|&end| within(room, to(end), shape.radius))
+        })
+    }
+
+    /// Replaces `out` by the possible contacts on the ways of all segments from their start over the prediction to where
+    /// they are, in the order of their keys.
+    pub(crate) fn detect(&mut self, components: &[Single], out: &mut Vec<Contact>) {
+        self.boxes.clear();
+        for shape in &self.shapes {
+            let component = components[shape.component as usize].component;
+            let body = shape.body as usize;
+            let poses = [&component.start[body], &component.predicted[body], &component.poses[body]];
+            let ends = poses.into_iter().flat_map(|pose| shape.ends(pose)).map(to);
+            self.boxes.push(around(ends, shape.radius * (1.0 + ROOM)));
+        }
+        out.clear();
+        self.with_half_spaces(out);
+        for &i in &self.bounded {
+            self.boxes.push(match &self.contacts.obstacles[i as usize].shape {
+                ObstacleShape::Sphere { centre, radius } => around([*centre].into_iter(), *radius),
+                ObstacleShape::Capsule { start, end, radius } => around([*start, *end].into_iter(), *radius),
+                ObstacleShape::HalfSpace { .. } => around([].into_iter(), 0.0),
+            });
+        }
+        if self.contacts.between_segments.is_some() || !self.bounded.is_empty() {
+            self.hash.rebuild(&self.boxes);
+            let mut pairs = std::mem::take(&mut self.pairs);
+            pairs.clear();
+            self.hash.pairs(|a, b| self.may_touch(a, b), &mut pairs);
+            for &[a, b] in &pairs {
+                self.add_pair(a, b, components, out);
+            }
+            self.pairs = pairs;
+        }
+        out.sort_unstable_by_key(|contact| contact.key);
+    }
+
+    fn may_touch(&self, a: u32, b: u32) -> bool {
+        let segments = self.shapes.len() as u32;
+        if a >= segments {
+            return false;
+        }
+        let first = &self.shapes[a as usize];
+        if b >= segments {
+            return first.free;
+        }
+        let second = &self.shapes[b as usize];
+        self.contacts.between_segments.is_some() && (first.free || second.free) && !self.exclusion.contains(a, b)
+    }
+
+    fn add_pair(&self, a: u32, b: u32, components: &[Single], out: &mut Vec<Contact>) {
+        let ends = |i: u32| {
+            let shape = &self.shapes[i as usize];
+            shape.ends(&components[shape.component as usize].component.start[shape.body as usize])
+        };
+        let own = &self.shapes[a as usize];
+        let segments = self.shapes.len() as u32;
+        let (partner, other, radius, surface) = if b < segments {
+            let surface = self.contacts.between_segments.unwrap_or_default();
+            (Partner::Segment(b), ends(b), self.shapes[b as usize].radius.min(own.radius), surface)
+        } else {
+            let index = self.bounded[(b - segments) as usize];
+            let obstacle = &self.contacts.obstacles[index as usize];
+            let axis = match &obstacle.shape {
+                ObstacleShape::Capsule { start, end, .. } => [from(start), from(end)],
+                ObstacleShape::Sphere { centre, .. } => [from(centre); 2],
+                ObstacleShape::HalfSpace { point, .. } => [from(point); 2],
+            };
+            (Partner::Obstacle(index), axis, own.radius, obstacle.surface)
+        };
+        let features: &[Feature] =
+            if are_parallel(ends(a), other) { &Feature::PARALLEL } else { &[Feature::Nearest] };
+        out.extend(features.iter().map(|&feature| Contact::new((a, partner, feature), surface.friction, radius)));
+    }
+
+    fn with_half_spaces(&self, out: &mut Vec<Contact>) {
+        for (i, obstacle) in self.contacts.obstacles.iter().enumerate() {
+            let ObstacleShape::HalfSpace { point, normal } = &obstacle.shape else { continue };
+            for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
+                // The room's corner that lies deepest.
+                let corner = Vector3::from_fn(|k, _| if normal[k] > 0.0 { room.min[k] } else { room.max[k] });
+                if !shape.free || normal.dot(&(corner - point)) > 0.0 {
+                    continue;
+                }
+                let key = |end| (a as u32, Partner::Obstacle(i as u32), Feature::Own(end));
+                let contact = |end| Contact::new(key(end), obstacle.surface.friction, shape.radius);
+                out.extend([contact(0), contact(1)]);
+            }
+        }
+    }
+
+    /// How a contact answers.
+    pub(crate) fn surface(&self, partner: Partner) -> Surface {
+        match partner {
+            Partner::Segment(_) => self.contacts.between_segments.unwrap_or_default(),
+            Partner::Obstacle(i) => self.contacts.obstacles[i as usize].surface,
+        }
+    }
+
+    /// Whether any surface bounces.
+    pub(crate) fn bounces(&self) -> bool {
+        let all = self.contacts.obstacles.iter().map(|obstacle| obstacle.surface);
+        all.chain(self.contacts.between_segments).any(|surface| surface.restitution > 0.0)
+    }
+}
+
+/// The box of balls of one radius.
+fn around(centres: impl Iterator<Item = Vector3<f64>>, radius: f64) -> Aabb {
+    let infinite = Vector3::repeat(f64::INFINITY);
+    let (min, max) = centres.fold((infinite, -infinite), |(min, max), centre| (min.inf(&centre), max.sup(&centre)));
+    let room = Vector3::repeat(radius);
+    Aabb { min: min - room, max: max + room }
+}
+
+/// Whether a ball is inside of a box.
+fn within(room: &Aabb, centre: Vector3<f64>, radius: f64) -> bool {
+    (0..3).all(|k| room.min[k] <= centre[k] - radius && centre[k] + radius <= room.max[k])
+}
+
+fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> bool {
+    let (a, b) = (a[1] - a[0], b[1] - b[0]);
+    let size = a.norm_squared() * b.norm_squared();
+    size > 0.0 && a.cross(b).norm_squared() < PARALLEL * size
+}

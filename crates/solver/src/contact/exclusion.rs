@@ -1,0 +1,95 @@
+//! Segments that never touch because they belong together.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap};
+use std::f64::consts::FRAC_PI_2;
+
+use rod::{Body, Model};
+
+/// Pairs of segments that are joined, or nearer along the rods than half the circumference of their mean section: a rod
+/// cannot bend back onto itself within that length, and where a branch leaves its parent the two always overlap.
+#[derive(Debug, Default)]
+pub(crate) struct Exclusion {
+    /// Where each segment's partners begin, and the end.
+    start: Vec<usize>,
+    /// Partners with a higher index, ascending.
+    partners: Vec<u32>,
+}
+
+impl Exclusion {
+    /// All such pairs of a model.
+    pub(crate) fn new(model: &Model) -> Self {
+        let count = model.segments.len();
+        let mut neighbours: Vec<Vec<(usize, [f64; 2])>> = vec![Vec::new(); count];
+        for joint in &model.joints {
+            if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b) {
+                neighbours[a].push((b, [joint.offset_a, joint.offset_b]));
+                neighbours[b].push((a, [joint.offset_b, joint.offset_a]));
+            }
+        }
+        let mut partners: Vec<Vec<u32>> = vec![Vec::new(); count];
+        let mut reached: HashMap<(usize, u64), f64> = HashMap::new();
+        let mut queue = BinaryHeap::new();
+        for first in 0..count {
+            let reach = FRAC_PI_2 * 2.0 * model.segments[first].radius;
+            reached.clear();
+            let mut add = |other: usize| {
+                if other != first {
+                    partners[first.min(other)].push(first.max(other) as u32);
+                }
+            };
+            // States are joints' places on segments; distances from the nearest place of the first segment.
+            for &(other, [_, place]) in &neighbours[first] {
+                add(other);
+                queue.push(Reverse((Ordered(0.0), other, place.to_bits())));
+            }
+            while let Some(Reverse((Ordered(distance), segment, place))) = queue.pop() {
+                if reached.get(&(segment, place)).is_some_and(|&known| known <= distance) {
+                    continue;
+                }
+                reached.insert((segment, place), distance);
+                let limit = FRAC_PI_2 * (model.segments[first].radius + model.segments[segment].radius);
+                if distance < limit {
+                    add(segment);
+                }
+                for &(other, [here, there]) in &neighbours[segment] {
+                    let distance = distance + (here - f64::from_bits(place)).abs();
+                    if distance < reach && other != first {
+                        queue.push(Reverse((Ordered(distance), other, there.to_bits())));
+                    }
+                }
+            }
+        }
+        let mut flat = Self { start: vec![0], partners: Vec::new() };
+        for mut own in partners {
+            own.sort_unstable();
+            own.dedup();
+            flat.partners.extend(own);
+            flat.start.push(flat.partners.len());
+        }
+        flat
+    }
+
+    /// Whether segments `a` < `b` never touch.
+    pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
+        self.partners[self.start[a as usize]..self.start[a as usize + 1]].binary_search(&b).is_ok()
+    }
+}
+
+/// A distance that can be sorted.
+#[derive(PartialEq)]
+struct Ordered(f64);
+
+impl Eq for Ordered {}
+
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Ordered {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}

@@ -1,0 +1,269 @@
+//! Where two bodies touch: normal, gap, slip and lever arms of a contact at the current poses.
+
+use collision::closest;
+use collision::sweep::{MovingCapsule, first_touch};
+use rod::{Friction, Obstacle, ObstacleShape};
+
+use super::convert::{from, to};
+use crate::component::{Component, Pose};
+use crate::kernel::math::Vec3;
+
+/// A segment that can touch something: where it is found, and its size.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    /// Index of the component.
+    pub(crate) component: u32,
+    /// Body of the component.
+    pub(crate) body: u32,
+    /// Half the length [m].
+    pub(crate) half: f64,
+    /// Radius [m].
+    pub(crate) radius: f64,
+    /// Whether it moves freely.
+    pub(crate) free: bool,
+}
+
+impl Shape {
+    /// Ends of the axis [m].
+    pub(crate) fn ends(&self, pose: &Pose<f64>) -> [Vec3<f64>; 2] {
+        let arm = pose.q.axis() * self.half;
+        [pose.x - arm, pose.x + arm]
+    }
+}
+
+/// What a segment touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Partner {
+    /// A segment of the model with a higher index.
+    Segment(u32),
+    /// An obstacle.
+    Obstacle(u32),
+}
+
+/// Which points of the two axes a contact holds apart.
+///
+/// Two axes that cross have one nearest place; two that are almost parallel touch along a line, whose ends are ends of
+/// the axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Feature {
+    /// The nearest points of both.
+    Nearest,
+    /// An end of the segment's own axis, 0 or 1, and what of the partner is nearest to it.
+    Own(u8),
+    /// An end of the partner's axis and what of the segment's is nearest to it.
+    Partners(u8),
+}
+
+impl Feature {
+    /// All that hold two almost parallel axes apart.
+    pub(crate) const PARALLEL: [Feature; 5] =
+        [Feature::Nearest, Feature::Own(0), Feature::Own(1), Feature::Partners(0), Feature::Partners(1)];
+}
+
+/// Identifies a contact from step to step.
+pub(crate) type Key = (u32, Partner, Feature);
+
+/// A possible contact over one step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Contact {
+    pub(crate) key: Key,
+    pub(crate) friction: Friction,
+    /// From the partner to the segment.
+    pub(crate) normal: Vec3<f64>,
+    /// Normal and two tangents.
+    pub(crate) frame: [Vec3<f64>; 3],
+    /// From the centres of segment and partner to the place of contact [m].
+    pub(crate) arms: [Vec3<f64>; 2],
+    /// Distance of the surfaces [m].
+    pub(crate) gap: f64,
+    /// How far the surfaces have slipped past each other since the start of the step [m].
+    pub(crate) slip: Vec3<f64>,
+    /// Gap to keep at least [m]: not 0 where the bodies bounce.
+    pub(crate) target: f64,
+    /// Impulse times dt on the segment so far in this step [N s^2].
+    pub(crate) impulse: Vec3<f64>,
+    /// That of the step before in its frame, from which the sweeps begin.
+    pub(crate) guess: [f64; 3],
+    /// Compliance along and across the normal to its own impulse, as of the last solve; 0 before.
+    pub(crate) compliance: [f64; 2],
+    /// Error, relative to the radius.
+    pub(crate) residual: f64,
+    /// Smaller radius of the two [m].
+    pub(crate) radius: f64,
+}
+
+/// Positions of all that can touch, in one step.
+pub(crate) struct World<'a> {
+    pub(crate) shapes: &'a [Shape],
+    pub(crate) obstacles: &'a [Obstacle],
+}
+
+/// A body as a contact sees it, at its start and now.
+struct Side {
+    start: Pose<f64>,
+    now: Pose<f64>,
+    ends: [Vec3<f64>; 2],
+    ends_before: [Vec3<f64>; 2],
+    radius: f64,
+}
+
+impl Side {
+    fn of(shape: &Shape, component: &Component<f64>) -> Self {
+        let (start, now) = (component.start[shape.body as usize], component.poses[shape.body as usize]);
+        Self { start, now, ends: shape.ends(&now), ends_before: shape.ends(&start), radius: shape.radius }
+    }
+
+    fn fixed(start: Vec3<f64>, end: Vec3<f64>, radius: f64) -> Self {
+        let pose = Pose { x: start, q: crate::kernel::math::Quat::identity() };
+        Self { start: pose, now: pose, ends: [start, end], ends_before: [start, end], radius }
+    }
+
+    /// Its way through the step.
+    fn way(&self) -> MovingCapsule {
+        MovingCapsule { from: self.ends_before.map(to), to: self.ends.map(to), radius: self.radius }
+    }
+
+    fn at(&self, s: f64) -> Vec3<f64> {
+        self.ends[0] + (self.ends[1] - self.ends[0]) * s
+    }
+
+    /// How far the material point at `arm` from the centre has moved since the start of the step.
+    fn moved(&self, arm: Vec3<f64>) -> Vec3<f64> {
+        let before = self.start.q.rotate(self.now.q.rotate_back(arm));
+        self.now.x + arm - self.start.x - before
+    }
+}
+
+impl Contact {
+    pub(crate) fn new(key: Key, friction: Friction, radius: f64) -> Self {
+        let zero = Vec3::zero();
+        Self {
+            key,
+            friction,
+            normal: zero,
+            frame: [zero; 3],
+            arms: [zero; 2],
+            gap: 0.0,
+            slip: zero,
+            target: 0.0,
+            impulse: zero,
+            guess: [0.0; 3],
+            compliance: [0.0; 2],
+            residual: 0.0,
+            radius,
+        }
+    }
+
+    /// Evaluates the contact at the components' poses.
+    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[Single]) {
+        let (index, partner, feature) = self.key;
+        let shape = &world.shapes[index as usize];
+        let own = Side::of(shape, components[shape.component as usize].component);
+        match partner {
+            Partner::Segment(other) => {
+                let shape = &world.shapes[other as usize];
+                let other = Side::of(shape, components[shape.component as usize].component);
+                self.between(&own, &other, feature);
+            }
+            Partner::Obstacle(obstacle) => match &world.obstacles[obstacle as usize].shape {
+                ObstacleShape::HalfSpace { point, normal } => {
+                    let end = match feature {
+                        Feature::Own(1) => own.ends[1],
+                        _ => own.ends[0],
+                    };
+                    let normal = from(normal);
+                    let gap = normal.dot(end - from(point)) - own.radius;
+                    self.set(&own, None, normal, gap, end - normal * (own.radius + 0.5 * gap));
+                }
+                ObstacleShape::Sphere { centre, radius } => {
+                    let other = Side::fixed(from(centre), from(centre), *radius);
+                    self.between(&own, &other, feature);
+                }
+                ObstacleShape::Capsule { start, end, radius } => {
+                    let other = Side::fixed(from(start), from(end), *radius);
+                    self.between(&own, &other, feature);
+                }
+            },
+        }
+    }
+
+    fn between(&mut self, own: &Side, other: &Side, feature: Feature) {
+        let [s, t] = match feature {
+            Feature::Nearest => nearest(own.ends, other.ends),
+            Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
+            Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
+        };
+        let (mut a, mut b) = (own.at(s), other.at(t));
+        let reach = own.radius + other.radius;
+        let difference = a - b;
+        let distance = difference.norm_squared().sqrt();
+        let mut normal =
+            if distance > 0.0 { difference * (1.0 / distance) } else { Vec3([0.0, 0.0, 1.0]) };
+        let mut gap = distance - reach;
+        // Fast enough to have passed through the other: what counts is the side from which it came.
+        let travel = |side: &Side| {
+            let moved = |k: usize| (side.ends[k] - side.ends_before[k]).norm_squared();
+            moved(0).max(moved(1)).sqrt()
+        };
+        if travel(own) + travel(other) > 0.5 * reach
+            && let Some(hit) = first_touch(&own.way(), &other.way())
+            && (from(&hit.normal).dot(normal) < 0.5 || distance == 0.0)
+        {
+            let [s, t] = match feature {
+                Feature::Nearest => [hit.s, hit.t],
+                _ => [s, t],
+            };
+            (a, b, normal) = (own.at(s), other.at(t), from(&hit.normal));
+            gap = normal.dot(a - b) - reach;
+        }
+        let place = (a - normal * own.radius + b + normal * other.radius) * 0.5;
+        self.set(own, Some(other), normal, gap, place);
+    }
+
+    fn set(&mut self, own: &Side, other: Option<&Side>, normal: Vec3<f64>, gap: f64, place: Vec3<f64>) {
+        self.gap = gap;
+        self.normal = normal;
+        self.frame = frame(normal);
+        self.arms[0] = place - own.now.x;
+        self.slip = own.moved(self.arms[0]);
+        if let Some(other) = other {
+            self.arms[1] = place - other.now.x;
+            self.slip -= other.moved(self.arms[1]);
+        }
+        self.slip -= normal * normal.dot(self.slip);
+    }
+
+    /// A world vector in the contact's frame.
+    pub(crate) fn local(&self, v: Vec3<f64>) -> [f64; 3] {
+        self.frame.map(|axis| axis.dot(v))
+    }
+
+    /// A vector of the contact's frame in the world.
+    pub(crate) fn world(&self, [n, t1, t2]: [f64; 3]) -> Vec3<f64> {
+        self.frame[0] * n + self.frame[1] * t1 + self.frame[2] * t2
+    }
+}
+
+/// The normal and two tangents; nearly continuous in the normal.
+fn frame(n: Vec3<f64>) -> [Vec3<f64>; 3] {
+    let [x, y, z] = n.0.map(f64::abs);
+    let helper = if x <= y && x <= z {
+        Vec3([1.0, 0.0, 0.0])
+    } else if y <= z {
+        Vec3([0.0, 1.0, 0.0])
+    } else {
+        Vec3([0.0, 0.0, 1.0])
+    };
+    let across = n.cross(helper);
+    let t = across * (1.0 / across.norm_squared().sqrt());
+    [n, t, n.cross(t)]
+}
+
+fn nearest(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> [f64; 2] {
+    let found = closest::segments(&a.map(to), &b.map(to));
+    [found.s, found.t]
+}
+
+fn nearest_to(segment: [Vec3<f64>; 2], point: Vec3<f64>) -> f64 {
+    closest::point(&segment.map(to), &to(point))
+}

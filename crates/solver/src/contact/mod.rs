@@ -1,0 +1,14 @@
+//! Contacts between segments and with obstacles: what is possible in a step, and the impulses that keep bodies apart.
+//!
+//! A simulation whose model has nothing to touch builds none of this.
+
+mod convert;
+mod coupling;
+mod detect;
+mod exclusion;
+mod geometry;
+mod problem;
+mod stage;
+
+pub(crate) use geometry::Shape;
+pub(crate) use stage::Stage;

@@ -1,0 +1,210 @@
+//! The contacts' linear complementarity problem with friction, over all contacts that may press.
+//!
+//! With z the impulses of the contacts in their own frames (normal, two tangents), W = J P J^T the Delassus operator of
+//! what their impulses do to their gaps and slips, and c gap and slip without any change of z:
+//!
+//! ```text
+//! w = c + W dz,   0 <= w_n  perpendicular to  z_n >= 0,   |z_t| <= mu z_n,   z_t against w_t where it slides
+//! ```
+//!
+//! It is solved by projected block Gauss-Seidel sweeps (Daviet, Bertails-Descoubes and Boissieux 2011 solve hair so; the
+//! friction cone at the level of positions is that of Macklin et al. 2014, section 6.1).
+
+use rod::Friction;
+
+pub(crate) type Row = [f64; 3];
+pub(crate) type Block3 = [Row; 3];
+
+/// What a sweep knows of a contact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Unknown {
+    /// Impulse times dt [N s^2]: normal, then two tangents.
+    pub(crate) force: Row,
+    /// Its value before the solve.
+    pub(crate) before: Row,
+    /// Gap less its target, and slip, if the impulse stays as it was before [m].
+    pub(crate) free: Row,
+    /// Coulomb friction.
+    pub(crate) friction: Friction,
+    /// Length by which errors are measured [m].
+    pub(crate) scale: f64,
+}
+
+/// The problem's matrix by block rows, and its unknowns.
+#[derive(Default)]
+pub(crate) struct Problem {
+    pub(crate) unknowns: Vec<Unknown>,
+    start: Vec<usize>,
+    columns: Vec<u32>,
+    blocks: Vec<Block3>,
+    diagonal: Vec<Block3>,
+}
+
+/// Contacts of one group, in ascending order: all that push one component (or one body).
+pub(crate) struct Pattern<'a> {
+    /// Where each group's contacts begin in `members`, and the end.
+    pub(crate) start: &'a [usize],
+    /// Contacts by group.
+    pub(crate) members: &'a [u32],
+}
+
+impl Problem {
+    /// Prepares a matrix of zeros in which contacts of one group are coupled. `groups_of` lists each contact's groups.
+    pub(crate) fn reset(&mut self, pattern: &Pattern<'_>, groups_of: &[[u32; 2]]) {
+        self.start.clear();
+        self.columns.clear();
+        self.start.push(0);
+        for groups in groups_of {
+            let of = |group: u32| -> &[u32] {
+                match group {
+                    u32::MAX => &[],
+                    group => &pattern.members[pattern.start[group as usize]..pattern.start[group as usize + 1]],
+                }
+            };
+            let (a, b) = (of(groups[0]), if groups[0] == groups[1] { &[] } else { of(groups[1]) });
+            merge(a, b, &mut self.columns);
+            self.start.push(self.columns.len());
+        }
+        self.blocks.clear();
+        self.blocks.resize(self.columns.len(), [[0.0; 3]; 3]);
+    }
+
+    /// Adds to entry (`row`, `direction`) x (`column`, `column_direction`).
+    pub(crate) fn add(&mut self, row: u32, column: u32, column_direction: usize, values: Row) {
+        let range = self.start[row as usize]..self.start[row as usize + 1];
+        if let Ok(at) = self.columns[range.clone()].binary_search(&column) {
+            let block = &mut self.blocks[range.start + at];
+            for (row, value) in block.iter_mut().zip(values) {
+                row[column_direction] += value;
+            }
+        }
+    }
+
+    /// The diagonal blocks, after all entries are there.
+    pub(crate) fn close(&mut self) {
+        self.diagonal.clear();
+        for row in 0..self.start.len() - 1 {
+            let range = self.start[row]..self.start[row + 1];
+            let at = self.columns[range.clone()].binary_search(&(row as u32));
+            self.diagonal.push(at.map_or([[0.0; 3]; 3], |at| self.blocks[range.start + at]));
+        }
+    }
+
+    /// Compliances of a contact to its own impulse: along the normal, and the larger one across [1/kg].
+    pub(crate) fn compliance(&self, contact: usize) -> [f64; 2] {
+        let d = &self.diagonal[contact];
+        [d[0][0], largest_eigenvalue(d)]
+    }
+
+    /// Number of blocks.
+    pub(crate) fn len(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// Sweeps until no impulse changes by more than `tolerance` (as the length it moves its contact by, relative to the
+    /// contact's scale) or `most` sweeps are done; returns their number.
+    pub(crate) fn solve(&mut self, tolerance: f64, most: usize) -> usize {
+        let count = self.unknowns.len();
+        for sweep in 0..most {
+            let mut change = 0.0_f64;
+            for k in 0..count {
+                let row = if sweep % 2 == 0 { k } else { count - 1 - k };
+                change = change.max(self.relax(row));
+            }
+            if change <= tolerance {
+                return sweep + 1;
+            }
+        }
+        most
+    }
+
+    /// Solves one contact with all others held; returns by how much it moved.
+    fn relax(&mut self, row: usize) -> f64 {
+        let mut w = self.unknowns[row].free;
+        for at in self.start[row]..self.start[row + 1] {
+            let other = &self.unknowns[self.columns[at] as usize];
+            let d = [
+                other.force[0] - other.before[0],
+                other.force[1] - other.before[1],
+                other.force[2] - other.before[2],
+            ];
+            for (w, row) in w.iter_mut().zip(&self.blocks[at]) {
+                *w += row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
+            }
+        }
+        let unknown = &mut self.unknowns[row];
+        let old = unknown.force;
+        let d = &self.diagonal[row];
+        if d[0][0] <= 0.0 {
+            return 0.0;
+        }
+        unknown.force = local(d, old, w, unknown.friction);
+        let moved = [0, 1, 2].map(|k| (unknown.force[k] - old[k]) * d[k][k]);
+        moved.iter().fold(0.0_f64, |most, x| most.max(x.abs())) / unknown.scale
+    }
+}
+
+/// The impulse of one contact whose gap and slip are `w` at `old`.
+fn local(d: &Block3, old: Row, w: Row, friction: Friction) -> Row {
+    let normal = (old[0] - w[0] / d[0][0]).max(0.0);
+    if friction.at_rest == 0.0 || normal == 0.0 {
+        return [normal, 0.0, 0.0];
+    }
+    let dn = normal - old[0];
+    let slip = [w[1] + d[1][0] * dn, w[2] + d[2][0] * dn];
+    // Without any slip, if the cone allows.
+    let determinant = d[1][1] * d[2][2] - d[1][2] * d[2][1];
+    let stuck = [
+        old[1] - (d[2][2] * slip[0] - d[1][2] * slip[1]) / determinant,
+        old[2] - (d[1][1] * slip[1] - d[2][1] * slip[0]) / determinant,
+    ];
+    if stuck[0].hypot(stuck[1]) <= friction.at_rest * normal {
+        return [normal, stuck[0], stuck[1]];
+    }
+    let step = 1.0 / largest_eigenvalue(d);
+    let [x, y] = [old[1] - slip[0] * step, old[2] - slip[1] * step];
+    let (size, most) = (x.hypot(y), friction.sliding * normal);
+    // Smaller than the cone of sliding: it is about to stick.
+    let k = if size > most { most / size } else { 1.0 };
+    [normal, x * k, y * k]
+}
+
+/// Largest eigenvalue of the tangential 2x2 block.
+fn largest_eigenvalue(d: &Block3) -> f64 {
+    let (a, b, c) = (d[1][1], d[2][2], 0.5 * (d[1][2] + d[2][1]));
+    0.5 * (a + b) + (0.5 * (a - b)).hypot(c)
+}
+
+/// How far an impulse is from answering gap and slip `w`, as a length.
+pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Friction) -> f64 {
+    let [cn, ct] = compliance;
+    if cn <= 0.0 {
+        return 0.0;
+    }
+    let normal = (force[0] - w[0] / cn).max(0.0);
+    let across = if ct > 0.0 {
+        let [x, y] = [force[1] - w[1] / ct, force[2] - w[2] / ct];
+        let size = x.hypot(y);
+        let most = if size <= friction.at_rest * normal { size } else { (friction.sliding * normal).min(size) };
+        let k = if size > most { most / size } else { 1.0 };
+        (x * k - force[1]).hypot(y * k - force[2]) * ct
+    } else {
+        0.0
+    };
+    ((normal - force[0]) * cn).abs().max(across)
+}
+
+/// Union of two ascending lists.
+fn merge(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() || j < b.len() {
+        let next = match (a.get(i), b.get(j)) {
+            (Some(&x), Some(&y)) => x.min(y),
+            (Some(&x), None) | (None, Some(&x)) => x,
+            (None, None) => break,
+        };
+        i += usize::from(a.get(i) == Some(&next));
+        j += usize::from(b.get(j) == Some(&next));
+        out.push(next);
+    }
+}

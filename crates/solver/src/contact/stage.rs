@@ -1,0 +1,285 @@
+//! The contacts' stage of an outer iteration: line 11 of Algorithm 1 (paper, section 3) and its collision constraints.
+
+use rod::{Model, Surface};
+
+use super::coupling::{Coupling, components_of};
+use super::detect::Detector;
+use super::geometry::{Contact, Key, Partner, Shape};
+use super::problem::{Problem, Unknown, natural_residual};
+use crate::component::Component;
+use crate::counters::Counters;
+use crate::formulation::Formulation;
+use crate::kernel::math::Vec3;
+use crate::linear::response::Response;
+use crate::linear::sparse::SparseError;
+use crate::system::Six;
+
+/// Contacts with a predicted gap above this many radii are left out of a solve.
+const NEAR: f64 = 0.1;
+/// Sweeps of the complementarity problem, at most.
+const SWEEPS: usize = 1000;
+/// How much nearer than the outer tolerance the sweeps come.
+const SHARPER: f64 = 0.1;
+
+/// All contacts of a simulation.
+pub(crate) struct Stage {
+    detector: Detector,
+    contacts: Vec<Contact>,
+    /// Impulses of earlier contacts, by key, as a start for the sweeps.
+    remembered: Vec<(Key, [f64; 3], Vec3<f64>, f64)>,
+    /// Contacts that may press, ascending.
+    active: Vec<u32>,
+    problem: Problem,
+    coupling: Coupling,
+    responses: Vec<Response>,
+    /// Corrections of the rods' own solve, by component.
+    corrections: Vec<Vec<Six<f64>>>,
+    /// Speed that gravity alone gives in a step; slower meetings do not bounce [m/s].
+    slow: f64,
+}
+
+impl Stage {
+    /// The stage for a model whose segments are found at `shapes`.
+    ///
+    /// # Errors
+    /// If a component's factor would be too large.
+    pub(crate) fn new(
+        model: &Model,
+        shapes: Vec<Shape>,
+        components: &[Single],
+    ) -> Result<Self, SparseError> {
+        let responses = components.iter().map(|c| Response::new(&c.component.system)).collect::<Result<_, _>>()?;
+        Ok(Self {
+            detector: Detector::new(model, shapes),
+            contacts: Vec::new(),
+            remembered: Vec::new(),
+            active: Vec::new(),
+            problem: Problem::default(),
+            coupling: Coupling::default(),
+            responses,
+            corrections: vec![Vec::new(); components.len()],
+            slow: 2.0 * model.gravity.norm(),
+        })
+    }
+
+    /// Looks for the contacts of a step whose prediction is made.
+    pub(crate) fn begin(&mut self, components: &[Single], counters: &mut Counters) {
+        self.detect(components, counters);
+        for contact in &mut self.contacts {
+            contact.impulse = Vec3::zero();
+            contact.target = 0.0;
+        }
+        self.evaluate(components, counters);
+        if self.detector.bounces() {
+            self.bounce(components);
+        }
+    }
+
+    /// Finds contacts anew and lets them go on from what is remembered of them.
+    fn detect(&mut self, components: &[Single], counters: &mut Counters) {
+        self.remembered.clear();
+        let keep = |c: &Contact| (c.key, c.local(c.impulse), c.impulse, c.target);
+        self.remembered.extend(self.contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
+        self.detector.detect(components, &mut self.contacts);
+        let mut old = self.remembered.iter().peekable();
+        for contact in &mut self.contacts {
+            while old.next_if(|(key, ..)| *key < contact.key).is_some() {}
+            if let Some((_, guess, impulse, target)) = old.next_if(|(key, ..)| *key == contact.key) {
+                (contact.guess, contact.impulse, contact.target) = (*guess, *impulse, *target);
+            }
+        }
+        counters.contact_searches += 1;
+        counters.contact_candidates += self.contacts.len() as u64;
+    }
+
+    fn evaluate(&mut self, components: &[Single], counters: &mut Counters) {
+        let world = self.detector.world();
+        for contact in &mut self.contacts {
+            contact.evaluate(&world, components);
+        }
+        counters.contact_evaluations += self.contacts.len() as u64;
+    }
+
+    /// Asks contacts that meet fast to part again.
+    fn bounce(&mut self, components: &[Single]) {
+        let world = self.detector.world();
+        for contact in &mut self.contacts {
+            let Surface { restitution, .. } = self.detector.surface(contact.key.1);
+            if restitution == 0.0 || contact.gap >= 0.0 {
+                continue;
+            }
+            let velocity = |i: u32, arm: Vec3<f64>| {
+                let shape = &world.shapes[i as usize];
+                let v = components[shape.component as usize].component.velocities[shape.body as usize];
+                v.stretch + v.bend.cross(arm)
+            };
+            let mut relative = velocity(contact.key.0, contact.arms[0]);
+            if let Partner::Segment(other) = contact.key.1 {
+                relative -= velocity(other, contact.arms[1]);
+            }
+            let dt = components.first().map_or(0.0, |c| c.component.dt());
+            let speed = -relative.dot(contact.normal);
+            if speed > self.slow * dt {
+                contact.target = (contact.gap + speed * dt).max(0.0) + restitution * speed * dt;
+            }
+        }
+    }
+
+    /// Finds the impulses that the contacts add in this iteration, with the rods' own solution in `dlambda`, and leaves
+    /// them in the components' `pushes`.
+    pub(crate) fn solve(
+        &mut self,
+        components: &mut [Single],
+        formulation: Formulation,
+        tolerance: f64,
+        counters: &mut Counters,
+    ) {
+        for component in components.iter_mut() {
+            component.component.pushes.fill(Six::zero());
+        }
+        if self.contacts.is_empty() {
+            return;
+        }
+        for (component, out) in components.iter().zip(&mut self.corrections) {
+            component.component.corrections(formulation, out);
+        }
+        self.choose();
+        if self.active.is_empty() {
+            return;
+        }
+        let shapes = self.detector.world().shapes;
+        self.coupling.assemble(
+            &self.contacts,
+            &self.active,
+            shapes,
+            components,
+            &mut self.responses,
+            &mut self.problem,
+        );
+        counters.contact_sweeps += self.problem.solve(tolerance * SHARPER, SWEEPS) as u64;
+        counters.contact_solves += self.active.len() as u64;
+        for (k, &index) in self.active.iter().enumerate() {
+            let contact = &mut self.contacts[index as usize];
+            let impulse = contact.world(self.problem.unknowns[k].force);
+            let change = impulse - contact.impulse;
+            contact.impulse = impulse;
+            contact.guess = self.problem.unknowns[k].force;
+            contact.compliance = self.problem.compliance(k);
+            push(contact, shapes, components, change, |component| &mut component.pushes);
+        }
+    }
+
+    /// Chooses the contacts that may press and sets up their unknowns.
+    fn choose(&mut self) {
+        self.active.clear();
+        self.problem.unknowns.clear();
+        let shapes = self.detector.world().shapes;
+        for (index, contact) in self.contacts.iter().enumerate() {
+            let moved = |i: u32, arm: Vec3<f64>| {
+                let shape = &shapes[i as usize];
+                let dp = self.corrections[shape.component as usize][shape.body as usize];
+                dp.stretch + dp.bend.cross(arm)
+            };
+            let mut change = moved(contact.key.0, contact.arms[0]);
+            if let Partner::Segment(other) = contact.key.1 {
+                change -= moved(other, contact.arms[1]);
+            }
+            let mut free = contact.local(change + contact.slip);
+            free[0] += contact.gap - contact.target;
+            if free[0] > NEAR * contact.radius && contact.impulse == Vec3::zero() {
+                continue;
+            }
+            let before = contact.local(contact.impulse);
+            let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
+            self.active.push(index as u32);
+            self.problem.unknowns.push(Unknown {
+                force,
+                before,
+                free,
+                friction: contact.friction,
+                scale: contact.radius,
+            });
+        }
+    }
+
+    /// Evaluates the contacts at the new poses; returns the largest error, relative to the radius.
+    pub(crate) fn observe(
+        &mut self,
+        components: &mut [Single],
+        formulation: Formulation,
+        counters: &mut Counters,
+    ) -> f64 {
+        if !self.detector.covers(components) {
+            self.detect(components, counters);
+        }
+        self.evaluate(components, counters);
+        let mut worst = 0.0_f64;
+        for contact in &mut self.contacts {
+            let mut w = contact.local(contact.slip);
+            w[0] = contact.gap - contact.target;
+            contact.residual = if contact.compliance[0] > 0.0 {
+                natural_residual(contact.compliance, contact.local(contact.impulse), w, contact.friction)
+            } else {
+                (-w[0]).max(0.0)
+            } / contact.radius;
+            worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
+        }
+        if formulation.momentum() {
+            self.press(components);
+        }
+        worst
+    }
+
+    /// Tells the components all impulses of the step, with the current arms.
+    fn press(&self, components: &mut [Single]) {
+        for component in components.iter_mut() {
+            component.component.pushed.fill(Six::zero());
+        }
+        let shapes = self.detector.world().shapes;
+        for contact in self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()) {
+            push(contact, shapes, components, contact.impulse, |component| &mut component.pushed);
+        }
+    }
+
+    /// Components that any contact pushes now.
+    pub(crate) fn pushed(&self) -> impl Iterator<Item = u32> {
+        let shapes = self.detector.world().shapes;
+        self.active.iter().flat_map(move |&k| components_of(&self.contacts[k as usize], shapes)).flatten()
+    }
+
+    /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.
+    pub(crate) fn deepest(&self) -> f64 {
+        self.contacts.iter().map(|contact| -contact.gap / contact.radius).fold(0.0, f64::max)
+    }
+
+    /// The largest error of any contact at the poses evaluated last, relative to the smaller radius.
+    pub(crate) fn worst(&self) -> f64 {
+        self.contacts.iter().map(|contact| contact.residual).fold(0.0, f64::max)
+    }
+
+    /// Forgets all impulses, as far as a step taken back is concerned.
+    pub(crate) fn roll_back(&mut self) {
+        for contact in &mut self.contacts {
+            contact.impulse = Vec3::zero();
+        }
+    }
+}
+
+/// Adds an impulse of a contact to both its bodies.
+fn push(
+    contact: &Contact,
+    shapes: &[Shape],
+    components: &mut [Single],
+    f: Vec3<f64>,
+    target: fn(&mut Component<f64>) -> &mut Vec<Six<f64>>,
+) {
+    let mut add = |i: u32, f: Vec3<f64>, arm: Vec3<f64>| {
+        let shape = &shapes[i as usize];
+        let impulse = &mut target(components[shape.component as usize].component)[shape.body as usize];
+        *impulse = impulse.plus(Six { stretch: f, bend: arm.cross(f) }, 1.0);
+    };
+    add(contact.key.0, f, contact.arms[0]);
+    if let Partner::Segment(other) = contact.key.1 {
+        add(other, -f, contact.arms[1]);
+    }
+}

@@ -1,0 +1,147 @@
+//! How a component's bodies answer impulses from outside: `P f` with `P = M^-1 - M^-1 J^T A^-1 J M^-1`, several at once.
+
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::{Lanes, Real};
+use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::linear::direct::Direct;
+use crate::linear::looped::Looped;
+use crate::linear::sparse::SparseError;
+use crate::linear::LinearSolver;
+use crate::system::{BodyTerms, JointTerms, Six, System};
+use crate::topology::Topology;
+
+/// Impulses that are answered side by side.
+pub(crate) const COLUMNS: usize = 8;
+pub(crate) type Columns = Lanes<COLUMNS>;
+
+/// Solves for answers, with the memory for it.
+pub(crate) struct Response {
+    system: System<Columns>,
+    dlambda: Vec<Six<Columns>>,
+    scratch: Vec<Six<Columns>>,
+    solver: Factor,
+}
+
+enum Factor {
+    /// Each lane eliminates the tree for itself.
+    Tree(Box<Direct<Columns>>),
+    Looped(Box<Looped>),
+}
+
+impl Response {
+    /// Memory for systems of this connectivity.
+    ///
+    /// # Errors
+    /// If the factor would be too large.
+    pub(crate) fn new(system: &System<f64>) -> Result<Self, SparseError> {
+        let topology: &Topology = &system.topology;
+        let solver = match Direct::new(topology) {
+            Some(direct) => Factor::Tree(Box::new(direct)),
+            None => Factor::Looped(Box::new(Looped::new(topology)?)),
+        };
+        let (bodies, joints) = (topology.bodies(), topology.joints.len());
+        Ok(Self {
+            system: System::new(system.topology.clone()),
+            dlambda: vec![Six::zero(); joints],
+            scratch: vec![Six::zero(); bodies],
+            solver,
+        })
+    }
+
+    /// Takes over a system's matrix.
+    pub(crate) fn prepare(&mut self, system: &System<f64>) {
+        for (own, body) in self.system.bodies.iter_mut().zip(&system.bodies) {
+            *own = splat_body(body);
+        }
+        for (own, joint) in self.system.joints.iter_mut().zip(&system.joints) {
+            *own = splat_joint(joint);
+        }
+        if let Factor::Looped(looped) = &mut self.solver {
+            // What cannot be factored answers as if there were no joints; the solve beside it says so.
+            let _ = looped.factor(system);
+        }
+    }
+
+    /// Replaces impulses, one entry a body, by the corrections dp that answer them.
+    pub(crate) fn respond(&mut self, impulses: &mut [Six<Columns>]) {
+        let Self { system, dlambda, scratch, solver } = self;
+        vectorized(
+            #[inline(always)]
+            || {
+                for (i, (own, &impulse)) in scratch.iter_mut().zip(impulses.iter()).enumerate() {
+                    *own = system.correction(i, impulse);
+                }
+                for j in 0..system.joints.len() {
+                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    let change = system.joints[j].from_world(system.constraint_change(j, scratch), q_a);
+                    system.joints[j].rhs = Six::zero().plus(change, Columns::splat(-1.0));
+                }
+            },
+        );
+        match solver {
+            Factor::Tree(direct) => {
+                direct.solve(system, false, dlambda);
+            }
+            Factor::Looped(looped) => {
+                for lane in 0..COLUMNS {
+                    let q_a = |j: usize| system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    let world = |j: usize| pick(system.joints[j].to_world(system.joints[j].rhs, q_a(j)), lane);
+                    looped.solve_factored(world, |j, x| {
+                        let mut all = dlambda[j].to_array();
+                        for (all, x) in all.iter_mut().zip(x.to_array()) {
+                            all.set_lane(lane, x);
+                        }
+                        dlambda[j] = Six::from_array(all);
+                    });
+                }
+                for (j, dlambda) in dlambda.iter_mut().enumerate() {
+                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    *dlambda = system.joints[j].multipliers_from_world(*dlambda, q_a);
+                }
+            }
+        }
+        vectorized(
+            #[inline(always)]
+            || {
+                for (j, &dlambda) in dlambda.iter().enumerate() {
+                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), impulses);
+                }
+                for (i, impulse) in impulses.iter_mut().enumerate() {
+                    *impulse = system.correction(i, *impulse);
+                }
+            },
+        );
+    }
+}
+
+fn pick(x: Six<Columns>, lane: usize) -> Six<f64> {
+    Six::from_array(x.to_array().map(|x| x.lane(lane)))
+}
+
+fn splat_vec(v: Vec3<f64>) -> Vec3<Columns> {
+    Vec3(v.0.map(Columns::splat))
+}
+
+fn splat_body(body: &BodyTerms<f64>) -> BodyTerms<Columns> {
+    BodyTerms {
+        inverse_mass: Columns::splat(body.inverse_mass),
+        orientation: Quat { v: splat_vec(body.orientation.v), w: Columns::splat(body.orientation.w) },
+        axis: splat_vec(body.axis),
+        inverse_inertia: Sym3(body.inverse_inertia.0.map(Columns::splat)),
+    }
+}
+
+fn splat_joint(joint: &JointTerms<f64>) -> JointTerms<Columns> {
+    JointTerms {
+        offsets: joint.offsets.map(Columns::splat),
+        length: Columns::splat(joint.length),
+        shear: Columns::splat(joint.shear),
+        stretch_extra: Columns::splat(joint.stretch_extra),
+        bend: Columns::splat(joint.bend),
+        twist_extra: Columns::splat(joint.twist_extra),
+        s: Columns::splat(joint.s),
+        t: splat_vec(joint.t),
+        rhs: Six::zero(),
+    }
+}
