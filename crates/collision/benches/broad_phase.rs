@@ -106,7 +106,8 @@ fn table(title: &str, world: f64, size: Size) {
             if order == "random" {
                 capsules.shuffle(&mut random);
             }
-            let Figures { times: [boxes, rebuild, pairs, distances, all], overlaps, touching, sort } = measure(&capsules);
+            let Figures { times: [boxes, rebuild, pairs, distances, all], overlaps, touching, sort } =
+                measure(&capsules);
             let ratio = all / *first.get_or_insert(all);
             println!(
                 "{count:>11}  {order:<8}  {boxes:>5.1}  {rebuild:>7.1}  {pairs:>5.1}  {distances:>9.1}  {all:>6.1}  \
@@ -119,5 +120,7 @@ fn table(title: &str, world: f64, size: Size) {
 fn main() {
     table("Capsules of one length", 0.62, |_| 1.0);
     // The number above a size falls with its cube.
-    table("Lengths and radii over a factor of 1000", 0.0045, |x| (1e-9_f64).max(1e-9 / (1.0 - x * (1.0 - 1e-9))).cbrt());
+    table("Lengths and radii over a factor of 1000", 0.0045, |x| {
+        (1e-9_f64).max(1e-9 / (1.0 - x * (1.0 - 1e-9))).cbrt()
+    });
 }

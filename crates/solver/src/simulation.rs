@@ -14,6 +14,7 @@ use crate::linear::solvers::SolverKind;
 use crate::projection::{Projected, ProjectionFactory};
 use crate::step::{Status, StepParams};
 use crate::topology::Topology;
+use crate::touching::Touching;
 use crate::unit::{Group, Single, Unit};
 
 /// Rods that move side by side in one vector register.

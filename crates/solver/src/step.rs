@@ -148,9 +148,7 @@ pub fn attempt<T: Real>(
 /// Whether an iteration may follow: up to the cap, and beyond it while it converges and would be done again in halves.
 pub(crate) fn may_go_on(iteration: usize, now: f64, before: f64, params: &StepParams) -> bool {
     iteration < params.max_iterations
-        || (iteration < params.max_iterations.saturating_mul(2)
-            && params.max_halvings > 0
-            && now < CONVERGING * before)
+        || (iteration < params.max_iterations.saturating_mul(2) && params.max_halvings > 0 && now < CONVERGING * before)
 }
 
 /// Lines 1 to 5 of Algorithm 1, the guess for the step's start if there is one, and the first evaluation.

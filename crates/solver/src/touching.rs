@@ -8,7 +8,9 @@ use crate::counters::{Counters, Stopwatch};
 use crate::linear::LinearInfo;
 use crate::linear::solvers::SolverError;
 use crate::simulation::PARALLEL_SEGMENTS;
-use crate::step::{Attempt, NoGuess, Start, Status, StepGuess, StepParams, begin, count_solve, evaluate, may_go_on, solve, update};
+use crate::step::{
+    Attempt, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
+};
 use crate::system::Six;
 use crate::unit::{Single, accept, finish};
 

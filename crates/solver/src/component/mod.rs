@@ -5,8 +5,8 @@
 
 mod evaluate;
 mod lanes;
-mod pushes;
 mod predict;
+mod pushes;
 mod split;
 mod update;
 

@@ -2,11 +2,11 @@
 
 use super::geometry::{Contact, Partner, Shape};
 use super::problem::{Pattern, Problem};
-use crate::component::Component;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::linear::response::{COLUMNS, Columns, Response};
 use crate::system::Six;
+use crate::unit::Single;
 
 /// A contact's side: its component, body, arm and sign.
 #[derive(Clone, Copy)]

@@ -7,8 +7,8 @@ use rod::{Contacts, Model, ObstacleShape, Surface};
 use super::convert::{from, to};
 use super::exclusion::Exclusion;
 use super::geometry::{Contact, Feature, Partner, Shape, World};
-use crate::component::Component;
 use crate::kernel::math::Vec3;
+use crate::unit::Single;
 
 /// Room around a segment's way through the step, in radii, before its pairs must be looked for again.
 const ROOM: f64 = 0.5;
@@ -50,7 +50,7 @@ impl Detector {
     /// Whether every segment is still within the room that was looked at last.
     pub(crate) fn covers(&self, components: &[Single]) -> bool {
         self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
-            let component = components[shape.component as usize].component;
+            let component = &components[shape.component as usize].component;
             let ends = shape.ends(&component.poses[shape.body as usize]);
             !shape.free || ends.iter().all(|&end| within(room, to(end), shape.radius))
         })
@@ -61,7 +61,7 @@ impl Detector {
     pub(crate) fn detect(&mut self, components: &[Single], out: &mut Vec<Contact>) {
         self.boxes.clear();
         for shape in &self.shapes {
-            let component = components[shape.component as usize].component;
+            let component = &components[shape.component as usize].component;
             let body = shape.body as usize;
             let poses = [&component.start[body], &component.predicted[body], &component.poses[body]];
             let ends = poses.into_iter().flat_map(|pose| shape.ends(pose)).map(to);
@@ -122,8 +122,7 @@ impl Detector {
             };
             (Partner::Obstacle(index), axis, own.radius, obstacle.surface)
         };
-        let features: &[Feature] =
-            if are_parallel(ends(a), other) { &Feature::PARALLEL } else { &[Feature::Nearest] };
+        let features: &[Feature] = if are_parallel(ends(a), other) { &Feature::PARALLEL } else { &[Feature::Nearest] };
         out.extend(features.iter().map(|&feature| Contact::new((a, partner, feature), surface.friction, radius)));
     }
 

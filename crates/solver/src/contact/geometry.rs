@@ -7,6 +7,7 @@ use rod::{Friction, Obstacle, ObstacleShape};
 use super::convert::{from, to};
 use crate::component::{Component, Pose};
 use crate::kernel::math::Vec3;
+use crate::unit::Single;
 
 /// A segment that can touch something: where it is found, and its size.
 #[derive(Clone, Copy, Debug)]
@@ -158,11 +159,11 @@ impl Contact {
     pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[Single]) {
         let (index, partner, feature) = self.key;
         let shape = &world.shapes[index as usize];
-        let own = Side::of(shape, components[shape.component as usize].component);
+        let own = Side::of(shape, &components[shape.component as usize].component);
         match partner {
             Partner::Segment(other) => {
                 let shape = &world.shapes[other as usize];
-                let other = Side::of(shape, components[shape.component as usize].component);
+                let other = Side::of(shape, &components[shape.component as usize].component);
                 self.between(&own, &other, feature);
             }
             Partner::Obstacle(obstacle) => match &world.obstacles[obstacle as usize].shape {
@@ -197,8 +198,7 @@ impl Contact {
         let reach = own.radius + other.radius;
         let difference = a - b;
         let distance = difference.norm_squared().sqrt();
-        let mut normal =
-            if distance > 0.0 { difference * (1.0 / distance) } else { Vec3([0.0, 0.0, 1.0]) };
+        let mut normal = if distance > 0.0 { difference * (1.0 / distance) } else { Vec3([0.0, 0.0, 1.0]) };
         let mut gap = distance - reach;
         // Fast enough to have passed through the other: what counts is the side from which it came.
         let travel = |side: &Side| {

@@ -7,6 +7,7 @@ mod coupling;
 mod detect;
 mod exclusion;
 mod geometry;
+mod newton;
 mod problem;
 mod stage;
 

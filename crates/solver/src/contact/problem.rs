@@ -12,8 +12,13 @@
 
 use rod::Friction;
 
+use super::newton::Newton;
+
 pub(crate) type Row = [f64; 3];
 pub(crate) type Block3 = [Row; 3];
+
+/// Sweeps before a Newton iteration.
+const FEW: usize = 4;
 
 /// What a sweep knows of a contact.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +43,7 @@ pub(crate) struct Problem {
     columns: Vec<u32>,
     blocks: Vec<Block3>,
     diagonal: Vec<Block3>,
+    newton: Newton,
 }
 
 /// Contacts of one group, in ascending order: all that push one component (or one body).
@@ -96,42 +102,66 @@ impl Problem {
         [d[0][0], largest_eigenvalue(d)]
     }
 
-    /// Number of blocks.
-    pub(crate) fn len(&self) -> usize {
-        self.blocks.len()
+    /// Solves until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by, relative
+    /// to the contact's scale) or `most` sweeps are done; returns their number.
+    ///
+    /// Sweeps find out who presses and who slides; in between, Newton iterations on those take out what sweeps are slow at.
+    pub(crate) fn solve(&mut self, tolerance: f64, most: usize) -> usize {
+        let mut newton = std::mem::take(&mut self.newton);
+        let (mut sweeps, mut best) = (0, f64::INFINITY);
+        // Sweeps between two tries of Newton's method; more where it does not help.
+        let mut round = FEW;
+        while sweeps < most {
+            let mut change = f64::INFINITY;
+            for _ in 0..round.min(most - sweeps) {
+                change = self.sweep(sweeps % 2 == 1);
+                sweeps += 1;
+                if change <= tolerance {
+                    break;
+                }
+            }
+            if change <= tolerance || newton.solve(self, tolerance) {
+                break;
+            }
+            round = if change < 0.5 * best { FEW } else { 2 * round };
+            best = best.min(change);
+        }
+        self.newton = newton;
+        sweeps
     }
 
-    /// Sweeps until no impulse changes by more than `tolerance` (as the length it moves its contact by, relative to the
-    /// contact's scale) or `most` sweeps are done; returns their number.
-    pub(crate) fn solve(&mut self, tolerance: f64, most: usize) -> usize {
+    /// Solves each contact in turn with all others held; returns the largest change.
+    fn sweep(&mut self, backwards: bool) -> f64 {
         let count = self.unknowns.len();
-        for sweep in 0..most {
-            let mut change = 0.0_f64;
-            for k in 0..count {
-                let row = if sweep % 2 == 0 { k } else { count - 1 - k };
-                change = change.max(self.relax(row));
-            }
-            if change <= tolerance {
-                return sweep + 1;
+        let mut change = 0.0_f64;
+        for k in 0..count {
+            change = change.max(self.relax(if backwards { count - 1 - k } else { k }));
+        }
+        change
+    }
+
+    /// Blocks of a row with their columns.
+    pub(crate) fn row(&self, row: usize) -> impl Iterator<Item = (u32, &Block3)> {
+        let range = self.start[row]..self.start[row + 1];
+        self.columns[range.clone()].iter().copied().zip(&self.blocks[range])
+    }
+
+    /// Gap less its target and slip of a contact with all impulses as they are [m].
+    pub(crate) fn gap_and_slip(&self, row: usize) -> Row {
+        let mut w = self.unknowns[row].free;
+        for (column, block) in self.row(row) {
+            let other = &self.unknowns[column as usize];
+            let d = [0, 1, 2].map(|k| other.force[k] - other.before[k]);
+            for (w, row) in w.iter_mut().zip(block) {
+                *w += row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
             }
         }
-        most
+        w
     }
 
     /// Solves one contact with all others held; returns by how much it moved.
     fn relax(&mut self, row: usize) -> f64 {
-        let mut w = self.unknowns[row].free;
-        for at in self.start[row]..self.start[row + 1] {
-            let other = &self.unknowns[self.columns[at] as usize];
-            let d = [
-                other.force[0] - other.before[0],
-                other.force[1] - other.before[1],
-                other.force[2] - other.before[2],
-            ];
-            for (w, row) in w.iter_mut().zip(&self.blocks[at]) {
-                *w += row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
-            }
-        }
+        let w = self.gap_and_slip(row);
         let unknown = &mut self.unknowns[row];
         let old = unknown.force;
         let d = &self.diagonal[row];
@@ -175,14 +205,14 @@ fn largest_eigenvalue(d: &Block3) -> f64 {
     0.5 * (a + b) + (0.5 * (a - b)).hypot(c)
 }
 
-/// How far an impulse is from answering gap and slip `w`, as a length.
-pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Friction) -> f64 {
+/// How far an impulse is from answering gap and slip `w`, as lengths along the normal and across.
+pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Friction) -> [f64; 2] {
     let [cn, ct] = compliance;
     if cn <= 0.0 {
-        return 0.0;
+        return [0.0; 2];
     }
     let normal = (force[0] - w[0] / cn).max(0.0);
-    let across = if ct > 0.0 {
+    let across = if ct > 0.0 && friction.at_rest > 0.0 {
         let [x, y] = [force[1] - w[1] / ct, force[2] - w[2] / ct];
         let size = x.hypot(y);
         let most = if size <= friction.at_rest * normal { size } else { (friction.sliding * normal).min(size) };
@@ -191,7 +221,7 @@ pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, frictio
     } else {
         0.0
     };
-    ((normal - force[0]) * cn).abs().max(across)
+    [((normal - force[0]) * cn).abs(), across]
 }
 
 /// Union of two ascending lists.

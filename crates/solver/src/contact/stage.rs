@@ -13,6 +13,7 @@ use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
 use crate::system::Six;
+use crate::unit::Single;
 
 /// Contacts with a predicted gap above this many radii are left out of a solve.
 const NEAR: f64 = 0.1;
@@ -43,11 +44,7 @@ impl Stage {
     ///
     /// # Errors
     /// If a component's factor would be too large.
-    pub(crate) fn new(
-        model: &Model,
-        shapes: Vec<Shape>,
-        components: &[Single],
-    ) -> Result<Self, SparseError> {
+    pub(crate) fn new(model: &Model, shapes: Vec<Shape>, components: &[Single]) -> Result<Self, SparseError> {
         let responses = components.iter().map(|c| Response::new(&c.component.system)).collect::<Result<_, _>>()?;
         Ok(Self {
             detector: Detector::new(model, shapes),
@@ -137,6 +134,7 @@ impl Stage {
         for component in components.iter_mut() {
             component.component.pushes.fill(Six::zero());
         }
+        self.active.clear();
         if self.contacts.is_empty() {
             return;
         }
@@ -171,7 +169,6 @@ impl Stage {
 
     /// Chooses the contacts that may press and sets up their unknowns.
     fn choose(&mut self) {
-        self.active.clear();
         self.problem.unknowns.clear();
         let shapes = self.detector.world().shapes;
         for (index, contact) in self.contacts.iter().enumerate() {
@@ -218,7 +215,9 @@ impl Stage {
             let mut w = contact.local(contact.slip);
             w[0] = contact.gap - contact.target;
             contact.residual = if contact.compliance[0] > 0.0 {
-                natural_residual(contact.compliance, contact.local(contact.impulse), w, contact.friction)
+                let force = contact.local(contact.impulse);
+                let [normal, across] = natural_residual(contact.compliance, force, w, contact.friction);
+                normal.max(across)
             } else {
                 (-w[0]).max(0.0)
             } / contact.radius;
@@ -275,7 +274,7 @@ fn push(
 ) {
     let mut add = |i: u32, f: Vec3<f64>, arm: Vec3<f64>| {
         let shape = &shapes[i as usize];
-        let impulse = &mut target(components[shape.component as usize].component)[shape.body as usize];
+        let impulse = &mut target(&mut components[shape.component as usize].component)[shape.body as usize];
         *impulse = impulse.plus(Six { stretch: f, bend: arm.cross(f) }, 1.0);
     };
     add(contact.key.0, f, contact.arms[0]);

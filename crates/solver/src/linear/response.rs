@@ -3,10 +3,10 @@
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
 use crate::linear::looped::Looped;
 use crate::linear::sparse::SparseError;
-use crate::linear::LinearSolver;
 use crate::system::{BodyTerms, JointTerms, Six, System};
 use crate::topology::Topology;
 

@@ -1,0 +1,244 @@
+//! Newton's method on the contacts that press, for where sweeps alone come near the solution too slowly: taut ropes around
+//! a drum, tight knots.
+//!
+//! The equations are those of Alart and Curnier (1991), `z = project(z - w / compliance)` with the cone at the current
+//! normal impulse: semi-smooth, so that the derivative of whichever branch holds serves. A line search on the sum of their
+//! squares keeps the steps honest.
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::{MatMut, Par};
+
+use super::problem::{Problem, Row, natural_residual};
+
+/// Unknowns, at most: beyond it, an iteration costs more than sweeps do.
+const MOST: usize = 480;
+/// Iterations in a row, at most.
+const ITERATIONS: usize = 12;
+/// How often a step may be halved.
+const HALVINGS: usize = 6;
+
+/// Memory of the method.
+pub(crate) struct Newton {
+    /// Contacts that press, and the index of each among them.
+    pressing: Vec<u32>,
+    place: Vec<u32>,
+    /// Gaps and slips of all contacts.
+    w: Vec<Row>,
+    /// Impulses at the start of an iteration, and the step from there.
+    before: Vec<Row>,
+    step: Vec<Row>,
+    matrix: Vec<f64>,
+    rhs: Vec<f64>,
+    /// The pivots' order and its inverse.
+    orders: [Vec<u32>; 2],
+    scratch: MemBuffer,
+}
+
+impl Default for Newton {
+    fn default() -> Self {
+        Self {
+            pressing: Vec::new(),
+            place: Vec::new(),
+            w: Vec::new(),
+            before: Vec::new(),
+            step: Vec::new(),
+            matrix: Vec::new(),
+            rhs: Vec::new(),
+            orders: Default::default(),
+            scratch: MemBuffer::new(StackReq::empty()),
+        }
+    }
+}
+
+/// Errors of all contacts, relative to their scales: the sum of squares and the largest.
+#[derive(Clone, Copy)]
+struct Merit {
+    squares: f64,
+    largest: f64,
+}
+
+impl Newton {
+    /// Improves the problem's impulses as long as an iteration helps. Returns whether they are within `tolerance`.
+    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64) -> bool {
+        let mut now = self.measure(problem);
+        for _ in 0..ITERATIONS {
+            if now.largest <= tolerance {
+                return true;
+            }
+            if !self.find_step(problem) {
+                return false;
+            }
+            self.before.clear();
+            self.before.extend(problem.unknowns.iter().map(|unknown| unknown.force));
+            let mut part = 1.0;
+            let mut next = None;
+            for _ in 0..HALVINGS {
+                for ((unknown, before), step) in problem.unknowns.iter_mut().zip(&self.before).zip(&self.step) {
+                    unknown.force = [0, 1, 2].map(|k| before[k] + part * step[k]);
+                    unknown.force[0] = unknown.force[0].max(0.0);
+                }
+                let merit = self.measure(problem);
+                if merit.squares < (1.0 - 0.1 * part) * now.squares {
+                    next = Some(merit);
+                    break;
+                }
+                part *= 0.5;
+            }
+            let Some(merit) = next else {
+                for (unknown, &before) in problem.unknowns.iter_mut().zip(&self.before) {
+                    unknown.force = before;
+                }
+                return false;
+            };
+            now = merit;
+        }
+        now.largest <= tolerance
+    }
+
+    fn measure(&mut self, problem: &Problem) -> Merit {
+        self.w.clear();
+        let mut merit = Merit { squares: 0.0, largest: 0.0 };
+        for (k, unknown) in problem.unknowns.iter().enumerate() {
+            let w = problem.gap_and_slip(k);
+            let [normal, across] = natural_residual(problem.compliance(k), unknown.force, w, unknown.friction);
+            let [normal, across] = [normal / unknown.scale, across / unknown.scale];
+            merit.squares += normal * normal + across * across;
+            merit.largest = merit.largest.max(normal).max(across);
+            self.w.push(w);
+        }
+        merit
+    }
+
+    /// The step of Newton's method. Returns whether there is one: not if too many contacts press, none, or the result is
+    /// not finite.
+    fn find_step(&mut self, problem: &Problem) -> bool {
+        self.pressing.clear();
+        self.place.clear();
+        self.step.clear();
+        for (k, unknown) in problem.unknowns.iter().enumerate() {
+            let [normal, _] = problem.compliance(k);
+            let presses = normal > 0.0 && unknown.force[0] - self.w[k][0] / normal > 0.0;
+            self.place.push(if presses { self.pressing.len() as u32 } else { u32::MAX });
+            // Contacts that do not press let go.
+            self.step.push(if presses { [0.0; 3] } else { unknown.force.map(|x| -x) });
+            if presses {
+                self.pressing.push(k as u32);
+            }
+        }
+        let size = 3 * self.pressing.len();
+        if size == 0 || size > MOST {
+            return false;
+        }
+        self.linearise(problem, size);
+        self.factor_and_solve(size);
+        for (step, &k) in self.rhs.chunks_exact(3).zip(&self.pressing) {
+            self.step[k as usize].copy_from_slice(step);
+        }
+        self.rhs.iter().all(|x| x.is_finite())
+    }
+
+    /// Fills matrix (column by column) and right-hand side.
+    fn linearise(&mut self, problem: &Problem, size: usize) {
+        let Self { pressing, place, w, step, matrix, rhs, .. } = self;
+        matrix.clear();
+        matrix.resize(size * size, 0.0);
+        rhs.clear();
+        rhs.resize(size, 0.0);
+        for (i, &k) in pressing.iter().enumerate() {
+            let rows = Rows::new(problem, k as usize, w[k as usize]);
+            let rhs = &mut rhs[3 * i..3 * i + 3];
+            rhs.copy_from_slice(&rows.rhs);
+            for (other, block) in problem.row(k as usize) {
+                let product = |r: usize, c: usize| (0..3).map(|m| rows.through[r][m] * block[m][c]).sum::<f64>();
+                match place[other as usize] {
+                    u32::MAX => {
+                        for (r, rhs) in rhs.iter_mut().enumerate() {
+                            *rhs -= (0..3).map(|c| product(r, c) * step[other as usize][c]).sum::<f64>();
+                        }
+                    }
+                    j => {
+                        for c in 0..3 {
+                            for r in 0..3 {
+                                matrix[(3 * j as usize + c) * size + 3 * i + r] += product(r, c);
+                            }
+                        }
+                    }
+                }
+            }
+            for c in 0..3 {
+                for r in 0..3 {
+                    matrix[(3 * i + c) * size + 3 * i + r] += rows.own[r][c];
+                }
+            }
+        }
+    }
+
+    fn factor_and_solve(&mut self, size: usize) {
+        let Self { matrix, rhs, orders: [order, inverse], scratch, .. } = self;
+        order.resize(size, 0);
+        inverse.resize(size, 0);
+        let need = StackReq::or(
+            factor::lu_in_place_scratch::<u32, f64>(size, size, Par::Seq, Default::default()),
+            solve::solve_in_place_scratch::<u32, f64>(size, 1, Par::Seq),
+        );
+        if scratch.len() < need.unaligned_bytes_required() {
+            *scratch = MemBuffer::new(need);
+        }
+        let mut matrix = MatMut::from_column_major_slice_mut(matrix, size, size);
+        let stack = MemStack::new(scratch);
+        let (_, order) = factor::lu_in_place(matrix.as_mut(), order, inverse, Par::Seq, stack, Default::default());
+        let rhs = MatMut::from_column_major_slice_mut(rhs, size, 1);
+        solve::solve_in_place(matrix.as_ref(), matrix.as_ref(), order, rhs, Par::Seq, MemStack::new(scratch));
+    }
+}
+
+/// A contact's three equations: `own` times its own step plus `through` times W times all steps is `rhs`.
+struct Rows {
+    own: [Row; 3],
+    through: [Row; 3],
+    rhs: Row,
+}
+
+impl Rows {
+    fn new(problem: &Problem, k: usize, w: Row) -> Self {
+        let (z, friction) = (problem.unknowns[k].force, problem.unknowns[k].friction);
+        let [normal, across] = problem.compliance(k);
+        let mut rows = Rows { own: [[0.0; 3]; 3], through: [[0.0; 3]; 3], rhs: [-w[0], 0.0, 0.0] };
+        rows.through[0][0] = 1.0;
+        // Contacts may hold the same bodies at the same place: a trace of compliance keeps the matrix regular.
+        rows.own[0][0] = 1e-9 * normal;
+        if friction.at_rest == 0.0 || across <= 0.0 {
+            rows.own[1][1] = normal;
+            rows.own[2][2] = normal;
+            return rows;
+        }
+        // The normal impulse at which the cone is taken is the one that the contact itself would answer with.
+        let q = [z[1] - w[1] / across, z[2] - w[2] / across];
+        let length = q[0].hypot(q[1]);
+        let pressed = z[0] - w[0] / normal;
+        if length <= friction.at_rest * pressed {
+            for a in 1..3 {
+                rows.through[a][a] = 1.0;
+                rows.own[a][a] = 1e-9 * across;
+                rows.rhs[a] = -w[a];
+            }
+            return rows;
+        }
+        let d = [q[0] / length, q[1] / length];
+        let radius = (friction.sliding * pressed).min(length);
+        for a in 0..2 {
+            for b in 0..2 {
+                let unit = if a == b { 1.0 } else { 0.0 };
+                let turning = radius / length * (unit - d[a] * d[b]);
+                rows.own[1 + a][1 + b] = across * (unit - turning);
+                rows.through[1 + a][1 + b] = turning;
+            }
+            // The cone follows the normal impulse and the gap.
+            rows.own[1 + a][0] = -across * friction.sliding * d[a];
+            rows.through[1 + a][0] = across / normal * friction.sliding * d[a];
+            rows.rhs[1 + a] = -across * (z[1 + a] - radius * d[a]);
+        }
+        rows
+    }
+}
