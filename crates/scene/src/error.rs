@@ -225,6 +225,7 @@ fn plain_words(expected: &str) -> String {
         "f64" => "a number".to_owned(),
         "i64" => "a whole number".to_owned(),
         "u64" => "a whole number >= 0".to_owned(),
+        "an array of length 2" => "two values: [x, y]".to_owned(),
         "an array of length 3" => "three numbers: [x, y, z]".to_owned(),
         "a sequence" => "a list: [...]".to_owned(),
         _ if expected.starts_with("struct ") => "a table".to_owned(),
