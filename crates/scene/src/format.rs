@@ -8,14 +8,16 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 mod contact;
+mod list;
 mod many;
 
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
+pub(crate) use list::List;
 pub(crate) use many::{Net, Strands};
 
 pub(crate) type Number = Spanned<f64>;
 pub(crate) type Count = Spanned<i64>;
-pub(crate) type Vector = Spanned<[f64; 3]>;
+pub(crate) type Vector = Spanned<List<f64, 3>>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -20,7 +20,7 @@ pub(crate) fn segments(source: &Source, net: &format::Net) -> Result<usize> {
 
 /// Meshes along x and y, and segments of a mesh's side.
 fn counts(source: &Source, net: &format::Net) -> Result<([usize; 2], usize)> {
-    let [x, y] = &net.meshes;
+    let [x, y] = &net.meshes.0;
     let count = |value| source.count(value, 1, MAX_SEGMENTS);
     Ok(([count(x)?, count(y)?], count(&net.segments)?))
 }
@@ -43,7 +43,7 @@ impl Net {
         let net = entry.get_ref();
         let (meshes, side) = counts(source, net)?;
         let mut size = [0.0; 2];
-        for ((size, key), meshes) in size.iter_mut().zip(&net.size_m).zip(meshes) {
+        for ((size, key), meshes) in size.iter_mut().zip(&net.size_m.0).zip(meshes) {
             *size = source.positive(key, "m")?;
             let each = *size / (meshes * side) as f64;
             if !NODE_DISTANCE.contains(&each) {

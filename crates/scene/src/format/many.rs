@@ -4,7 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::contact::Sphere;
-use super::{Count, Number, Stretch, Vector};
+use super::{Count, List, Number, Stretch, Vector};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,8 +23,8 @@ pub(crate) struct Strands {
 pub(crate) struct Net {
     pub(crate) name: Option<Spanned<String>>,
     pub(crate) centre_m: Option<Vector>,
-    pub(crate) size_m: [Number; 2],
-    pub(crate) meshes: [Count; 2],
+    pub(crate) size_m: List<Number, 2>,
+    pub(crate) meshes: List<Count, 2>,
     pub(crate) segments: Count,
     pub(crate) radius_m: Option<Number>,
     pub(crate) youngs_modulus_pa: Option<Number>,
