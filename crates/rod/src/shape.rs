@@ -6,6 +6,10 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::Pose;
 
+mod knot;
+
+pub use knot::{KNOT_CLEARANCE, KNOT_ROPE, KNOT_SEGMENTS, knot};
+
 /// `segments + 1` nodes [m] on a line from `start` [m] along `direction` (any length but zero), `length` [m] long.
 pub fn straight(start: Vector3<f64>, direction: Vector3<f64>, length: f64, segments: usize) -> Vec<Vector3<f64>> {
     let step = direction.normalize() * (length / segments as f64);

@@ -4,13 +4,15 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Body, Damping, Load, Material, ModelError, RestShape, RodSpec, Segment, Stretch};
+use rod::{Assembly, Body, Damping, Load, ModelError, RodSpec, Segment};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
+use crate::net::Net;
 use crate::shape::number_or;
-use crate::tree::{Growth, taper};
-use crate::{MAX_SEGMENTS, RodInfo, RunDefaults, Scene, defaults, format};
+use crate::strands::Strands;
+use crate::tree::Growth;
+use crate::{MAX_SEGMENTS, RodInfo, RunDefaults, Scene, contact, defaults, format, net, properties};
 
 /// How far apart two joined places may lie, in units of the shorter segment.
 const JOIN_TOLERANCE: f64 = 0.01;
@@ -32,19 +34,26 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
         dt: number_or(&file.run.dt_s, defaults::DT, |v| source.positive(v, "s"))?,
         steps: file.run.steps.as_ref().map_or(Ok(defaults::STEPS), |v| source.count(v, 1, 1_000_000_000))?,
     };
-    if file.rods.is_empty() {
-        return Err(source.invalid(0, "rods: there must be at least one rod".to_owned()));
+    if file.rods.is_empty() && file.nets.is_empty() {
+        return Err(source.invalid(0, "there must be at least one rod (`rods`) or net (`nets`)".to_owned()));
     }
-    check_size(source, &file.rods)?;
+    check_size(source, file)?;
+    let (contacts, obstacles) = contact::contacts(source, file)?;
 
     let mut assembly = Assembly::new(gravity);
     assembly.damping(damping);
     let mut builder = Builder { assembly, rods: Vec::new(), by_name: HashMap::new() };
-    // The entry of the file that each rod comes from.
+    builder.assembly.model_mut().contacts = contacts;
+    // Place in the text of the entry that each rod comes from.
     let mut entry_of = Vec::new();
     for (i, rod) in file.rods.iter().enumerate() {
         builder.declare(source, i, rod)?;
-        entry_of.resize(builder.rods.len(), i);
+        entry_of.resize(builder.rods.len(), rod.span());
+    }
+    for (i, entry) in file.nets.iter().enumerate() {
+        let name = builder.new_name(source, &entry.get_ref().name, format!("net-{i}"), entry.span())?;
+        Net::new(source, entry)?.build(&mut builder, &name);
+        entry_of.resize(builder.rods.len(), entry.span());
     }
     for join in &file.joins {
         builder.join(source, join)?;
@@ -53,25 +62,35 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
     let Builder { assembly, rods, .. } = builder;
     let (model, state) = assembly.finish();
     if let Err(error) = model.validate(&state) {
-        let span = entry_at_fault(&model, &error).map_or(0..0, |rod| file.rods[entry_of[rod]].span());
+        let span = entry_at_fault(&model, &error).map_or(0..0, |rod| entry_of[rod].clone());
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
-    Ok(Scene { name: stem(source.file), description: file.description.clone(), model, state, run, rods })
+    Ok(Scene { name: stem(source.file), description: file.description.clone(), model, state, run, rods, obstacles })
 }
 
 /// Checks all counts, so that no later stage allocates more than [`MAX_SEGMENTS`] need.
-fn check_size(source: &Source, rods: &[Spanned<format::Rod>]) -> Result<()> {
+fn check_size(source: &Source, file: &format::File) -> Result<()> {
     let mut total: usize = 0;
-    for rod in rods {
-        total += rod.get_ref().shape.get_ref().segments(source)?;
-        if let Some(tree) = &rod.get_ref().tree {
-            let growth = Growth::new(source, tree)?;
-            total = total.saturating_add(growth.branches.saturating_mul(growth.segments));
-        }
+    let mut add = |what: &str, span: Range<usize>, segments: usize| {
+        total = total.saturating_add(segments);
         if total > MAX_SEGMENTS {
-            let message = format!("with this rod the scene has {total} segments, but {MAX_SEGMENTS} are the most");
-            return source.wrong(rod.span(), &message);
+            let message = format!("with this {what} the scene has {total} segments, but {MAX_SEGMENTS} are the most");
+            return source.wrong(span, &message);
         }
+        Ok(())
+    };
+    for entry in &file.rods {
+        let rod = entry.get_ref();
+        let mut segments = rod.shape.get_ref().segments(source)?;
+        if let Some(tree) = &rod.tree {
+            let growth = Growth::new(source, tree)?;
+            segments = segments.saturating_add(growth.branches.saturating_mul(growth.segments));
+        }
+        let strands = rod.strands.as_ref().map_or(Ok(1), |strands| strands.count(source))?;
+        add("rod", entry.span(), segments.saturating_mul(strands))?;
+    }
+    for entry in &file.nets {
+        add("net", entry.span(), net::segments(source, entry.get_ref())?)?;
     }
     Ok(())
 }
@@ -123,17 +142,45 @@ impl Builder {
         segments
     }
 
+    /// `given` or `default`, if no rod has that name yet; `span` is the entry's place in the text.
+    fn new_name(
+        &self,
+        source: &Source,
+        given: &Option<Spanned<String>>,
+        default: String,
+        span: Range<usize>,
+    ) -> Result<String> {
+        let name = given.as_ref().map_or(default, |name| name.get_ref().clone());
+        match self.by_name.contains_key(&name) {
+            true => source.must_be(given.as_ref().map_or(span, Spanned::span), "a name that no other rod has"),
+            false => Ok(name),
+        }
+    }
+
     /// Builds entry `index` of the file's rods with all that belongs to it.
     fn declare(&mut self, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
         let rod = entry.get_ref();
-        let name = rod.name.as_ref().map_or_else(|| format!("rod-{index}"), |name| name.get_ref().clone());
-        if self.by_name.contains_key(&name) {
-            let span = rod.name.as_ref().map_or(entry.span(), Spanned::span);
-            return source.must_be(span, "a name that no other rod has");
-        }
+        let name = self.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
         let branch_of = rod.branch_of.as_ref().map(|place| self.place(source, place)).transpose()?;
         let spec = self.spec(source, rod, branch_of)?;
-        let segments = self.add_rod(name, &spec, branch_of);
+        let Some(strands) = &rod.strands else { return self.build(source, rod, name, &spec, branch_of) };
+        let strands = Strands::new(source, strands, rod, &spec)?;
+        for (k, nodes) in strands.nodes().enumerate() {
+            self.build(source, rod, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None)?;
+        }
+        Ok(())
+    }
+
+    /// Builds a rod with what the keys of `rod` hang on it.
+    fn build(
+        &mut self,
+        source: &Source,
+        rod: &format::Rod,
+        name: String,
+        spec: &RodSpec,
+        branch_of: Option<(usize, f64)>,
+    ) -> Result<()> {
+        let segments = self.add_rod(name, spec, branch_of);
         if spec.closed && !rod.clamp.is_empty() {
             return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
         }
@@ -165,7 +212,7 @@ impl Builder {
             }
             let length = segments.map(|i| self.segment(i).length).sum();
             let trunk = self.rods[self.rods.len() - 1].clone();
-            Growth::new(source, tree)?.grow(self, &trunk, length, &spec);
+            Growth::new(source, tree)?.grow(self, &trunk, length, spec);
         }
         Ok(())
     }
@@ -180,36 +227,17 @@ impl Builder {
             return source.wrong(place.rod.span(), "a closed rod cannot be a branch; use `joins`");
         }
         let at = branch_of.map(|(segment, fraction)| self.point(segment, fraction));
-        let youngs_modulus = number_or(&rod.youngs_modulus_pa, defaults::YOUNGS_MODULUS, |v| source.positive(v, "Pa"))?;
-        let material = Material {
-            youngs_modulus,
-            torsion_modulus: number_or(&rod.torsion_modulus_pa, youngs_modulus, |v| source.positive(v, "Pa"))?,
-            density: number_or(&rod.density_kg_m3, defaults::DENSITY, |v| source.positive(v, "kg/m^3"))?,
-        };
+        let material =
+            properties::material(source, &rod.youngs_modulus_pa, &rod.torsion_modulus_pa, &rod.density_kg_m3)?;
         let nodes = shape.nodes(source, rod.shape.span(), at)?;
         let segments = if closed { nodes.len() } else { nodes.len() - 1 };
         let longest = nodes.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max);
         Ok(RodSpec {
             closed,
-            radii: radii(source, &rod.radius_m, segments)?,
-            stretch: match &rod.stretch {
-                format::Stretch::Zero => Stretch::ZERO_STRETCH,
-                format::Stretch::Physical => Stretch::Physical,
-                format::Stretch::Compliance(value) => Stretch::Compliance(source.not_negative(value, "m/N")?),
-            },
-            twist: twist(source, &rod.twist_deg, closed, segments)?,
-            rest: match &rod.rest {
-                format::Rest::Initial => RestShape::Initial,
-                format::Rest::Straight => RestShape::Straight,
-                format::Rest::Darboux(value) => {
-                    let omega = source.vector(value, "1/m")?;
-                    if omega.norm() * longest >= 2.0 {
-                        let allowed = format!("shorter than 2 / segment length = {} [1/m]", short(2.0 / longest));
-                        return source.must_be(value.span(), &allowed);
-                    }
-                    RestShape::Uniform(omega)
-                }
-            },
+            radii: properties::radii(source, &rod.radius_m, segments)?,
+            stretch: properties::stretch(source, &rod.stretch)?,
+            twist: properties::twist(source, &rod.twist_deg, closed, segments)?,
+            rest: properties::rest(source, &rod.rest, longest)?,
             ..RodSpec::new(nodes, 0.0, material)
         })
     }
@@ -251,6 +279,11 @@ impl Builder {
         Ok(())
     }
 
+    /// Joins two segments at fractions of their lengths, as [`Assembly::join`].
+    pub(crate) fn join_at(&mut self, a: (usize, f64), b: (usize, f64)) {
+        self.assembly.join(a.0, a.1, b.0, b.1);
+    }
+
     /// Gives the rod's free segments the velocities of a rigid body, then single segments their own.
     fn velocities(&mut self, source: &Source, rod: &format::Rod, segments: &Range<usize>) -> Result<()> {
         let vector = |value: &Option<format::Vector>, unit| value.as_ref().map(|v| source.vector(v, unit)).transpose();
@@ -290,7 +323,7 @@ impl Builder {
             let message = format!("`a` and `b` are {gap} m apart, but places to be joined must meet within {most} m");
             return source.wrong(join.span(), &message);
         }
-        self.assembly.join(a, fraction_a, b, fraction_b);
+        self.join_at((a, fraction_a), (b, fraction_b));
         Ok(())
     }
 
@@ -319,27 +352,4 @@ impl Builder {
 
 fn check_fraction(source: &Source, value: &format::Number) -> Result<f64> {
     source.number(value, |v| (0.0..=1.0).contains(&v), "0 (the segment's start) to 1 (its end)")
-}
-
-fn radii(source: &Source, radius: &Option<Spanned<format::Radius>>, segments: usize) -> Result<Vec<f64>> {
-    let Some(radius) = radius else { return Ok(vec![defaults::RADIUS]) };
-    let format::Radius { start, end } = *radius.get_ref();
-    match [start, end].iter().all(|r| r.is_finite() && *r > 0.0) {
-        true => Ok(taper(start, end, segments)),
-        false => source.must_be(radius.span(), "finite and > 0 [m]"),
-    }
-}
-
-fn twist(source: &Source, twist: &Option<format::Number>, closed: bool, segments: usize) -> Result<f64> {
-    let Some(twist) = twist else { return Ok(0.0) };
-    let degrees = source.finite(twist, "degrees")?;
-    if closed {
-        return source
-            .wrong(twist.span(), "a closed rod is twisted by `rest = { darboux_per_m = [0, 0, -turn / length] }`");
-    }
-    let most = 180.0 * (segments as f64 - 1.0);
-    match degrees == 0.0 || degrees.abs() < most {
-        true => Ok(degrees.to_radians()),
-        false => source.must_be(twist.span(), &format!("less than half a turn a joint: {most} [degrees]")),
-    }
 }

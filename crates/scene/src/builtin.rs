@@ -23,6 +23,9 @@ macro_rules! files {
 const FILES: &[(&str, &str)] = files![
     "bending-rod",
     "helix",
+    "helix-on-plane",
+    "two-rods",
+    "knot",
     "small-cantilever",
     "elastica",
     "heavy-cantilever",
@@ -42,6 +45,8 @@ const FILES: &[(&str, &str)] = files![
     "branch",
     "tree",
     "net",
+    "net-on-sphere",
+    "hair",
     "long-chain",
     "tiny-rod",
 ];

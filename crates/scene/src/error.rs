@@ -7,6 +7,8 @@ use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::format::Vector;
+
 /// Why there is no scene.
 #[derive(Debug, Error)]
 pub enum SceneError {
@@ -105,8 +107,8 @@ impl Source<'_> {
         }
     }
 
-    pub(crate) fn vector(&self, value: &Spanned<[f64; 3]>, unit: &str) -> Result<Vector3<f64>> {
-        let v = Vector3::from(*value.get_ref());
+    pub(crate) fn vector(&self, value: &Vector, unit: &str) -> Result<Vector3<f64>> {
+        let v = Vector3::from(value.get_ref().0);
         match v.iter().all(|x| x.is_finite()) {
             true => Ok(v),
             false => self.must_be(value.span(), &format!("three finite numbers{}", in_brackets(unit))),
@@ -114,7 +116,7 @@ impl Source<'_> {
     }
 
     /// The unit vector along `value`.
-    pub(crate) fn direction(&self, value: &Spanned<[f64; 3]>) -> Result<Vector3<f64>> {
+    pub(crate) fn direction(&self, value: &Vector) -> Result<Vector3<f64>> {
         let v = self.vector(value, "")?;
         let largest = v.amax();
         match largest > 0.0 {
@@ -225,6 +227,7 @@ fn plain_words(expected: &str) -> String {
         "f64" => "a number".to_owned(),
         "i64" => "a whole number".to_owned(),
         "u64" => "a whole number >= 0".to_owned(),
+        "an array of length 2" => "two values: [x, y]".to_owned(),
         "an array of length 3" => "three numbers: [x, y, z]".to_owned(),
         "a sequence" => "a list: [...]".to_owned(),
         _ if expected.starts_with("struct ") => "a table".to_owned(),

@@ -7,9 +7,17 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
+mod contact;
+mod list;
+mod many;
+
+pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
+pub(crate) use list::List;
+pub(crate) use many::{Net, Strands};
+
 pub(crate) type Number = Spanned<f64>;
 pub(crate) type Count = Spanned<i64>;
-pub(crate) type Vector = Spanned<[f64; 3]>;
+pub(crate) type Vector = Spanned<List<f64, 3>>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -21,7 +29,13 @@ pub(crate) struct File {
     pub(crate) run: Run,
     #[serde(default)]
     pub(crate) damping: Damping,
+    pub(crate) contact: Option<Contact>,
+    #[serde(default)]
+    pub(crate) obstacles: Vec<Spanned<Obstacle>>,
+    #[serde(default)]
     pub(crate) rods: Vec<Spanned<Rod>>,
+    #[serde(default)]
+    pub(crate) nets: Vec<Spanned<Net>>,
     #[serde(default)]
     pub(crate) joins: Vec<Spanned<Join>>,
 }
@@ -68,6 +82,7 @@ pub(crate) struct Rod {
     #[serde(default)]
     pub(crate) loads: Vec<Spanned<Load>>,
     pub(crate) tree: Option<Tree>,
+    pub(crate) strands: Option<Strands>,
 }
 
 #[derive(Deserialize)]
@@ -78,6 +93,7 @@ pub(crate) enum Shape {
     Arc(Arc),
     Ring(Ring),
     Polyline(Polyline),
+    Knot(Knot),
 }
 
 #[derive(Deserialize)]
@@ -125,6 +141,16 @@ pub(crate) struct Polyline {
     pub(crate) nodes_m: Spanned<Vec<Vector>>,
     #[serde(default)]
     pub(crate) closed: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Knot {
+    pub(crate) start_m: Option<Vector>,
+    pub(crate) direction: Option<Vector>,
+    pub(crate) loop_m: Number,
+    pub(crate) length_m: Number,
+    pub(crate) segments: Count,
 }
 
 #[derive(Default, Deserialize)]

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A file is read in two stages: serde reads names and types (`format`), then every value is checked and the model is
-//! assembled (`assemble`, `shape`, `tree`). Whatever is wrong, the first mistake gives one error with file, line, key,
+//! assembled (`assemble`; a topic a file). Whatever is wrong, the first mistake gives one error with file, line, key,
 //! value and what is allowed; no text makes it panic. `docs/scenes.md` documents the format. This crate knows no solver.
 
 use std::ops::Range;
@@ -17,12 +17,16 @@ use rod::{Model, State};
 
 mod assemble;
 mod builtin;
+mod contact;
 pub mod defaults;
 mod error;
 mod format;
+mod net;
+mod properties;
 mod random;
 pub mod sampling;
 mod shape;
+mod strands;
 mod tree;
 
 pub use builtin::{Builtin, builtin, builtins};
@@ -46,6 +50,8 @@ pub struct Scene {
     pub run: RunDefaults,
     /// The rods, in the order of their segments; [`rod::Segment::rod`] points here.
     pub rods: Vec<RodInfo>,
+    /// Names of the obstacles, in the model's order: the file's, or `obstacle-K` for the nameless `obstacles[K]`.
+    pub obstacles: Vec<String>,
 }
 
 /// Time step and number of steps.
@@ -60,7 +66,8 @@ pub struct RunDefaults {
 /// Where one rod of a scene is found in its model.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RodInfo {
-    /// Name: the file's, `rod-K` for the nameless `rods[K]`, or `TRUNK/K` for the K-th branch grown on a tree's trunk.
+    /// Name: the file's, `rod-K` for the nameless `rods[K]`, or `NAME/K` for the K-th branch grown on a tree's trunk or
+    /// the K-th strand. A net's ropes are `NAME/x-K` and `NAME/y-K`, and the nameless `nets[K]` is `net-K`.
     pub name: String,
     /// Its segments in the model.
     pub segments: Range<usize>,

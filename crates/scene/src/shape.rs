@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 use rod::shape;
 
 use crate::MAX_SEGMENTS;
-use crate::error::{Result, Source};
-use crate::format::{Arc, Helix, Number, Polyline, Ring, Shape, Straight, Vector};
+use crate::error::{Result, Source, short};
+use crate::format::{Arc, Helix, Knot, Number, Polyline, Ring, Shape, Straight, Vector};
 
 /// Least and largest distance between neighbouring nodes [m].
-const NODE_DISTANCE: Range<f64> = 1e-12..1e12;
+pub(crate) const NODE_DISTANCE: Range<f64> = 1e-12..1e12;
 
 impl Shape {
     /// Number of segments.
@@ -18,7 +18,8 @@ impl Shape {
         let (count, least) = match self {
             Shape::Straight(Straight { segments, .. })
             | Shape::Helix(Helix { segments, .. })
-            | Shape::Arc(Arc { segments, .. }) => (segments, 1),
+            | Shape::Arc(Arc { segments, .. })
+            | Shape::Knot(Knot { segments, .. }) => (segments, 1),
             Shape::Ring(Ring { segments, .. }) => (segments, 3),
             Shape::Polyline(polyline) => return polyline.segments(source),
         };
@@ -29,7 +30,7 @@ impl Shape {
         match self {
             Shape::Ring(_) => true,
             Shape::Polyline(polyline) => polyline.closed,
-            Shape::Straight(_) | Shape::Helix(_) | Shape::Arc(_) => false,
+            Shape::Straight(_) | Shape::Helix(_) | Shape::Arc(_) | Shape::Knot(_) => false,
         }
     }
 
@@ -38,7 +39,8 @@ impl Shape {
         match self {
             Shape::Straight(Straight { start_m, .. })
             | Shape::Helix(Helix { start_m, .. })
-            | Shape::Arc(Arc { start_m, .. }) => start_m.as_ref(),
+            | Shape::Arc(Arc { start_m, .. })
+            | Shape::Knot(Knot { start_m, .. }) => start_m.as_ref(),
             Shape::Ring(_) | Shape::Polyline(_) => None,
         }
     }
@@ -68,6 +70,7 @@ impl Shape {
                 shape::helix(start(&s.start_m)?, radius, height, winding, count)
             }
             Shape::Arc(s) => s.nodes(source, start(&s.start_m)?, count)?,
+            Shape::Knot(s) => s.nodes(source, start(&s.start_m)?, count)?,
             Shape::Ring(s) => {
                 let centre = s.centre_m.as_ref().map_or(Ok(Vector3::zeros()), |key| source.vector(key, "m"))?;
                 shape::ring(centre, source.positive(&s.radius_m, "m")?, count)
@@ -137,6 +140,24 @@ impl Arc {
             start + radius * (along * turned.sin() + across * (1.0 - turned.cos()))
         };
         Ok((0..=count).map(node).collect())
+    }
+}
+
+impl Knot {
+    fn nodes(&self, source: &Source, start: Vector3<f64>, count: usize) -> Result<Vec<Vector3<f64>>> {
+        let direction = self.direction.as_ref().map_or(Ok(Vector3::x()), |key| source.direction(key))?;
+        let (width, length) = (source.positive(&self.loop_m, "m")?, source.positive(&self.length_m, "m")?);
+        let most = length / shape::KNOT_ROPE;
+        if width > most {
+            let allowed = format!("at most length_m / {} = {} [m]", shape::KNOT_ROPE, short(most));
+            return source.must_be(self.loop_m.span(), &allowed);
+        }
+        let least = shape::KNOT_SEGMENTS * (length / width);
+        if (count as f64) < least {
+            let allowed = format!("at least {} length_m / loop_m = {}", shape::KNOT_SEGMENTS, short(least));
+            return source.must_be(self.segments.span(), &allowed);
+        }
+        Ok(shape::knot(start, direction, width, length, count))
     }
 }
 

@@ -39,7 +39,10 @@ fn a_file_gives_the_same_scene_as_the_builtin() {
 #[test]
 fn an_unknown_builtin_lists_the_known_ones() {
     let error = scene::builtin("helx").unwrap_err().to_string();
-    assert!(error.starts_with("there is no builtin scene `helx`; there are bending-rod, helix, "), "{error}");
+    assert!(
+        error.starts_with("there is no builtin scene `helx`; there are bending-rod, helix, helix-on-plane, "),
+        "{error}"
+    );
 }
 
 #[test]
@@ -106,4 +109,18 @@ fn the_tree_is_one_connected_tree_of_a_thousand_rods() {
     }
     assert!(hangs[1..].iter().all(|&h| h));
     assert_eq!(scene, scene::builtin("tree").unwrap());
+}
+
+#[test]
+fn the_knot_is_pulled_about_tight_and_not_beyond() {
+    let scene = scene::builtin("knot").unwrap();
+    assert_eq!(scene.model.segments.len(), 110);
+    assert!((measure::rod_lengths(&scene.model, &scene.state)[0] - 11.0).abs() < 1e-9);
+    let between_ends = |positions: &[nalgebra::Vector3<f64>]| (positions[109] - positions[0]).norm();
+    let duration = scene.run.dt * scene.run.steps as f64;
+    let last: Vec<_> =
+        scene.state.positions.iter().zip(&scene.state.velocities).map(|(x, v)| x + v * duration).collect();
+    // Between the centres of its fixed segments the rope is 10.9 m long.
+    let (slack, left) = (10.9 - between_ends(&scene.state.positions), 10.9 - between_ends(&last));
+    assert!((slack - 4.35).abs() < 0.01 && (left - 1.23).abs() < 0.01, "{slack} m, then {left} m");
 }

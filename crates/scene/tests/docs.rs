@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 const DOCS: &str = include_str!("../../../docs/scenes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 18] = [
+const PROBES: [&str; 29] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -24,6 +24,17 @@ const PROBES: [&str; 18] = [
     "rods = [{ loads = [{ zzz = 1 }] }]",
     "rods = [{ tree.zzz = 1 }]",
     "joins = [{ zzz = 1 }]",
+    "contact.zzz = 1",
+    "contact.friction.zzz = 1",
+    "obstacles = [{ zzz = 1 }]",
+    "obstacles = [{ shape.zzz = 1 }]",
+    "obstacles = [{ shape.plane.zzz = 1 }]",
+    "obstacles = [{ shape.sphere.zzz = 1 }]",
+    "obstacles = [{ shape.capsule.zzz = 1 }]",
+    "rods = [{ shape.knot.zzz = 1 }]",
+    "rods = [{ strands.zzz = 1 }]",
+    "rods = [{ strands.on.zzz = 1 }]",
+    "nets = [{ zzz = 1 }]",
 ];
 
 #[test]
@@ -47,7 +58,7 @@ fn every_key_is_documented_and_tried() {
 #[test]
 fn the_examples_are_scenes() {
     let blocks: Vec<&str> = DOCS.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(blocks.len(), 2);
+    assert_eq!(blocks.len(), 3);
     for block in blocks {
         scene::parse(block, "docs.toml").unwrap();
     }

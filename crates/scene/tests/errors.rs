@@ -33,17 +33,17 @@ mistakes! {
     unknown_key: "dt_s" => "dt",
         "4: run.dt is not a known key; expected `dt_s` or `steps`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `run`, `damping`, `rods`, `joins`";
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `run`, `damping`, `contact`, `obstacles`, `rods`, `nets`, `joins`";
     unknown_shape: "shape.straight" => "shape.strait",
-        "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`";
+        "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
         "11: rods[0].shape: it must hold exactly one key";
     missing_key: "segments = 30" => "",
         "11: rods[0].shape.straight: missing key `segments`";
     missing_shape: END => "segments = 30\n\n[[rods]]\nname = \"b\"\n",
         "15: rods[1]: missing key `shape`";
-    no_rods: BASE => "", "1: missing key `rods`";
-    empty_rods: BASE => "rods = []", "1: rods: there must be at least one rod";
+    no_rods: BASE => "", "1: there must be at least one rod (`rods`) or net (`nets`)";
+    empty_rods: BASE => "rods = []", "1: there must be at least one rod (`rods`) or net (`nets`)";
     one_table_for_a_list: "[[rods]]" => "[rods]",
         "6: rods is a table, but it must be a list: [...], or one [[...]] for each table in it";
     syntax: "dt_s = 0.02" => "dt_s = 0.02 s", "4: not valid TOML: string values must be quoted, expected literal string";
@@ -78,6 +78,8 @@ mistakes! {
         "14: rods[0].shape.straight.direction = [0, 0, 0], but it must be a vector other than zero";
     direction_in_the_plane: END => "segments = 30\ndirection = [0, 1]\n",
         "14: rods[0].shape.straight.direction = [0, 1], but it must be three numbers: [x, y, z]";
+    direction_in_four_dimensions: END => "segments = 30\ndirection = [0, 1, 0, 0]\n",
+        "14: rods[0].shape.straight.direction = [0, 1, 0, 0], but it must be three numbers: [x, y, z]";
     direction_and_angle: END => "segments = 30\ndirection = [1, 0, 0]\nangle_deg = 3\n",
         "15: rods[0].shape.straight.angle_deg: give either `direction` or `angle_deg`, not both";
     unknown_clamp: "start-segment" => "start",
@@ -123,6 +125,56 @@ mistakes! {
         "9: rods[0].clamp[0]: a closed rod has no ends; name `fixed_segments` instead";
     mass_that_is_too_small_to_compute_with: "0.05" => "1e-200",
         "6: rods[0]: this gives a model that cannot be simulated: segment 0: axial inertia = 0, but it must be finite and > 0";
+    negative_friction: END => "segments = 30\n[contact]\nfriction = -0.1\n",
+        "15: contact.friction = -0.1, but it must be finite and >= 0";
+    friction_of_a_wrong_type: END => "segments = 30\n[contact]\nfriction = \"much\"\n",
+        "15: contact.friction = \"much\", but it must be a number or { at_rest = ..., sliding = ... }";
+    half_of_the_friction: END => "segments = 30\n[contact]\nfriction = { at_rest = 1 }\n",
+        "15: contact.friction: missing key `sliding`";
+    infinite_friction: END => "segments = 30\n[contact]\nfriction = { at_rest = inf, sliding = 1 }\n",
+        "15: contact.friction.at_rest = inf, but it must be finite and >= 0";
+    more_friction_sliding: END => "segments = 30\n[contact]\nfriction = { at_rest = 0.2, sliding = 0.3 }\n",
+        "15: contact.friction.sliding = 0.3, but it must be 0 to at_rest = 0.2";
+    too_much_restitution: END => "segments = 30\n[contact]\nrestitution = 1.5\n",
+        "15: contact.restitution = 1.5, but it must be 0 to 1";
+    unknown_obstacle: END => "segments = 30\n[[obstacles]]\nshape.cube = { radius_m = 1 }\n",
+        "15: obstacles[0].shape.cube is not a known key; expected one of `plane`, `sphere`, `capsule`";
+    obstacle_without_a_shape: END => "segments = 30\n[[obstacles]]\nname = \"b\"\n",
+        "14: obstacles[0]: missing key `shape`";
+    obstacle_name_twice: END => "segments = 30\n[[obstacles]]\nname = \"b\"\nshape.plane = {}\n[[obstacles]]\nname = \"b\"\nshape.plane = {}\n",
+        "18: obstacles[1].name = \"b\", but it must be a name that no other obstacle has";
+    plane_without_a_normal: END => "segments = 30\n[[obstacles]]\nshape.plane.normal = [0, 0, 0]\n",
+        "15: obstacles[0].shape.plane.normal = [0, 0, 0], but it must be a vector other than zero";
+    sphere_without_a_size: END => "segments = 30\n[[obstacles]]\nshape.sphere = { radius_m = 0 }\n",
+        "15: obstacles[0].shape.sphere.radius_m = 0, but it must be finite and > 0 [m]";
+    capsule_without_a_length: END => "segments = 30\n[[obstacles]]\nshape.capsule = { start_m = [1, 0, 0], end_m = [1, 0, 0], radius_m = 1 }\n",
+        "15: obstacles[0].shape.capsule.end_m = [1, 0, 0], but it must be 1e-12 to 1e12 m from start_m";
+    knot_in_a_short_rope: "[rods.shape.straight]" => "[rods.shape.knot]\nloop_m = 1",
+        "12: rods[0].shape.knot.loop_m = 1, but it must be at most length_m / 8.8 = 0.454545 [m]";
+    coarse_knot: "[rods.shape.straight]" => "[rods.shape.knot]\nloop_m = 0.4",
+        "14: rods[0].shape.knot.segments = 30, but it must be at least 8 length_m / loop_m = 80";
+    no_strands: "clamp" => "strands = { count = 0, on = { radius_m = 1 } }\nclamp",
+        "9: rods[0].strands.count = 0, but it must be a whole number from 1 to 10000000";
+    too_many_strands: "clamp" => "strands = { count = 1_000_000, on = { radius_m = 1 } }\nclamp",
+        "6: rods[0]: with this rod the scene has 30000000 segments, but 10000000 are the most";
+    strands_with_a_direction: END => "segments = 30\nangle_deg = 5\n[rods.strands]\ncount = 3\non = { radius_m = 1 }\n",
+        "14: rods[0].shape.straight.angle_deg: strands start on their sphere and point outwards; leave it out";
+    bent_strands: END => "segments = 30\n[[rods]]\nshape.helix = { radius_m = 1, height_m = 1, winding = 1, segments = 9 }\nstrands = { count = 2, on = { radius_m = 1 } }\n",
+        "15: rods[1].shape: strands are straight; give `shape.straight`";
+    strands_on_a_rod: END => "segments = 30\n[[rods]]\nshape.straight = { length_m = 1, segments = 9 }\nbranch_of = { rod = \"a\" }\nstrands = { count = 2, on = { radius_m = 1 } }\n",
+        "16: rods[1].branch_of.rod: strands start on their sphere; leave `branch_of` out";
+    much_jitter: "clamp" => "strands = { count = 2, on = { radius_m = 1 }, jitter = 2 }\nclamp",
+        "9: rods[0].strands.jitter = 2, but it must be 0 to 1";
+    net_in_space: END => "segments = 30\n[[nets]]\nsize_m = [1, 1, 1]\nmeshes = [1, 1]\nsegments = 1\n",
+        "15: nets[0].size_m = [1, 1, 1], but it must be two values: [x, y]";
+    net_without_a_mesh: END => "segments = 30\n[[nets]]\nsize_m = [1, 1]\nmeshes = [0, 1]\nsegments = 1\n",
+        "16: nets[0].meshes[0] = 0, but it must be a whole number from 1 to 10000000";
+    too_fine_a_net: END => "segments = 30\n[[nets]]\nsize_m = [1, 1]\nmeshes = [10_000, 10_000]\nsegments = 1\n",
+        "14: nets[0]: with this net the scene has 200020030 segments, but 10000000 are the most";
+    net_of_nothing: END => "segments = 30\n[[nets]]\nsize_m = [1, 1e-15]\nmeshes = [1, 1]\nsegments = 1\n",
+        "15: nets[0].size_m[1]: segments of 0.000000000000001 m, but they must be 1e-12 to 1e12 m long";
+    net_called_as_a_rod: END => "segments = 30\n[[nets]]\nname = \"a\"\nsize_m = [1, 1]\nmeshes = [1, 1]\nsegments = 1\n",
+        "15: nets[0].name = \"a\", but it must be a name that no other rod has";
 }
 
 #[test]

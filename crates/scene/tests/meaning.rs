@@ -1,6 +1,7 @@
 //! What the keys mean: a file that uses each of them once.
 
 use nalgebra::Vector3;
+use rod::{Friction, Obstacle, ObstacleShape, Surface};
 
 fn everything() -> scene::Scene {
     scene::parse(include_str!("everything.toml"), "folder/everything.toml").unwrap()
@@ -13,7 +14,11 @@ fn names_and_ranges() {
     assert_eq!(scene.run, scene::RunDefaults { dt: 0.02, steps: 10 });
     let names: Vec<_> = scene.rods.iter().map(|rod| rod.name.as_str()).collect();
     let grown = ["trunk/0", "trunk/1", "trunk/2", "trunk/3", "trunk/4", "trunk/5", "trunk/6"];
-    assert_eq!(names, [&["trunk"][..], &grown, &["rod-1", "twig", "helix", "arc", "ring"]].concat());
+    let strands = ["hair/0", "hair/1", "hair/2", "hair/3"];
+    let ropes = ["net/x-0", "net/x-1", "net/x-2", "net/x-3", "net/y-0", "net/y-1", "net/y-2"];
+    let parts = [&["trunk"], &grown[..], &["rod-1", "twig", "helix", "arc", "ring"], &strands, &["knot"], &ropes];
+    assert_eq!(names, parts.concat());
+    assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2"]);
     assert_eq!(scene.rods[8].segments, 31..36);
     assert!(scene.rods[12].closed && !scene.rods[11].closed);
 }
@@ -25,7 +30,8 @@ fn bodies() {
     assert_eq!(model.gravity, Vector3::new(0.0, 0.0, -9.81));
     assert_eq!(model.damping, rod::Damping { linear: 0.5, angular: 0.25 });
     let fixed: Vec<usize> = (0..model.segments.len()).filter(|&i| model.segments[i].fixed).collect();
-    assert_eq!(fixed, [3, 8, 9]);
+    let roots: Vec<usize> = scene.rods[13..17].iter().map(|rod| rod.segments.start).collect();
+    assert_eq!(fixed, [&[3, 8, 9][..], &roots].concat());
     assert!((model.segments[0].radius - 0.049).abs() < 1e-12 && (model.segments[9].radius - 0.031).abs() < 1e-12);
     assert_eq!((model.segments[0].density, model.segments[4].added_mass), (200.0, 2.5));
     assert_eq!((model.anchors.len(), model.anchors[0].position), (1, Vector3::new(0.0, 0.0, 1.0)));
@@ -63,6 +69,78 @@ fn joints() {
     assert!((between(of_rod(8).end - 1, of_rod(9).start).offset_a - 0.1).abs() < 1e-12);
     between(of_rod(11).start, of_rod(12).start);
     assert!(rod::measure::worst_gap(model, &scene.state) < 1e-9);
+}
+
+#[test]
+fn contacts() {
+    let contacts = everything().model.contacts;
+    let friction = Friction { at_rest: 0.4, sliding: 0.3 };
+    assert_eq!(contacts.between_segments, Some(Surface { friction, restitution: 0.1 }));
+    let [plane, ball, post] = contacts.obstacles[..] else { panic!("{contacts:?}") };
+    let point = Vector3::new(0.0, 0.0, -5.0);
+    let half_space = ObstacleShape::HalfSpace { point, normal: Vector3::z_axis() };
+    assert_eq!(plane, Obstacle { shape: half_space, surface: Surface::default() });
+    let sphere = ObstacleShape::Sphere { centre: Vector3::new(0.0, 0.0, 9.0), radius: 1.0 };
+    assert_eq!(ball, Obstacle { shape: sphere, surface: Surface { friction: Friction::new(0.5), restitution: 0.2 } });
+    let (start, end) = (Vector3::new(0.0, 9.0, 0.0), Vector3::new(0.0, 9.0, 1.0));
+    assert_eq!(post.shape, ObstacleShape::Capsule { start, end, radius: 0.5 });
+
+    let rod = "[[rods]]\nshape.straight = { length_m = 4, segments = 30 }\n";
+    let parse = |keys: &str| scene::parse(&format!("{rod}{keys}"), "x.toml").unwrap().model.contacts;
+    assert_eq!(parse(""), rod::Contacts::default());
+    assert_eq!(parse("[contact]").between_segments, Some(Surface::default()));
+    let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    assert_eq!(parse("[[obstacles]]\nshape.plane = {}").obstacles[0].shape, ground);
+}
+
+#[test]
+fn strands_point_outwards_from_their_sphere() {
+    let scene = everything();
+    let centre = Vector3::new(0.0, 0.0, 9.0);
+    for strand in &scene.rods[13..17] {
+        for i in strand.segments.clone() {
+            let (out, axis) = (scene.state.positions[i] - centre, scene.state.axis(i));
+            let along = i - strand.segments.start;
+            assert!((out - axis * (1.0 + 0.01 + 0.02 + (along as f64 + 0.5) * 0.5 / 3.0)).norm() < 1e-12, "{out}");
+            assert!(axis.z > 60f64.to_radians().cos() - 0.15);
+        }
+    }
+    let hair = scene::builtin("hair").unwrap();
+    assert_eq!((hair.rods.len(), hair.model.segments.len()), (300, 6000));
+    // Evenly: each half of the half sphere has its share, and roots keep their distance.
+    let roots: Vec<Vector3<f64>> = hair.rods.iter().map(|rod| hair.state.axis(rod.segments.start)).collect();
+    for half in [Vector3::x(), Vector3::y(), Vector3::new(-0.5, 0.5, 0.0)] {
+        let share = roots.iter().filter(|root| root.dot(&half) > 0.0).count();
+        assert!((140..=160).contains(&share), "{share}");
+    }
+    assert!((140..=160).contains(&roots.iter().filter(|root| root.z > 0.5).count()));
+    let other = |i: usize| roots.iter().enumerate().filter(move |(k, _)| *k != i).map(|(_, root)| root);
+    let nearest = (0..300).map(|i| other(i).map(|root| (root - roots[i]).norm()).fold(f64::INFINITY, f64::min));
+    // The lattice's own least distance, 0.85 mean ones, less twice the jitter.
+    assert!(nearest.fold(f64::INFINITY, f64::min) > (0.85 - 2.0 * 0.3) * (std::f64::consts::TAU / 300.0).sqrt());
+}
+
+#[test]
+fn ropes_of_a_net_meet_where_they_cross() {
+    let scene = everything();
+    let (ropes, model) = (&scene.rods[18..], &scene.model);
+    let length = |rope: &scene::RodInfo| -> f64 { rope.segments.clone().map(|i| model.segments[i].length).sum() };
+    assert!(ropes[..4].iter().all(|rope| rope.segments.len() == 4 && (length(rope) - 2.0).abs() < 1e-12));
+    assert!(ropes[4..].iter().all(|rope| rope.segments.len() == 6 && (length(rope) - 3.0).abs() < 1e-12));
+    let rod_of = |body| match body {
+        rod::Body::Segment(i) => Some(model.segments[i].rod),
+        rod::Body::Anchor(_) => None,
+    };
+    let crossings = model.joints.iter().filter_map(|j| {
+        let (a, b) = (rod_of(j.a)?, rod_of(j.b)?);
+        (a >= 18 && a != b).then(|| (a - 18, b - 18))
+    });
+    let mut crossings: Vec<_> = crossings.collect();
+    crossings.sort_unstable();
+    assert_eq!(crossings, (0..4).flat_map(|x| (4..7).map(move |y| (x, y))).collect::<Vec<_>>());
+    let joint = model.joints.iter().find(|j| rod_of(j.a) == Some(18)).unwrap();
+    assert_eq!((joint.youngs_modulus, joint.torsion_modulus), (2e6, 1e6));
+    assert!(model.segments[ropes[0].segments.start].radius == 0.02);
 }
 
 #[test]

@@ -1,0 +1,84 @@
+//! From the keys of contacts and obstacles to what segments can touch.
+
+use std::collections::HashSet;
+
+use nalgebra::{Unit, Vector3};
+use rod::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
+use toml::Spanned;
+
+use crate::error::{Result, Source, short};
+use crate::format;
+use crate::shape::{NODE_DISTANCE, number_or};
+
+/// What segments can touch, and the obstacles' names.
+pub(crate) fn contacts(source: &Source, file: &format::File) -> Result<(Contacts, Vec<String>)> {
+    let between_segments = file.contact.as_ref().map(|c| surface(source, &c.friction, &c.restitution)).transpose()?;
+    let mut contacts = Contacts { between_segments, obstacles: Vec::with_capacity(file.obstacles.len()) };
+    let mut names = Vec::with_capacity(file.obstacles.len());
+    let mut known = HashSet::new();
+    for (i, entry) in file.obstacles.iter().enumerate() {
+        let format::Obstacle { name, shape, friction, restitution } = entry.get_ref();
+        let own = name.as_ref().map_or_else(|| format!("obstacle-{i}"), |name| name.get_ref().clone());
+        if !known.insert(own.clone()) {
+            let span = name.as_ref().map_or(entry.span(), Spanned::span);
+            return source.must_be(span, "a name that no other obstacle has");
+        }
+        names.push(own);
+        let surface = surface(source, friction, restitution)?;
+        contacts.obstacles.push(Obstacle { shape: obstacle_shape(source, shape)?, surface });
+    }
+    Ok((contacts, names))
+}
+
+/// Centre and radius [m] of a sphere.
+pub(crate) fn sphere(source: &Source, sphere: &format::Sphere) -> Result<(Vector3<f64>, f64)> {
+    let centre = sphere.centre_m.as_ref().map_or(Ok(Vector3::zeros()), |key| source.vector(key, "m"))?;
+    Ok((centre, source.positive(&sphere.radius_m, "m")?))
+}
+
+fn surface(
+    source: &Source,
+    friction: &Option<Spanned<format::Friction>>,
+    restitution: &Option<format::Number>,
+) -> Result<Surface> {
+    let friction = match friction.as_ref().map(|key| (key, key.get_ref())) {
+        None => Friction::default(),
+        Some((key, format::Friction::One(coefficient))) => {
+            if !(coefficient.is_finite() && *coefficient >= 0.0) {
+                return source.must_be(key.span(), "finite and >= 0");
+            }
+            Friction::new(*coefficient)
+        }
+        Some((_, format::Friction::Two(two))) => {
+            let (at_rest, sliding) = (source.not_negative(&two.at_rest, "")?, source.not_negative(&two.sliding, "")?);
+            if sliding > at_rest {
+                return source.must_be(two.sliding.span(), &format!("0 to at_rest = {}", short(at_rest)));
+            }
+            Friction { at_rest, sliding }
+        }
+    };
+    let restitution = number_or(restitution, 0.0, |v| source.number(v, |v| (0.0..=1.0).contains(&v), "0 to 1"))?;
+    Ok(Surface { friction, restitution })
+}
+
+fn obstacle_shape(source: &Source, shape: &format::ObstacleShape) -> Result<ObstacleShape> {
+    match shape {
+        format::ObstacleShape::Plane(plane) => {
+            let point = plane.point_m.as_ref().map_or(Ok(Vector3::zeros()), |key| source.vector(key, "m"))?;
+            let normal = plane.normal.as_ref().map_or(Ok(Vector3::z()), |key| source.direction(key))?;
+            Ok(ObstacleShape::HalfSpace { point, normal: Unit::new_unchecked(normal) })
+        }
+        format::ObstacleShape::Sphere(key) => {
+            let (centre, radius) = sphere(source, key)?;
+            Ok(ObstacleShape::Sphere { centre, radius })
+        }
+        format::ObstacleShape::Capsule(capsule) => {
+            let (start, end) = (source.vector(&capsule.start_m, "m")?, source.vector(&capsule.end_m, "m")?);
+            if !NODE_DISTANCE.contains(&(end - start).norm()) {
+                let allowed = format!("{:e} to {:e} m from start_m", NODE_DISTANCE.start, NODE_DISTANCE.end);
+                return source.must_be(capsule.end_m.span(), &allowed);
+            }
+            Ok(ObstacleShape::Capsule { start, end, radius: source.positive(&capsule.radius_m, "m")? })
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! The keys of what makes many rods of one entry: strands and nets.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::contact::Sphere;
+use super::{Count, List, Number, Stretch, Vector};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Strands {
+    pub(crate) count: Count,
+    pub(crate) on: Sphere,
+    pub(crate) gap_m: Option<Number>,
+    pub(crate) polar_angle_deg: Option<Number>,
+    pub(crate) jitter: Option<Number>,
+    #[serde(default)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Net {
+    pub(crate) name: Option<Spanned<String>>,
+    pub(crate) centre_m: Option<Vector>,
+    pub(crate) size_m: List<Number, 2>,
+    pub(crate) meshes: List<Count, 2>,
+    pub(crate) segments: Count,
+    pub(crate) radius_m: Option<Number>,
+    pub(crate) youngs_modulus_pa: Option<Number>,
+    pub(crate) torsion_modulus_pa: Option<Number>,
+    pub(crate) density_kg_m3: Option<Number>,
+    #[serde(default)]
+    pub(crate) stretch: Stretch,
+}

@@ -1,0 +1,95 @@
+//! Nets of ropes that are joined where they cross.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use rod::{RodSpec, shape};
+use toml::Spanned;
+
+use crate::assemble::Builder;
+use crate::error::{Result, Source};
+use crate::shape::{NODE_DISTANCE, number_or};
+use crate::{MAX_SEGMENTS, defaults, format, properties};
+
+/// Number of segments of a net.
+pub(crate) fn segments(source: &Source, net: &format::Net) -> Result<usize> {
+    let ([x, y], side) = counts(source, net)?;
+    let of_side = |meshes: usize, ropes: usize| meshes.saturating_mul(side).saturating_mul(ropes + 1);
+    Ok(of_side(x, y).saturating_add(of_side(y, x)))
+}
+
+/// Meshes along x and y, and segments of a mesh's side.
+fn counts(source: &Source, net: &format::Net) -> Result<([usize; 2], usize)> {
+    let [x, y] = &net.meshes.0;
+    let count = |value| source.count(value, 1, MAX_SEGMENTS);
+    Ok(([count(x)?, count(y)?], count(&net.segments)?))
+}
+
+/// A checked [`format::Net`].
+pub(crate) struct Net {
+    meshes: [usize; 2],
+    /// Segments of a mesh's side.
+    side: usize,
+    /// Where its first ropes cross [m].
+    corner: Vector3<f64>,
+    /// Lengths along x and y [m].
+    size: [f64; 2],
+    /// Radius, material and stretch of all ropes; without nodes.
+    rope: RodSpec,
+}
+
+impl Net {
+    pub(crate) fn new(source: &Source, entry: &Spanned<format::Net>) -> Result<Self> {
+        let net = entry.get_ref();
+        let (meshes, side) = counts(source, net)?;
+        let mut size = [0.0; 2];
+        for ((size, key), meshes) in size.iter_mut().zip(&net.size_m.0).zip(meshes) {
+            *size = source.positive(key, "m")?;
+            let each = *size / (meshes * side) as f64;
+            if !NODE_DISTANCE.contains(&each) {
+                let Range { start, end } = NODE_DISTANCE;
+                let message = format!("segments of {each} m, but they must be {start:e} to {end:e} m long");
+                return source.wrong(key.span(), &message);
+            }
+        }
+        let centre = net.centre_m.as_ref().map_or(Ok(Vector3::zeros()), |key| source.vector(key, "m"))?;
+        let radius = number_or(&net.radius_m, defaults::RADIUS, |v| source.positive(v, "m"))?;
+        let material =
+            properties::material(source, &net.youngs_modulus_pa, &net.torsion_modulus_pa, &net.density_kg_m3)?;
+        let stretch = properties::stretch(source, &net.stretch)?;
+        let corner = centre - 0.5 * Vector3::new(size[0], size[1], 0.0);
+        Ok(Self { meshes, side, corner, size, rope: RodSpec { stretch, ..RodSpec::new(Vec::new(), radius, material) } })
+    }
+
+    /// Builds the ropes along x, then those along y, which start as branches of the first and are joined to the others.
+    pub(crate) fn build(&self, builder: &mut Builder, name: &str) {
+        let [along_x, along_y] = self.meshes;
+        let x_ropes: Vec<_> =
+            (0..=along_y).map(|k| builder.add_rod(format!("{name}/x-{k}"), &self.rope(0, k), None)).collect();
+        for k in 0..=along_x {
+            let start = self.crossing(&x_ropes[0], k);
+            let y_rope = builder.add_rod(format!("{name}/y-{k}"), &self.rope(1, k), Some(start));
+            for (i, x_rope) in x_ropes.iter().enumerate().skip(1) {
+                builder.join_at(self.crossing(x_rope, k), self.crossing(&y_rope, i));
+            }
+        }
+    }
+
+    /// The `k`-th rope along x (axis 0) or y (axis 1).
+    fn rope(&self, axis: usize, k: usize) -> RodSpec {
+        let across = 1 - axis;
+        let mut start = self.corner;
+        start[across] += self.size[across] * k as f64 / self.meshes[across] as f64;
+        let direction = Vector3::ith(axis, 1.0);
+        let nodes = shape::straight(start, direction, self.size[axis], self.meshes[axis] * self.side);
+        RodSpec { nodes, ..self.rope.clone() }
+    }
+
+    /// Segment and fraction at which a rope crosses the `k`-th one.
+    fn crossing(&self, rope: &Range<usize>, k: usize) -> (usize, f64) {
+        match k {
+            0 => (rope.start, 0.0),
+            _ => (rope.start + k * self.side - 1, 1.0),
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! From a rod's keys to its material, section, resistance to stretch, twist and rest shape.
+
+use rod::{Material, RestShape, Stretch};
+use toml::Spanned;
+
+use crate::error::{Result, Source, short};
+use crate::shape::number_or;
+use crate::tree::taper;
+use crate::{defaults, format};
+
+/// The material of these moduli and this density.
+pub(crate) fn material(
+    source: &Source,
+    youngs_modulus_pa: &Option<format::Number>,
+    torsion_modulus_pa: &Option<format::Number>,
+    density_kg_m3: &Option<format::Number>,
+) -> Result<Material> {
+    let youngs_modulus = number_or(youngs_modulus_pa, defaults::YOUNGS_MODULUS, |v| source.positive(v, "Pa"))?;
+    Ok(Material {
+        youngs_modulus,
+        torsion_modulus: number_or(torsion_modulus_pa, youngs_modulus, |v| source.positive(v, "Pa"))?,
+        density: number_or(density_kg_m3, defaults::DENSITY, |v| source.positive(v, "kg/m^3"))?,
+    })
+}
+
+/// Resistance to stretch.
+pub(crate) fn stretch(source: &Source, stretch: &format::Stretch) -> Result<Stretch> {
+    Ok(match stretch {
+        format::Stretch::Zero => Stretch::ZERO_STRETCH,
+        format::Stretch::Physical => Stretch::Physical,
+        format::Stretch::Compliance(value) => Stretch::Compliance(source.not_negative(value, "m/N")?),
+    })
+}
+
+/// Shape without energy, of a rod whose `longest` segment [m] is that long.
+pub(crate) fn rest(source: &Source, rest: &format::Rest, longest: f64) -> Result<RestShape> {
+    Ok(match rest {
+        format::Rest::Initial => RestShape::Initial,
+        format::Rest::Straight => RestShape::Straight,
+        format::Rest::Darboux(value) => {
+            let omega = source.vector(value, "1/m")?;
+            if omega.norm() * longest >= 2.0 {
+                let allowed = format!("shorter than 2 / segment length = {} [1/m]", short(2.0 / longest));
+                return source.must_be(value.span(), &allowed);
+            }
+            RestShape::Uniform(omega)
+        }
+    })
+}
+
+/// Radii [m] of `segments` segments.
+pub(crate) fn radii(source: &Source, radius: &Option<Spanned<format::Radius>>, segments: usize) -> Result<Vec<f64>> {
+    let Some(radius) = radius else { return Ok(vec![defaults::RADIUS]) };
+    let format::Radius { start, end } = *radius.get_ref();
+    match [start, end].iter().all(|r| r.is_finite() && *r > 0.0) {
+        true => Ok(taper(start, end, segments)),
+        false => source.must_be(radius.span(), "finite and > 0 [m]"),
+    }
+}
+
+/// Turn [rad] of the material frame along an open rod of `segments` segments.
+pub(crate) fn twist(source: &Source, twist: &Option<format::Number>, closed: bool, segments: usize) -> Result<f64> {
+    let Some(twist) = twist else { return Ok(0.0) };
+    let degrees = source.finite(twist, "degrees")?;
+    if closed {
+        return source
+            .wrong(twist.span(), "a closed rod is twisted by `rest = { darboux_per_m = [0, 0, -turn / length] }`");
+    }
+    let most = 180.0 * (segments as f64 - 1.0);
+    match degrees == 0.0 || degrees.abs() < most {
+        true => Ok(degrees.to_radians()),
+        false => source.must_be(twist.span(), &format!("less than half a turn a joint: {most} [degrees]")),
+    }
+}
