@@ -140,8 +140,8 @@ fn capstan_model(angle: f64, friction: f64, pull: f64) -> (Model, State) {
     let rest = rod::RestShape::Straight;
     let rope = assembly.rod(&RodSpec { rest, ..RodSpec::new(nodes, radius, material) });
     let load = |segment, sign: f64, force| Load { segment, offset: sign * 0.5 * length, force, torque: Vector3::zeros() };
-    assembly.load(load(rope.start, -1.0, start * 1.0));
-    assembly.load(load(rope.end - 1, 1.0, end * pull));
+    assembly.load(load(rope.start, -1.0, start * 0.05));
+    assembly.load(load(rope.end - 1, 1.0, end * (0.05 * pull)));
     let (mut model, state) = assembly.finish();
     let shape = ObstacleShape::Capsule { start: Vector3::y() * -1.0, end: Vector3::y(), radius: drum };
     model.contacts.obstacles.push(Obstacle { shape, surface: surface(friction) });
@@ -150,7 +150,18 @@ fn capstan_model(angle: f64, friction: f64, pull: f64) -> (Model, State) {
 
 fn capstan(angle: f64, friction: f64, pull: f64) -> f64 {
     let (model, state) = capstan_model(angle, friction, pull);
-    let (end, _) = run(&model, &state, 0.01, 50);
+    let mut settings = Settings::default();
+    if let Ok(f) = std::env::var("F") { settings.step.formulation = f.parse().unwrap(); }
+    let newton = settings.step.formulation.momentum();
+    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| solver::guess::GuessKind::StepQuadratic.build(m, s, t);
+    let mut simulation = Simulation::new(&model, &state, &settings, if newton { Some(&build) } else { None }).unwrap();
+    for _ in 0..50 {
+        simulation.step(0.01).unwrap();
+    }
+    let mut end = state.clone();
+    simulation.store(&mut end);
+    let counters = simulation.counters();
+    println!("it {} retries {} sweeps {} total {:?} deepest {:.1e} speed {:.4}", counters.iterations, counters.retries, counters.contact_sweeps, counters.times.total(), counters.deepest_penetration, end.velocities[0].norm());
     let moved = |i: usize| (end.positions[i] - state.positions[i]).norm();
     println!("    {:.4} {:.4}", moved(0), moved(end.positions.len() - 1));
     moved(0)
@@ -173,7 +184,9 @@ fn debug_capstan() {
     let (model, state) = capstan_model(PI / 2.0, 0.3, (0.3 * PI / 2.0_f64).exp() * 0.95);
     let mut settings = Settings::default();
     settings.step.formulation = std::env::var("F").unwrap().parse().unwrap();
-    let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| solver::guess::GuessKind::StepQuadratic.build(m, s, t);
+    let newton = settings.step.formulation.momentum();
+    let mut simulation = Simulation::new(&model, &state, &settings, if newton { Some(&build) } else { None }).unwrap();
     let mut end = state.clone();
     let mut before = simulation.counters();
     for step in 0..20 {

@@ -223,6 +223,7 @@ impl Config {
             absolute_tolerance: self.absolute_tolerance,
             max_iterations: self.max_iterations,
             max_halvings: self.max_halvings,
+            ..StepParams::default()
         }
     }
 

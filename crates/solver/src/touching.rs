@@ -14,6 +14,9 @@ use crate::step::{
 use crate::system::Six;
 use crate::unit::{Single, accept, finish};
 
+/// Residual of the rods' own constraints that is always good enough, relative to the tolerance of contacts.
+const RODS: f64 = 0.1;
+
 /// All connected sets of a model with contacts.
 pub(crate) struct Touching {
     pub(crate) units: Vec<Single>,
@@ -141,9 +144,18 @@ impl Touching {
             attempts.extend(units.iter_mut().map(first));
         }
         let mut watch = Stopwatch::start();
-        stage.begin(units, counters);
+        let guessed = attempts.iter().any(|attempt| attempt.start != Start::Prediction);
+        stage.begin(units, guessed, counters);
         let mut worst_contact = stage.observe(units, formulation, counters);
         watch.mark(&mut counters.times.contact);
+        let floor = RODS * params.contact_tolerance;
+        let look = |(unit, attempt): (&mut Single, &mut Attempt<f64>)| {
+            attempt.target = attempt.target.max(floor);
+            if guessed {
+                attempt.residuals = evaluate(&mut unit.component, formulation, &mut unit.counters);
+            }
+        };
+        units.iter_mut().zip(&mut *attempts).for_each(look);
         takes_part.fill(true);
         let mut before = f64::INFINITY;
         for iteration in 0.. {
@@ -153,6 +165,7 @@ impl Touching {
             };
             let own = attempts.iter().map(of).fold(0.0, max_or_nan);
             let now = max_or_nan(own, worst_contact / params.contact_tolerance);
+            if std::env::var("T").is_ok() { let r = attempts[0].residuals; eprintln!("  it {iteration} now {now:.2e} own {own:.2e} (s {:.1e} b {:.1e} m {:.1e} / {:.1e}) contact {:.2e} ", r.stretch, r.bend, r.momentum, attempts[0].target, worst_contact); }
             if now.is_nan() {
                 return Status::NonFinite;
             }

@@ -17,6 +17,9 @@ const MOST: usize = 480;
 const ITERATIONS: usize = 12;
 /// How often a step may be halved.
 const HALVINGS: usize = 6;
+/// Compliance, relative to that of a contact to its own impulse, that keeps the matrix regular where several contacts hold
+/// the same bodies at the same place. It slows the iterations a little and changes no solution.
+const TRACE: f64 = 1e-5;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -206,8 +209,7 @@ impl Rows {
         let [normal, across] = problem.compliance(k);
         let mut rows = Rows { own: [[0.0; 3]; 3], through: [[0.0; 3]; 3], rhs: [-w[0], 0.0, 0.0] };
         rows.through[0][0] = 1.0;
-        // Contacts may hold the same bodies at the same place: a trace of compliance keeps the matrix regular.
-        rows.own[0][0] = 1e-9 * normal;
+        rows.own[0][0] = TRACE * normal;
         if friction.at_rest == 0.0 || across <= 0.0 {
             rows.own[1][1] = normal;
             rows.own[2][2] = normal;
@@ -220,7 +222,7 @@ impl Rows {
         if length <= friction.at_rest * pressed {
             for a in 1..3 {
                 rows.through[a][a] = 1.0;
-                rows.own[a][a] = 1e-9 * across;
+                rows.own[a][a] = TRACE * across;
                 rows.rhs[a] = -w[a];
             }
             return rows;

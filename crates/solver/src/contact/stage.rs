@@ -20,7 +20,7 @@ const NEAR: f64 = 0.1;
 /// Sweeps of the complementarity problem, at most.
 const SWEEPS: usize = 1000;
 /// How much nearer than the outer tolerance the sweeps come.
-const SHARPER: f64 = 0.1;
+const SHARPER: f64 = 1e-4;
 
 /// All contacts of a simulation.
 pub(crate) struct Stage {
@@ -35,6 +35,8 @@ pub(crate) struct Stage {
     responses: Vec<Response>,
     /// Corrections of the rods' own solve, by component.
     corrections: Vec<Vec<Six<f64>>>,
+    /// Time step of the impulses [s]; 0 before the first.
+    dt: f64,
     /// Speed that gravity alone gives in a step; slower meetings do not bounce [m/s].
     slow: f64,
 }
@@ -55,18 +57,24 @@ impl Stage {
             coupling: Coupling::default(),
             responses,
             corrections: vec![Vec::new(); components.len()],
+            dt: 0.0,
             slow: 2.0 * model.gravity.norm(),
         })
     }
 
-    /// Looks for the contacts of a step whose prediction is made.
-    pub(crate) fn begin(&mut self, components: &[Single], counters: &mut Counters) {
+    /// Looks for the contacts of a step whose prediction is made. `presses`: whether those of the step before press from
+    /// the start, as they do where the momentum residual corrects it.
+    pub(crate) fn begin(&mut self, components: &[Single], presses: bool, counters: &mut Counters) {
         self.detect(components, counters);
+        let dt = components.first().map_or(0.0, |unit| unit.component.dt());
+        let scale = if self.dt > 0.0 { (dt / self.dt).powi(2) } else { 0.0 };
+        self.dt = dt;
+        self.evaluate(components, counters);
         for contact in &mut self.contacts {
-            contact.impulse = Vec3::zero();
+            contact.guess = contact.guess.map(|x| x * scale);
+            contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
             contact.target = 0.0;
         }
-        self.evaluate(components, counters);
         if self.detector.bounces() {
             self.bounce(components);
         }
