@@ -1,7 +1,7 @@
 //! Time per segment from capsules to distances of near pairs: `cargo bench -p collision`.
 //!
-//! Capsules at constant density, either in random order of memory or along cells of space. A second table has lengths and
-//! radii mixed over a factor of 1000, log-uniform volumes: many small ones, few large ones. Every figure is the median.
+//! Capsules at constant density, either in random order of memory or by cells of space. A second table has lengths and radii
+//! mixed over a factor of 1000: many small ones, few large ones. Every figure is the median of some repeats.
 
 use std::time::Instant;
 
@@ -17,8 +17,11 @@ const NUMBERS: [usize; 3] = [10_000, 100_000, 1_000_000];
 const WORK: usize = 2_000_000;
 const REPEATS: usize = 7;
 
-/// Sizes of capsules in lengths of the largest, drawn with a uniform number.
-type Size = fn(f64) -> f64;
+/// Pairs whose capsules are copied together before their distances are taken.
+const BATCH: usize = 64;
+
+/// Makes that many capsules.
+type Make = fn(usize, &mut ChaCha8Rng) -> Vec<Capsule>;
 
 struct Figures {
     /// Nanoseconds per segment: boxes, rebuild, pairs, distances, and all of these.
@@ -29,31 +32,49 @@ struct Figures {
     sort: f64,
 }
 
-fn capsules(count: usize, world: f64, size: Size, random: &mut ChaCha8Rng) -> Vec<Capsule> {
-    let side = world * (count as f64).cbrt();
-    let mut capsules: Vec<Capsule> = (0..count)
-        .map(|_| {
-            let size = size(random.random_range(0.0..1.0));
-            let direction = loop {
-                let v = Vector3::from_fn(|_, _| random.random_range(-1.0..1.0));
-                if (0.01..1.0).contains(&v.norm_squared()) {
-                    break v.normalize();
-                }
-            };
-            let start = Vector3::from_fn(|_, _| random.random_range(0.0..side));
-            Capsule { start, end: start + direction * size, radius: 0.05 * size }
-        })
-        .collect();
-    // Coherent order: cells of two lengths, row by row.
-    let cell = |x: f64| (x / 2.0).floor() as i64;
-    capsules.sort_by_key(|c| [cell(c.start.z), cell(c.start.y), cell(c.start.x)]);
+/// Capsules of length 1, about six of whose boxes overlap each box.
+fn alike(count: usize, random: &mut ChaCha8Rng) -> Vec<Capsule> {
+    let side = 0.62 * (count as f64).cbrt();
+    (0..count).map(|_| capsule(&vector(random, side), 1.0, random)).collect()
+}
+
+/// One in a hundred has a length of 0.001 to 1, log-uniform. The others are of length 0.001 and gather in crowds, as dense
+/// as above, each around a point on one of these.
+fn mixed(count: usize, random: &mut ChaCha8Rng) -> Vec<Capsule> {
+    let side = 0.093 * (count as f64).cbrt();
+    let mut capsules = Vec::new();
+    for _ in 0..count / 100 {
+        let large = capsule(&vector(random, side), 10f64.powf(random.random_range(-3.0..0.0)), random);
+        let crowd = large.start + (large.end - large.start) * random.random_range(0.0..1.0);
+        capsules.push(large);
+        for _ in 0..99 {
+            let start = crowd + vector(random, 0.62e-3 * 99f64.cbrt());
+            capsules.push(capsule(&start, 1e-3, random));
+        }
+    }
     capsules
+}
+
+fn vector(random: &mut ChaCha8Rng, side: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| random.random_range(0.0..side))
+}
+
+/// A capsule of any direction, as thick as a twentieth of its length.
+fn capsule(start: &Vector3<f64>, length: f64, random: &mut ChaCha8Rng) -> Capsule {
+    let direction = loop {
+        let v = vector(random, 2.0) - Vector3::repeat(1.0);
+        if (0.01..1.0).contains(&v.norm_squared()) {
+            break v.normalize();
+        }
+    };
+    Capsule { start: *start, end: start + direction * length, radius: 0.05 * length }
 }
 
 fn measure(capsules: &[Capsule]) -> Figures {
     let mut hash = SpatialHash::new();
     let (mut boxes, mut pairs): (Vec<Aabb>, Vec<[u32; 2]>) = (Vec::new(), Vec::new());
     let mut samples: Vec<[f64; 6]> = Vec::new();
+    let mut batch = Vec::with_capacity(BATCH);
     let mut touching = 0;
     let count = capsules.len() as f64;
     for _ in 0..REPEATS.max(WORK / capsules.len()) + 1 {
@@ -67,10 +88,14 @@ fn measure(capsules: &[Capsule]) -> Figures {
         hash.pairs(|_, _| true, &mut pairs);
         let paired = Instant::now();
         touching = 0;
-        for &[i, j] in &pairs {
-            let (a, b) = (&capsules[i as usize], &capsules[j as usize]);
-            let distance = closest::segments(&[a.start, a.end], &[b.start, b.end]).distance;
-            touching += usize::from(distance < a.radius + b.radius);
+        for chunk in pairs.chunks(BATCH) {
+            // Copies of what lies scattered in memory do not wait for each other.
+            batch.clear();
+            batch.extend(chunk.iter().map(|&[i, j]| (capsules[i as usize], capsules[j as usize])));
+            for (a, b) in &batch {
+                let distance = closest::segments(&[a.start, a.end], &[b.start, b.end]).distance;
+                touching += usize::from(distance < a.radius + b.radius);
+            }
         }
         let end = Instant::now();
         pairs.sort_unstable();
@@ -95,13 +120,14 @@ fn measure(capsules: &[Capsule]) -> Figures {
     Figures { times: [a, b, c, d, all], overlaps, touching: 2.0 * touching as f64 / count, sort }
 }
 
-fn table(title: &str, world: f64, size: Size) {
+fn table(title: &str, cell: f64, make: Make) {
     println!("\n{title}: time per segment [ns]");
     println!("   segments  order     boxes  rebuild  pairs  distances     all  ratio  overlaps  touching   (sort)");
     let mut first = [None; 2];
     for count in NUMBERS {
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let mut capsules = capsules(count, world, size, &mut random);
+        let mut capsules = make(count, &mut random);
+        capsules.sort_by_key(|c| [c.start.z, c.start.y, c.start.x].map(|x| (x / cell).floor() as i64));
         for (order, first) in ["coherent", "random"].into_iter().zip(&mut first) {
             if order == "random" {
                 capsules.shuffle(&mut random);
@@ -117,7 +143,6 @@ fn table(title: &str, world: f64, size: Size) {
 }
 
 fn main() {
-    table("Capsules of one length", 0.62, |_| 1.0);
-    // The number above a size falls with its cube.
-    table("Lengths and radii over a factor of 1000", 0.0045, |x| (1e-9_f64).max(1e-9 / (1.0 - x * (1.0 - 1e-9))).cbrt());
+    table("Capsules of one length", 2.0, alike);
+    table("Lengths and radii over a factor of 1000", 0.01, mixed);
 }

@@ -148,7 +148,7 @@ fn boxes_that_are_not_finite_overlap_nothing() {
         let aabb = &mut boxes[k * 5];
         if k % 2 == 0 { aabb.min[k % 3] = bad } else { aabb.max[k % 3] = bad }
     }
-    assert!(brute_force(&boxes).len() > 100);
+    assert!(brute_force(&boxes).len() > 50);
     check(&boxes);
     check(&[Aabb { min: Vector3::repeat(f64::NAN), max: Vector3::repeat(f64::NAN) }; 3]);
 }
