@@ -132,7 +132,8 @@ fn table(title: &str, cell: f64, make: Make) {
             if order == "random" {
                 capsules.shuffle(&mut random);
             }
-            let Figures { times: [boxes, rebuild, pairs, distances, all], overlaps, touching, sort } = measure(&capsules);
+            let Figures { times: [boxes, rebuild, pairs, distances, all], overlaps, touching, sort } =
+                measure(&capsules);
             let ratio = all / *first.get_or_insert(all);
             println!(
                 "{count:>11}  {order:<8}  {boxes:>5.1}  {rebuild:>7.1}  {pairs:>5.1}  {distances:>9.1}  {all:>6.1}  \
