@@ -11,6 +11,7 @@
 //!
 //! *Cells without keys.* Different cells may share a slot of the table. Boxes that overlap have cells at most two apart, so
 //! that the cells' coordinates modulo four tell whether the cells are the same.
+//! Entries hold the boxes as f32; what passes is tested again as f64.
 //!
 //! *Locality.* Boxes are first sorted roughly by their places in space. Blocks of 4 x 4 x 4 cells are hashed, and a block's
 //! cells lie side by side in the table.
@@ -25,12 +26,11 @@ use order::Order;
 /// A box in one of its cells. Rounded to f32 a box still overlaps all that it overlapped, as rounding keeps the order.
 #[derive(Clone, Copy, Debug, Default)]
 struct Entry {
-    /// Lower corner, then the upper one negated.
-    bounds: [f32; 6],
-    /// Place of the box.
-    place: u32,
-    /// Level, cell modulo four, and whether it is the box's second cell, by axis.
-    tag: u32,
+    /// Lower corner and tag of level and cell, then the upper corner and the tag, negated: one comparison of eight numbers
+    /// tells whether boxes overlap and cells are the same.
+    bounds: [f32; 8],
+    /// Place of the box, and in the last three bits whether the cell is its second one, by axis.
+    mark: u32,
 }
 
 /// The hash, with memory that is kept from one use to the next: nothing is allocated for as many boxes as before.
@@ -53,7 +53,7 @@ impl SpatialHash {
         Self::default()
     }
 
-    /// Takes new boxes, at most 2^29. One that is not finite, or has `min > max`, overlaps nothing.
+    /// Takes new boxes, at most 2^28. One that is not finite, or has `min > max`, overlaps nothing.
     pub fn rebuild(&mut self, boxes: &[Aabb]) {
         self.order.rebuild(boxes);
         self.boxes.clear();
@@ -68,11 +68,12 @@ impl SpatialHash {
         }
         self.entries.resize(sum_up(&mut self.starts), Entry::default());
         for (place, aabb) in self.boxes.iter().enumerate().rev() {
-            let bounds = self.bounds(aabb);
+            let mut bounds = self.bounds(aabb);
             self.grid.cells(&self.boxes, place).for_each(|cell, second| {
                 let start = &mut self.starts[self.table.slot(&cell)];
                 *start -= 1;
-                self.entries[*start as usize] = Entry { bounds, place: place as u32, tag: cell.tag() | second };
+                (bounds[3], bounds[7]) = (cell.tag(), -cell.tag());
+                self.entries[*start as usize] = Entry { bounds, mark: (place as u32) << 3 | second };
             });
         }
     }
@@ -97,17 +98,19 @@ impl SpatialHash {
     #[inline]
     fn partners(&self, place: usize, aabb: &Aabb, mut visit: impl FnMut(u32)) {
         let bounds = self.bounds(aabb);
-        let reversed = [3, 4, 5, 0, 1, 2].map(|k: usize| -bounds[k]);
+        let mut limits = [4, 5, 6, 7, 0, 1, 2, 3].map(|k: usize| -bounds[k]);
         let cells = self.grid.cells(&self.boxes, place);
-        let mut first = place as u32 + 1;
+        let mut first = (place as u32 + 1) << 3;
         for level in self.grid.levels_from(place) {
             self.grid.coarsened(&cells, level).for_each(|cell, second| {
-                let tag = cell.tag() | second;
+                (limits[3], limits[7]) = (cell.tag(), -cell.tag());
                 let slot = self.table.slot(&cell);
                 let entries = &self.entries[self.starts[slot] as usize..self.starts[slot + 1] as usize];
-                for entry in entries.iter().rev().take_while(|entry| entry.place >= first) {
-                    if overlap(entry, &reversed, tag) {
-                        visit(entry.place);
+                for entry in entries.iter().rev().take_while(|entry| entry.mark >= first) {
+                    // Jumps that cannot be predicted cost more than all of the comparisons.
+                    let below = (0..8).fold(true, |all, k| all & (entry.bounds[k] <= limits[k]));
+                    if below & (entry.mark & second == 0) {
+                        visit(entry.mark >> 3);
                     }
                 }
             });
@@ -115,12 +118,13 @@ impl SpatialHash {
         }
     }
 
+    /// An entry's bounds, without the tag.
     #[inline]
-    fn bounds(&self, aabb: &Aabb) -> [f32; 6] {
+    fn bounds(&self, aabb: &Aabb) -> [f32; 8] {
         // Far from zero f32 would have no digits left for small boxes.
         let origin = self.boxes[0].min;
         let (min, max) = (aabb.min - origin, aabb.max - origin);
-        [min.x, min.y, min.z, -max.x, -max.y, -max.z].map(|x| x as f32)
+        [min.x, min.y, min.z, 0.0, -max.x, -max.y, -max.z, 0.0].map(|x| x as f32)
     }
 }
 
@@ -132,13 +136,4 @@ fn sum_up(numbers: &mut [u32]) -> usize {
         *number = sum;
     }
     sum as usize
-}
-
-/// Whether an entry counts as overlapping a box in the cell of this tag. The box is given by what the entry's bounds must
-/// not exceed: the upper corner, then the lower one negated. Everything is compared,
-/// as jumps that cannot be predicted cost more.
-#[inline]
-fn overlap(entry: &Entry, reversed: &[f32; 6], tag: u32) -> bool {
-    let same_cell = ((entry.tag ^ tag) >> 3) | (entry.tag & tag & 7) == 0;
-    (0..6).fold(same_cell, |all, k| all & (entry.bounds[k] <= reversed[k]))
 }

@@ -112,10 +112,10 @@ impl Cell {
         x | y << 2 | z << 4
     }
 
-    /// Rank of the level and coordinates modulo four, and three bits of zeros.
+    /// Rank of the level and coordinates modulo four; an f32 holds it without rounding.
     #[inline]
-    pub(super) fn tag(&self) -> u32 {
-        u32::from(self.rank) << 9 | (self.local() as u32) << 3
+    pub(super) fn tag(&self) -> f32 {
+        (usize::from(self.rank) << 6 | self.local()) as f32
     }
 }
 
