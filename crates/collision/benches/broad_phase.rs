@@ -1,7 +1,7 @@
 //! Time per segment from capsules to distances of near pairs: `cargo bench -p collision`.
 //!
-//! Capsules at constant density, either in random order of memory or along cells of space. A second table has lengths and
-//! radii mixed over a factor of 1000, log-uniform volumes: many small ones, few large ones. Every figure is the median.
+//! Capsules at constant density, either in random order of memory or by cells of space. A second table has lengths and radii
+//! mixed over a factor of 1000: many small ones, few large ones. Every figure is the median of some repeats, which take turns.
 
 use std::time::Instant;
 
@@ -13,114 +13,147 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 const NUMBERS: [usize; 3] = [10_000, 100_000, 1_000_000];
-/// Segments that a figure is the median of repeats over, at least, and the least number of repeats.
-const WORK: usize = 2_000_000;
-const REPEATS: usize = 7;
+/// All runs of a table take turns in this number of rounds, each with at least so many segments a round.
+const ROUNDS: usize = 9;
+const WORK: usize = 300_000;
+/// Pairs whose capsules are copied together before their distances are taken.
+const BATCH: usize = 64;
 
-/// Sizes of capsules in lengths of the largest, drawn with a uniform number.
-type Size = fn(f64) -> f64;
+/// Makes that many capsules.
+type Make = fn(usize, &mut ChaCha8Rng) -> Vec<Capsule>;
 
-struct Figures {
-    /// Nanoseconds per segment: boxes, rebuild, pairs, distances, and all of these.
-    times: [f64; 5],
-    overlaps: f64,
-    touching: f64,
-    /// Nanoseconds per segment to sort the pairs, which is not in the sum.
-    sort: f64,
+/// Capsules of length 1, about six of whose boxes overlap each box.
+fn alike(count: usize, random: &mut ChaCha8Rng) -> Vec<Capsule> {
+    let side = 0.62 * (count as f64).cbrt();
+    (0..count).map(|_| capsule(&vector(random, side), 1.0, random)).collect()
 }
 
-fn capsules(count: usize, world: f64, size: Size, random: &mut ChaCha8Rng) -> Vec<Capsule> {
-    let side = world * (count as f64).cbrt();
-    let mut capsules: Vec<Capsule> = (0..count)
-        .map(|_| {
-            let size = size(random.random_range(0.0..1.0));
-            let direction = loop {
-                let v = Vector3::from_fn(|_, _| random.random_range(-1.0..1.0));
-                if (0.01..1.0).contains(&v.norm_squared()) {
-                    break v.normalize();
-                }
-            };
-            let start = Vector3::from_fn(|_, _| random.random_range(0.0..side));
-            Capsule { start, end: start + direction * size, radius: 0.05 * size }
-        })
-        .collect();
-    // Coherent order: cells of two lengths, row by row.
-    let cell = |x: f64| (x / 2.0).floor() as i64;
-    capsules.sort_by_key(|c| [cell(c.start.z), cell(c.start.y), cell(c.start.x)]);
+/// One in a hundred has a length of 0.001 to 1, log-uniform. The others are of length 0.001 and gather in crowds, as dense
+/// as above, each around a point on one of these.
+fn mixed(count: usize, random: &mut ChaCha8Rng) -> Vec<Capsule> {
+    let side = 0.093 * (count as f64).cbrt();
+    let mut capsules = Vec::new();
+    for _ in 0..count / 100 {
+        let large = capsule(&vector(random, side), 10f64.powf(random.random_range(-3.0..0.0)), random);
+        let crowd = large.start + (large.end - large.start) * random.random_range(0.0..1.0);
+        capsules.push(large);
+        for _ in 0..99 {
+            let start = crowd + vector(random, 0.62e-3 * 99f64.cbrt());
+            capsules.push(capsule(&start, 1e-3, random));
+        }
+    }
     capsules
 }
 
-fn measure(capsules: &[Capsule]) -> Figures {
-    let mut hash = SpatialHash::new();
-    let (mut boxes, mut pairs): (Vec<Aabb>, Vec<[u32; 2]>) = (Vec::new(), Vec::new());
-    let mut samples: Vec<[f64; 6]> = Vec::new();
-    let mut touching = 0;
-    let count = capsules.len() as f64;
-    for _ in 0..REPEATS.max(WORK / capsules.len()) + 1 {
+fn vector(random: &mut ChaCha8Rng, side: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| random.random_range(0.0..side))
+}
+
+/// A capsule of any direction, as thick as a twentieth of its length.
+fn capsule(start: &Vector3<f64>, length: f64, random: &mut ChaCha8Rng) -> Capsule {
+    let direction = loop {
+        let v = vector(random, 2.0) - Vector3::repeat(1.0);
+        if (0.01..1.0).contains(&v.norm_squared()) {
+            break v.normalize();
+        }
+    };
+    Capsule { start: *start, end: start + direction * length, radius: 0.05 * length }
+}
+
+/// Capsules, and what measuring them needs.
+struct Run {
+    capsules: Vec<Capsule>,
+    boxes: Vec<Aabb>,
+    hash: SpatialHash,
+    pairs: Vec<[u32; 2]>,
+    touching: usize,
+    /// Nanoseconds per segment: boxes, rebuild, pairs, distances, all of these, and sorting the pairs, which is not in them.
+    samples: Vec<[f64; 6]>,
+}
+
+impl Run {
+    fn new(capsules: Vec<Capsule>) -> Self {
+        let hash = SpatialHash::new();
+        Self { capsules, boxes: Vec::new(), hash, pairs: Vec::new(), touching: 0, samples: Vec::new() }
+    }
+
+    fn sample(&mut self) {
+        let Self { capsules, boxes, hash, pairs, .. } = self;
         let start = Instant::now();
         boxes.clear();
         boxes.extend(capsules.iter().map(Capsule::aabb));
         let boxed = Instant::now();
-        hash.rebuild(&boxes);
+        hash.rebuild(boxes);
         let built = Instant::now();
         pairs.clear();
-        hash.pairs(|_, _| true, &mut pairs);
+        hash.pairs(|_, _| true, pairs);
         let paired = Instant::now();
-        touching = 0;
-        for &[i, j] in &pairs {
-            let (a, b) = (&capsules[i as usize], &capsules[j as usize]);
-            let distance = closest::segments(&[a.start, a.end], &[b.start, b.end]).distance;
-            touching += usize::from(distance < a.radius + b.radius);
+        self.touching = 0;
+        let mut batch = Vec::with_capacity(BATCH);
+        for chunk in pairs.chunks(BATCH) {
+            // Copies of what lies scattered in memory do not wait for each other.
+            batch.clear();
+            batch.extend(chunk.iter().map(|&[i, j]| (capsules[i as usize], capsules[j as usize])));
+            for (a, b) in &batch {
+                let distance = closest::segments(&[a.start, a.end], &[b.start, b.end]).distance;
+                self.touching += usize::from(distance < a.radius + b.radius);
+            }
         }
         let end = Instant::now();
         pairs.sort_unstable();
         let sorted = Instant::now();
-        let instants = [start, boxed, built, paired, end];
-        let mut sample = [0.0; 6];
-        for k in 0..4 {
-            sample[k] = (instants[k + 1] - instants[k]).as_secs_f64();
-        }
-        sample[4] = (end - start).as_secs_f64();
-        sample[5] = (sorted - end).as_secs_f64();
-        samples.push(sample.map(|x| x * 1e9 / count));
+        let times = [built - boxed, paired - built, end - paired, end - start, sorted - end];
+        let [rebuild, found, distances, all, sort] = times.map(|time| time.as_secs_f64());
+        let sample = [(boxed - start).as_secs_f64(), rebuild, found, distances, all, sort];
+        self.samples.push(sample.map(|x| x * 1e9 / capsules.len() as f64));
     }
-    // The first one warms up.
-    samples.remove(0);
-    let medians: [f64; 6] = std::array::from_fn(|k| {
-        samples.sort_by(|a, b| a[k].total_cmp(&b[k]));
-        samples[samples.len() / 2][k]
-    });
-    let [a, b, c, d, all, sort] = medians;
-    let overlaps = 2.0 * pairs.len() as f64 / count;
-    Figures { times: [a, b, c, d, all], overlaps, touching: 2.0 * touching as f64 / count, sort }
+
+    fn medians(&mut self) -> [f64; 6] {
+        std::array::from_fn(|k| {
+            self.samples.sort_by(|a, b| a[k].total_cmp(&b[k]));
+            self.samples[self.samples.len() / 2][k]
+        })
+    }
 }
 
-fn table(title: &str, world: f64, size: Size) {
+fn table(title: &str, cell: f64, make: Make) {
+    let mut runs = Vec::new();
+    for count in NUMBERS {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut capsules = make(count, &mut random);
+        capsules.sort_by_key(|c| [c.start.z, c.start.y, c.start.x].map(|x| (x / cell).floor() as i64));
+        runs.push(("coherent", Run::new(capsules.clone())));
+        capsules.shuffle(&mut random);
+        runs.push(("random", Run::new(capsules)));
+    }
+    for (_, run) in &mut runs {
+        // Memory is allocated and touched for the first time.
+        run.sample();
+        run.samples.clear();
+    }
+    for _ in 0..ROUNDS {
+        for (_, run) in &mut runs {
+            for _ in 0..(WORK / run.capsules.len()).max(1) {
+                run.sample();
+            }
+        }
+    }
     println!("\n{title}: time per segment [ns]");
     println!("   segments  order     boxes  rebuild  pairs  distances     all  ratio  overlaps  touching   (sort)");
     let mut first = [None; 2];
-    for count in NUMBERS {
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        let mut capsules = capsules(count, world, size, &mut random);
-        for (order, first) in ["coherent", "random"].into_iter().zip(&mut first) {
-            if order == "random" {
-                capsules.shuffle(&mut random);
-            }
-            let Figures { times: [boxes, rebuild, pairs, distances, all], overlaps, touching, sort } =
-                measure(&capsules);
-            let ratio = all / *first.get_or_insert(all);
-            println!(
-                "{count:>11}  {order:<8}  {boxes:>5.1}  {rebuild:>7.1}  {pairs:>5.1}  {distances:>9.1}  {all:>6.1}  \
-                 {ratio:>5.2}  {overlaps:>8.2}  {touching:>8.2}  {sort:>7.1}"
-            );
-        }
+    for (k, (order, run)) in runs.iter_mut().enumerate() {
+        let [boxes, rebuild, pairs, distances, all, sort] = run.medians();
+        let ratio = all / *first[k % 2].get_or_insert(all);
+        let count = run.capsules.len();
+        let [overlaps, touching] = [run.pairs.len(), run.touching].map(|n| 2.0 * n as f64 / count as f64);
+        println!(
+            "{count:>11}  {order:<8}  {boxes:>5.1}  {rebuild:>7.1}  {pairs:>5.1}  {distances:>9.1}  {all:>6.1}  \
+             {ratio:>5.2}  {overlaps:>8.2}  {touching:>8.2}  {sort:>7.1}"
+        );
     }
 }
 
 fn main() {
-    table("Capsules of one length", 0.62, |_| 1.0);
-    // The number above a size falls with its cube.
-    table("Lengths and radii over a factor of 1000", 0.0045, |x| {
-        (1e-9_f64).max(1e-9 / (1.0 - x * (1.0 - 1e-9))).cbrt()
-    });
+    table("Capsules of one length", 2.0, alike);
+    table("Lengths and radii over a factor of 1000", 0.01, mixed);
 }

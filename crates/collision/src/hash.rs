@@ -11,35 +11,39 @@
 //!
 //! *Cells without keys.* Different cells may share a slot of the table. Boxes that overlap have cells at most two apart, so
 //! that the cells' coordinates modulo four tell whether the cells are the same.
+//! Entries hold the boxes as f32; what passes is tested again as f64.
 //!
-//! *Locality.* Blocks of 4 x 4 x 4 cells are hashed, and a block's cells lie side by side in the table.
+//! *Locality.* Boxes are first sorted roughly by their places in space. Blocks of 4 x 4 x 4 cells are hashed, and a block's
+//! cells lie side by side in the table.
 
 mod grid;
-
-use std::ops::Range;
+mod order;
 
 use crate::shape::Aabb;
 use grid::{Grid, Table};
+use order::Order;
 
 /// A box in one of its cells. Rounded to f32 a box still overlaps all that it overlapped, as rounding keeps the order.
 #[derive(Clone, Copy, Debug, Default)]
 struct Entry {
-    /// Lower corner, then the upper one negated.
-    bounds: [f32; 6],
-    index: u32,
-    /// Level, cell modulo four, and whether it is the box's second cell, by axis.
-    tag: u32,
+    /// Lower corner and tag of level and cell, then the upper corner and the tag, negated: one comparison of eight numbers
+    /// tells whether boxes overlap and cells are the same.
+    bounds: [f32; 8],
+    /// Place of the box, and in the last three bits whether the cell is its second one, by axis.
+    mark: u32,
 }
 
 /// The hash, with memory that is kept from one use to the next: nothing is allocated for as many boxes as before.
 #[derive(Clone, Debug, Default)]
 pub struct SpatialHash {
+    order: Order,
+    /// The boxes in the order of space.
     boxes: Vec<Aabb>,
     grid: Grid,
     table: Table,
     /// Where each slot's entries begin, and the end of the last one's.
     starts: Vec<u32>,
-    /// By slot, within a slot by box.
+    /// By slot, within a slot by place.
     entries: Vec<Entry>,
 }
 
@@ -49,36 +53,27 @@ impl SpatialHash {
         Self::default()
     }
 
-    /// Takes new boxes, at most 2^29. One that is not finite, or has `min > max`, overlaps nothing.
+    /// Takes new boxes, at most 2^28. One that is not finite, or has `min > max`, overlaps nothing.
     pub fn rebuild(&mut self, boxes: &[Aabb]) {
+        self.order.rebuild(boxes);
         self.boxes.clear();
-        self.boxes.extend_from_slice(boxes);
-        self.grid.rebuild(boxes);
-        self.table = Table::new(boxes.len());
+        self.boxes.extend(self.order.indices().iter().map(|&index| boxes[index as usize]));
+        self.grid.rebuild(&self.boxes);
+        self.table = Table::new(self.boxes.len());
         self.starts.clear();
         self.starts.resize(self.table.slots() + 1, 0);
-        for index in 0..boxes.len() {
-            if let Some(cells) = self.grid.cells(boxes, index) {
-                cells.for_each(|cell, _| self.starts[self.table.slot(&cell)] += 1);
-            }
+        for place in 0..self.boxes.len() {
+            let cells = self.grid.cells(&self.boxes, place);
+            cells.for_each(|cell, _| self.starts[self.table.slot(&cell)] += 1);
         }
-        // Ends of the slots; they become their starts while these fill from the end.
-        let mut end = 0;
-        for start in &mut self.starts {
-            end += *start;
-            *start = end;
-        }
-        self.entries.resize(end as usize, Entry::default());
-        // Far from zero f32 would have no digits left for small boxes.
-        let origin = self.grid.first().map_or(Default::default(), |first| boxes[first].min);
-        for (index, aabb) in boxes.iter().enumerate().rev() {
-            let Some(cells) = self.grid.cells(boxes, index) else { continue };
-            let (min, max) = (aabb.min - origin, aabb.max - origin);
-            let bounds = [min.x, min.y, min.z, -max.x, -max.y, -max.z].map(|x| x as f32);
-            cells.for_each(|cell, second| {
+        self.entries.resize(sum_up(&mut self.starts), Entry::default());
+        for (place, aabb) in self.boxes.iter().enumerate().rev() {
+            let mut bounds = self.bounds(aabb);
+            self.grid.cells(&self.boxes, place).for_each(|cell, second| {
                 let start = &mut self.starts[self.table.slot(&cell)];
                 *start -= 1;
-                self.entries[*start as usize] = Entry { bounds, index: index as u32, tag: cell.tag() | second };
+                (bounds[3], bounds[7]) = (cell.tag(), -cell.tag());
+                self.entries[*start as usize] = Entry { bounds, mark: (place as u32) << 3 | second };
             });
         }
     }
@@ -87,69 +82,58 @@ impl SpatialHash {
     /// function of the boxes alone; it is that of space rather than that of i, so that what is read for one pair is likely
     /// to be needed for the next.
     pub fn pairs(&self, mut keep: impl FnMut(u32, u32) -> bool, out: &mut Vec<[u32; 2]>) {
-        let mut found = |i: u32, j: u32| {
-            let (i, j) = (i.min(j), i.max(j));
-            if self.boxes[i as usize].overlaps(&self.boxes[j as usize]) && keep(i, j) {
-                out.push([i, j]);
-            }
-        };
-        for range in self.starts.windows(2) {
-            let entries = &self.entries[range[0] as usize..range[1] as usize];
-            for (k, entry) in entries.iter().enumerate() {
-                let bounds = reversed(&entry.bounds);
-                for other in &entries[k + 1..] {
-                    if below(&other.bounds, &bounds) && same_cell(other.tag, entry.tag) {
-                        found(entry.index, other.index);
-                    }
-                }
-                if entry.tag & 7 == 0 {
-                    self.larger(entry, &bounds, &mut found);
-                }
-            }
-        }
-    }
-
-    /// Pairs of a box with those of coarser levels.
-    #[inline]
-    fn larger(&self, entry: &Entry, bounds: &[f32; 6], found: &mut impl FnMut(u32, u32)) {
-        let levels = self.grid.coarser(grid::rank(entry.tag));
-        if levels.is_empty() {
-            return;
-        }
-        let Some(cells) = self.grid.cells(&self.boxes, entry.index as usize) else { return };
-        for level in levels {
-            self.grid.coarsened(&cells, level).for_each(|cell, second| {
-                let tag = cell.tag() | second;
-                for other in &self.entries[self.range(self.table.slot(&cell))] {
-                    if below(&other.bounds, bounds) && same_cell(other.tag, tag) {
-                        found(entry.index, other.index);
-                    }
+        let indices = self.order.indices();
+        for (place, aabb) in self.boxes.iter().enumerate() {
+            self.partners(place, aabb, |partner| {
+                let (i, j) = (indices[place], indices[partner as usize]);
+                let (i, j) = (i.min(j), i.max(j));
+                if aabb.overlaps(&self.boxes[partner as usize]) && keep(i, j) {
+                    out.push([i, j]);
                 }
             });
         }
     }
 
+    /// Visits the boxes after this one on its level, and all of those on coarser levels, that overlap it as f32.
     #[inline]
-    fn range(&self, slot: usize) -> Range<usize> {
-        self.starts[slot] as usize..self.starts[slot + 1] as usize
+    fn partners(&self, place: usize, aabb: &Aabb, mut visit: impl FnMut(u32)) {
+        let bounds = self.bounds(aabb);
+        let mut limits = [4, 5, 6, 7, 0, 1, 2, 3].map(|k: usize| -bounds[k]);
+        let cells = self.grid.cells(&self.boxes, place);
+        let mut first = (place as u32 + 1) << 3;
+        for level in self.grid.levels_from(place) {
+            self.grid.coarsened(&cells, level).for_each(|cell, second| {
+                (limits[3], limits[7]) = (cell.tag(), -cell.tag());
+                let slot = self.table.slot(&cell);
+                let entries = &self.entries[self.starts[slot] as usize..self.starts[slot + 1] as usize];
+                for entry in entries.iter().rev().take_while(|entry| entry.mark >= first) {
+                    // Jumps that cannot be predicted cost more than all of the comparisons.
+                    let below = (0..8).fold(true, |all, k| all & (entry.bounds[k] <= limits[k]));
+                    if below & (entry.mark & second == 0) {
+                        visit(entry.mark >> 3);
+                    }
+                }
+            });
+            first = 0;
+        }
+    }
+
+    /// An entry's bounds, without the tag.
+    #[inline]
+    fn bounds(&self, aabb: &Aabb) -> [f32; 8] {
+        // Far from zero f32 would have no digits left for small boxes.
+        let origin = self.boxes[0].min;
+        let (min, max) = (aabb.min - origin, aabb.max - origin);
+        [min.x, min.y, min.z, 0.0, -max.x, -max.y, -max.z, 0.0].map(|x| x as f32)
     }
 }
 
-/// Upper corner, then the lower one negated: what another's bounds must not exceed if both overlap.
-#[inline]
-fn reversed(bounds: &[f32; 6]) -> [f32; 6] {
-    let [a, b, c, d, e, f] = bounds.map(|x| -x);
-    [d, e, f, a, b, c]
-}
-
-#[inline]
-fn below(a: &[f32; 6], b: &[f32; 6]) -> bool {
-    // All are compared: jumps that cannot be predicted cost more.
-    (0..6).fold(true, |all, k| all & (a[k] <= b[k]))
-}
-
-/// Whether a pair counts in its common cell, if it has one.
-#[inline]
-fn same_cell(a: u32, b: u32) -> bool {
-    a >> 3 == b >> 3 && a & b & 7 == 0
+/// Turns numbers into ends, the sums up to each of them, and returns the last one.
+fn sum_up(numbers: &mut [u32]) -> usize {
+    let mut sum = 0;
+    for number in numbers {
+        sum += *number;
+        *number = sum;
+    }
+    sum as usize
 }

@@ -142,7 +142,7 @@ fn identical_boxes() {
 #[test]
 fn boxes_that_are_not_finite_overlap_nothing() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let style = Style { sizes: [-2.0, 0.0], world: 1.0, centre: Vector3::zeros(), raster: None, special: 0.0 };
+    let style = Style { sizes: [-2.0, 0.0], world: 0.6, centre: Vector3::zeros(), raster: None, special: 0.0 };
     let mut boxes = scene(&mut random, 200, &style);
     for (k, bad) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().cycle().take(30).enumerate() {
         let aabb = &mut boxes[k * 5];

@@ -9,7 +9,7 @@ const FINEST: i32 = -1000;
 const RESOLUTION: i32 = 40;
 /// Number of levels: a finite box is at most 2^1025 long.
 const LEVELS: usize = (1026 - FINEST) as usize;
-/// Level of a box that overlaps nothing.
+/// Rank of a level without boxes.
 const NONE: u16 = u16::MAX;
 
 /// A cell of a level.
@@ -39,6 +39,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Takes boxes that are finite and have `min <= max`.
     pub(super) fn rebuild(&mut self, boxes: &[Aabb]) {
         self.ranks.clear();
         self.ranks.resize(LEVELS, NONE);
@@ -47,7 +48,7 @@ impl Grid {
         for aabb in boxes {
             let level = level(aabb);
             self.levels.push(level);
-            if level != NONE && self.ranks[level as usize] == NONE {
+            if self.ranks[level as usize] == NONE {
                 self.ranks[level as usize] = 0;
                 self.present.push(level);
             }
@@ -58,34 +59,26 @@ impl Grid {
         }
     }
 
-    /// The first box that can overlap any.
-    pub(super) fn first(&self) -> Option<usize> {
-        self.levels.iter().position(|&level| level != NONE)
-    }
-
-    /// The cells of a box, if it has any.
+    /// The cells of a box.
     #[inline]
-    pub(super) fn cells(&self, boxes: &[Aabb], index: usize) -> Option<Cells> {
+    pub(super) fn cells(&self, boxes: &[Aabb], index: usize) -> Cells {
         let level = self.levels[index];
-        if level == NONE {
-            return None;
-        }
         let per_metre = power_of_two(-(i32::from(level) + FINEST));
         let Aabb { min, max } = &boxes[index];
-        Some(Cells {
+        Cells {
             low: [min.x, min.y, min.z].map(|x| floor(x, per_metre)),
             high: [max.x, max.y, max.z].map(|x| floor(x, per_metre)),
             rank: self.ranks[level as usize],
-        })
+        }
     }
 
-    /// The ranks of the levels coarser than that of a rank.
+    /// The ranks of a box's level and of all coarser ones.
     #[inline]
-    pub(super) fn coarser(&self, rank: u16) -> std::ops::Range<u16> {
-        rank + 1..self.present.len() as u16
+    pub(super) fn levels_from(&self, index: usize) -> std::ops::Range<u16> {
+        self.ranks[self.levels[index] as usize]..self.present.len() as u16
     }
 
-    /// The cells, on a coarser level, in which these lie.
+    /// The cells, on the same or a coarser level, in which these lie.
     #[inline]
     pub(super) fn coarsened(&self, cells: &Cells, rank: u16) -> Cells {
         let shift = (self.present[rank as usize] - self.present[cells.rank as usize]).min(63);
@@ -119,17 +112,11 @@ impl Cell {
         x | y << 2 | z << 4
     }
 
-    /// Rank of the level and coordinates modulo four, and three bits of zeros.
+    /// Rank of the level and coordinates modulo four; an f32 holds it without rounding.
     #[inline]
-    pub(super) fn tag(&self) -> u32 {
-        u32::from(self.rank) << 9 | (self.local() as u32) << 3
+    pub(super) fn tag(&self) -> f32 {
+        (usize::from(self.rank) << 6 | self.local()) as f32
     }
-}
-
-/// Rank of the level in a tag.
-#[inline]
-pub(super) fn rank(tag: u32) -> u16 {
-    (tag >> 9) as u16
 }
 
 /// Slots for cells.
@@ -170,9 +157,6 @@ fn level(aabb: &Aabb) -> u16 {
     let (mut half, mut far) = (0.0_f64, 0.0_f64);
     for k in 0..3 {
         let (min, max) = (aabb.min[k], aabb.max[k]);
-        if !(min <= max && min.is_finite() && max.is_finite()) {
-            return NONE;
-        }
         half = half.max(0.5 * max - 0.5 * min);
         far = far.max(max.max(-min));
     }
