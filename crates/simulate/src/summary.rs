@@ -24,6 +24,7 @@ struct StageSeconds {
     assemble: f64,
     solve: f64,
     update: f64,
+    contact: f64,
 }
 
 /// How often something was done; what the scene or the settings lack stays zero.
@@ -44,6 +45,11 @@ struct Work {
     branch_eliminations: u64,
     geometric_evaluations: u64,
     momentum_evaluations: u64,
+    contact_searches: u64,
+    contact_candidates: u64,
+    contact_evaluations: u64,
+    contact_solves: u64,
+    contact_sweeps: u64,
 }
 
 /// Worst residuals of any step, in scaled units.
@@ -52,6 +58,10 @@ struct Worst {
     stretch_per_length: f64,
     bend_rad: f64,
     momentum: f64,
+    /// Of contacts: penetration, or slip where they should stick, relative to the smaller radius.
+    contact_per_radius: f64,
+    /// Deepest penetration alone.
+    penetration_per_radius: f64,
 }
 
 /// Where solves or steps began.
@@ -154,6 +164,7 @@ impl Summary {
                 assemble: seconds(times.assemble),
                 solve: seconds(times.solve),
                 update: seconds(times.update),
+                contact: seconds(times.contact),
             },
             work: Work {
                 steps: counters.steps,
@@ -171,11 +182,18 @@ impl Summary {
                 branch_eliminations: counters.branch_eliminations,
                 geometric_evaluations: counters.geometric_evaluations,
                 momentum_evaluations: counters.momentum_evaluations,
+                contact_searches: counters.contact_searches,
+                contact_candidates: counters.contact_candidates,
+                contact_evaluations: counters.contact_evaluations,
+                contact_solves: counters.contact_solves,
+                contact_sweeps: counters.contact_sweeps,
             },
             worst_residuals: Worst {
                 stretch_per_length: counters.worst_stretch,
                 bend_rad: counters.worst_bend,
                 momentum: counters.worst_momentum,
+                contact_per_radius: counters.worst_contact,
+                penetration_per_radius: counters.deepest_penetration,
             },
             frames_measured: measured.frames,
             length_drift: measured.length_drift,
@@ -227,6 +245,15 @@ impl Summary {
             self.worst_residuals.stretch_per_length,
             self.worst_residuals.bend_rad
         )?;
+        if work.contact_searches > 0 {
+            say!(
+                "contacts: {:.1} a step of {:.1} possible, worst error {:.1e} of a radius, deepest penetration {:.1e}",
+                work.contact_solves as f64 / work.outer_iterations.max(1) as f64,
+                work.contact_candidates as f64 / work.contact_searches as f64,
+                self.worst_residuals.contact_per_radius,
+                self.worst_residuals.penetration_per_radius
+            )?;
+        }
         say!(
             "length changed by {:.1e} at most, energy {} J at the start, {} J at the end, {} J at its highest",
             self.length_drift,
@@ -251,6 +278,7 @@ impl Summary {
             ("assemble", stages.assemble),
             ("linear solve", stages.solve),
             ("update", stages.update),
+            ("contact", stages.contact),
         ];
         let total: f64 = rows.iter().map(|(_, s)| s).sum();
         for (name, seconds) in rows {
