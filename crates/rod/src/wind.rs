@@ -89,9 +89,8 @@ impl Wind {
     }
 
     pub(crate) fn validate(&self) -> Result<(), ModelError> {
-        let fail = |quantity, value, allowed| {
-            Err(ModelError::Value { what: "model", index: 0, quantity, value, allowed })
-        };
+        let fail =
+            |quantity, value, allowed| Err(ModelError::Value { what: "model", index: 0, quantity, value, allowed });
         if let Some(&value) = self.mean.iter().find(|v| !v.is_finite()) {
             return fail("wind velocity", value, "finite");
         }
@@ -183,8 +182,7 @@ impl Modes {
     }
 }
 
-/// Cosine of an angle in turns, to rounding: plain arithmetic, so that it has the same bits on every machine and runs in
-/// vector registers.
+/// Cosine of an angle in turns, to rounding, in plain arithmetic that runs in vector registers.
 #[inline(always)]
 fn cosine(turns: f64) -> f64 {
     // Adding and taking away 1.5 * 2^52 rounds to the nearest whole number.

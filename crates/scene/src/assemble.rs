@@ -4,7 +4,9 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Body, Damping, Load, Material, ModelError, RestShape, RodSpec, Segment, Stretch};
+use rod::{
+    Air, Assembly, Body, Damping, Gusts, Load, Material, ModelError, RestShape, RodSpec, Segment, Stretch, Wind,
+};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
@@ -39,6 +41,9 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
 
     let mut assembly = Assembly::new(gravity);
     assembly.damping(damping);
+    if let Some(air) = &file.air {
+        assembly.air(self::air(source, air)?);
+    }
     let mut builder = Builder { assembly, rods: Vec::new(), by_name: HashMap::new() };
     // The entry of the file that each rod comes from.
     let mut entry_of = Vec::new();
@@ -52,11 +57,40 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
 
     let Builder { assembly, rods, .. } = builder;
     let (model, state) = assembly.finish();
+    if model.segments.len() > MAX_SEGMENTS {
+        let message = format!("rods: {} segments in all, but {MAX_SEGMENTS} are the most", model.segments.len());
+        return Err(source.invalid(0, message));
+    }
     if let Err(error) = model.validate(&state) {
         let span = entry_at_fault(&model, &error).map_or(0..0, |rod| file.rods[entry_of[rod]].span());
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
     Ok(Scene { name: stem(source.file), description: file.description.clone(), model, state, run, rods })
+}
+
+fn air(source: &Source, air: &format::Air) -> Result<Air> {
+    let drag = |value: &_| source.not_negative(value, "");
+    Ok(Air {
+        density: number_or(&air.density_kg_m3, defaults::AIR_DENSITY, |v| source.positive(v, "kg/m^3"))?,
+        normal_drag: number_or(&air.normal_drag, defaults::NORMAL_DRAG, drag)?,
+        tangential_drag: number_or(&air.tangential_drag, defaults::TANGENTIAL_DRAG, drag)?,
+        wind: air.wind.as_ref().map_or(Ok(Wind::steady(Vector3::zeros())), |wind| self::wind(source, wind))?,
+    })
+}
+
+fn wind(source: &Source, wind: &format::Wind) -> Result<Wind> {
+    let mean = source.vector(&wind.velocity_m_s, "m/s")?;
+    let gusts = |gusts: &format::Gusts| {
+        Ok(Gusts {
+            strength: source.not_negative(&gusts.strength, "")?,
+            length: number_or(&gusts.length_m, defaults::GUST_LENGTH, |v| source.positive(v, "m"))?,
+            time: number_or(&gusts.time_s, defaults::GUST_TIME, |v| source.positive(v, "s"))?,
+            seed: gusts.seed,
+        })
+    };
+    let gusts = wind.gusts.as_ref().map(gusts).transpose()?;
+    let period = wind.rotation_period_s.as_ref().map(|v| source.positive(v, "s")).transpose()?;
+    Ok(Wind::new(mean, gusts, period))
 }
 
 /// Checks all counts, so that no later stage allocates more than [`MAX_SEGMENTS`] need.
@@ -65,8 +99,7 @@ fn check_size(source: &Source, rods: &[Spanned<format::Rod>]) -> Result<()> {
     for rod in rods {
         total += rod.get_ref().shape.get_ref().segments(source)?;
         if let Some(tree) = &rod.get_ref().tree {
-            let growth = Growth::new(source, tree)?;
-            total = total.saturating_add(growth.branches.saturating_mul(growth.segments));
+            total = total.saturating_add(Growth::new(source, tree)?.least_segments());
         }
         if total > MAX_SEGMENTS {
             let message = format!("with this rod the scene has {total} segments, but {MAX_SEGMENTS} are the most");
@@ -165,7 +198,11 @@ impl Builder {
             }
             let length = segments.map(|i| self.segment(i).length).sum();
             let trunk = self.rods[self.rods.len() - 1].clone();
-            Growth::new(source, tree)?.grow(self, &trunk, length, &spec);
+            let growth = Growth::new(source, tree)?;
+            if !growth.grow(self, &trunk, length, &spec) {
+                let message = format!("with this tree the scene has more than {MAX_SEGMENTS} segments");
+                return source.wrong(entry.span(), &message);
+            }
         }
         Ok(())
     }

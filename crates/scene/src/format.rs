@@ -21,6 +21,7 @@ pub(crate) struct File {
     pub(crate) run: Run,
     #[serde(default)]
     pub(crate) damping: Damping,
+    pub(crate) air: Option<Air>,
     pub(crate) rods: Vec<Spanned<Rod>>,
     #[serde(default)]
     pub(crate) joins: Vec<Spanned<Join>>,
@@ -38,6 +39,33 @@ pub(crate) struct Run {
 pub(crate) struct Damping {
     pub(crate) linear_per_s: Option<Number>,
     pub(crate) angular_per_s: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Air {
+    pub(crate) density_kg_m3: Option<Number>,
+    pub(crate) normal_drag: Option<Number>,
+    pub(crate) tangential_drag: Option<Number>,
+    pub(crate) wind: Option<Wind>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Wind {
+    pub(crate) velocity_m_s: Vector,
+    pub(crate) gusts: Option<Gusts>,
+    pub(crate) rotation_period_s: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Gusts {
+    pub(crate) strength: Number,
+    pub(crate) length_m: Option<Number>,
+    pub(crate) time_s: Option<Number>,
+    #[serde(default)]
+    pub(crate) seed: u64,
 }
 
 #[derive(Deserialize)]
@@ -202,7 +230,8 @@ pub(crate) struct Load {
 pub(crate) struct Tree {
     pub(crate) branches: Count,
     pub(crate) levels: Count,
-    pub(crate) segments: Count,
+    pub(crate) segments: Option<Count>,
+    pub(crate) segment_m: Option<Number>,
     pub(crate) length_ratio: Option<Number>,
     pub(crate) radius_ratio: Option<Number>,
     pub(crate) angle_deg: Option<Number>,

@@ -39,6 +39,23 @@ impl Default for StepParams {
     }
 }
 
+/// A stretch of time to step over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Its start [s].
+    pub time: f64,
+    /// Its length [s].
+    pub dt: f64,
+}
+
+impl Interval {
+    /// Its two halves.
+    pub fn halves(self) -> [Self; 2] {
+        let dt = 0.5 * self.dt;
+        [Self { dt, ..self }, Self { time: self.time + dt, dt }]
+    }
+}
+
 /// A step converges where an iteration leaves less than this of the residual.
 const CONVERGING: f64 = 0.9;
 
@@ -104,10 +121,10 @@ impl<T: Real> Attempt<T> {
     }
 }
 
-/// Attempts one step of `dt` [s]. Velocities are left to the caller, who accepts the step or takes it back.
+/// Attempts one step over `interval`. Velocities are left to the caller, who accepts the step or takes it back.
 pub fn attempt<T: Real>(
     component: &mut Component<T>,
-    dt: f64,
+    interval: Interval,
     params: &StepParams,
     solver: &mut dyn LinearSolver<T>,
     guess: &mut dyn StepGuess<T>,
@@ -115,11 +132,7 @@ pub fn attempt<T: Real>(
 ) -> Attempt<T> {
     let formulation = params.formulation;
     let mut watch = Stopwatch::start();
-    vectorized(
-        #[inline(always)]
-        || component.predict(dt, formulation),
-    );
-    watch.mark(&mut counters.times.predict);
+    predict(component, interval, formulation, &mut watch, counters);
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
     let target = target(&residuals, params);
@@ -188,6 +201,29 @@ pub fn attempt<T: Real>(
         counters.damping_evaluations += (component.segments() * component.used) as u64;
     }
     Attempt { residuals, target, unsolved: component.unsolved, start }
+}
+
+/// Drag, where there is air, and the prediction.
+pub(crate) fn predict<T: Real>(
+    component: &mut Component<T>,
+    Interval { time, dt }: Interval,
+    formulation: Formulation,
+    watch: &mut Stopwatch,
+    counters: &mut Counters,
+) {
+    if component.has_air() {
+        vectorized(
+            #[inline(always)]
+            || component.evaluate_drag(time, dt),
+        );
+        counters.drag_evaluations += (component.segments() * component.used) as u64;
+        watch.mark(&mut counters.times.drag);
+    }
+    vectorized(
+        #[inline(always)]
+        || component.predict(dt, formulation),
+    );
+    watch.mark(&mut counters.times.predict);
 }
 
 /// The residual to reach, from the prediction's.
