@@ -13,9 +13,19 @@ fn names_and_ranges() {
     assert_eq!(scene.run, scene::RunDefaults { dt: 0.02, steps: 10 });
     let names: Vec<_> = scene.rods.iter().map(|rod| rod.name.as_str()).collect();
     let grown = ["trunk/0", "trunk/1", "trunk/2", "trunk/3", "trunk/4", "trunk/5", "trunk/6"];
-    assert_eq!(names, [&["trunk"][..], &grown, &["rod-1", "twig", "helix", "arc", "ring"]].concat());
+    assert_eq!(
+        names,
+        [
+            &["trunk"][..],
+            &grown,
+            &["rod-1", "twig", "sapling", "sapling/0", "sapling/1", "sapling/2", "helix", "arc", "ring"]
+        ]
+        .concat()
+    );
     assert_eq!(scene.rods[8].segments, 31..36);
-    assert!(scene.rods[12].closed && !scene.rods[11].closed);
+    assert!(scene.rods[16].closed && !scene.rods[15].closed);
+    // 1.2 m, give or take 20 %, cut as near to 0.3 m as goes.
+    assert!(scene.rods[11..14].iter().all(|rod| (3..=5).contains(&rod.segments.len())));
 }
 
 #[test]
@@ -36,6 +46,16 @@ fn bodies() {
     assert!((state.velocities[0] - Vector3::x()).norm() < 1e-12);
     assert_eq!((state.angular_velocities[0], state.velocities[9]), (Vector3::new(0.0, 0.0, 2.0), Vector3::zeros()));
     assert_eq!((state.velocities[3], state.angular_velocities[3]), (Vector3::y(), Vector3::new(3.0, 0.0, 0.0)));
+}
+
+#[test]
+fn air() {
+    let air = everything().model.air.unwrap();
+    assert_eq!((air.density, air.normal_drag, air.tangential_drag), (1.1, 1.2, 0.02));
+    let gusts = rod::Gusts { strength: 0.2, length: 5.0, time: 2.0, seed: 3 };
+    assert_eq!(air.wind, rod::Wind::new(Vector3::new(3.0, 4.0, 0.0), Some(gusts), Some(60.0)));
+    let still = scene::parse("[air]\n[[rods]]\nshape.straight = { length_m = 4, segments = 30 }", "x.toml").unwrap();
+    assert_eq!(still.model.air.unwrap().wind.velocity(&Vector3::x(), 1.0), Vector3::zeros());
 }
 
 #[test]
@@ -61,7 +81,7 @@ fn joints() {
     // The branch starts at the centre of its parent, the twig at the branch's tip.
     assert_eq!(between(4, second).offset_a, 0.0);
     assert!((between(of_rod(8).end - 1, of_rod(9).start).offset_a - 0.1).abs() < 1e-12);
-    between(of_rod(11).start, of_rod(12).start);
+    between(of_rod(15).start, of_rod(16).start);
     assert!(rod::measure::worst_gap(model, &scene.state) < 1e-9);
 }
 

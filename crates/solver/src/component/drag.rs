@@ -90,7 +90,7 @@ impl<T: Real> Component<T> {
             // The two Gauss points lie at +-l / (2 sqrt 3).
             let arm = axis * (constants.length * T::splat(GAUSS));
             let turning = velocity.bend.cross(arm);
-            let (mut force, mut torque, mut slope) = (Vec3::zero(), Vec3::zero(), zero);
+            let (mut force, mut torque, mut slope, mut swept) = (Vec3::zero(), Vec3::zero(), zero, zero);
             for side in [T::splat(1.0), T::splat(-1.0)] {
                 let relative = wind_at(&wind, pose.x + arm * side) - velocity.stretch - turning * side;
                 let along = relative.dot(axis);
@@ -101,6 +101,7 @@ impl<T: Real> Component<T> {
                 torque += arm.cross(share) * side;
                 // The larger of the two for both: a mean would not bound the coupling of shift and turn.
                 slope = slope.max(normal).max(tangential);
+                swept = swept.max(normal * along.abs());
             }
             // What weight and loads will have made of it by the end of the step, at most the terminal speed: else a
             // segment that starts at rest would fall beyond it.
@@ -111,6 +112,10 @@ impl<T: Real> Component<T> {
             slope = slope.max(fallen(body.tangential, pull_along.abs(), body.mass, h));
             // Twice, for the slope of a square.
             let added = slope * two * h;
+            // As a segment shifts, its neighbours turn it in the stream along them. That force is explicit in the pose, and
+            // where the air passes many segments within a step it would throw the segment to and fro. Bounding the
+            // change's factor by 4 (the stability of symplectic Euler) asks for this much inertia and no more.
+            let added = added.max(swept * (h * h / constants.length) - body.mass);
             let free = constants.free;
             let third = constants.length * constants.length * T::splat(1.0 / 12.0);
             constants.inverse_mass = free / (body.mass + added);
