@@ -1,8 +1,9 @@
 //! Rods in air against theory, and what wind must never do.
 
 use acceptance::{Beam, run, tight};
+use evaluation::stress;
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Gusts, Material, Model, RodSpec, State, Wind, measure, shape};
+use rod::{Air, Assembly, Damping, Gusts, Material, Model, State, Wind, measure};
 use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
@@ -35,7 +36,7 @@ fn rods_fall_at_their_terminal_speed() {
                 let profile = 1.2 * drag * 2.0 * beam.radius * beam.length;
                 let weight = beam.line_density() * beam.length * GRAVITY;
                 let expected = (2.0 * weight / profile).sqrt();
-                // The speed comes within a per cent in three times v / g.
+                // In 5 v / g the speed tanh(g t / v) v comes within 1e-4 of v.
                 let steps = (5.0 * expected / GRAVITY / dt) as usize;
                 let (_, end) = run(&model, &state, &Settings::default(), dt, steps);
                 for v in &end.velocities {
@@ -68,6 +69,8 @@ fn bent_drag(beam: &Beam, speed: f64) -> f64 {
     let rod = assembly.rod(&beam.spec(Vector3::zeros(), Vector3::z()));
     let wind = Vector3::x() * speed;
     assembly.clamp_start(&rod).air(Air { wind: Wind::steady(wind), ..still(1.0, 0.0) });
+    // Only that it comes to rest.
+    assembly.damping(Damping { linear: 2.0, angular: 0.0 });
     let (model, state) = assembly.finish();
     let mut simulation = Simulation::new(&model, &state, &Settings::default(), None).unwrap();
     let mut end = state.clone();
@@ -76,7 +79,7 @@ fn bent_drag(beam: &Beam, speed: f64) -> f64 {
     }
     simulation.store(&mut end);
     let fastest = end.velocities.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    assert!(fastest < 0.05 * beam.length * speed.min(1e-2), "still moving at {fastest} m/s in {speed} m/s");
+    assert!(fastest < 1e-3 * speed, "still moving at {fastest} m/s in {speed} m/s");
     drag_force(&model, &end, wind)
 }
 
@@ -119,54 +122,33 @@ fn air_at_rest_only_takes_energy() {
             settings.step.formulation = formulation;
             let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
             let energy = |state: &State| measure::energy(&model, state).total();
-            let first = energy(&state);
-            let mut before = first;
+            let at_stake = model.segments.iter().map(|s| s.mass()).sum::<f64>() * GRAVITY;
+            let mut before = energy(&state);
             for step in 0..(2.0 / dt) as usize {
                 simulation.step(dt).unwrap();
                 simulation.store(&mut state);
                 let now = energy(&state);
-                let rise = (now - before) / first.abs().max(model.segments.len() as f64 * 1e-3);
-                println!("{formulation} {dt} {step} {now} {rise}");
-                assert!(rise < 1e-9, "{formulation}, dt = {dt}, step {step}: {before} J to {now} J");
+                assert!(now - before < 1e-9 * at_stake, "{formulation}, dt = {dt}, step {step}: {before} J to {now} J");
                 before = now;
             }
         }
     }
 }
 
-/// A tree of 70 rods: a trunk, branches on it, twigs on those.
-fn tree() -> Assembly {
-    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -GRAVITY));
-    let wood = Material { youngs_modulus: 4e9, torsion_modulus: 5e8, density: 700.0 };
-    let straight = |start, direction, length: f64, radius| {
-        RodSpec::new(shape::straight(start, direction, length, (length / 0.065) as usize), radius, wood)
-    };
-    let trunk = assembly.rod(&straight(Vector3::zeros(), Vector3::z(), 4.0, 0.03));
-    assembly.clamp_start(&trunk);
-    let mut parents = vec![trunk];
-    for k in 1..70 {
-        let parent = parents[if k < 10 { 0 } else { k % 9 + 1 }].clone();
-        let on = parent.start + parent.len() / 2 + k % (parent.len() / 2);
-        let state = assembly.state_mut();
-        let angle = k as f64 * 2.399_963;
-        let direction = Vector3::new(angle.cos(), angle.sin(), 1.0) + state.axis(on);
-        let start = state.positions[on] + state.axis(on) * 0.0325;
-        let (length, radius) = if k < 10 { (2.0, 0.012) } else { (0.7, 0.003) };
-        let branch = assembly.rod(&straight(start, direction, length, radius));
-        assembly.branch(on, 1.0, &branch);
-        parents.push(branch);
-    }
-    assembly
+/// The stability table's tree of 70 rods.
+fn tree() -> (Model, State) {
+    let case = stress::cases().into_iter().find(|case| case.name.starts_with("70-rod tree")).unwrap();
+    (case.model, case.state)
 }
 
 /// A hair of 0.1 mm, clamped upright.
-fn hair() -> Assembly {
+fn hair() -> (Model, State) {
     let keratin = Material { youngs_modulus: 4e9, torsion_modulus: 1e9, density: 1300.0 };
     let beam = Beam { length: 0.2, radius: 5e-5, material: keratin, segments: 40 };
     let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -GRAVITY));
     let rod = assembly.rod(&beam.spec(Vector3::zeros(), Vector3::z()));
     assembly.clamp_start(&rod);
-    assembly
+    assembly.finish()
 }
 
 fn gale() -> Wind {
@@ -174,28 +156,25 @@ fn gale() -> Wind {
     Wind::new(Vector3::new(60.0, 0.0, 0.0), Some(gusts), None)
 }
 
+/// Newton alone does not solve every step of the hair, and says so: in 0.02 s the air passes it six times.
 #[test]
 fn storms_break_nothing() {
-    for (name, assembly) in [("tree", tree()), ("hair", hair())] {
+    for (name, (mut model, first)) in [("tree", tree()), ("hair", hair())] {
         for wind in [Wind::steady(Vector3::x() * 60.0), gale()] {
             for formulation in Formulation::ALL {
-                let mut assembly = assembly.clone();
-                assembly.air(Air { wind: wind.clone(), ..still(1.1, 0.01) });
-                let (model, mut state) = assembly.finish();
+                model.air = Some(Air { wind: wind.clone(), ..still(1.1, 0.01) });
+                let mut state = first.clone();
                 let lengths = measure::rod_lengths(&model, &state);
                 let mut settings = Settings::default();
                 settings.step.formulation = formulation;
                 let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
                 for step in 0..20 {
                     let status = simulation.step(0.02).unwrap().status;
-                    let counters = simulation.counters();
-                    println!("{name} {formulation} {step}: {status:?}, {} {}", counters.iterations, counters.retries);
                     let is_stubborn = name == "hair" && formulation == Formulation::Newton;
                     let worst = if is_stubborn { Status::OutOfIterations } else { Status::ConvergedInSubsteps };
                     assert!(status <= worst, "{name}, {formulation}, step {step}: {status:?}");
                     simulation.store(&mut state);
                     let fastest = state.velocities.iter().map(|v| v.norm()).fold(0.0, f64::max);
-                    println!("fastest {fastest}");
                     assert!(fastest < 120.0, "{name}, {formulation}, step {step}: {fastest} m/s");
                     assert!(measure::length_drift(&model, &state, &lengths) < 1e-4);
                 }
