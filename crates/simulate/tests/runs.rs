@@ -181,7 +181,7 @@ fn counters_tell_what_the_scene_has() {
 
     assert_eq!(work(&json(&["elastica", "--steps", "10", "--guess", "zero"]), "load_evaluations"), 10);
     let windy = json(&["tree-10", "--steps", "10"]);
-    assert_eq!(work(&windy, "drag_evaluations"), 204 * (work(&windy, "steps") + work(&windy, "retries")));
+    assert_eq!(work(&windy, "drag_evaluations"), 206 * (work(&windy, "steps") + work(&windy, "retries")));
     assert!(windy["stages_s"]["drag"].as_f64().is_some_and(|seconds| seconds > 0.0));
     let branch = json(&["branch", "--steps", "10"]);
     assert_eq!(work(&branch, "branch_eliminations"), work(&branch, "outer_iterations"));

@@ -53,7 +53,8 @@ const LONGEST: f64 = 1e6;
 
 /// Relaxes `state` to equilibrium; velocities are set to zero.
 ///
-/// Wind is that of time 0; in a steady one the equilibrium is one of drag and elasticity.
+/// Wind is that of time 0; its drag follows the shape from step to step, so that slack rods in a strong
+/// wind may not come to rest here: let them settle in time instead.
 ///
 /// # Errors
 /// If the model or the state is not valid. Not to converge is no error: see [`StaticReport::converged`].

@@ -3,8 +3,8 @@
 //! With the drag F at the step's old velocities (in the wind at its end) and a bound k of the eigenvalues of -dF/dv, the
 //! velocity's change is `dt (F + m g) / (m + dt k)`, and `m + dt k` stands in for the mass wherever the step asks for
 //! it: linearly implicit Euler, isotropic so that a body's inverse mass remains one number. Where forces balance nothing
-//! is left of k; on the way there drag at most halves a relative velocity in a step, however light the segment is.
-//! Rotations across the axis go alike, with `I + dt k l^2 / 12`.
+//! is left of k; on the way there drag at most halves a relative velocity in a step, however light the segment is. What an
+//! added inertia costs is lag, of first order in dt. Rotations across the axis go alike, with `I + dt k l^2 / 12`.
 
 use rod::{Air, Model};
 
