@@ -4,7 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use acceptance::Beam;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{Assembly, Contacts, Friction, Load, Material, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, measure, shape};
+use rod::{
+    Assembly, Contacts, Friction, Load, Material, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, measure,
+    shape,
+};
 use solver::counters::Counters;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
@@ -14,7 +17,10 @@ fn surface(friction: f64) -> Surface {
 }
 
 fn plane(point: Vector3<f64>, normal: Vector3<f64>, friction: f64) -> Obstacle {
-    Obstacle { shape: ObstacleShape::HalfSpace { point, normal: Unit::new_normalize(normal) }, surface: surface(friction) }
+    Obstacle {
+        shape: ObstacleShape::HalfSpace { point, normal: Unit::new_normalize(normal) },
+        surface: surface(friction),
+    }
 }
 
 /// Runs, asserts that all steps converge and that nothing is ever deeper than 2 % of a radius in anything else.
@@ -101,7 +107,12 @@ fn two_free_rods_collide_and_keep_their_momentum() {
         let (before, after) = (measure::linear_momentum(&model, &state), measure::linear_momentum(&model, &end));
         let scale: f64 = model.segments.iter().zip(&state.velocities).map(|(s, v)| s.mass() * v.norm()).sum();
         let (l0, l1) = (measure::angular_momentum(&model, &state), measure::angular_momentum(&model, &end));
-        println!("{restitution}: {:e} angular {:e} of {:e}", (after - before).norm() / scale, (l1 - l0).norm(), l0.norm());
+        println!(
+            "{restitution}: {:e} angular {:e} of {:e}",
+            (after - before).norm() / scale,
+            (l1 - l0).norm(),
+            l0.norm()
+        );
         let (e0, e1) = (measure::energy(&model, &state).total(), measure::energy(&model, &end).total());
         println!("energy {e0} {e1}");
         assert!((after - before).norm() < 1e-9 * scale);
@@ -139,7 +150,8 @@ fn capstan_model(angle: f64, friction: f64, pull: f64) -> (Model, State) {
     let mut assembly = Assembly::new(Vector3::zeros());
     let rest = rod::RestShape::Straight;
     let rope = assembly.rod(&RodSpec { rest, ..RodSpec::new(nodes, radius, material) });
-    let load = |segment, sign: f64, force| Load { segment, offset: sign * 0.5 * length, force, torque: Vector3::zeros() };
+    let load =
+        |segment, sign: f64, force| Load { segment, offset: sign * 0.5 * length, force, torque: Vector3::zeros() };
     assembly.load(load(rope.start, -1.0, start * 0.05));
     assembly.load(load(rope.end - 1, 1.0, end * (0.05 * pull)));
     let (mut model, state) = assembly.finish();
@@ -151,9 +163,13 @@ fn capstan_model(angle: f64, friction: f64, pull: f64) -> (Model, State) {
 fn capstan(angle: f64, friction: f64, pull: f64) -> f64 {
     let (model, state) = capstan_model(angle, friction, pull);
     let mut settings = Settings::default();
-    if let Ok(f) = std::env::var("F") { settings.step.formulation = f.parse().unwrap(); }
+    if let Ok(f) = std::env::var("F") {
+        settings.step.formulation = f.parse().unwrap();
+    }
     let newton = settings.step.formulation.momentum();
-    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| solver::guess::GuessKind::StepQuadratic.build(m, s, t);
+    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| {
+        solver::guess::GuessKind::StepQuadratic.build(m, s, t)
+    };
     let mut simulation = Simulation::new(&model, &state, &settings, if newton { Some(&build) } else { None }).unwrap();
     for _ in 0..50 {
         simulation.step(0.01).unwrap();
@@ -161,7 +177,15 @@ fn capstan(angle: f64, friction: f64, pull: f64) -> f64 {
     let mut end = state.clone();
     simulation.store(&mut end);
     let counters = simulation.counters();
-    println!("it {} retries {} sweeps {} total {:?} deepest {:.1e} speed {:.4}", counters.iterations, counters.retries, counters.contact_sweeps, counters.times.total(), counters.deepest_penetration, end.velocities[0].norm());
+    println!(
+        "it {} retries {} sweeps {} total {:?} deepest {:.1e} speed {:.4}",
+        counters.iterations,
+        counters.retries,
+        counters.contact_sweeps,
+        counters.times.total(),
+        counters.deepest_penetration,
+        end.velocities[0].norm()
+    );
     let moved = |i: usize| (end.positions[i] - state.positions[i]).norm();
     println!("    {:.4} {:.4}", moved(0), moved(end.positions.len() - 1));
     moved(0)
@@ -184,7 +208,9 @@ fn debug_capstan() {
     let (model, state) = capstan_model(PI / 2.0, 0.3, (0.3 * PI / 2.0_f64).exp() * 0.95);
     let mut settings = Settings::default();
     settings.step.formulation = std::env::var("F").unwrap().parse().unwrap();
-    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| solver::guess::GuessKind::StepQuadratic.build(m, s, t);
+    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| {
+        solver::guess::GuessKind::StepQuadratic.build(m, s, t)
+    };
     let newton = settings.step.formulation.momentum();
     let mut simulation = Simulation::new(&model, &state, &settings, if newton { Some(&build) } else { None }).unwrap();
     let mut end = state.clone();
@@ -194,7 +220,20 @@ fn debug_capstan() {
         simulation.store(&mut end);
         let c = simulation.counters();
         let n = end.positions.len();
-        println!("{step} {:?} it {} retries {} sweeps {} solves {}  v0 {:.4} v1 {:.4} moved {:.4}  worst {:.1e} {:.1e} {:.1e}", report.status, c.iterations - before.iterations, c.retries-before.retries, c.contact_sweeps - before.contact_sweeps, c.contact_solves - before.contact_solves, end.velocities[0].norm(), end.velocities[n-1].norm(), (end.positions[0]-state.positions[0]).norm(), c.worst_stretch, c.worst_bend, c.worst_contact);
+        println!(
+            "{step} {:?} it {} retries {} sweeps {} solves {}  v0 {:.4} v1 {:.4} moved {:.4}  worst {:.1e} {:.1e} {:.1e}",
+            report.status,
+            c.iterations - before.iterations,
+            c.retries - before.retries,
+            c.contact_sweeps - before.contact_sweeps,
+            c.contact_solves - before.contact_solves,
+            end.velocities[0].norm(),
+            end.velocities[n - 1].norm(),
+            (end.positions[0] - state.positions[0]).norm(),
+            c.worst_stretch,
+            c.worst_bend,
+            c.worst_contact
+        );
         before = c;
     }
 }

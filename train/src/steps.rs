@@ -18,7 +18,7 @@ use solver::guess::{InitialGuess, StepExtrapolation};
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::{NoGuess, Status, StepParams, attempt};
+use solver::step::{Interval, NoGuess, Status, StepParams, attempt};
 use solver::system::Six;
 
 /// Time steps [s].
@@ -153,8 +153,9 @@ impl Recorder {
         end.predicted.clone_from(&component.poses);
         end.poses.clone_from(&component.start);
         end.lambda = vec![Six::zero(); self.graph.edges().len()];
-        let (dt, counters) = (component.dt(), &mut Counters::default());
-        let attempt = attempt(&mut end, dt, &TIGHT, self.solver.as_mut(), &mut NoGuess, counters);
+        // The scenes have no wind: any time is as good.
+        let (interval, counters) = (Interval { time: 0.0, dt: component.dt() }, &mut Counters::default());
+        let attempt = attempt(&mut end, interval, &TIGHT, self.solver.as_mut(), &mut NoGuess, counters);
         if attempt.status(0) != Status::Converged {
             return;
         }

@@ -34,6 +34,8 @@ pub struct Row {
     pub outer_median: f64,
     /// Median iterations of the linear solver in a step, summed over connected sets.
     pub linear_median: f64,
+    /// Median wall time of a step [us]: wind and drag.
+    pub drag_us: f64,
     /// Median wall time of a step [us]: prediction and velocities.
     pub predict_us: f64,
     /// Median wall time of a step [us]: guesses.
@@ -125,15 +127,15 @@ struct Run {
     simulation: Simulation,
     status: Status,
     error: f64,
-    /// Of each step, the times of the five stages and their sum [us], then its outer and its linear iterations.
-    costs: Vec<[f64; 8]>,
+    /// Of each step, the times of the six stages and their sum [us], then its outer and its linear iterations.
+    costs: Vec<[f64; 9]>,
 }
 
 impl Run {
     fn row(&self, entry: &Entry<'_>, steps: usize) -> Row {
         let counters = self.simulation.counters();
         let solves = (steps * self.simulation.components()).max(1);
-        let [predict_us, guess_us, assemble_us, solve_us, update_us, total_us, outer_median, linear_median] =
+        let [drag_us, predict_us, guess_us, assemble_us, solve_us, update_us, total_us, outer_median, linear_median] =
             std::array::from_fn(|k| median(self.costs.iter().map(|costs| costs[k]).collect()));
         Row {
             name: entry.name.clone(),
@@ -142,6 +144,7 @@ impl Run {
             linear_iterations_per_solve: counters.linear_iterations as f64 / counters.iterations.max(1) as f64,
             outer_median,
             linear_median,
+            drag_us,
             predict_us,
             guess_us,
             assemble_us,
@@ -154,10 +157,11 @@ impl Run {
 }
 
 /// What a step cost, by two readings: see [`Run::costs`].
-fn between(before: &Counters, after: &Counters) -> [f64; 8] {
+fn between(before: &Counters, after: &Counters) -> [f64; 9] {
     let us = |time: fn(&StageTimes) -> Duration| (time(&after.times) - time(&before.times)).as_secs_f64() * 1e6;
     let count = |count: fn(&Counters) -> u64| (count(after) - count(before)) as f64;
     [
+        us(|times| times.drag),
         us(|times| times.predict),
         us(|times| times.guess),
         us(|times| times.assemble),

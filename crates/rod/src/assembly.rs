@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
-use crate::{Body, Damping, Joint, Load, Material, Model, Pose, Section, Segment, State, Stretch};
+use crate::{Air, Body, Damping, Joint, Load, Material, Model, Pose, Section, Segment, State, Stretch};
 
 /// The shape in which a rod has no bend-twist energy.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +84,12 @@ impl Assembly {
     /// Sets the damping.
     pub fn damping(&mut self, damping: Damping) -> &mut Self {
         self.model.damping = damping;
+        self
+    }
+
+    /// Surrounds all segments with `air`.
+    pub fn air(&mut self, air: Air) -> &mut Self {
+        self.model.air = Some(air);
         self
     }
 

@@ -1,13 +1,14 @@
 //! Elastic rods and trees of rods, as data: what a solver needs to know and nothing of how it solves.
 //!
 //! A [`Model`] holds [`Segment`]s (rigid cylinders), [`Joint`]s between them (a stretch-shear and a bend-twist constraint
-//! each, with compliance), ground anchors, loads, gravity and damping. A [`State`] holds what moves. An [`Assembly`]
+//! each, with compliance), ground anchors, loads, gravity, damping and air. A [`State`] holds what moves. An [`Assembly`]
 //! builds both from rods with a centreline, branches and clamps.
 //!
 //! Formulas follow Kugelstadt, Deul and Bender, "Direct Position-Based Solver for Stiff Rods" (2018), which the
 //! COPINGNet paper (Shao et al., "Accurately Solving Physical Systems with Graph Learning", ICLR 2021) builds on.
 //! Units are SI throughout. This crate knows no solver, no file format and no network.
 
+mod air;
 mod assembly;
 mod contact;
 pub mod darboux;
@@ -15,8 +16,11 @@ mod material;
 pub mod measure;
 mod model;
 pub mod shape;
+mod wind;
 
+pub use air::Air;
 pub use assembly::{Assembly, RestShape, RodSpec};
 pub use contact::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
 pub use material::{Material, Section, Stretch};
 pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};
+pub use wind::{Gusts, Wind, WindNow};

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use crate::Contacts;
+use crate::{Air, Contacts};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,6 +133,8 @@ pub struct Model {
     pub damping: Damping,
     /// What segments can touch.
     pub contacts: Contacts,
+    /// The air about the segments; `None` where it is not felt.
+    pub air: Option<Air>,
 }
 
 /// What moves: arrays with one entry a segment.
@@ -262,6 +264,9 @@ impl Model {
         not_negative("model", 0, "linear damping", self.damping.linear)?;
         not_negative("model", 0, "angular damping", self.damping.angular)?;
         self.contacts.validate()?;
+        if let Some(air) = &self.air {
+            air.validate()?;
+        }
         self.validate_state(state)
     }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Body, Damping, Load, ModelError, RodSpec, Segment};
+use rod::{Air, Assembly, Body, Damping, Gusts, Load, ModelError, RodSpec, Segment, Wind};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
@@ -42,6 +42,9 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
 
     let mut assembly = Assembly::new(gravity);
     assembly.damping(damping);
+    if let Some(air) = &file.air {
+        assembly.air(self::air(source, air)?);
+    }
     let mut builder = Builder { assembly, rods: Vec::new(), by_name: HashMap::new() };
     builder.assembly.model_mut().contacts = contacts;
     // Place in the text of the entry that each rod comes from.
@@ -61,11 +64,40 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
 
     let Builder { assembly, rods, .. } = builder;
     let (model, state) = assembly.finish();
+    if model.segments.len() > MAX_SEGMENTS {
+        let message = format!("rods: {} segments in all, but {MAX_SEGMENTS} are the most", model.segments.len());
+        return Err(source.invalid(0, message));
+    }
     if let Err(error) = model.validate(&state) {
         let span = entry_at_fault(&model, &error).map_or(0..0, |rod| entry_of[rod].clone());
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
     Ok(Scene { name: stem(source.file), description: file.description.clone(), model, state, run, rods, obstacles })
+}
+
+fn air(source: &Source, air: &format::Air) -> Result<Air> {
+    let drag = |value: &_| source.not_negative(value, "");
+    Ok(Air {
+        density: number_or(&air.density_kg_m3, defaults::AIR_DENSITY, |v| source.positive(v, "kg/m^3"))?,
+        normal_drag: number_or(&air.normal_drag, defaults::NORMAL_DRAG, drag)?,
+        tangential_drag: number_or(&air.tangential_drag, defaults::TANGENTIAL_DRAG, drag)?,
+        wind: air.wind.as_ref().map_or(Ok(Wind::steady(Vector3::zeros())), |wind| self::wind(source, wind))?,
+    })
+}
+
+fn wind(source: &Source, wind: &format::Wind) -> Result<Wind> {
+    let mean = source.vector(&wind.velocity_m_s, "m/s")?;
+    let gusts = |gusts: &format::Gusts| {
+        Ok(Gusts {
+            strength: source.not_negative(&gusts.strength, "")?,
+            length: number_or(&gusts.length_m, defaults::GUST_LENGTH, |v| source.positive(v, "m"))?,
+            time: number_or(&gusts.time_s, defaults::GUST_TIME, |v| source.positive(v, "s"))?,
+            seed: gusts.seed,
+        })
+    };
+    let gusts = wind.gusts.as_ref().map(gusts).transpose()?;
+    let period = wind.rotation_period_s.as_ref().map(|v| source.positive(v, "s")).transpose()?;
+    Ok(Wind::new(mean, gusts, period))
 }
 
 /// Checks all counts, so that no later stage allocates more than [`MAX_SEGMENTS`] need.
@@ -83,8 +115,7 @@ fn check_size(source: &Source, file: &format::File) -> Result<()> {
         let rod = entry.get_ref();
         let mut segments = rod.shape.get_ref().segments(source)?;
         if let Some(tree) = &rod.tree {
-            let growth = Growth::new(source, tree)?;
-            segments = segments.saturating_add(growth.branches.saturating_mul(growth.segments));
+            segments = segments.saturating_add(Growth::new(source, tree)?.least_segments());
         }
         let strands = rod.strands.as_ref().map_or(Ok(1), |strands| strands.count(source))?;
         add("rod", entry.span(), segments.saturating_mul(strands))?;
@@ -163,23 +194,24 @@ impl Builder {
         let name = self.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
         let branch_of = rod.branch_of.as_ref().map(|place| self.place(source, place)).transpose()?;
         let spec = self.spec(source, rod, branch_of)?;
-        let Some(strands) = &rod.strands else { return self.build(source, rod, name, &spec, branch_of) };
+        let Some(strands) = &rod.strands else { return self.build(source, entry, name, &spec, branch_of) };
         let strands = Strands::new(source, strands, rod, &spec)?;
         for (k, nodes) in strands.nodes().enumerate() {
-            self.build(source, rod, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None)?;
+            self.build(source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None)?;
         }
         Ok(())
     }
 
-    /// Builds a rod with what the keys of `rod` hang on it.
+    /// Builds a rod with what the keys of its entry hang on it.
     fn build(
         &mut self,
         source: &Source,
-        rod: &format::Rod,
+        entry: &Spanned<format::Rod>,
         name: String,
         spec: &RodSpec,
         branch_of: Option<(usize, f64)>,
     ) -> Result<()> {
+        let rod = entry.get_ref();
         let segments = self.add_rod(name, spec, branch_of);
         if spec.closed && !rod.clamp.is_empty() {
             return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
@@ -212,7 +244,11 @@ impl Builder {
             }
             let length = segments.map(|i| self.segment(i).length).sum();
             let trunk = self.rods[self.rods.len() - 1].clone();
-            Growth::new(source, tree)?.grow(self, &trunk, length, spec);
+            let growth = Growth::new(source, tree)?;
+            if !growth.grow(self, &trunk, length, spec) {
+                let message = format!("with this tree the scene has more than {MAX_SEGMENTS} segments");
+                return source.wrong(entry.span(), &message);
+            }
         }
         Ok(())
     }

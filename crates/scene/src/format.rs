@@ -32,6 +32,7 @@ pub(crate) struct File {
     pub(crate) contact: Option<Contact>,
     #[serde(default)]
     pub(crate) obstacles: Vec<Spanned<Obstacle>>,
+    pub(crate) air: Option<Air>,
     #[serde(default)]
     pub(crate) rods: Vec<Spanned<Rod>>,
     #[serde(default)]
@@ -52,6 +53,33 @@ pub(crate) struct Run {
 pub(crate) struct Damping {
     pub(crate) linear_per_s: Option<Number>,
     pub(crate) angular_per_s: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Air {
+    pub(crate) density_kg_m3: Option<Number>,
+    pub(crate) normal_drag: Option<Number>,
+    pub(crate) tangential_drag: Option<Number>,
+    pub(crate) wind: Option<Wind>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Wind {
+    pub(crate) velocity_m_s: Vector,
+    pub(crate) gusts: Option<Gusts>,
+    pub(crate) rotation_period_s: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Gusts {
+    pub(crate) strength: Number,
+    pub(crate) length_m: Option<Number>,
+    pub(crate) time_s: Option<Number>,
+    #[serde(default)]
+    pub(crate) seed: u64,
 }
 
 #[derive(Deserialize)]
@@ -228,7 +256,8 @@ pub(crate) struct Load {
 pub(crate) struct Tree {
     pub(crate) branches: Count,
     pub(crate) levels: Count,
-    pub(crate) segments: Count,
+    pub(crate) segments: Option<Count>,
+    pub(crate) segment_m: Option<Number>,
     pub(crate) length_ratio: Option<Number>,
     pub(crate) radius_ratio: Option<Number>,
     pub(crate) angle_deg: Option<Number>,

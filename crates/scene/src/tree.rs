@@ -12,11 +12,20 @@ use crate::random::Random;
 use crate::shape::number_or;
 use crate::{MAX_SEGMENTS, RodInfo};
 
+/// Into what branches are cut.
+#[derive(Clone, Copy)]
+enum Cut {
+    /// Segments of each branch.
+    Segments(usize),
+    /// Length of a segment [m], about.
+    Length(f64),
+}
+
 /// A checked [`Tree`].
 pub(crate) struct Growth {
-    pub(crate) branches: usize,
+    branches: usize,
     levels: usize,
-    pub(crate) segments: usize,
+    cut: Cut,
     length_ratio: f64,
     radius_ratio: f64,
     angle: f64,
@@ -31,7 +40,7 @@ impl Growth {
         Ok(Self {
             branches: source.count(&tree.branches, levels, MAX_SEGMENTS)?,
             levels,
-            segments: source.count(&tree.segments, 1, MAX_SEGMENTS)?,
+            cut: Self::cut(source, tree)?,
             length_ratio: number_or(&tree.length_ratio, 0.7, ratio)?,
             radius_ratio: number_or(&tree.radius_ratio, 0.6, ratio)?,
             angle: number_or(&tree.angle_deg, 40.0, angle)?.to_radians(),
@@ -39,8 +48,35 @@ impl Growth {
         })
     }
 
-    /// Grows all branches on a rod built from `spec`, whose material and stretch they share.
-    pub(crate) fn grow(&self, builder: &mut Builder, trunk: &RodInfo, trunk_length: f64, spec: &RodSpec) {
+    fn cut(source: &Source, tree: &Tree) -> Result<Cut> {
+        match (&tree.segments, &tree.segment_m) {
+            (Some(segments), None) => Ok(Cut::Segments(source.count(segments, 1, MAX_SEGMENTS)?)),
+            (None, Some(length)) => Ok(Cut::Length(source.positive(length, "m")?)),
+            (Some(_), Some(length)) => source.wrong(length.span(), "give either `segments` or `segment_m`, not both"),
+            (None, None) => source.wrong(tree.branches.span(), "give `segments` or `segment_m` with it"),
+        }
+    }
+
+    /// Segments of all branches, as far as it is known before they grow: the least.
+    pub(crate) fn least_segments(&self) -> usize {
+        match self.cut {
+            Cut::Segments(segments) => self.branches.saturating_mul(segments),
+            Cut::Length(_) => self.branches,
+        }
+    }
+
+    fn segments(&self, length: f64) -> usize {
+        match self.cut {
+            Cut::Segments(segments) => segments,
+            // A number too large for a whole one becomes the largest.
+            Cut::Length(each) => ((length / each).round() as usize).max(1),
+        }
+    }
+
+    /// Grows all branches on a rod built from `spec`, whose material and stretch they share. Stops and returns `false`
+    /// where they would have more than [`MAX_SEGMENTS`] segments.
+    pub(crate) fn grow(&self, builder: &mut Builder, trunk: &RodInfo, trunk_length: f64, spec: &RodSpec) -> bool {
+        let mut room = MAX_SEGMENTS.saturating_sub(trunk.segments.end);
         let mut random = Random::new(self.seed, 0);
         let mut parents = vec![(trunk.segments.clone(), trunk_length)];
         let mut grown = 0;
@@ -54,9 +90,12 @@ impl Growth {
                 let direction = builder.orientation(on) * Vector3::new(tilt.sin() * cos, tilt.sin() * sin, tilt.cos());
                 let length = parent_length * self.length_ratio * random.uniform(0.8, 1.2);
                 let radius = builder.segment(on).radius * self.radius_ratio;
-                let nodes = shape::straight(builder.point(on, 1.0), direction, length, self.segments);
+                let count = self.segments(length);
+                let Some(left) = room.checked_sub(count) else { return false };
+                room = left;
+                let nodes = shape::straight(builder.point(on, 1.0), direction, length, count);
                 let branch = RodSpec {
-                    radii: taper(radius, radius * self.radius_ratio, self.segments),
+                    radii: taper(radius, radius * self.radius_ratio, count),
                     stretch: spec.stretch,
                     ..RodSpec::new(nodes, radius, spec.material)
                 };
@@ -66,6 +105,7 @@ impl Growth {
             }
             parents = level;
         }
+        true
     }
 
     /// Branches of each level, in geometric progression, at least one.

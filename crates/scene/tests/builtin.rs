@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Vector3;
 use rod::measure;
 
 fn scenes_folder() -> std::path::PathBuf {
@@ -93,6 +94,25 @@ fn validation_scenes_have_the_numbers_of_their_references() {
     assert_eq!(balance.force.norm(), 0.0);
     let scene = scene::builtin("tip-mass").unwrap();
     close(scene.model.segments[29].added_mass / scene.model.segments[29].own_mass(), 1e4);
+}
+
+#[test]
+fn trees_in_wind_have_the_papers_numbers() {
+    let winds = [(10, 204), (20, 355), (40, 654), (70, 1061)].map(|(rods, segments)| {
+        let scene = scene::builtin(&format!("tree-{rods}")).unwrap();
+        assert_eq!((scene.rods.len(), scene.run.dt, scene.run.steps), (rods, 0.02, 300));
+        let found = scene.model.segments.len();
+        assert!((found as f64 / f64::from(segments) - 1.0).abs() < 0.02, "{found} segments for {segments}");
+        // Every segment hangs on another, the first on the ground.
+        assert_eq!((scene.model.joints.len(), scene.model.anchors.len()), (found, 1));
+        scene.model.air.unwrap().wind
+    });
+    let at = |wind: &rod::Wind, t: f64| [Vector3::zeros(), Vector3::x() * 3.0].map(|x| wind.velocity(&x, t));
+    let [steady, gusty, turning, _] = winds;
+    assert_eq!(at(&steady, 0.0), at(&steady, 2.0));
+    let [here, there] = at(&gusty, 0.0);
+    assert!((here - there).norm() > 0.1 && here.dot(&at(&gusty, 3.0)[0]) > 0.0);
+    assert!(at(&turning, 0.0)[0].dot(&at(&turning, 3.0)[0]) < 0.0);
 }
 
 #[test]

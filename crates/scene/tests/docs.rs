@@ -5,10 +5,13 @@ use std::collections::BTreeSet;
 const DOCS: &str = include_str!("../../../docs/scenes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 29] = [
+const PROBES: [&str; 32] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
+    "air.zzz = 1",
+    "air.wind.zzz = 1",
+    "air.wind.gusts.zzz = 1",
     "rods = [{ zzz = 1 }]",
     "rods = [{ shape.zzz = 1 }]",
     "rods = [{ shape.straight.zzz = 1 }]",
@@ -66,13 +69,20 @@ fn the_examples_are_scenes() {
 
 #[test]
 fn the_defaults_are_those_documented() {
-    use scene::defaults::{DENSITY, DT, RADIUS, STEPS, YOUNGS_MODULUS};
+    use scene::defaults::{
+        AIR_DENSITY, DENSITY, DT, GUST_LENGTH, GUST_TIME, NORMAL_DRAG, RADIUS, STEPS, TANGENTIAL_DRAG, YOUNGS_MODULUS,
+    };
     for row in [
         format!("| `dt_s` | number [s] | {DT} |"),
         format!("| `steps` | whole number | {STEPS} |"),
         format!("| `radius_m` | number or `[start, end]` [m] | {RADIUS} |"),
         format!("| `youngs_modulus_pa` | number [Pa] | {YOUNGS_MODULUS:e} |"),
         format!("| `density_kg_m3` | number [kg/m^3] | {DENSITY} |"),
+        format!("| `density_kg_m3` | number [kg/m^3] | {AIR_DENSITY} |"),
+        format!("| `normal_drag` | number | {NORMAL_DRAG} |"),
+        format!("| `tangential_drag` | number | {TANGENTIAL_DRAG} |"),
+        format!("| `length_m` | number [m] | {GUST_LENGTH} |"),
+        format!("| `time_s` | number [s] | {GUST_TIME} |"),
     ] {
         assert!(DOCS.contains(&row), "{row}");
     }

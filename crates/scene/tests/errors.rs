@@ -33,7 +33,7 @@ mistakes! {
     unknown_key: "dt_s" => "dt",
         "4: run.dt is not a known key; expected `dt_s` or `steps`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `run`, `damping`, `contact`, `obstacles`, `rods`, `nets`, `joins`";
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`";
     unknown_shape: "shape.straight" => "shape.strait",
         "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
@@ -72,6 +72,25 @@ mistakes! {
         "15: rods[1]: with this rod the scene has 10000030 segments, but 10000000 are the most";
     too_many_branches: "clamp" => "tree = { branches = 10_000_000, levels = 2, segments = 10_000_000 }\nclamp",
         "6: rods[0]: with this rod the scene has 100000000000030 segments, but 10000000 are the most";
+    tree_cut_in_no_way: "clamp" => "tree = { branches = 3, levels = 1 }\nclamp",
+        "9: rods[0].tree.branches: give `segments` or `segment_m` with it";
+    tree_cut_in_two_ways: "clamp" => "tree = { branches = 3, levels = 1, segments = 2, segment_m = 1 }\nclamp",
+        "9: rods[0].tree.segment_m: give either `segments` or `segment_m`, not both";
+    tree_cut_too_fine: "clamp" => "tree = { branches = 3, levels = 1, segment_m = 1e-9 }\nclamp",
+        "6: rods[0]: with this tree the scene has more than 10000000 segments";
+    air_of_no_density: "[run]" => "air = { density_kg_m3 = 0 }\n[run]",
+        "3: air.density_kg_m3 = 0, but it must be finite and > 0 [kg/m^3]";
+    negative_drag: "[run]" => "air.normal_drag = -1\n[run]",
+        "3: air.normal_drag = -1, but it must be finite and >= 0";
+    wind_without_a_velocity: "[run]" => "air.wind = {}\n[run]", "3: air.wind: missing key `velocity_m_s`";
+    wind_not_a_number: "[run]" => "air.wind.velocity_m_s = [0, nan, 0]\n[run]",
+        "3: air.wind.velocity_m_s = [0, nan, 0], but it must be three finite numbers [m/s]";
+    negative_gusts: "[run]" => "air.wind = { velocity_m_s = [1, 0, 0], gusts.strength = -0.1 }\n[run]",
+        "3: air.wind.gusts.strength = -0.1, but it must be finite and >= 0";
+    gusts_of_no_length: "[run]" => "air.wind = { velocity_m_s = [1, 0, 0], gusts = { strength = 1, length_m = 0 } }\n[run]",
+        "3: air.wind.gusts.length_m = 0, but it must be finite and > 0 [m]";
+    rotation_in_no_time: "[run]" => "air.wind = { velocity_m_s = [1, 0, 0], rotation_period_s = 0 }\n[run]",
+        "3: air.wind.rotation_period_s = 0, but it must be finite and > 0 [s]";
     fewer_branches_than_levels: "clamp" => "tree = { branches = 3, levels = 5, segments = 1 }\nclamp",
         "9: rods[0].tree.branches = 3, but it must be a whole number from 5 to 10000000";
     no_direction: END => "segments = 30\ndirection = [0, 0, 0]\n",

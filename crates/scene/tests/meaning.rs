@@ -14,13 +14,17 @@ fn names_and_ranges() {
     assert_eq!(scene.run, scene::RunDefaults { dt: 0.02, steps: 10 });
     let names: Vec<_> = scene.rods.iter().map(|rod| rod.name.as_str()).collect();
     let grown = ["trunk/0", "trunk/1", "trunk/2", "trunk/3", "trunk/4", "trunk/5", "trunk/6"];
+    let sapling = ["sapling", "sapling/0", "sapling/1", "sapling/2"];
     let strands = ["hair/0", "hair/1", "hair/2", "hair/3"];
     let ropes = ["net/x-0", "net/x-1", "net/x-2", "net/x-3", "net/y-0", "net/y-1", "net/y-2"];
-    let parts = [&["trunk"], &grown[..], &["rod-1", "twig", "helix", "arc", "ring"], &strands, &["knot"], &ropes];
+    let parts =
+        [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &["helix", "arc", "ring"], &strands, &["knot"], &ropes];
     assert_eq!(names, parts.concat());
     assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2"]);
     assert_eq!(scene.rods[8].segments, 31..36);
-    assert!(scene.rods[12].closed && !scene.rods[11].closed);
+    assert!(scene.rods[16].closed && !scene.rods[15].closed);
+    // 1.2 m, give or take 20 %, cut as near to 0.3 m as goes.
+    assert!(scene.rods[11..14].iter().all(|rod| (3..=5).contains(&rod.segments.len())));
 }
 
 #[test]
@@ -30,7 +34,7 @@ fn bodies() {
     assert_eq!(model.gravity, Vector3::new(0.0, 0.0, -9.81));
     assert_eq!(model.damping, rod::Damping { linear: 0.5, angular: 0.25 });
     let fixed: Vec<usize> = (0..model.segments.len()).filter(|&i| model.segments[i].fixed).collect();
-    let roots: Vec<usize> = scene.rods[13..17].iter().map(|rod| rod.segments.start).collect();
+    let roots: Vec<usize> = scene.rods[17..21].iter().map(|rod| rod.segments.start).collect();
     assert_eq!(fixed, [&[3, 8, 9][..], &roots].concat());
     assert!((model.segments[0].radius - 0.049).abs() < 1e-12 && (model.segments[9].radius - 0.031).abs() < 1e-12);
     assert_eq!((model.segments[0].density, model.segments[4].added_mass), (200.0, 2.5));
@@ -42,6 +46,16 @@ fn bodies() {
     assert!((state.velocities[0] - Vector3::x()).norm() < 1e-12);
     assert_eq!((state.angular_velocities[0], state.velocities[9]), (Vector3::new(0.0, 0.0, 2.0), Vector3::zeros()));
     assert_eq!((state.velocities[3], state.angular_velocities[3]), (Vector3::y(), Vector3::new(3.0, 0.0, 0.0)));
+}
+
+#[test]
+fn air() {
+    let air = everything().model.air.unwrap();
+    assert_eq!((air.density, air.normal_drag, air.tangential_drag), (1.1, 1.2, 0.02));
+    let gusts = rod::Gusts { strength: 0.2, length: 5.0, time: 2.0, seed: 3 };
+    assert_eq!(air.wind, rod::Wind::new(Vector3::new(3.0, 4.0, 0.0), Some(gusts), Some(60.0)));
+    let still = scene::parse("[air]\n[[rods]]\nshape.straight = { length_m = 4, segments = 30 }", "x.toml").unwrap();
+    assert_eq!(still.model.air.unwrap().wind.velocity(&Vector3::x(), 1.0), Vector3::zeros());
 }
 
 #[test]
@@ -67,7 +81,7 @@ fn joints() {
     // The branch starts at the centre of its parent, the twig at the branch's tip.
     assert_eq!(between(4, second).offset_a, 0.0);
     assert!((between(of_rod(8).end - 1, of_rod(9).start).offset_a - 0.1).abs() < 1e-12);
-    between(of_rod(11).start, of_rod(12).start);
+    between(of_rod(15).start, of_rod(16).start);
     assert!(rod::measure::worst_gap(model, &scene.state) < 1e-9);
 }
 
@@ -97,7 +111,7 @@ fn contacts() {
 fn strands_point_outwards_from_their_sphere() {
     let scene = everything();
     let centre = Vector3::new(0.0, 0.0, 9.0);
-    for strand in &scene.rods[13..17] {
+    for strand in &scene.rods[17..21] {
         for i in strand.segments.clone() {
             let (out, axis) = (scene.state.positions[i] - centre, scene.state.axis(i));
             let along = i - strand.segments.start;
@@ -123,7 +137,7 @@ fn strands_point_outwards_from_their_sphere() {
 #[test]
 fn ropes_of_a_net_meet_where_they_cross() {
     let scene = everything();
-    let (ropes, model) = (&scene.rods[18..], &scene.model);
+    let (ropes, model) = (&scene.rods[22..], &scene.model);
     let length = |rope: &scene::RodInfo| -> f64 { rope.segments.clone().map(|i| model.segments[i].length).sum() };
     assert!(ropes[..4].iter().all(|rope| rope.segments.len() == 4 && (length(rope) - 2.0).abs() < 1e-12));
     assert!(ropes[4..].iter().all(|rope| rope.segments.len() == 6 && (length(rope) - 3.0).abs() < 1e-12));

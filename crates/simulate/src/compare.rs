@@ -180,7 +180,7 @@ pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
-        "way", "outer", "linear", "predict", "guess", "assemble", "solve", "update", "total", "error", "status",
+        "way", "outer", "linear", "drag", "predict", "guess", "assemble", "solve", "update", "total", "error", "status",
     ]);
     for row in runs {
         let us = |x: f64| format!("{x:.1}");
@@ -189,6 +189,7 @@ pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -
             row.name.clone(),
             outer,
             linear,
+            us(row.drag_us),
             us(row.predict_us),
             us(row.guess_us),
             us(row.assemble_us),
@@ -199,7 +200,7 @@ pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -
             row.status.to_owned(),
         ]);
     }
-    for column in table.column_iter_mut().skip(1).take(9) {
+    for column in table.column_iter_mut().skip(1).take(10) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table

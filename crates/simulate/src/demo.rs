@@ -103,6 +103,7 @@ mod tests {
             linear_iterations_per_solve: 0.0,
             outer_median: 2.0,
             linear_median,
+            drag_us: 0.0,
             predict_us: 0.0,
             guess_us: 0.0,
             assemble_us: 0.0,

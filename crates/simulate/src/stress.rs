@@ -52,7 +52,7 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
 fn print(rows: &[stress::Row]) -> Result<()> {
     say!(
         "Outer tolerance {:e} relative, {:e} absolute. Energy rise: largest rise of the total energy above its start,\n\
-         relative to the energy at stake. Length: largest relative change.",
+         relative to the energy at stake (none in wind, which does work). Length: largest relative change.",
         stress::RELATIVE_TOLERANCE,
         stress::ABSOLUTE_TOLERANCE
     )?;
@@ -80,7 +80,7 @@ fn print(rows: &[stress::Row]) -> Result<()> {
             format!("{}{finite}", row.status),
             format!("{:.2}", row.iterations_per_step),
             row.retries.to_string(),
-            format!("{:.1e}", row.energy_rise),
+            row.energy_rise.map_or_else(|| "-".to_owned(), |rise| format!("{rise:.1e}")),
             format!("{:.1e}", row.length_drift),
             format!("{:.1e}", row.worst_stretch),
             format!("{:.1e}", row.worst_bend),

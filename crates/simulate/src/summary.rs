@@ -19,6 +19,7 @@ use terminal::say;
 /// Wall time per stage [s], summed over threads.
 #[derive(Debug, Serialize)]
 struct StageSeconds {
+    drag: f64,
     predict: f64,
     guess: f64,
     assemble: f64,
@@ -42,6 +43,7 @@ struct Work {
     guesses_dropped: u64,
     load_evaluations: u64,
     damping_evaluations: u64,
+    drag_evaluations: u64,
     branch_eliminations: u64,
     geometric_evaluations: u64,
     momentum_evaluations: u64,
@@ -106,6 +108,8 @@ pub(crate) struct Summary {
     interrupted: bool,
     /// Wall time of the steps [s], without measuring and writing.
     wall_s: f64,
+    /// Simulated time over `wall_s`; 0 without steps.
+    times_real_time: f64,
     stages_s: StageSeconds,
     work: Work,
     worst_residuals: Worst,
@@ -135,6 +139,7 @@ impl Summary {
         let counters = simulation.counters();
         let seconds = |d: Duration| d.as_secs_f64();
         let times = &counters.times;
+        let wall = seconds(course.wall);
         Self {
             scene: scene.name.clone(),
             segments: scene.model.segments.len(),
@@ -157,8 +162,10 @@ impl Summary {
             threads: rayon::current_num_threads(),
             status: course.status.name(),
             interrupted: course.interrupted,
-            wall_s: seconds(course.wall),
+            wall_s: wall,
+            times_real_time: if course.steps > 0 { scene.run.dt * course.steps as f64 / wall.max(1e-9) } else { 0.0 },
             stages_s: StageSeconds {
+                drag: seconds(times.drag),
                 predict: seconds(times.predict),
                 guess: seconds(times.guess),
                 assemble: seconds(times.assemble),
@@ -179,6 +186,7 @@ impl Summary {
                 guesses_dropped: counters.guesses_dropped,
                 load_evaluations: counters.load_evaluations,
                 damping_evaluations: counters.damping_evaluations,
+                drag_evaluations: counters.drag_evaluations,
                 branch_eliminations: counters.branch_eliminations,
                 geometric_evaluations: counters.geometric_evaluations,
                 momentum_evaluations: counters.momentum_evaluations,
@@ -215,14 +223,9 @@ impl Summary {
         };
         say!("formulation {}, solver {}, guess {}{plane}{end}", self.formulation, self.solver, self.guess)?;
         let stopped = if self.interrupted { format!(" of {}, stopped", self.steps_asked) } else { String::new() };
-        let speed = self.dt_s * self.steps as f64 / self.wall_s.max(1e-9);
+        let speed = self.times_real_time;
         let speed = if speed < 1e6 { format!("{speed:.1}") } else { format!("{speed:.1e}") };
-        say!(
-            "{}: {} steps{stopped} in {:.3} s, {speed} times as fast as real time",
-            self.status,
-            self.steps,
-            self.wall_s
-        )?;
+        say!("{}: {} steps{stopped} in {:.3} s, {speed} times real time", self.status, self.steps, self.wall_s)?;
         let per_step = work.outer_iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
         let mut line = format!("outer iterations: {per_step:.2} a step");
         if work.linear_iterations > 0 {
@@ -273,6 +276,7 @@ impl Summary {
         table.load_style(comfy_table::presets::NOTHING);
         table.set_header(["stage", "us a step", "share"]);
         let rows = [
+            ("drag", stages.drag),
             ("predict", stages.predict),
             ("guess", stages.guess),
             ("assemble", stages.assemble),

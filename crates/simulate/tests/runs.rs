@@ -20,7 +20,7 @@ fn without_arguments_it_runs_the_bending_rod() {
     assert_eq!(lines[0], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
     assert_eq!(lines[1], "formulation xpbd-geometric, solver direct, guess zero");
     assert!(lines[2].starts_with("converged: 100 steps in "), "{out}");
-    for stage in ["predict", "guess", "assemble", "linear solve", "update"] {
+    for stage in ["drag", "predict", "guess", "assemble", "linear solve", "update"] {
         assert!(lines.iter().any(|line| line.trim_start().starts_with(stage)), "{stage}: {out}");
     }
     assert!(!out.contains("NaN") && !out.contains("inf"), "{out}");
@@ -105,13 +105,13 @@ fn json_has_all_keys() {
         keys(&summary),
         "connected_sets dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
          guess interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
-         threads tolerance wall_s work worst_residuals"
+         threads times_real_time tolerance wall_s work worst_residuals"
     );
-    assert_eq!(keys(&summary["stages_s"]), "assemble guess predict solve update");
+    assert_eq!(keys(&summary["stages_s"]), "assemble drag guess predict solve update");
     assert_eq!(keys(&summary["worst_residuals"]), "bend_rad momentum stretch_per_length");
     assert_eq!(
         keys(&summary["work"]),
-        "branch_eliminations damping_evaluations geometric_evaluations guesses_dropped guesses_used linear_failures \
+        "branch_eliminations damping_evaluations drag_evaluations geometric_evaluations guesses_dropped guesses_used linear_failures \
          linear_iterations load_evaluations momentum_evaluations non_finite not_converged outer_iterations retries \
          segment_iterations steps"
     );
@@ -159,6 +159,7 @@ fn counters_tell_what_the_scene_has() {
     for key in [
         "load_evaluations",
         "damping_evaluations",
+        "drag_evaluations",
         "branch_eliminations",
         "guesses_used",
         "guesses_dropped",
@@ -172,12 +173,16 @@ fn counters_tell_what_the_scene_has() {
         assert_eq!(work(&plain, key), 0, "{key}");
     }
     assert_eq!(plain["stages_s"]["guess"], 0.0);
+    assert_eq!(plain["stages_s"]["drag"], 0.0);
     assert_eq!(work(&plain, "steps"), 10);
     assert_eq!(work(&plain, "segment_iterations"), 30 * work(&plain, "outer_iterations"));
     assert_eq!(work(&json(&["--steps", "10", "--formulation", "xpbd"]), "geometric_evaluations"), 0);
     assert!(work(&plain, "geometric_evaluations") > 0);
 
     assert_eq!(work(&json(&["elastica", "--steps", "10", "--guess", "zero"]), "load_evaluations"), 10);
+    let windy = json(&["tree-10", "--steps", "10"]);
+    assert_eq!(work(&windy, "drag_evaluations"), 206 * (work(&windy, "steps") + work(&windy, "retries")));
+    assert!(windy["stages_s"]["drag"].as_f64().is_some_and(|seconds| seconds > 0.0));
     let branch = json(&["branch", "--steps", "10"]);
     assert_eq!(work(&branch, "branch_eliminations"), work(&branch, "outer_iterations"));
     let newton = json(&["--steps", "10", "--formulation", "newton"]);

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 /// Wall time of each stage, summed over the threads that ran it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageTimes {
+    /// Wind and drag.
+    pub drag: Duration,
     /// Prediction (lines 1 to 5 of Algorithm 1) and the velocities' update (lines 16 to 19).
     pub predict: Duration,
     /// Initial guesses, what they learn from each solution included.
@@ -23,7 +25,7 @@ pub struct StageTimes {
 impl StageTimes {
     /// Sum of all stages.
     pub fn total(&self) -> Duration {
-        self.predict + self.guess + self.assemble + self.solve + self.update + self.contact
+        self.drag + self.predict + self.guess + self.assemble + self.solve + self.update + self.contact
     }
 }
 
@@ -55,6 +57,8 @@ pub struct Counters {
     pub load_evaluations: u64,
     /// Dampings of a segment's velocity.
     pub damping_evaluations: u64,
+    /// Drags on a segment.
+    pub drag_evaluations: u64,
     /// Eliminations of a segment with three or more joints.
     pub branch_eliminations: u64,
     /// Geometric stiffnesses of a segment.
@@ -99,6 +103,7 @@ impl AddAssign for Counters {
         self.guesses_dropped += o.guesses_dropped;
         self.load_evaluations += o.load_evaluations;
         self.damping_evaluations += o.damping_evaluations;
+        self.drag_evaluations += o.drag_evaluations;
         self.branch_eliminations += o.branch_eliminations;
         self.geometric_evaluations += o.geometric_evaluations;
         self.momentum_evaluations += o.momentum_evaluations;
@@ -112,6 +117,7 @@ impl AddAssign for Counters {
         self.worst_stretch = self.worst_stretch.max(o.worst_stretch);
         self.worst_bend = self.worst_bend.max(o.worst_bend);
         self.worst_momentum = self.worst_momentum.max(o.worst_momentum);
+        self.times.drag += o.times.drag;
         self.times.predict += o.times.predict;
         self.times.guess += o.times.guess;
         self.times.assemble += o.times.assemble;

@@ -9,8 +9,7 @@ use rod::Model;
 
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
-use crate::kernel::dispatch::vectorized;
-use crate::step::{Attempt, Start, Status, StepParams, evaluate, is_finite, target};
+use crate::step::{Attempt, Interval, Start, Status, StepParams, evaluate, is_finite, predict, target};
 use crate::system::Six;
 use crate::topology::Topology;
 use crate::unit::{accept, finish};
@@ -42,16 +41,12 @@ impl Projected {
         Self { component, members, projection, dp, counters: Counters::default(), status: Status::Converged }
     }
 
-    /// Steps by `dt` [s] with at most `params.max_iterations` predictions, fewer where the tolerance is met before.
-    pub(crate) fn advance(&mut self, dt: f64, params: &StepParams) {
+    /// Steps over `interval` with at most `params.max_iterations` predictions, fewer where the tolerance is met before.
+    pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) {
         let Self { component, projection, dp, counters, .. } = self;
         let formulation = params.formulation;
         let mut watch = Stopwatch::start();
-        vectorized(
-            #[inline(always)]
-            || component.predict(dt, formulation),
-        );
-        watch.mark(&mut counters.times.predict);
+        predict(component, interval, formulation, &mut watch, counters);
         let mut residuals = evaluate(component, formulation, counters);
         let target = target(&residuals, params);
         watch.mark(&mut counters.times.assemble);

@@ -12,7 +12,7 @@ use crate::counters::Counters;
 use crate::guess::InitialGuess;
 use crate::linear::solvers::SolverKind;
 use crate::projection::{Projected, ProjectionFactory};
-use crate::step::{Status, StepParams};
+use crate::step::{Interval, Status, StepParams};
 use crate::topology::Topology;
 use crate::touching::Touching;
 use crate::unit::{Group, Single, Unit};
@@ -156,11 +156,12 @@ impl Simulation {
             return Err(SimulationError::TimeStep(dt));
         }
         let params = self.params;
+        let interval = Interval { time: self.time, dt };
         let parallel = self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1;
         if parallel {
-            self.units.par_iter_mut().for_each(|unit| unit.advance(dt, &params));
+            self.units.par_iter_mut().for_each(|unit| unit.advance(interval, &params));
         } else {
-            self.units.iter_mut().for_each(|unit| unit.advance(dt, &params));
+            self.units.iter_mut().for_each(|unit| unit.advance(interval, &params));
         }
         self.time += dt;
         let status = self.units.iter().map(Unit::status).max().unwrap_or(Status::Converged);

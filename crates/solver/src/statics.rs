@@ -53,6 +53,9 @@ const LONGEST: f64 = 1e6;
 
 /// Relaxes `state` to equilibrium; velocities are set to zero.
 ///
+/// Wind is that of time 0; its drag follows the shape from step to step, so that slack rods in a strong
+/// wind may not come to rest here: let them settle in time instead.
+///
 /// # Errors
 /// If the model or the state is not valid. Not to converge is no error: see [`StaticReport::converged`].
 pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, SimulationError> {
@@ -85,6 +88,7 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
     while report.steps < params.max_steps {
         report.steps += 1;
         before.copy_from_slice(&component.poses);
+        component.evaluate_drag(0.0, dt);
         component.predict(dt, Formulation::Xpbd);
         component.poses.copy_from_slice(&before);
         for (lambda, force) in component.lambda.iter_mut().zip(&forces) {

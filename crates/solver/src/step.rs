@@ -42,6 +42,23 @@ impl Default for StepParams {
     }
 }
 
+/// A stretch of time to step over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Its start [s].
+    pub time: f64,
+    /// Its length [s].
+    pub dt: f64,
+}
+
+impl Interval {
+    /// Its two halves.
+    pub fn halves(self) -> [Self; 2] {
+        let dt = 0.5 * self.dt;
+        [Self { dt, ..self }, Self { time: self.time + dt, dt }]
+    }
+}
+
 /// A step converges where an iteration leaves less than this of the residual.
 const CONVERGING: f64 = 0.9;
 
@@ -107,16 +124,16 @@ impl<T: Real> Attempt<T> {
     }
 }
 
-/// Attempts one step of `dt` [s]. Velocities are left to the caller, who accepts the step or takes it back.
+/// Attempts one step over `interval`. Velocities are left to the caller, who accepts the step or takes it back.
 pub fn attempt<T: Real>(
     component: &mut Component<T>,
-    dt: f64,
+    interval: Interval,
     params: &StepParams,
     solver: &mut dyn LinearSolver<T>,
     guess: &mut dyn StepGuess<T>,
     counters: &mut Counters,
 ) -> Attempt<T> {
-    let mut attempt = begin(component, dt, params, guess, counters);
+    let mut attempt = begin(component, interval, params, guess, counters);
     let mut before = attempt.residuals.worst();
     for iteration in 0..params.max_iterations.saturating_mul(2) {
         let now = attempt.residuals.worst();
@@ -154,18 +171,14 @@ pub(crate) fn may_go_on(iteration: usize, now: f64, before: f64, params: &StepPa
 /// Lines 1 to 5 of Algorithm 1, the guess for the step's start if there is one, and the first evaluation.
 pub(crate) fn begin<T: Real>(
     component: &mut Component<T>,
-    dt: f64,
+    interval: Interval,
     params: &StepParams,
     guess: &mut dyn StepGuess<T>,
     counters: &mut Counters,
 ) -> Attempt<T> {
     let formulation = params.formulation;
     let mut watch = Stopwatch::start();
-    vectorized(
-        #[inline(always)]
-        || component.predict(dt, formulation),
-    );
-    watch.mark(&mut counters.times.predict);
+    predict(component, interval, formulation, &mut watch, counters);
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
     let target = target(&residuals, params);
@@ -233,6 +246,29 @@ pub(crate) fn update<T: Real>(
         || component.update(formulation, active),
     );
     watch.mark(&mut counters.times.update);
+}
+
+/// Drag, where there is air, and the prediction.
+pub(crate) fn predict<T: Real>(
+    component: &mut Component<T>,
+    Interval { time, dt }: Interval,
+    formulation: Formulation,
+    watch: &mut Stopwatch,
+    counters: &mut Counters,
+) {
+    if component.has_air() {
+        vectorized(
+            #[inline(always)]
+            || component.evaluate_drag(time, dt),
+        );
+        counters.drag_evaluations += (component.segments() * component.used) as u64;
+        watch.mark(&mut counters.times.drag);
+    }
+    vectorized(
+        #[inline(always)]
+        || component.predict(dt, formulation),
+    );
+    watch.mark(&mut counters.times.predict);
 }
 
 /// The residual to reach, from the prediction's.

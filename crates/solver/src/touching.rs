@@ -9,7 +9,7 @@ use crate::linear::LinearInfo;
 use crate::linear::solvers::SolverError;
 use crate::simulation::PARALLEL_SEGMENTS;
 use crate::step::{
-    Attempt, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
+    Attempt, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
 };
 use crate::system::Six;
 use crate::unit::{Single, accept, finish};
@@ -70,9 +70,9 @@ impl Touching {
         sum
     }
 
-    /// Advances by `dt` [s].
-    pub(crate) fn advance(&mut self, dt: f64, params: &StepParams) {
-        self.status = self.advance_halved(dt, 0, params);
+    /// Advances over `interval`.
+    pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) {
+        self.status = self.advance_halved(interval, 0, params);
         for unit in &mut self.units {
             let mut watch = Stopwatch::start();
             if let Some(guess) = &mut unit.guess {
@@ -82,22 +82,24 @@ impl Touching {
         }
     }
 
-    fn advance_halved(&mut self, dt: f64, halvings: u32, params: &StepParams) -> Status {
-        let mut status = self.attempt(dt, params, true);
+    fn advance_halved(&mut self, interval: Interval, halvings: u32, params: &StepParams) -> Status {
+        let mut status = self.attempt(interval, params, true);
         let guessed = self.attempts.iter().any(|attempt| attempt.start != Start::Prediction);
         if guessed && status != Status::Converged {
             self.roll_back();
-            status = self.attempt(dt, params, false);
+            status = self.attempt(interval, params, false);
         }
         if status != Status::Converged && halvings < params.max_halvings {
             self.roll_back();
             self.counters.retries += 1;
-            let first = self.advance_halved(0.5 * dt, halvings + 1, params);
-            if first == Status::NonFinite {
-                return first;
+            let mut worst = Status::ConvergedInSubsteps;
+            for half in interval.halves() {
+                worst = worst.max(self.advance_halved(half, halvings + 1, params));
+                if worst == Status::NonFinite {
+                    break;
+                }
             }
-            let second = self.advance_halved(0.5 * dt, halvings + 1, params);
-            return first.max(second).max(Status::ConvergedInSubsteps);
+            return worst;
         }
         for (unit, attempt) in self.units.iter_mut().zip(&self.attempts) {
             accept(attempt, 0, &mut unit.counters);
@@ -124,8 +126,8 @@ impl Touching {
         self.stage.roll_back();
     }
 
-    /// One step of `dt` [s], without velocities.
-    fn attempt(&mut self, dt: f64, params: &StepParams, guessing: bool) -> Status {
+    /// One step over `interval`, without velocities.
+    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
         let parallel = self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1;
         let Self { units, stage, attempts, takes_part, counters, .. } = self;
         let formulation = params.formulation;
@@ -133,8 +135,8 @@ impl Touching {
             unit.component.pushed.fill(Six::zero());
             let Single { component, guess, counters, .. } = unit;
             match guess {
-                Some(guess) if guessing => begin(component, dt, params, guess, counters),
-                _ => begin(component, dt, params, &mut NoGuess, counters),
+                Some(guess) if guessing => begin(component, interval, params, guess, counters),
+                _ => begin(component, interval, params, &mut NoGuess, counters),
             }
         };
         attempts.clear();
@@ -165,7 +167,13 @@ impl Touching {
             };
             let own = attempts.iter().map(of).fold(0.0, max_or_nan);
             let now = max_or_nan(own, worst_contact / params.contact_tolerance);
-            if std::env::var("T").is_ok() { let r = attempts[0].residuals; eprintln!("  it {iteration} now {now:.2e} own {own:.2e} (s {:.1e} b {:.1e} m {:.1e} / {:.1e}) contact {:.2e} ", r.stretch, r.bend, r.momentum, attempts[0].target, worst_contact); }
+            if std::env::var("T").is_ok() {
+                let r = attempts[0].residuals;
+                eprintln!(
+                    "  it {iteration} now {now:.2e} own {own:.2e} (s {:.1e} b {:.1e} m {:.1e} / {:.1e}) contact {:.2e} ",
+                    r.stretch, r.bend, r.momentum, attempts[0].target, worst_contact
+                );
+            }
             if now.is_nan() {
                 return Status::NonFinite;
             }

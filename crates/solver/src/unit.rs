@@ -14,7 +14,7 @@ use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
 use crate::projection::Projected;
 use crate::simulation::GROUP;
-use crate::step::{Attempt, NoGuess, Start, Status, StepGuess, StepParams, attempt};
+use crate::step::{Attempt, Interval, NoGuess, Start, Status, StepGuess, StepParams, attempt};
 use crate::topology::Topology;
 use crate::touching::Touching;
 
@@ -27,12 +27,12 @@ pub(crate) enum Unit {
 }
 
 impl Unit {
-    pub(crate) fn advance(&mut self, dt: f64, params: &StepParams) {
+    pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) {
         match self {
-            Unit::Single(single) => single.advance(dt, params),
-            Unit::Group(group) => group.advance(dt, params),
-            Unit::Projected(projected) => projected.advance(dt, params),
-            Unit::Touching(touching) => touching.advance(dt, params),
+            Unit::Single(single) => single.advance(interval, params),
+            Unit::Group(group) => group.advance(interval, params),
+            Unit::Projected(projected) => projected.advance(interval, params),
+            Unit::Touching(touching) => touching.advance(interval, params),
         }
     }
 
@@ -113,46 +113,46 @@ impl Single {
         Self { component, members, solver, guess, counters: Counters::default(), status: Status::Converged }
     }
 
-    fn advance(&mut self, dt: f64, params: &StepParams) {
+    fn advance(&mut self, interval: Interval, params: &StepParams) {
         let Self { component, solver, guess, counters, .. } = self;
         self.status = match guess {
             Some(guess) => {
-                let status = advance(component, dt, 0, params, solver.as_mut(), guess, counters);
+                let status = advance(component, interval, 0, params, solver.as_mut(), guess, counters);
                 let mut watch = Stopwatch::start();
                 guess.observe_step(component);
                 watch.mark(&mut counters.times.guess);
                 status
             }
-            None => advance(component, dt, 0, params, solver.as_mut(), &mut NoGuess, counters),
+            None => advance(component, interval, 0, params, solver.as_mut(), &mut NoGuess, counters),
         };
     }
 }
 
-/// Steps by `dt`; where that does not converge, from the prediction if it was begun at a guess, else in two halves,
+/// Steps over `interval`; where that does not converge, from the prediction if it was begun at a guess, else in two halves,
 /// `halvings` deep so far.
 fn advance(
     component: &mut Component<f64>,
-    dt: f64,
+    interval: Interval,
     halvings: u32,
     params: &StepParams,
     solver: &mut dyn LinearSolver,
     guess: &mut dyn StepGuess<f64>,
     counters: &mut Counters,
 ) -> Status {
-    let mut result = attempt(component, dt, params, solver, guess, counters);
+    let mut result = attempt(component, interval, params, solver, guess, counters);
     if result.start != Start::Prediction && result.status(0) != Status::Converged {
         component.roll_back();
         if result.start == Start::Guess {
             counters.guesses_used -= 1;
             counters.guesses_dropped += 1;
         }
-        result = attempt(component, dt, params, solver, &mut NoGuess, counters);
+        result = attempt(component, interval, params, solver, &mut NoGuess, counters);
     }
     let status = result.status(0);
     if status != Status::Converged && halvings < params.max_halvings {
         component.roll_back();
         counters.retries += 1;
-        return halves(component, dt, halvings, params, solver, guess, counters);
+        return halves(component, interval, halvings, params, solver, guess, counters);
     }
     accept(&result, 0, counters);
     if status == Status::NonFinite {
@@ -165,7 +165,7 @@ fn advance(
 
 fn halves(
     component: &mut Component<f64>,
-    dt: f64,
+    interval: Interval,
     halvings: u32,
     params: &StepParams,
     solver: &mut dyn LinearSolver,
@@ -173,8 +173,8 @@ fn halves(
     counters: &mut Counters,
 ) -> Status {
     let mut worst = Status::ConvergedInSubsteps;
-    for _ in 0..2 {
-        worst = worst.max(advance(component, 0.5 * dt, halvings + 1, params, solver, guess, counters));
+    for half in interval.halves() {
+        worst = worst.max(advance(component, half, halvings + 1, params, solver, guess, counters));
         if worst == Status::NonFinite {
             break;
         }
@@ -228,9 +228,9 @@ impl Group {
         Self { component, members, solver, counters: Counters::default(), status: Status::Converged }
     }
 
-    fn advance(&mut self, dt: f64, params: &StepParams) {
+    fn advance(&mut self, interval: Interval, params: &StepParams) {
         let Self { component, solver, counters, .. } = self;
-        let result = attempt(component, dt, params, solver, &mut NoGuess, counters);
+        let result = attempt(component, interval, params, solver, &mut NoGuess, counters);
         self.status = Status::Converged;
         let mut alone: Vec<(usize, Component<f64>)> = Vec::new();
         let mut active = Lanes::splat(1.0);
@@ -248,7 +248,7 @@ impl Group {
             let mut single = component.extract_lane(lane);
             let mut solver = Direct::for_tree(&single.system.topology);
             counters.retries += 1;
-            let status = halves(&mut single, dt, 0, params, &mut solver, &mut NoGuess, counters);
+            let status = halves(&mut single, interval, 0, params, &mut solver, &mut NoGuess, counters);
             self.status = self.status.max(status);
             alone.push((lane, single));
         }

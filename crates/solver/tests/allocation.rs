@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use nalgebra::Vector3;
-use rod::{Assembly, Material, RodSpec, shape};
+use rod::{Air, Assembly, Gusts, Material, RodSpec, Wind, shape};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
@@ -68,7 +68,11 @@ fn whole_steps_do_not_allocate() {
         rods.fix(rod.start);
     }
     let (rods_model, rods_state) = rods.finish();
-    for (model, state) in [(&tree_model, &tree_state), (&rods_model, &rods_state)] {
+    let gusts = Gusts { strength: 0.3, length: 1.0, time: 1.0, seed: 1 };
+    let wind = Wind::new(Vector3::x(), Some(gusts), None);
+    let mut windy_model = tree_model.clone();
+    windy_model.air = Some(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.01, wind });
+    for (model, state) in [(&tree_model, &tree_state), (&windy_model, &tree_state), (&rods_model, &rods_state)] {
         for formulation in Formulation::ALL {
             for solver in [SolverKind::Direct, SolverKind::cg(PreconditionerKind::BlockJacobi)] {
                 let mut settings = Settings { solver, ..Settings::default() };

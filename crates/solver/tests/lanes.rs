@@ -1,7 +1,7 @@
 //! Rods in the lanes of vector registers move like rods alone, to the last bit.
 
 use nalgebra::Vector3;
-use rod::{Assembly, Material, Model, RodSpec, State};
+use rod::{Air, Assembly, Gusts, Material, Model, RodSpec, State, Wind};
 use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation};
 
@@ -26,6 +26,13 @@ fn add(assembly: &mut Assembly, k: usize, segments: usize, branched: bool) {
     assembly.state_mut().velocities[rod.end - 1] = Vector3::new(0.0, t, 1.0);
 }
 
+/// A storm, or no air at all.
+fn airs() -> [Option<Air>; 2] {
+    let gusts = Gusts { strength: 0.5, length: 1.0, time: 0.5, seed: 1 };
+    let wind = Wind::new(Vector3::new(20.0, 5.0, 0.0), Some(gusts), Some(3.0));
+    [None, Some(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind })]
+}
+
 fn run(model: &Model, mut state: State, formulation: Formulation) -> State {
     let mut settings = Settings::default();
     settings.step.formulation = formulation;
@@ -40,23 +47,27 @@ fn run(model: &Model, mut state: State, formulation: Formulation) -> State {
 #[test]
 fn rods_in_lanes_have_the_bits_of_rods_alone() {
     for (segments, branched) in [(2, false), (5, false), (6, false), (30, false), (12, true)] {
-        for formulation in Formulation::ALL {
-            let mut together = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-            (0..ALIKE).for_each(|k| add(&mut together, k, segments, branched));
-            let (model, state) = together.finish();
-            let together = run(&model, state, formulation);
-            let mut offset = 0;
-            for k in 0..ALIKE {
-                let mut alone = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-                add(&mut alone, k, segments, branched);
-                let (model, state) = alone.finish();
-                let alone = run(&model, state, formulation);
-                let own = offset..offset + alone.len();
-                offset = own.end;
-                assert_eq!(together.positions[own.clone()], alone.positions, "rod {k} of {segments} segments");
-                assert_eq!(together.orientations[own.clone()], alone.orientations);
-                assert_eq!(together.velocities[own.clone()], alone.velocities);
-                assert_eq!(together.angular_velocities[own], alone.angular_velocities);
+        for air in airs() {
+            for formulation in Formulation::ALL {
+                let mut together = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+                (0..ALIKE).for_each(|k| add(&mut together, k, segments, branched));
+                together.model_mut().air.clone_from(&air);
+                let (model, state) = together.finish();
+                let together = run(&model, state, formulation);
+                let mut offset = 0;
+                for k in 0..ALIKE {
+                    let mut alone = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+                    add(&mut alone, k, segments, branched);
+                    alone.model_mut().air.clone_from(&air);
+                    let (model, state) = alone.finish();
+                    let alone = run(&model, state, formulation);
+                    let own = offset..offset + alone.len();
+                    offset = own.end;
+                    assert_eq!(together.positions[own.clone()], alone.positions, "rod {k} of {segments} segments");
+                    assert_eq!(together.orientations[own.clone()], alone.orientations);
+                    assert_eq!(together.velocities[own.clone()], alone.velocities);
+                    assert_eq!(together.angular_velocities[own], alone.angular_velocities);
+                }
             }
         }
     }

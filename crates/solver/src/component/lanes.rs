@@ -8,11 +8,13 @@ use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::system::{Six, System};
 
+#[inline(always)]
 pub(super) fn vec3(v: &Vector3<f64>) -> [f64; 3] {
     [v.x, v.y, v.z]
 }
 
-fn put<T: Real>(target: &mut Vec3<T>, lane: usize, v: [f64; 3]) {
+#[inline(always)]
+pub(super) fn put<T: Real>(target: &mut Vec3<T>, lane: usize, v: [f64; 3]) {
     for (t, x) in target.0.iter_mut().zip(v) {
         t.set_lane(lane, x);
     }
@@ -43,7 +45,8 @@ pub(super) fn copy_six<T: Real, U: Real>(to: &mut Six<T>, lane: usize, from: &Si
     put(&mut to.bend, lane, from.bend.0);
 }
 
-fn get<T: Real>(v: Vec3<T>, lane: usize) -> Vector3<f64> {
+#[inline(always)]
+pub(super) fn get<T: Real>(v: Vec3<T>, lane: usize) -> Vector3<f64> {
     Vector3::new(v.0[0].lane(lane), v.0[1].lane(lane), v.0[2].lane(lane))
 }
 
@@ -186,6 +189,7 @@ impl<T: Real> Component<T> {
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
+            drag: self.drag.as_ref().map(|drag| Box::new(drag.pick(lane))),
             torques_wait: false,
             segments: self.segments,
             gravity: pick(self.gravity, lane),

@@ -3,6 +3,7 @@
 //! Bodies are the set's segments, in the model's order, followed by the anchors that its joints hold on to. Several
 //! sets with the same connectivity can move side by side, one a lane.
 
+mod drag;
 mod evaluate;
 mod lanes;
 mod predict;
@@ -30,7 +31,7 @@ pub struct Pose<T> {
     pub q: Quat<T>,
 }
 
-/// What stays the same of a body.
+/// What stays the same of a body; in air its inertia is that of the step under way.
 #[derive(Clone, Copy, Debug)]
 struct BodyConstants<T> {
     inverse_mass: T,
@@ -133,6 +134,8 @@ pub struct Component<T> {
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     loads: Vec<BodyLoad<T>>,
+    /// The air, if there is any.
+    drag: Option<Box<drag::Drag<T>>>,
     /// Whether the loads' torques have yet to enter a linear system of this step.
     torques_wait: bool,
     segments: usize,
@@ -178,6 +181,7 @@ impl<T: Real> Component<T> {
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
             loads: Vec::new(),
+            drag: model.air.as_ref().map(|air| Box::new(drag::Drag::new(air, model, sets))),
             torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
             gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),

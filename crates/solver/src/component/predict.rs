@@ -7,7 +7,8 @@ use crate::kernel::math::{Quat, Vec3};
 use crate::system::Six;
 
 impl<T: Real> Component<T> {
-    /// Lines 1 to 5 of Algorithm 1: symplectic Euler for velocities and poses, and lambda = 0.
+    /// Lines 1 to 5 of Algorithm 1: symplectic Euler for velocities and poses, and lambda = 0. In air it adds the drag
+    /// that [`Component::evaluate_drag`] has evaluated for this step.
     ///
     /// The rotation is the discrete free motion of a symmetric top (the gyroscopic term included): with the relative
     /// rotation (s, u) of a step in the body's frame, `s I u + u x I u = (dt / 2) m`, where m is the body's angular
@@ -51,6 +52,10 @@ impl<T: Real> Component<T> {
             m = m * kept[1];
             if !self.loads.is_empty() {
                 v += self.scratch[i].stretch * (h * constants.inverse_mass);
+            }
+            if let Some(drag) = &self.drag {
+                v += drag.impulses[i].stretch;
+                m += drag.impulses[i].bend;
             }
             let (turn, solved) = free_turn(constants, m, w, half);
             let told = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();

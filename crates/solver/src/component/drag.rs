@@ -1,0 +1,151 @@
+//! Drag of the air on segments: what it adds to the prediction and, linearly implicit, to the inertia.
+//!
+//! With the drag F at the step's old velocities (in the wind at its end) and a bound k of the eigenvalues of -dF/dv, the
+//! velocity's change is `dt (F + m g) / (m + dt k)`, and `m + dt k` stands in for the mass wherever the step asks for
+//! it: linearly implicit Euler, isotropic so that a body's inverse mass remains one number. Where forces balance nothing
+//! is left of k; on the way there drag at most halves a relative velocity in a step, however light the segment is. What an
+//! added inertia costs is lag, of first order in dt. Rotations across the axis go alike, with `I + dt k l^2 / 12`.
+
+use rod::{Air, Model};
+
+use super::lanes::{get, put, vec3};
+use super::{Component, Members};
+use crate::kernel::lane::Real;
+use crate::kernel::math::Vec3;
+use crate::system::Six;
+
+/// What stays the same of a segment in air.
+#[derive(Clone, Copy, Debug)]
+struct Exposed<T> {
+    /// Mass and moment of inertia across the axis, as they are; those of the step are in the component's constants.
+    mass: T,
+    transverse: T,
+    /// Drag over the square of the speed, across and along the axis [kg/m].
+    normal: T,
+    tangential: T,
+}
+
+/// The air about a component, and what it does in the step under way.
+#[derive(Clone, Debug)]
+pub(super) struct Drag<T> {
+    air: Air,
+    bodies: Vec<Exposed<T>>,
+    /// Per segment: change of the velocity beyond that of free fall [m/s], and angular impulse in the body's frame
+    /// [kg m^2/s].
+    pub(super) impulses: Vec<Six<T>>,
+}
+
+impl<T: Real> Drag<T> {
+    /// Sets of segments in `air`, one a lane; the first also fills the lanes left over.
+    pub(super) fn new(air: &Air, model: &Model, sets: &[&Members]) -> Self {
+        let count = sets.first().map_or(0, |members| members.segments.len());
+        let zero = T::zero();
+        let mut bodies = vec![Exposed { mass: zero, transverse: zero, normal: zero, tangential: zero }; count];
+        for lane in 0..T::LANES {
+            let Some(members) = sets.get(lane).or(sets.first()) else { continue };
+            for (body, &index) in bodies.iter_mut().zip(&members.segments) {
+                let segment = &model.segments[index];
+                let profile = air.density * segment.radius * segment.length;
+                body.mass.set_lane(lane, segment.mass());
+                body.transverse.set_lane(lane, segment.transverse_inertia());
+                body.normal.set_lane(lane, profile * air.normal_drag);
+                body.tangential.set_lane(lane, profile * air.tangential_drag);
+            }
+        }
+        Self { air: air.clone(), bodies, impulses: vec![Six::zero(); count] }
+    }
+
+    pub(super) fn pick(&self, lane: usize) -> Drag<f64> {
+        let pick = |body: &Exposed<T>| Exposed {
+            mass: body.mass.lane(lane),
+            transverse: body.transverse.lane(lane),
+            normal: body.normal.lane(lane),
+            tangential: body.tangential.lane(lane),
+        };
+        let bodies: Vec<_> = self.bodies.iter().map(pick).collect();
+        Drag { air: self.air.clone(), impulses: vec![Six::zero(); bodies.len()], bodies }
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// Whether there is air.
+    pub fn has_air(&self) -> bool {
+        self.drag.is_some()
+    }
+
+    /// Evaluates the drag for a step of `dt` [s] that begins at `time` [s]: before [`Component::predict`], which adds it.
+    #[inline(always)]
+    pub fn evaluate_drag(&mut self, time: f64, dt: f64) {
+        let Self { drag: Some(drag), bodies, poses, velocities, loads, scratch, gravity, .. } = self else { return };
+        let Drag { air, bodies: exposed, impulses } = drag.as_mut();
+        let wind = air.wind.at(time + dt);
+        let (zero, half, two, h) = (T::zero(), T::splat(0.5), T::splat(2.0), T::splat(dt));
+        scratch.fill(Six::zero());
+        for load in loads.iter() {
+            scratch[load.body].stretch += load.force;
+        }
+        for (i, body) in exposed.iter().enumerate() {
+            let (constants, pose, velocity) = (&mut bodies[i], &poses[i], &velocities[i]);
+            let axis = pose.q.axis();
+            // The two Gauss points lie at +-l / (2 sqrt 3).
+            let arm = axis * (constants.length * T::splat(GAUSS));
+            let turning = velocity.bend.cross(arm);
+            let (mut force, mut torque, mut slope, mut swept) = (Vec3::zero(), Vec3::zero(), zero, zero);
+            for side in [T::splat(1.0), T::splat(-1.0)] {
+                let relative = wind_at(&wind, pose.x + arm * side) - velocity.stretch - turning * side;
+                let along = relative.dot(axis);
+                let across = relative - axis * along;
+                let (normal, tangential) = (body.normal * across.norm_squared().sqrt(), body.tangential * along.abs());
+                let share = (across * normal + axis * (along * tangential)) * half;
+                force += share;
+                torque += arm.cross(share) * side;
+                // The larger of the two for both: a mean would not bound the coupling of shift and turn.
+                slope = slope.max(normal).max(tangential);
+                swept = swept.max(normal * along.abs());
+            }
+            // What weight and loads will have made of it by the end of the step, at most the terminal speed: else a
+            // segment that starts at rest would fall beyond it.
+            let pull = *gravity * body.mass + scratch[i].stretch;
+            let pull_along = pull.dot(axis);
+            let pull_across = (pull - axis * pull_along).norm_squared().sqrt();
+            slope = slope.max(fallen(body.normal, pull_across, body.mass, h));
+            slope = slope.max(fallen(body.tangential, pull_along.abs(), body.mass, h));
+            // Twice, for the slope of a square.
+            let added = slope * two * h;
+            // As a segment shifts, its neighbours turn it in the stream along them. That force is explicit in the pose, and
+            // where the air passes many segments within a step it would throw the segment to and fro. Bounding the
+            // change's factor by 4 (the stability of symplectic Euler) asks for this much inertia and no more.
+            let added = added.max(swept * (h * h / constants.length) - body.mass);
+            let free = constants.free;
+            let third = constants.length * constants.length * T::splat(1.0 / 12.0);
+            constants.inverse_mass = free / (body.mass + added);
+            constants.transverse = (body.transverse + added * third) * free + (T::splat(1.0) - free);
+            // The prediction adds free fall, with the mass as it is; what the added mass takes from it is taken here.
+            let late = *gravity * (added * constants.inverse_mass);
+            impulses[i] = Six {
+                stretch: (force * constants.inverse_mass - late) * h,
+                bend: pose.q.rotate_back(torque) * (h * free),
+            };
+        }
+    }
+}
+
+/// Place of a Gauss point along the axis, from the centre, over the length: 1 / (2 sqrt 3).
+const GAUSS: f64 = 0.288_675_134_594_812_9;
+
+/// `c v` of the speed v that a constant `force` gives a segment at rest within `dt`, at most the terminal speed.
+#[inline(always)]
+fn fallen<T: Real>(c: T, force: T, mass: T, dt: T) -> T {
+    let (unhindered, terminal) = (c * force * dt / mass, (c * force).sqrt());
+    (terminal - unhindered).select(unhindered, terminal)
+}
+
+/// Velocity of the air at a place in each lane.
+#[inline(always)]
+fn wind_at<T: Real>(wind: &rod::WindNow<'_>, x: Vec3<T>) -> Vec3<T> {
+    let mut velocity = Vec3::zero();
+    for lane in 0..T::LANES {
+        put(&mut velocity, lane, vec3(&wind.velocity(&get(x, lane))));
+    }
+    velocity
+}
