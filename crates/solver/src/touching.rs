@@ -1,7 +1,9 @@
 //! Connected sets of segments that can touch: Algorithm 1 in step, so that contacts see all of them.
 
+use std::cmp::Reverse;
+
 use rayon::prelude::*;
-use rod::{Contacts, Model};
+use rod::{Body, Contacts, Model};
 
 use crate::contact::{Shape, Stage};
 use crate::counters::{Counters, Stopwatch};
@@ -37,7 +39,7 @@ impl Touching {
     /// If a set's factor would be too large.
     pub(crate) fn new(model: &Model, mut units: Vec<Single>) -> Result<Self, SolverError> {
         debug_assert_ne!(model.contacts, Contacts::default());
-        let nothing = Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false };
+        let nothing = Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2] };
         let mut shapes = vec![nothing; model.segments.len()];
         for (component, unit) in units.iter_mut().enumerate() {
             for (body, &index) in unit.members.segments.iter().enumerate() {
@@ -48,11 +50,22 @@ impl Touching {
                     half: 0.5 * segment.length,
                     radius: segment.radius,
                     free: !segment.fixed,
+                    ends: [true; 2],
                 };
             }
             let bodies = unit.component.poses.len();
             unit.component.pushes = vec![Six::zero(); bodies];
             unit.component.pushed = vec![Six::zero(); bodies];
+        }
+        for joint in &model.joints {
+            // The thicker of two ends that meet stands for both.
+            if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)
+                && let (Some(end_a), Some(end_b)) = (shapes[a].end_at(joint.offset_a), shapes[b].end_at(joint.offset_b))
+            {
+                let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));
+                let (other, end) = if first { (b, end_b) } else { (a, end_a) };
+                shapes[other].ends[end] = false;
+            }
         }
         let stage = Stage::new(model, shapes, &units)?;
         let takes_part = vec![true; units.len()];

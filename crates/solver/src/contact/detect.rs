@@ -13,7 +13,7 @@ use crate::unit::Single;
 /// Room around a segment's way through the step, in radii, before its pairs must be looked for again.
 const ROOM: f64 = 0.5;
 /// Squared sine of the angle below which two axes count as parallel.
-const PARALLEL: f64 = 0.1;
+const PARALLEL: f64 = 0.03;
 
 /// Finds the possible contacts of a step.
 pub(crate) struct Detector {
@@ -51,7 +51,7 @@ impl Detector {
     pub(crate) fn covers(&self, components: &[Single]) -> bool {
         self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
             let component = &components[shape.component as usize].component;
-            let ends = shape.ends(&component.poses[shape.body as usize]);
+            let ends = shape.place(&component.poses[shape.body as usize]);
             !shape.free || ends.iter().all(|&end| within(room, to(end), shape.radius))
         })
     }
@@ -64,7 +64,7 @@ impl Detector {
             let component = &components[shape.component as usize].component;
             let body = shape.body as usize;
             let poses = [&component.start[body], &component.predicted[body], &component.poses[body]];
-            let ends = poses.into_iter().flat_map(|pose| shape.ends(pose)).map(to);
+            let ends = poses.into_iter().flat_map(|pose| shape.place(pose)).map(to);
             self.boxes.push(around(ends, shape.radius * (1.0 + ROOM)));
         }
         out.clear();
@@ -105,7 +105,7 @@ impl Detector {
     fn add_pair(&self, a: u32, b: u32, components: &[Single], out: &mut Vec<Contact>) {
         let ends = |i: u32| {
             let shape = &self.shapes[i as usize];
-            shape.ends(&components[shape.component as usize].component.start[shape.body as usize])
+            shape.place(&components[shape.component as usize].component.start[shape.body as usize])
         };
         let own = &self.shapes[a as usize];
         let segments = self.shapes.len() as u32;
@@ -123,7 +123,16 @@ impl Detector {
             (Partner::Obstacle(index), axis, own.radius, obstacle.surface)
         };
         let features: &[Feature] = if are_parallel(ends(a), other) { &Feature::PARALLEL } else { &[Feature::Nearest] };
-        out.extend(features.iter().map(|&feature| Contact::new((a, partner, feature), surface.friction, radius)));
+        let stands = |feature: &&Feature| match **feature {
+            Feature::Nearest => true,
+            Feature::Own(end) => own.ends[end as usize],
+            Feature::Partners(end) => match partner {
+                Partner::Segment(b) => self.shapes[b as usize].ends[end as usize],
+                Partner::Obstacle(_) => true,
+            },
+        };
+        let contact = |&feature: &Feature| Contact::new((a, partner, feature), surface.friction, radius);
+        out.extend(features.iter().filter(stands).map(contact));
     }
 
     fn with_half_spaces(&self, out: &mut Vec<Contact>) {
@@ -137,7 +146,7 @@ impl Detector {
                 }
                 let key = |end| (a as u32, Partner::Obstacle(i as u32), Feature::Own(end));
                 let contact = |end| Contact::new(key(end), obstacle.surface.friction, shape.radius);
-                out.extend([contact(0), contact(1)]);
+                out.extend([0, 1].into_iter().filter(|&end| shape.ends[end as usize]).map(contact));
             }
         }
     }

@@ -22,11 +22,19 @@ pub(crate) struct Shape {
     pub(crate) radius: f64,
     /// Whether it moves freely.
     pub(crate) free: bool,
+    /// Ends that touch for themselves: where two segments meet end to end, one stands for both.
+    pub(crate) ends: [bool; 2],
 }
 
 impl Shape {
+    /// The end that lies at a place along the axis [m], if one does.
+    pub(crate) fn end_at(&self, offset: f64) -> Option<usize> {
+        let is_end = (offset.abs() - self.half).abs() < 1e-6 * self.half;
+        is_end.then_some(usize::from(offset > 0.0))
+    }
+
     /// Ends of the axis [m].
-    pub(crate) fn ends(&self, pose: &Pose<f64>) -> [Vec3<f64>; 2] {
+    pub(crate) fn place(&self, pose: &Pose<f64>) -> [Vec3<f64>; 2] {
         let arm = pose.q.axis() * self.half;
         [pose.x - arm, pose.x + arm]
     }
@@ -91,6 +99,8 @@ pub(crate) struct Contact {
     pub(crate) residual: f64,
     /// Smaller radius of the two [m].
     pub(crate) radius: f64,
+    /// Whether another contact holds the same places apart.
+    pub(crate) doubled: bool,
 }
 
 /// Positions of all that can touch, in one step.
@@ -111,7 +121,7 @@ struct Side {
 impl Side {
     fn of(shape: &Shape, component: &Component<f64>) -> Self {
         let (start, now) = (component.start[shape.body as usize], component.poses[shape.body as usize]);
-        Self { start, now, ends: shape.ends(&now), ends_before: shape.ends(&start), radius: shape.radius }
+        Self { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius: shape.radius }
     }
 
     fn fixed(start: Vec3<f64>, end: Vec3<f64>, radius: f64) -> Self {
@@ -152,6 +162,7 @@ impl Contact {
             compliance: [0.0; 2],
             residual: 0.0,
             radius,
+            doubled: false,
         }
     }
 
@@ -193,6 +204,12 @@ impl Contact {
             Feature::Nearest => nearest(own.ends, other.ends),
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
             Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
+        };
+        // An end beyond the other axis is no end of the line along which the two touch.
+        self.doubled = match feature {
+            Feature::Nearest => false,
+            Feature::Own(_) => t <= 0.0 || t >= 1.0,
+            Feature::Partners(_) => s <= 0.0 || s >= 1.0,
         };
         let (mut a, mut b) = (own.at(s), other.at(t));
         let reach = own.radius + other.radius;

@@ -73,13 +73,14 @@ impl Newton {
                 return false;
             }
             self.before.clear();
-            self.before.extend(problem.unknowns.iter().map(|unknown| unknown.force));
+            self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
             let mut part = 1.0;
             let mut next = None;
             for _ in 0..HALVINGS {
-                for ((unknown, before), step) in problem.unknowns.iter_mut().zip(&self.before).zip(&self.step) {
-                    unknown.force = [0, 1, 2].map(|k| before[k] + part * step[k]);
-                    unknown.force[0] = unknown.force[0].max(0.0);
+                for (k, (before, step)) in self.before.iter().zip(&self.step).enumerate() {
+                    let mut force = [0, 1, 2].map(|k| before[k] + part * step[k]);
+                    force[0] = force[0].max(0.0);
+                    problem.set_force(k, force);
                 }
                 let merit = self.measure(problem);
                 if merit.squares < (1.0 - 0.1 * part) * now.squares {
@@ -89,8 +90,8 @@ impl Newton {
                 part *= 0.5;
             }
             let Some(merit) = next else {
-                for (unknown, &before) in problem.unknowns.iter_mut().zip(&self.before) {
-                    unknown.force = before;
+                for (k, &before) in self.before.iter().enumerate() {
+                    problem.set_force(k, before);
                 }
                 return false;
             };
@@ -102,7 +103,7 @@ impl Newton {
     fn measure(&mut self, problem: &Problem) -> Merit {
         self.w.clear();
         let mut merit = Merit { squares: 0.0, largest: 0.0 };
-        for (k, unknown) in problem.unknowns.iter().enumerate() {
+        for (k, unknown) in problem.unknowns().iter().enumerate() {
             let w = problem.gap_and_slip(k);
             let [normal, across] = natural_residual(problem.compliance(k), unknown.force, w, unknown.friction);
             let [normal, across] = [normal / unknown.scale, across / unknown.scale];
@@ -119,7 +120,7 @@ impl Newton {
         self.pressing.clear();
         self.place.clear();
         self.step.clear();
-        for (k, unknown) in problem.unknowns.iter().enumerate() {
+        for (k, unknown) in problem.unknowns().iter().enumerate() {
             let [normal, _] = problem.compliance(k);
             let presses = normal > 0.0 && unknown.force[0] - self.w[k][0] / normal > 0.0;
             self.place.push(if presses { self.pressing.len() as u32 } else { u32::MAX });
@@ -205,7 +206,7 @@ struct Rows {
 
 impl Rows {
     fn new(problem: &Problem, k: usize, w: Row) -> Self {
-        let (z, friction) = (problem.unknowns[k].force, problem.unknowns[k].friction);
+        let (z, friction) = (problem.unknowns()[k].force, problem.unknowns()[k].friction);
         let [normal, across] = problem.compliance(k);
         let mut rows = Rows { own: [[0.0; 3]; 3], through: [[0.0; 3]; 3], rhs: [-w[0], 0.0, 0.0] };
         rows.through[0][0] = 1.0;

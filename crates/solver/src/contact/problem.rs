@@ -38,7 +38,9 @@ pub(crate) struct Unknown {
 /// The problem's matrix by block rows, and its unknowns.
 #[derive(Default)]
 pub(crate) struct Problem {
-    pub(crate) unknowns: Vec<Unknown>,
+    unknowns: Vec<Unknown>,
+    /// Impulses less those before the solve.
+    changes: Vec<Row>,
     start: Vec<usize>,
     columns: Vec<u32>,
     blocks: Vec<Block3>,
@@ -150,8 +152,7 @@ impl Problem {
     pub(crate) fn gap_and_slip(&self, row: usize) -> Row {
         let mut w = self.unknowns[row].free;
         for (column, block) in self.row(row) {
-            let other = &self.unknowns[column as usize];
-            let d = [0, 1, 2].map(|k| other.force[k] - other.before[k]);
+            let d = &self.changes[column as usize];
             for (w, row) in w.iter_mut().zip(block) {
                 *w += row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
             }
@@ -159,18 +160,42 @@ impl Problem {
         w
     }
 
+    /// Adds a contact, whose impulse will start at `force`.
+    pub(crate) fn push(&mut self, unknown: Unknown) {
+        self.changes.push([0, 1, 2].map(|k| unknown.force[k] - unknown.before[k]));
+        self.unknowns.push(unknown);
+    }
+
+    /// Forgets all contacts.
+    pub(crate) fn clear(&mut self) {
+        self.unknowns.clear();
+        self.changes.clear();
+    }
+
+    /// The contacts.
+    pub(crate) fn unknowns(&self) -> &[Unknown] {
+        &self.unknowns
+    }
+
+    /// Sets the impulse of a contact.
+    pub(crate) fn set_force(&mut self, contact: usize, force: Row) {
+        let unknown = &mut self.unknowns[contact];
+        unknown.force = force;
+        self.changes[contact] = [0, 1, 2].map(|k| force[k] - unknown.before[k]);
+    }
+
     /// Solves one contact with all others held; returns by how much it moved.
     fn relax(&mut self, row: usize) -> f64 {
         let w = self.gap_and_slip(row);
-        let unknown = &mut self.unknowns[row];
-        let old = unknown.force;
+        let Unknown { force: old, friction, scale, .. } = self.unknowns[row];
         let d = &self.diagonal[row];
         if d[0][0] <= 0.0 {
             return 0.0;
         }
-        unknown.force = local(d, old, w, unknown.friction);
-        let moved = [0, 1, 2].map(|k| (unknown.force[k] - old[k]) * d[k][k]);
-        moved.iter().fold(0.0_f64, |most, x| most.max(x.abs())) / unknown.scale
+        let force = local(d, old, w, friction);
+        let moved = [0, 1, 2].map(|k| ((force[k] - old[k]) * d[k][k]).abs());
+        self.set_force(row, force);
+        moved.into_iter().fold(0.0, f64::max) / scale
     }
 }
 

@@ -18,9 +18,11 @@ use crate::unit::Single;
 /// Contacts with a predicted gap above this many radii are left out of a solve.
 const NEAR: f64 = 0.1;
 /// Sweeps of the complementarity problem, at most.
-const SWEEPS: usize = 1000;
+const SWEEPS: usize = 200;
 /// How much nearer than the outer tolerance the sweeps come.
-const SHARPER: f64 = 1e-4;
+const SHARPER: f64 = 0.1;
+/// The same where a momentum residual would see what is left.
+const MUCH_SHARPER: f64 = 1e-4;
 
 /// All contacts of a simulation.
 pub(crate) struct Stage {
@@ -162,14 +164,16 @@ impl Stage {
             &mut self.responses,
             &mut self.problem,
         );
-        counters.contact_sweeps += self.problem.solve(tolerance * SHARPER, SWEEPS) as u64;
+        let sharper = if formulation.momentum() { MUCH_SHARPER } else { SHARPER };
+        counters.contact_sweeps += self.problem.solve(tolerance * sharper, SWEEPS) as u64;
         counters.contact_solves += self.active.len() as u64;
         for (k, &index) in self.active.iter().enumerate() {
             let contact = &mut self.contacts[index as usize];
-            let impulse = contact.world(self.problem.unknowns[k].force);
+            let force = self.problem.unknowns()[k].force;
+            let impulse = contact.world(force);
             let change = impulse - contact.impulse;
             contact.impulse = impulse;
-            contact.guess = self.problem.unknowns[k].force;
+            contact.guess = force;
             contact.compliance = self.problem.compliance(k);
             push(contact, shapes, components, change, |component| &mut component.pushes);
         }
@@ -177,7 +181,7 @@ impl Stage {
 
     /// Chooses the contacts that may press and sets up their unknowns.
     fn choose(&mut self) {
-        self.problem.unknowns.clear();
+        self.problem.clear();
         let shapes = self.detector.world().shapes;
         for (index, contact) in self.contacts.iter().enumerate() {
             let moved = |i: u32, arm: Vec3<f64>| {
@@ -191,19 +195,14 @@ impl Stage {
             }
             let mut free = contact.local(change + contact.slip);
             free[0] += contact.gap - contact.target;
-            if free[0] > NEAR * contact.radius && contact.impulse == Vec3::zero() {
+            if (free[0] > NEAR * contact.radius || contact.doubled) && contact.impulse == Vec3::zero() {
                 continue;
             }
             let before = contact.local(contact.impulse);
             let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
             self.active.push(index as u32);
-            self.problem.unknowns.push(Unknown {
-                force,
-                before,
-                free,
-                friction: contact.friction,
-                scale: contact.radius,
-            });
+            let (friction, scale) = (contact.friction, contact.radius);
+            self.problem.push(Unknown { force, before, free, friction, scale });
         }
     }
 
