@@ -35,7 +35,7 @@ impl Default for StepParams {
             formulation: Formulation::default(),
             relative_tolerance: 1e-6,
             absolute_tolerance: 1e-9,
-            contact_tolerance: 1e-4,
+            contact_tolerance: 1e-3,
             max_iterations: 30,
             max_halvings: 6,
         }

@@ -17,7 +17,10 @@ use crate::system::Six;
 use crate::unit::{Single, accept, finish};
 
 /// Residual of the rods' own constraints that is always good enough, relative to the tolerance of contacts.
-const RODS: f64 = 0.1;
+const RODS: f64 = 0.01;
+
+/// An error so many times the least so far is not coming back.
+const LOST: f64 = 1e4;
 
 /// All connected sets of a model with contacts.
 pub(crate) struct Touching {
@@ -172,7 +175,7 @@ impl Touching {
         };
         units.iter_mut().zip(&mut *attempts).for_each(look);
         takes_part.fill(true);
-        let mut before = f64::INFINITY;
+        let (mut before, mut best) = (f64::INFINITY, f64::INFINITY);
         for iteration in 0.. {
             let of = |attempt: &Attempt<f64>| {
                 let ratio = attempt.residuals.worst() / attempt.target;
@@ -180,20 +183,14 @@ impl Touching {
             };
             let own = attempts.iter().map(of).fold(0.0, max_or_nan);
             let now = max_or_nan(own, worst_contact / params.contact_tolerance);
-            if std::env::var("T").is_ok() {
-                let r = attempts[0].residuals;
-                eprintln!(
-                    "  it {iteration} now {now:.2e} own {own:.2e} (s {:.1e} b {:.1e} m {:.1e} / {:.1e}) contact {:.2e} ",
-                    r.stretch, r.bend, r.momentum, attempts[0].target, worst_contact
-                );
-            }
             if now.is_nan() {
                 return Status::NonFinite;
             }
             if now <= 1.0 {
                 break;
             }
-            if !may_go_on(iteration, now, before, params) {
+            best = best.min(now);
+            if !may_go_on(iteration, now, before, params) || now > LOST * best {
                 return Status::OutOfIterations;
             }
             before = now;
@@ -214,7 +211,13 @@ impl Touching {
                 units.iter_mut().zip(&*attempts).zip(&*takes_part).for_each(project);
             }
             watch = Stopwatch::start();
-            stage.solve(units, formulation, params.contact_tolerance, counters);
+            if iteration == 0 && !guessed && stage.is_far(units, formulation) {
+                // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
+                // they were in the step before.
+                stage.press_as_before(units);
+            } else if !stage.solve(units, formulation, params.contact_tolerance, counters) {
+                return Status::OutOfIterations;
+            }
             takes_part.fill(false);
             for component in stage.pushed() {
                 takes_part[component as usize] = true;

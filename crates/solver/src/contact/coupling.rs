@@ -8,6 +8,9 @@ use crate::linear::response::{COLUMNS, Columns, Response};
 use crate::system::Six;
 use crate::unit::Single;
 
+/// Blocks of the operator, at most: 600 MB.
+const MOST_BLOCKS: usize = 8_000_000;
+
 /// A contact's side: its component, body, arm and sign.
 #[derive(Clone, Copy)]
 struct Side {
@@ -57,17 +60,21 @@ fn sides(contact: &Contact, shapes: &[Shape], component: u32) -> [Option<Side>; 
 }
 
 impl Coupling {
-    /// Puts the operator of contacts `active` together: P is the answer of whole components, joints included.
+    /// Puts the operator of `(contacts, active)`, all and those that may press, together: P is the answer of whole
+    /// components, joints included. Returns false where it would have more than [`MOST_BLOCKS`].
     pub(crate) fn assemble(
         &mut self,
-        contacts: &[Contact],
-        active: &[u32],
+        (contacts, active): (&[Contact], &[u32]),
         shapes: &[Shape],
         components: &[Single],
         responses: &mut [Response],
         problem: &mut Problem,
-    ) {
+    ) -> bool {
         self.group(contacts, active, shapes, components.len());
+        let blocks = |group: &[usize]| (group[1] - group[0]).pow(2);
+        if self.start.windows(2).map(blocks).sum::<usize>() > MOST_BLOCKS {
+            return false;
+        }
         let Self { components: pushed, start, members, impulses, groups, .. } = self;
         problem.reset(&Pattern { start, members }, groups);
         for (group, &component) in pushed.iter().enumerate() {
@@ -96,6 +103,7 @@ impl Coupling {
             }
         }
         problem.close();
+        true
     }
 
     /// Sorts the contacts by the components they push.

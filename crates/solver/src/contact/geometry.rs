@@ -109,6 +109,15 @@ pub(crate) struct World<'a> {
     pub(crate) obstacles: &'a [Obstacle],
 }
 
+/// At which poses contacts are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Poses {
+    /// Those at the start of the step.
+    Start,
+    /// The current ones.
+    Now,
+}
+
 /// A body as a contact sees it, at its start and now.
 struct Side {
     start: Pose<f64>,
@@ -119,8 +128,9 @@ struct Side {
 }
 
 impl Side {
-    fn of(shape: &Shape, component: &Component<f64>) -> Self {
-        let (start, now) = (component.start[shape.body as usize], component.poses[shape.body as usize]);
+    fn of(shape: &Shape, component: &Component<f64>, poses: Poses) -> Self {
+        let start = component.start[shape.body as usize];
+        let now = if poses == Poses::Start { start } else { component.poses[shape.body as usize] };
         Self { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius: shape.radius }
     }
 
@@ -167,14 +177,14 @@ impl Contact {
     }
 
     /// Evaluates the contact at the components' poses.
-    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[Single]) {
+    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[Single], poses: Poses) {
         let (index, partner, feature) = self.key;
         let shape = &world.shapes[index as usize];
-        let own = Side::of(shape, &components[shape.component as usize].component);
+        let own = Side::of(shape, &components[shape.component as usize].component, poses);
         match partner {
             Partner::Segment(other) => {
                 let shape = &world.shapes[other as usize];
-                let other = Side::of(shape, &components[shape.component as usize].component);
+                let other = Side::of(shape, &components[shape.component as usize].component, poses);
                 self.between(&own, &other, feature);
             }
             Partner::Obstacle(obstacle) => match &world.obstacles[obstacle as usize].shape {

@@ -4,7 +4,7 @@ use rod::{Model, Surface};
 
 use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
-use super::geometry::{Contact, Key, Partner, Shape};
+use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::counters::Counters;
@@ -17,6 +17,8 @@ use crate::unit::Single;
 
 /// Contacts with a predicted gap above this many radii are left out of a solve.
 const NEAR: f64 = 0.1;
+/// Corrections beyond so many radii make another picture of what touches what.
+const FAR: f64 = 1.0;
 /// Sweeps of the complementarity problem, at most.
 const SWEEPS: usize = 200;
 /// How much nearer than the outer tolerance the sweeps come.
@@ -71,7 +73,7 @@ impl Stage {
         let dt = components.first().map_or(0.0, |unit| unit.component.dt());
         let scale = if self.dt > 0.0 { (dt / self.dt).powi(2) } else { 0.0 };
         self.dt = dt;
-        self.evaluate(components, counters);
+        self.evaluate(components, Poses::Start, counters);
         for contact in &mut self.contacts {
             contact.guess = contact.guess.map(|x| x * scale);
             contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
@@ -79,6 +81,48 @@ impl Stage {
         }
         if self.detector.bounces() {
             self.bounce(components);
+        }
+    }
+
+    /// Whether the rods' own solution in `dlambda` takes a segment that may touch further than contacts can be seen from
+    /// the prediction.
+    pub(crate) fn is_far(&mut self, components: &[Single], formulation: Formulation) -> bool {
+        self.correct(components, formulation);
+        let shapes = self.detector.world().shapes;
+        let far = |contact: &Contact, i: u32| {
+            let shape = &shapes[i as usize];
+            let dp = self.corrections[shape.component as usize][shape.body as usize];
+            dp.stretch.norm_squared() > (FAR * contact.radius).powi(2)
+        };
+        self.contacts.iter().any(|contact| {
+            let other = match contact.key.1 {
+                Partner::Segment(other) => far(contact, other),
+                Partner::Obstacle(_) => false,
+            };
+            far(contact, contact.key.0) || other
+        })
+    }
+
+    /// Keeps the corrections of the rods' own solution.
+    fn correct(&mut self, components: &[Single], formulation: Formulation) {
+        for (unit, out) in components.iter().zip(&mut self.corrections) {
+            unit.component.corrections(formulation, out);
+        }
+    }
+
+    /// Leaves the impulses with which contacts begin the step in the components' `pushes`.
+    pub(crate) fn press_as_before(&mut self, components: &mut [Single]) {
+        let shapes = self.detector.world().shapes;
+        self.active.clear();
+        for component in components.iter_mut() {
+            component.component.pushes.fill(Six::zero());
+        }
+        for (k, contact) in self.contacts.iter_mut().enumerate() {
+            contact.impulse = contact.world(contact.guess);
+            if contact.impulse != Vec3::zero() {
+                self.active.push(k as u32);
+                push(contact, shapes, components, contact.impulse, |component| &mut component.pushes);
+            }
         }
     }
 
@@ -99,10 +143,10 @@ impl Stage {
         counters.contact_candidates += self.contacts.len() as u64;
     }
 
-    fn evaluate(&mut self, components: &[Single], counters: &mut Counters) {
+    fn evaluate(&mut self, components: &[Single], poses: Poses, counters: &mut Counters) {
         let world = self.detector.world();
         for contact in &mut self.contacts {
-            contact.evaluate(&world, components);
+            contact.evaluate(&world, components, poses);
         }
         counters.contact_evaluations += self.contacts.len() as u64;
     }
@@ -112,7 +156,7 @@ impl Stage {
         let world = self.detector.world();
         for contact in &mut self.contacts {
             let Surface { restitution, .. } = self.detector.surface(contact.key.1);
-            if restitution == 0.0 || contact.gap >= 0.0 {
+            if restitution == 0.0 {
                 continue;
             }
             let velocity = |i: u32, arm: Vec3<f64>| {
@@ -126,44 +170,38 @@ impl Stage {
             }
             let dt = components.first().map_or(0.0, |c| c.component.dt());
             let speed = -relative.dot(contact.normal);
-            if speed > self.slow * dt {
-                contact.target = (contact.gap + speed * dt).max(0.0) + restitution * speed * dt;
+            if speed > self.slow * dt && contact.gap < speed * dt {
+                contact.target = contact.gap.max(0.0) + restitution * speed * dt;
             }
         }
     }
 
     /// Finds the impulses that the contacts add in this iteration, with the rods' own solution in `dlambda`, and leaves
-    /// them in the components' `pushes`.
+    /// them in the components' `pushes`. Returns false where more contacts press than there is memory for.
     pub(crate) fn solve(
         &mut self,
         components: &mut [Single],
         formulation: Formulation,
         tolerance: f64,
         counters: &mut Counters,
-    ) {
+    ) -> bool {
         for component in components.iter_mut() {
             component.component.pushes.fill(Six::zero());
         }
         self.active.clear();
         if self.contacts.is_empty() {
-            return;
+            return true;
         }
-        for (component, out) in components.iter().zip(&mut self.corrections) {
-            component.component.corrections(formulation, out);
-        }
+        self.correct(components, formulation);
         self.choose();
         if self.active.is_empty() {
-            return;
+            return true;
         }
         let shapes = self.detector.world().shapes;
-        self.coupling.assemble(
-            &self.contacts,
-            &self.active,
-            shapes,
-            components,
-            &mut self.responses,
-            &mut self.problem,
-        );
+        let contacts = (&*self.contacts, &*self.active);
+        if !self.coupling.assemble(contacts, shapes, components, &mut self.responses, &mut self.problem) {
+            return false;
+        }
         let sharper = if formulation.momentum() { MUCH_SHARPER } else { SHARPER };
         counters.contact_sweeps += self.problem.solve(tolerance * sharper, SWEEPS) as u64;
         counters.contact_solves += self.active.len() as u64;
@@ -177,6 +215,7 @@ impl Stage {
             contact.compliance = self.problem.compliance(k);
             push(contact, shapes, components, change, |component| &mut component.pushes);
         }
+        true
     }
 
     /// Chooses the contacts that may press and sets up their unknowns.
@@ -216,9 +255,13 @@ impl Stage {
         if !self.detector.covers(components) {
             self.detect(components, counters);
         }
-        self.evaluate(components, counters);
+        self.evaluate(components, Poses::Now, counters);
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
+            contact.residual = 0.0;
+            if contact.doubled && contact.impulse == Vec3::zero() {
+                continue;
+            }
             let mut w = contact.local(contact.slip);
             w[0] = contact.gap - contact.target;
             contact.residual = if contact.compliance[0] > 0.0 {
@@ -255,7 +298,8 @@ impl Stage {
 
     /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.
     pub(crate) fn deepest(&self) -> f64 {
-        self.contacts.iter().map(|contact| -contact.gap / contact.radius).fold(0.0, f64::max)
+        let true_gaps = self.contacts.iter().filter(|contact| !contact.doubled);
+        true_gaps.map(|contact| -contact.gap / contact.radius).fold(0.0, f64::max)
     }
 
     /// The largest error of any contact at the poses evaluated last, relative to the smaller radius.
