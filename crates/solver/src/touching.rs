@@ -164,7 +164,7 @@ impl Touching {
         let mut watch = Stopwatch::start();
         let guessed = attempts.iter().any(|attempt| attempt.start != Start::Prediction);
         stage.begin(units, guessed, counters);
-        let mut worst_contact = stage.observe(units, formulation, counters);
+        let mut worst_contact = stage.observe(units, formulation, params.contact_tolerance, counters);
         watch.mark(&mut counters.times.contact);
         let floor = RODS * params.contact_tolerance;
         let look = |(unit, attempt): (&mut Single, &mut Attempt<f64>)| {
@@ -188,6 +188,14 @@ impl Touching {
             }
             if now <= 1.0 {
                 break;
+            }
+            if std::env::var("T").is_ok() {
+                eprintln!(
+                    "  it {iteration} now {now:.2e} own {own:.2e} contact {:.2e} active {} {}",
+                    worst_contact,
+                    stage.debug(),
+                    counters.contact_sweeps
+                );
             }
             best = best.min(now);
             if !may_go_on(iteration, now, before, params) || now > LOST * best {
@@ -215,7 +223,7 @@ impl Touching {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
                 stage.press_as_before(units);
-            } else if !stage.solve(units, formulation, params.contact_tolerance, counters) {
+            } else if !stage.solve(units, formulation, (worst_contact, params.contact_tolerance), counters) {
                 return Status::OutOfIterations;
             }
             takes_part.fill(false);
@@ -241,7 +249,7 @@ impl Touching {
                 units.iter_mut().zip(&*takes_part).for_each(answer);
             }
             watch = Stopwatch::start();
-            worst_contact = stage.observe(units, formulation, counters);
+            worst_contact = stage.observe(units, formulation, params.contact_tolerance, counters);
             watch.mark(&mut counters.times.contact);
             let look = |(unit, attempt): (&mut Single, &mut Attempt<f64>)| {
                 let mut watch = Stopwatch::start();

@@ -97,7 +97,8 @@ impl Coupling {
                     let contact = &contacts[active[row as usize] as usize];
                     let moved = moves(contact, shapes, component, impulses);
                     for (lane, column) in columns.clone().enumerate() {
-                        problem.add(row, own[column / 3], column % 3, moved.map(|x| x.lane(lane)));
+                        let place = problem.place(row, own[column / 3]);
+                        problem.add(place, column % 3, moved.map(|x| x.lane(lane)));
                     }
                 }
             }

@@ -9,17 +9,21 @@ use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
-use super::problem::{Problem, Row, natural_residual};
+use super::problem::{Problem, Row, length, natural_residual};
 
 /// Unknowns, at most: beyond it, an iteration costs more than sweeps do.
 const MOST: usize = 480;
 /// Iterations in a row, at most.
 const ITERATIONS: usize = 12;
 /// How often a step may be halved.
-const HALVINGS: usize = 6;
-/// Compliance, relative to that of a contact to its own impulse, that keeps the matrix regular where several contacts hold
-/// the same bodies at the same place. It slows the iterations a little and changes no solution.
-const TRACE: f64 = 1e-5;
+const HALVINGS: usize = 3;
+/// Damping: compliance, relative to that of a contact to its own impulse, that is added to the matrix. It keeps it regular
+/// where several contacts hold the same bodies at the same place, and steps short where they would leave the cones. It
+/// changes no solution.
+const DAMPING: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
+/// By how much the damping falls after a full step, and rises after none.
+const LESS: f64 = 0.1;
+const MORE: f64 = 30.0;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -36,6 +40,7 @@ pub(crate) struct Newton {
     /// The pivots' order and its inverse.
     orders: [Vec<u32>; 2],
     scratch: MemBuffer,
+    damping: f64,
 }
 
 impl Default for Newton {
@@ -50,6 +55,7 @@ impl Default for Newton {
             rhs: Vec::new(),
             orders: Default::default(),
             scratch: MemBuffer::new(StackReq::empty()),
+            damping: 1e-5,
         }
     }
 }
@@ -90,11 +96,20 @@ impl Newton {
                 part *= 0.5;
             }
             let Some(merit) = next else {
+                self.damping *= MORE;
                 for (k, &before) in self.before.iter().enumerate() {
                     problem.set_force(k, before);
                 }
-                return false;
+                if self.damping > *DAMPING.end() {
+                    self.damping = *DAMPING.end();
+                    return false;
+                }
+                now = self.measure(problem);
+                continue;
             };
+            if part == 1.0 {
+                self.damping = (self.damping * LESS).max(*DAMPING.start());
+            }
             now = merit;
         }
         now.largest <= tolerance
@@ -144,17 +159,25 @@ impl Newton {
 
     /// Fills matrix (column by column) and right-hand side.
     fn linearise(&mut self, problem: &Problem, size: usize) {
-        let Self { pressing, place, w, step, matrix, rhs, .. } = self;
+        let Self { pressing, place, w, step, matrix, rhs, damping, .. } = self;
         matrix.clear();
         matrix.resize(size * size, 0.0);
         rhs.clear();
         rhs.resize(size, 0.0);
         for (i, &k) in pressing.iter().enumerate() {
-            let rows = Rows::new(problem, k as usize, w[k as usize]);
+            let rows = Rows::new(problem, k as usize, w[k as usize], *damping);
             let rhs = &mut rhs[3 * i..3 * i + 3];
             rhs.copy_from_slice(&rows.rhs);
             for (other, block) in problem.row(k as usize) {
-                let product = |r: usize, c: usize| (0..3).map(|m| rows.through[r][m] * block[m][c]).sum::<f64>();
+                // The normal row goes through W as it is.
+                let product = |r: usize, c: usize| match r {
+                    0 => block[0][c],
+                    _ => {
+                        rows.through[r][0] * block[0][c]
+                            + rows.through[r][1] * block[1][c]
+                            + rows.through[r][2] * block[2][c]
+                    }
+                };
                 match place[other as usize] {
                     u32::MAX => {
                         for (r, rhs) in rhs.iter_mut().enumerate() {
@@ -205,12 +228,12 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(problem: &Problem, k: usize, w: Row) -> Self {
+    fn new(problem: &Problem, k: usize, w: Row, damping: f64) -> Self {
         let (z, friction) = (problem.unknowns()[k].force, problem.unknowns()[k].friction);
         let [normal, across] = problem.compliance(k);
         let mut rows = Rows { own: [[0.0; 3]; 3], through: [[0.0; 3]; 3], rhs: [-w[0], 0.0, 0.0] };
         rows.through[0][0] = 1.0;
-        rows.own[0][0] = TRACE * normal;
+        rows.own[0][0] = damping * normal;
         if friction.at_rest == 0.0 || across <= 0.0 {
             rows.own[1][1] = normal;
             rows.own[2][2] = normal;
@@ -218,12 +241,12 @@ impl Rows {
         }
         // The normal impulse at which the cone is taken is the one that the contact itself would answer with.
         let q = [z[1] - w[1] / across, z[2] - w[2] / across];
-        let length = q[0].hypot(q[1]);
+        let length = length(q);
         let pressed = z[0] - w[0] / normal;
         if length <= friction.at_rest * pressed {
             for a in 1..3 {
                 rows.through[a][a] = 1.0;
-                rows.own[a][a] = TRACE * across;
+                rows.own[a][a] = damping * across;
                 rows.rhs[a] = -w[a];
             }
             return rows;
@@ -234,7 +257,7 @@ impl Rows {
             for b in 0..2 {
                 let unit = if a == b { 1.0 } else { 0.0 };
                 let turning = radius / length * (unit - d[a] * d[b]);
-                rows.own[1 + a][1 + b] = across * (unit - turning);
+                rows.own[1 + a][1 + b] = across * (unit - turning + damping * unit);
                 rows.through[1 + a][1 + b] = turning;
             }
             // The cone follows the normal impulse and the gap.

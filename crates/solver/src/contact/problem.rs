@@ -77,14 +77,20 @@ impl Problem {
         self.blocks.resize(self.columns.len(), [[0.0; 3]; 3]);
     }
 
-    /// Adds to entry (`row`, `direction`) x (`column`, `column_direction`).
-    pub(crate) fn add(&mut self, row: u32, column: u32, column_direction: usize, values: Row) {
+    /// Place of the block of `column` in `row`, which must be there.
+    pub(crate) fn place(&self, row: u32, column: u32) -> usize {
         let range = self.start[row as usize]..self.start[row as usize + 1];
-        if let Ok(at) = self.columns[range.clone()].binary_search(&column) {
-            let block = &mut self.blocks[range.start + at];
-            for (row, value) in block.iter_mut().zip(values) {
-                row[column_direction] += value;
-            }
+        // Where all contacts are of one group, a row holds them all.
+        if range.len() == self.start.len() - 1 {
+            return range.start + column as usize;
+        }
+        range.start + self.columns[range].partition_point(|&other| other < column)
+    }
+
+    /// Adds to a column of the block at `place`.
+    pub(crate) fn add(&mut self, place: usize, column: usize, values: Row) {
+        for (row, value) in self.blocks[place].iter_mut().zip(values) {
+            row[column] += value;
         }
     }
 
@@ -213,21 +219,26 @@ fn local(d: &Block3, old: Row, w: Row, friction: Friction) -> Row {
         old[1] - (d[2][2] * slip[0] - d[1][2] * slip[1]) / determinant,
         old[2] - (d[1][1] * slip[1] - d[2][1] * slip[0]) / determinant,
     ];
-    if stuck[0].hypot(stuck[1]) <= friction.at_rest * normal {
+    if length(stuck) <= friction.at_rest * normal {
         return [normal, stuck[0], stuck[1]];
     }
     let step = 1.0 / largest_eigenvalue(d);
     let [x, y] = [old[1] - slip[0] * step, old[2] - slip[1] * step];
-    let (size, most) = (x.hypot(y), friction.sliding * normal);
+    let (size, most) = (length([x, y]), friction.sliding * normal);
     // Smaller than the cone of sliding: it is about to stick.
     let k = if size > most { most / size } else { 1.0 };
     [normal, x * k, y * k]
 }
 
+/// Length of a vector across the normal.
+pub(crate) fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 /// Largest eigenvalue of the tangential 2x2 block.
 fn largest_eigenvalue(d: &Block3) -> f64 {
     let (a, b, c) = (d[1][1], d[2][2], 0.5 * (d[1][2] + d[2][1]));
-    0.5 * (a + b) + (0.5 * (a - b)).hypot(c)
+    0.5 * (a + b) + length([0.5 * (a - b), c])
 }
 
 /// How far an impulse is from answering gap and slip `w`, as lengths along the normal and across.
@@ -239,10 +250,10 @@ pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, frictio
     let normal = (force[0] - w[0] / cn).max(0.0);
     let across = if ct > 0.0 && friction.at_rest > 0.0 {
         let [x, y] = [force[1] - w[1] / ct, force[2] - w[2] / ct];
-        let size = x.hypot(y);
+        let size = length([x, y]);
         let most = if size <= friction.at_rest * normal { size } else { (friction.sliding * normal).min(size) };
         let k = if size > most { most / size } else { 1.0 };
-        (x * k - force[1]).hypot(y * k - force[2]) * ct
+        length([x * k - force[1], y * k - force[2]]) * ct
     } else {
         0.0
     };

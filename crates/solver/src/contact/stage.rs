@@ -19,10 +19,14 @@ use crate::unit::Single;
 const NEAR: f64 = 0.1;
 /// Corrections beyond so many radii make another picture of what touches what.
 const FAR: f64 = 1.0;
+/// How exact the direction of sliding friction is, relative to how far the surfaces slip in the step.
+const SLIDING: f64 = 0.02;
 /// Sweeps of the complementarity problem, at most.
 const SWEEPS: usize = 200;
 /// How much nearer than the outer tolerance the sweeps come.
 const SHARPER: f64 = 0.1;
+/// What the sweeps leave of the largest error before, at most: the next linearisation leaves as much.
+const PART: f64 = 1e-3;
 /// The same where a momentum residual would see what is left.
 const MUCH_SHARPER: f64 = 1e-4;
 
@@ -177,12 +181,13 @@ impl Stage {
     }
 
     /// Finds the impulses that the contacts add in this iteration, with the rods' own solution in `dlambda`, and leaves
-    /// them in the components' `pushes`. Returns false where more contacts press than there is memory for.
+    /// them in the components' `pushes`. Returns false where more contacts press than there is memory for. `worst` is
+    /// the largest error now, `tolerance` the one that is good enough.
     pub(crate) fn solve(
         &mut self,
         components: &mut [Single],
         formulation: Formulation,
-        tolerance: f64,
+        (worst, tolerance): (f64, f64),
         counters: &mut Counters,
     ) -> bool {
         for component in components.iter_mut() {
@@ -202,8 +207,9 @@ impl Stage {
         if !self.coupling.assemble(contacts, shapes, components, &mut self.responses, &mut self.problem) {
             return false;
         }
-        let sharper = if formulation.momentum() { MUCH_SHARPER } else { SHARPER };
-        counters.contact_sweeps += self.problem.solve(tolerance * sharper, SWEEPS) as u64;
+        let (sharper, part) = if formulation.momentum() { (MUCH_SHARPER, MUCH_SHARPER) } else { (SHARPER, PART) };
+        let tolerance = (tolerance * sharper).max(worst * part);
+        counters.contact_sweeps += self.problem.solve(tolerance, SWEEPS) as u64;
         counters.contact_solves += self.active.len() as u64;
         for (k, &index) in self.active.iter().enumerate() {
             let contact = &mut self.contacts[index as usize];
@@ -245,11 +251,13 @@ impl Stage {
         }
     }
 
-    /// Evaluates the contacts at the new poses; returns the largest error, relative to the radius.
+    /// Evaluates the contacts at the new poses; returns the largest error, relative to the radius, where one of `tolerance`
+    /// is good enough.
     pub(crate) fn observe(
         &mut self,
         components: &mut [Single],
         formulation: Formulation,
+        tolerance: f64,
         counters: &mut Counters,
     ) -> f64 {
         if !self.detector.covers(components) {
@@ -267,7 +275,9 @@ impl Stage {
             contact.residual = if contact.compliance[0] > 0.0 {
                 let force = contact.local(contact.impulse);
                 let [normal, across] = natural_residual(contact.compliance, force, w, contact.friction);
-                normal.max(across)
+                // Where surfaces slide far, the direction of friction need not be nearer than this.
+                let slip = contact.slip.norm_squared().sqrt() * (SLIDING / tolerance);
+                normal.max(across / (slip / contact.radius).max(1.0))
             } else {
                 (-w[0]).max(0.0)
             } / contact.radius;
@@ -294,6 +304,21 @@ impl Stage {
     pub(crate) fn pushed(&self) -> impl Iterator<Item = u32> {
         let shapes = self.detector.world().shapes;
         self.active.iter().flat_map(move |&k| components_of(&self.contacts[k as usize], shapes)).flatten()
+    }
+
+    pub(crate) fn debug(&self) -> String {
+        let w = self.contacts.iter().max_by(|a, b| a.residual.total_cmp(&b.residual));
+        format!(
+            "{} worst {:?}",
+            self.active.len(),
+            w.map(|c| (
+                c.key,
+                c.gap / c.radius,
+                c.slip.norm_squared().sqrt() / c.radius,
+                c.impulse != Vec3::zero(),
+                c.doubled
+            ))
+        )
     }
 
     /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.

@@ -64,12 +64,25 @@ impl Looped {
     /// Solves with the factor made last: `rhs(joint)` in world rows, `take(joint, x)` gets the multipliers of these.
     #[inline(always)]
     pub(crate) fn solve_factored(&mut self, rhs: impl Fn(usize) -> Six<f64>, mut take: impl FnMut(usize, Six<f64>)) {
-        for (joint, own) in self.rhs.iter_mut().enumerate() {
-            *own = rhs(joint).to_array();
+        self.solve_columns(1, |_, joint| rhs(joint), |_, joint, x| take(joint, x));
+    }
+
+    /// The same for several right-hand sides, named by their number.
+    #[inline(always)]
+    pub(crate) fn solve_columns(
+        &mut self,
+        columns: usize,
+        rhs: impl Fn(usize, usize) -> Six<f64>,
+        mut take: impl FnMut(usize, usize, Six<f64>),
+    ) {
+        let joints = self.diagonal.len();
+        self.rhs.resize(columns * joints, [0.0; 6]);
+        for (k, own) in self.rhs.iter_mut().enumerate() {
+            *own = rhs(k / joints, k % joints).to_array();
         }
         self.cholesky.solve(&mut self.rhs);
-        for (joint, x) in self.rhs.iter().enumerate() {
-            take(joint, Six::from_array(*x));
+        for (k, x) in self.rhs.iter().enumerate() {
+            take(k / joints, k % joints, Six::from_array(*x));
         }
     }
 

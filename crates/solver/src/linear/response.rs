@@ -83,21 +83,25 @@ impl Response {
                 direct.solve(system, false, dlambda);
             }
             Factor::Looped(looped) => {
-                for lane in 0..COLUMNS {
-                    let q_a = |j: usize| system.bodies[system.topology.joints[j][0] as usize].orientation;
-                    let world = |j: usize| pick(system.joints[j].to_world(system.joints[j].rhs, q_a(j)), lane);
-                    looped.solve_factored(world, |j, x| {
-                        let mut all = dlambda[j].to_array();
-                        for (all, x) in all.iter_mut().zip(x.to_array()) {
-                            all.set_lane(lane, x);
-                        }
-                        dlambda[j] = Six::from_array(all);
-                    });
+                for (j, dlambda) in dlambda.iter_mut().enumerate() {
+                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    *dlambda = system.joints[j].to_world(system.joints[j].rhs, q_a);
                 }
+                scratch.clear();
+                scratch.extend_from_slice(dlambda);
+                let take = |lane: usize, j: usize, x: Six<f64>| {
+                    let mut all = dlambda[j].to_array();
+                    for (all, x) in all.iter_mut().zip(x.to_array()) {
+                        all.set_lane(lane, x);
+                    }
+                    dlambda[j] = Six::from_array(all);
+                };
+                looped.solve_columns(COLUMNS, |lane, j| pick(scratch[j], lane), take);
                 for (j, dlambda) in dlambda.iter_mut().enumerate() {
                     let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
                     *dlambda = system.joints[j].multipliers_from_world(*dlambda, q_a);
                 }
+                scratch.resize(system.bodies.len(), Six::zero());
             }
         }
         vectorized(

@@ -216,26 +216,40 @@ impl SparseCholesky {
         }
     }
 
-    /// Solves `A x = rhs` in place, `rhs` being [blocks, 6].
+    /// Solves `A x = rhs` in place, `rhs` being [columns, blocks, 6]: several right-hand sides one after the other, which
+    /// together take less time than alone. The first solve of more columns than ever before allocates.
     ///
     /// The solution is NaN as long as no factorisation has succeeded, or if the last one has failed.
     ///
     /// # Panics
-    /// If `rhs` does not have one entry for each block row.
+    /// If `rhs` does not have one entry for each block row of each column.
     pub fn solve(&mut self, rhs: &mut [[f64; B]]) {
-        assert_eq!(rhs.len(), self.order.len(), "a right-hand side needs one entry for each block row");
-        for (x, &i) in self.permuted.chunks_exact_mut(B).zip(&self.order) {
-            x.copy_from_slice(&rhs[i as usize]);
+        let blocks = self.order.len();
+        assert_eq!(rhs.len() % blocks.max(1), 0, "a right-hand side needs one entry for each block row");
+        let (n, columns) = (blocks * B, rhs.len() / blocks.max(1));
+        if self.permuted.len() < n * columns {
+            self.permuted.resize(n * columns, 0.0);
+            let need = self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
+            if self.scratch.len() < need.unaligned_bytes_required() {
+                self.scratch = MemBuffer::new(need);
+            }
         }
-        let n = self.permuted.len();
+        let permuted = &mut self.permuted[..n * columns];
+        for (permuted, rhs) in permuted.chunks_exact_mut(n.max(1)).zip(rhs.chunks_exact(blocks.max(1))) {
+            for (x, &i) in permuted.chunks_exact_mut(B).zip(&self.order) {
+                x.copy_from_slice(&rhs[i as usize]);
+            }
+        }
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
             Conj::No,
-            MatMut::from_column_major_slice_mut(&mut self.permuted, n, 1),
+            MatMut::from_column_major_slice_mut(permuted, n, columns),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
-        for (x, &i) in self.permuted.chunks_exact(B).zip(&self.order) {
-            rhs[i as usize].copy_from_slice(x);
+        for (permuted, rhs) in permuted.chunks_exact(n.max(1)).zip(rhs.chunks_exact_mut(blocks.max(1))) {
+            for (x, &i) in permuted.chunks_exact(B).zip(&self.order) {
+                rhs[i as usize].copy_from_slice(x);
+            }
         }
     }
 
