@@ -164,7 +164,7 @@ impl Touching {
         let mut watch = Stopwatch::start();
         let guessed = attempts.iter().any(|attempt| attempt.start != Start::Prediction);
         stage.begin(units, guessed, counters);
-        let mut worst_contact = stage.observe(units, formulation, params.contact_tolerance, counters);
+        let mut worst_contact = stage.observe(units, formulation, params.contact_tolerance, 0, counters);
         watch.mark(&mut counters.times.contact);
         let floor = RODS * params.contact_tolerance;
         let look = |(unit, attempt): (&mut Single, &mut Attempt<f64>)| {
@@ -249,7 +249,7 @@ impl Touching {
                 units.iter_mut().zip(&*takes_part).for_each(answer);
             }
             watch = Stopwatch::start();
-            worst_contact = stage.observe(units, formulation, params.contact_tolerance, counters);
+            worst_contact = stage.observe(units, formulation, params.contact_tolerance, iteration, counters);
             watch.mark(&mut counters.times.contact);
             let look = |(unit, attempt): (&mut Single, &mut Attempt<f64>)| {
                 let mut watch = Stopwatch::start();

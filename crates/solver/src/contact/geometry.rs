@@ -116,6 +116,9 @@ pub(crate) enum Poses {
     Start,
     /// The current ones.
     Now,
+    /// The current ones, with normals between those of the evaluation before and the new ones: nearest places that jump to
+    /// and fro as the bodies move settle so. It errs to the safe side, for along any other normal two bodies are nearer.
+    Settling,
 }
 
 /// A body as a contact sees it, at its start and now.
@@ -185,7 +188,7 @@ impl Contact {
             Partner::Segment(other) => {
                 let shape = &world.shapes[other as usize];
                 let other = Side::of(shape, &components[shape.component as usize].component, poses);
-                self.between(&own, &other, feature);
+                self.between(&own, &other, feature, poses);
             }
             Partner::Obstacle(obstacle) => match &world.obstacles[obstacle as usize].shape {
                 ObstacleShape::HalfSpace { point, normal } => {
@@ -199,17 +202,17 @@ impl Contact {
                 }
                 ObstacleShape::Sphere { centre, radius } => {
                     let other = Side::fixed(from(centre), from(centre), *radius);
-                    self.between(&own, &other, feature);
+                    self.between(&own, &other, feature, poses);
                 }
                 ObstacleShape::Capsule { start, end, radius } => {
                     let other = Side::fixed(from(start), from(end), *radius);
-                    self.between(&own, &other, feature);
+                    self.between(&own, &other, feature, poses);
                 }
             },
         }
     }
 
-    fn between(&mut self, own: &Side, other: &Side, feature: Feature) {
+    fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) {
         let [s, t] = match feature {
             Feature::Nearest => nearest(own.ends, other.ends),
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
@@ -242,6 +245,14 @@ impl Contact {
             };
             (a, b, normal) = (own.at(s), other.at(t), from(&hit.normal));
             gap = normal.dot(a - b) - reach;
+        }
+        if poses == Poses::Settling {
+            let between = normal + self.normal;
+            let size = between.norm_squared().sqrt();
+            if size > 0.1 {
+                normal = between * (1.0 / size);
+                gap = normal.dot(a - b) - reach;
+            }
         }
         let place = (a - normal * own.radius + b + normal * other.radius) * 0.5;
         self.set(own, Some(other), normal, gap, place);

@@ -21,6 +21,8 @@ const NEAR: f64 = 0.1;
 const FAR: f64 = 1.0;
 /// How exact the direction of sliding friction is, relative to how far the surfaces slip in the step.
 const SLIDING: f64 = 0.02;
+/// Outer iterations after which normals settle.
+const SETTLING: usize = 6;
 /// Sweeps of the complementarity problem, at most.
 const SWEEPS: usize = 200;
 /// How much nearer than the outer tolerance the sweeps come.
@@ -258,12 +260,14 @@ impl Stage {
         components: &mut [Single],
         formulation: Formulation,
         tolerance: f64,
+        iteration: usize,
         counters: &mut Counters,
     ) -> f64 {
         if !self.detector.covers(components) {
             self.detect(components, counters);
         }
-        self.evaluate(components, Poses::Now, counters);
+        let poses = if iteration < SETTLING { Poses::Now } else { Poses::Settling };
+        self.evaluate(components, poses, counters);
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
             contact.residual = 0.0;
