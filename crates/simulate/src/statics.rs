@@ -83,9 +83,7 @@ fn print(report: &Report) -> Result<()> {
         report.last_movement
     )?;
     if report.wind == "frozen" {
-        say!(
-            "the wind of time 0, which changes later: there is no equilibrium in it, only in its velocity of that moment"
-        )?;
+        say!("in the wind as it is at time 0; it changes later, and so nothing stays at rest in it")?;
     }
     say!("energy {:.6} J at the start, {:.6} J at rest", report.energy_start_j, report.energy_end_j)?;
     for (k, [x, y, z]) in report.tips_m.iter().enumerate().take(10) {

@@ -61,7 +61,7 @@ pub(super) fn impact() -> Case {
 /// [`PILE_RODS`] short rods fall from a grid of columns between four walls: they lie anyhow in their layers, tilted by
 /// 15 degrees at most, so that the layers can be close together without an overlap.
 pub(super) fn pile() -> Case {
-    const COLUMNS: usize = 7;
+    const COLUMNS: usize = 10;
     let (radius, length, spacing) = (0.02, 0.2, 0.26);
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut uniform = |low: f64, high: f64| low + (high - low) * (random.next_u32() as f64 / 2_f64.powi(32));
@@ -81,5 +81,5 @@ pub(super) fn pile() -> Case {
         let walls = [half_space(Vector3::zeros(), axis, 0.4), half_space(axis * far, -axis, 0.4)];
         assembly.model_mut().contacts.obstacles.extend(walls);
     }
-    case(format!("{PILE_RODS} rods in a pile"), assembly, 0.02, 40)
+    case(format!("{PILE_RODS} rods in a pile"), assembly, 0.01, 50)
 }
