@@ -259,9 +259,9 @@ fn compare_and_stress_print_tables_and_json() {
 /// Errors mean something up to the first contact, and the report says where that is.
 #[test]
 fn compare_shows_the_contacts_stage_and_where_contacts_begin() {
-    let report = json(&["compare", "helix-on-plane", "--steps", "14"]);
+    let report = json(&["compare", "helix-on-plane", "--steps", "11"]);
     let before = report["steps_before_contact"].as_u64().expect("a number of steps");
-    assert!((1..14).contains(&before), "{before}");
+    assert!((1..11).contains(&before), "{before}");
     for row in report["runs"].as_array().expect("rows") {
         assert!(row["contact_us"].as_f64().is_some_and(|us| us > 0.0), "{row}");
     }
