@@ -46,10 +46,12 @@ pub struct Row {
     pub solve_us: f64,
     /// Median wall time of a step [us]: update of multipliers and poses.
     pub update_us: f64,
+    /// Median wall time of a step [us]: contacts.
+    pub contact_us: f64,
     /// Median wall time of a step [us]: all stages.
     pub total_us: f64,
     /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
-    /// the rods' mean length.
+    /// the rods' mean length. Contacts take the smallest differences apart: see [`Comparison::first_contact`].
     pub error: f64,
 }
 
@@ -62,16 +64,24 @@ pub struct Comparison {
     pub steps: usize,
     /// Worst status of any step of the reference; "out of iterations" where its tolerance is below rounding errors.
     pub reference_status: &'static str,
+    /// The first step of the reference in which segments met an obstacle or each other. From then on its motion says
+    /// little about errors: a contact that one way meets a moment earlier, or beside another segment, sends the rods
+    /// elsewhere.
+    pub first_contact: Option<usize>,
 }
 
 /// Outer tolerance of the reference.
 pub const REFERENCE_TOLERANCE: f64 = 1e-12;
 
+/// Contacts' tolerance of the reference, relative to the smaller radius; where segments can touch, the rods' own
+/// constraints go no further down than a tenth of it.
+pub const REFERENCE_CONTACT_TOLERANCE: f64 = 1e-7;
+
 /// Cap on the reference's outer iterations.
 const REFERENCE_ITERATIONS: usize = 200;
 
 /// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
-/// formulation, solved directly to [`REFERENCE_TOLERANCE`]. After each step `progress(step)` says whether to go on.
+/// formulation, solved directly to [`REFERENCE_TOLERANCE`] and [`REFERENCE_CONTACT_TOLERANCE`]. After each step `progress(step)` says whether to go on.
 ///
 /// # Errors
 /// If the scene or an entry is not valid.
@@ -89,6 +99,7 @@ pub fn run(
     }
     exact.step.relative_tolerance = REFERENCE_TOLERANCE;
     exact.step.absolute_tolerance = REFERENCE_TOLERANCE;
+    exact.step.contact_tolerance = REFERENCE_CONTACT_TOLERANCE;
     exact.step.max_iterations = REFERENCE_ITERATIONS;
     // Substeps would be another motion.
     exact.step.max_halvings = 0;
@@ -103,9 +114,12 @@ pub fn run(
         });
     }
     let (mut expected, mut found) = (state.clone(), state.clone());
-    let (mut done, mut reference_status) = (0, Status::Converged);
+    let (mut done, mut reference_status, mut first_contact) = (0, Status::Converged, None);
     while done < steps {
         reference_status = reference_status.max(reference.step(dt)?.status);
+        if first_contact.is_none() && reference.counters().contact_solves > 0 {
+            first_contact = Some(done + 1);
+        }
         reference.store(&mut expected);
         for run in &mut runs {
             let before = run.simulation.counters();
@@ -120,23 +134,33 @@ pub fn run(
         }
     }
     let rows = entries.iter().zip(&runs).map(|(entry, run)| run.row(entry, done)).collect();
-    Ok(Comparison { rows, steps: done, reference_status: reference_status.name() })
+    Ok(Comparison { rows, steps: done, reference_status: reference_status.name(), first_contact })
 }
 
 struct Run {
     simulation: Simulation,
     status: Status,
     error: f64,
-    /// Of each step, the times of the six stages and their sum [us], then its outer and its linear iterations.
-    costs: Vec<[f64; 9]>,
+    /// Of each step, the times of the seven stages and their sum [us], then its outer and its linear iterations.
+    costs: Vec<[f64; 10]>,
 }
 
 impl Run {
     fn row(&self, entry: &Entry<'_>, steps: usize) -> Row {
         let counters = self.simulation.counters();
         let solves = (steps * self.simulation.components()).max(1);
-        let [drag_us, predict_us, guess_us, assemble_us, solve_us, update_us, total_us, outer_median, linear_median] =
-            std::array::from_fn(|k| median(self.costs.iter().map(|costs| costs[k]).collect()));
+        let [
+            drag_us,
+            predict_us,
+            guess_us,
+            assemble_us,
+            solve_us,
+            update_us,
+            contact_us,
+            total_us,
+            outer_median,
+            linear_median,
+        ] = std::array::from_fn(|k| median(self.costs.iter().map(|costs| costs[k]).collect()));
         Row {
             name: entry.name.clone(),
             status: self.status.name(),
@@ -150,6 +174,7 @@ impl Run {
             assemble_us,
             solve_us,
             update_us,
+            contact_us,
             total_us,
             error: self.error,
         }
@@ -157,7 +182,7 @@ impl Run {
 }
 
 /// What a step cost, by two readings: see [`Run::costs`].
-fn between(before: &Counters, after: &Counters) -> [f64; 9] {
+fn between(before: &Counters, after: &Counters) -> [f64; 10] {
     let us = |time: fn(&StageTimes) -> Duration| (time(&after.times) - time(&before.times)).as_secs_f64() * 1e6;
     let count = |count: fn(&Counters) -> u64| (count(after) - count(before)) as f64;
     [
@@ -167,6 +192,7 @@ fn between(before: &Counters, after: &Counters) -> [f64; 9] {
         us(|times| times.assemble),
         us(|times| times.solve),
         us(|times| times.update),
+        us(|times| times.contact),
         us(StageTimes::total),
         count(|counters| counters.iterations),
         count(|counters| counters.linear_iterations),

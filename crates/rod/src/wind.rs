@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector2, Vector3};
 
 use crate::ModelError;
 
@@ -65,6 +65,12 @@ impl Wind {
     /// Wind that is the same everywhere and always: `velocity` [m/s].
     pub fn steady(velocity: Vector3<f64>) -> Self {
         Self::new(velocity, None, None)
+    }
+
+    /// Whether it blows the same at all times.
+    pub fn is_steady(&self) -> bool {
+        let turns = self.rotation_period.is_some() && self.mean.xy() != Vector2::zeros();
+        self.gusts.is_none_or(|gusts| gusts.strength == 0.0) && !turns
     }
 
     /// Velocity [m/s] at `position` [m] and `time` [s].

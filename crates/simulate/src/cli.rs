@@ -51,7 +51,7 @@ pub(crate) enum Command {
     Guesses(GuessesArgs),
     /// Measure starts of whole steps on random scenes, slack ones too: outer iterations and time (formulation newton).
     Steps(StepsArgs),
-    /// Find the equilibrium that a scene relaxes to.
+    /// Find the equilibrium that a scene without contacts relaxes to, in the wind of time 0.
     Static(StaticArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
     Stress(StressArgs),
@@ -83,6 +83,10 @@ pub(crate) struct SceneArgs {
     /// Residual at which a step is done, relative to that of its prediction.
     #[arg(long, default_value = "1e-6", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) tolerance: f64,
+    /// Error of a contact that is good enough: penetration, or slip where it should stick, relative to the smaller
+    /// radius.
+    #[arg(long, default_value = "1e-4", value_parser = positive, allow_hyphen_values = true)]
+    pub(crate) contact_tolerance: f64,
     /// Threads for scenes of several rods, 1 to 1024 [default: one per core]. The motion is the same on any number.
     #[arg(long, value_parser = threads, allow_hyphen_values = true)]
     pub(crate) threads: Option<usize>,
@@ -114,7 +118,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) guess: Option<GuessName>,
     /// Let a learned guess replace the solves altogether, with so many predictions a step: the paper's comparison, which
-    /// drifts away.
+    /// drifts away. Not for scenes with contacts.
     #[arg(long, value_name = "PREDICTIONS", num_args = 0..=1, require_equals = true, default_missing_value = "1",
         value_parser = predictions)]
     pub(crate) end_to_end: Option<usize>,

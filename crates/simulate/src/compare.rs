@@ -53,6 +53,9 @@ struct Report {
     outer_tolerance: f64,
     /// Worst status of the reference that errors are measured against.
     reference_status: &'static str,
+    /// Steps of the reference before its first contact; errors after them tell chaos from accuracy no more.
+    steps_before_contact: usize,
+    contact_tolerance: f64,
     /// The networks among the guesses.
     networks: Vec<NetworkOf>,
     runs: Vec<compare::Row>,
@@ -105,7 +108,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     // The entry whose formulation the reference takes comes first.
     entries.sort_by_key(|entry| entry.settings.step.formulation != own);
 
-    let Comparison { rows: runs, steps: steps_done, reference_status } =
+    let Comparison { rows: runs, steps: steps_done, reference_status, first_contact } =
         compare::run(&scene.model, &scene.state, dt, steps, &entries, |_| progress.advance())?;
     let starts = of_solves().map(|(row, factory)| {
         let guess = row.guess_name.helps_solves().then_some(factory as GuessFactory<'_>);
@@ -132,6 +135,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         dt_s: dt,
         outer_tolerance,
         reference_status,
+        steps_before_contact: first_contact.map_or(steps_done, |step| step - 1),
+        contact_tolerance: base.step.contact_tolerance,
         networks: networks(&rows),
         runs,
         starts: cells,
@@ -160,6 +165,15 @@ fn print_runs(report: &Report) -> Result<()> {
         compare::REFERENCE_TOLERANCE,
         report.reference_status
     )?;
+    if report.steps_before_contact < report.steps_done {
+        say!(
+            "Contacts from step {} on, to {:e} of a radius, the reference's to {:e}: after them the smallest difference grows,\n\
+             and errors tell chaos from accuracy no more. Fewer --steps compare the motion before.",
+            report.steps_before_contact + 1,
+            report.contact_tolerance,
+            compare::REFERENCE_CONTACT_TOLERANCE
+        )?;
+    }
     say_stopped(report.steps_done, report.steps)?;
     let means = |row: &compare::Row| {
         [format!("{:.2}", row.iterations_per_step), format!("{:.1}", row.linear_iterations_per_solve)]
@@ -180,7 +194,8 @@ pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
-        "way", "outer", "linear", "drag", "predict", "guess", "assemble", "solve", "update", "total", "error", "status",
+        "way", "outer", "linear", "drag", "predict", "guess", "assemble", "solve", "update", "contact", "total",
+        "error", "status",
     ]);
     for row in runs {
         let us = |x: f64| format!("{x:.1}");
@@ -195,12 +210,13 @@ pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -
             us(row.assemble_us),
             us(row.solve_us),
             us(row.update_us),
+            us(row.contact_us),
             us(row.total_us),
             format!("{:.1e}", row.error),
             row.status.to_owned(),
         ]);
     }
-    for column in table.column_iter_mut().skip(1).take(10) {
+    for column in table.column_iter_mut().skip(1).take(11) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table

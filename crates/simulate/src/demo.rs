@@ -109,6 +109,7 @@ mod tests {
             assemble_us: 0.0,
             solve_us: 0.0,
             update_us: 0.0,
+            contact_us: 0.0,
             total_us,
             error: 0.0,
         };

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use export::TrajectoryWriter;
 use graph::Normal;
 use rod::{Model, State};
@@ -43,6 +43,9 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut settings = settings(scene_args);
     settings.solver = linear_solver(args)?;
     let asked = asked_guess(args, &settings)?;
+    if args.end_to_end.is_some() && !scene.model.contacts.is_empty() {
+        bail!("--end-to-end needs a scene without contacts, but {} has some", scene.name);
+    }
     let quiet = scene_args.quiet || scene_args.json;
     let name = match asked {
         Some(name) => name,

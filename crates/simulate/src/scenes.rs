@@ -46,9 +46,11 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
     })
 }
 
-/// Settings with the formulation and the outer tolerance of the arguments.
+/// Settings with the formulation and the tolerances of the arguments.
 pub(crate) fn settings(args: &SceneArgs) -> Settings {
-    settings_for(args.formulation, args.tolerance)
+    let mut settings = settings_for(args.formulation, args.tolerance);
+    settings.step.contact_tolerance = args.contact_tolerance;
+    settings
 }
 
 /// The settings of a formulation and a relative tolerance; the absolute one goes down with it.

@@ -23,6 +23,8 @@ struct Report {
     /// Largest movement in the last step: segment lengths or radians.
     last_movement: f64,
     tolerance: f64,
+    /// none, steady, or frozen: a wind that changes in time, as it is at time 0.
+    wind: &'static str,
     wall_s: f64,
     energy_start_j: f64,
     energy_end_j: f64,
@@ -36,7 +38,7 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
     let params = StaticParams { tolerance: args.tolerance, ..StaticParams::default() };
     let mut state = scene.state.clone();
     let begin = Instant::now();
-    let found = equilibrium(&scene.model, &mut state, &params)?;
+    let found = equilibrium(&scene.model, &mut state, &params).with_context(|| scene.name.clone())?;
     let tip = |segments: &std::ops::Range<usize>| {
         let last = segments.end - 1;
         (state.positions[last] + state.axis(last) * (0.5 * scene.model.segments[last].length)).into()
@@ -48,6 +50,11 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
         linear_solves: found.steps,
         last_movement: found.movement,
         tolerance: args.tolerance,
+        wind: match &scene.model.air {
+            None => "none",
+            Some(air) if air.wind.is_steady() => "steady",
+            Some(_) => "frozen",
+        },
         wall_s: begin.elapsed().as_secs_f64(),
         energy_start_j: measure::energy(&scene.model, &scene.state).total(),
         energy_end_j: measure::energy(&scene.model, &state).total(),
@@ -75,6 +82,9 @@ fn print(report: &Report) -> Result<()> {
         report.wall_s,
         report.last_movement
     )?;
+    if report.wind == "frozen" {
+        say!("in the wind as it is at time 0; it changes later, and so nothing stays at rest in it")?;
+    }
     say!("energy {:.6} J at the start, {:.6} J at rest", report.energy_start_j, report.energy_end_j)?;
     for (k, [x, y, z]) in report.tips_m.iter().enumerate().take(10) {
         say!("tip of rod {k}: ({x:.6}, {y:.6}, {z:.6}) m")?;

@@ -52,7 +52,9 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
 fn print(rows: &[stress::Row]) -> Result<()> {
     say!(
         "Outer tolerance {:e} relative, {:e} absolute. Energy rise: largest rise of the total energy above its start,\n\
-         relative to the energy at stake (none in wind, which does work). Length: largest relative change.",
+         relative to the energy at stake (none in wind, which does work). Length: largest relative change. Depth: deepest\n\
+         penetration, contact: worst error of a contact (penetration, or slip where it should stick), both relative to the\n\
+         smaller radius.",
         stress::RELATIVE_TOLERANCE,
         stress::ABSOLUTE_TOLERANCE
     )?;
@@ -69,9 +71,12 @@ fn print(rows: &[stress::Row]) -> Result<()> {
         "length",
         "stretch",
         "bend",
+        "depth",
+        "contact",
         "s",
     ]);
     for row in rows {
+        let small = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.1e}"));
         let finite = if row.finite { "" } else { ", NOT FINITE" };
         table.add_row([
             row.case.clone(),
@@ -80,10 +85,12 @@ fn print(rows: &[stress::Row]) -> Result<()> {
             format!("{}{finite}", row.status),
             format!("{:.2}", row.iterations_per_step),
             row.retries.to_string(),
-            row.energy_rise.map_or_else(|| "-".to_owned(), |rise| format!("{rise:.1e}")),
+            small(row.energy_rise),
             format!("{:.1e}", row.length_drift),
             format!("{:.1e}", row.worst_stretch),
             format!("{:.1e}", row.worst_bend),
+            small(row.deepest_penetration),
+            small(row.worst_contact),
             format!("{:.2}", row.seconds),
         ]);
     }

@@ -98,6 +98,8 @@ pub(crate) struct Summary {
     /// Whether the guess was restricted to a plane.
     planar: bool,
     tolerance: f64,
+    /// Error of a contact that is good enough, relative to the smaller radius.
+    contact_tolerance: f64,
     dt_s: f64,
     steps: usize,
     steps_asked: usize,
@@ -156,6 +158,7 @@ impl Summary {
             end_to_end: start.end_to_end,
             planar: start.planar,
             tolerance: settings.step.relative_tolerance,
+            contact_tolerance: settings.step.contact_tolerance,
             dt_s: scene.run.dt,
             steps: course.steps,
             steps_asked: scene.run.steps,

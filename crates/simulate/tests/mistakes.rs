@@ -30,6 +30,10 @@ fn flags() {
         ("--dt nan", "invalid value 'nan' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--dt inf", "invalid value 'inf' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--tolerance -1e-6", "invalid value '-1e-6' for '--tolerance <TOLERANCE>': it must be a finite number > 0".to_owned()),
+        (
+            "--contact-tolerance 0",
+            "invalid value '0' for '--contact-tolerance <CONTACT_TOLERANCE>': it must be a finite number > 0".to_owned(),
+        ),
         ("--dt -1e-3", "invalid value '-1e-3' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--dt --json", "invalid value '--json' for '--dt <DT>': it must be a finite number > 0".to_owned()),
         ("--steps -3", format!("invalid value '-3' for '--steps <STEPS>': {whole}")),
@@ -65,6 +69,15 @@ fn flags() {
         (
             "--end-to-end=0",
             "invalid value '0' for '--end-to-end[=<PREDICTIONS>]': it must be a whole number from 1 to 1000".to_owned(),
+        ),
+        (
+            "helix-on-plane --guess knn --end-to-end",
+            "--end-to-end needs a scene without contacts, but helix-on-plane has some".to_owned(),
+        ),
+        (
+            "static net-on-sphere",
+            "net-on-sphere: static analysis knows no contacts, but the model has some (between segments: yes, obstacles: 1)"
+                .to_owned(),
         ),
         ("--end-to-end", learned("--end-to-end", "the default")),
         ("--planar --guess zero", learned("--planar", "zero")),

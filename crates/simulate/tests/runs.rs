@@ -61,6 +61,7 @@ fn help_explains_every_flag() {
         "data",
         "scenario",
         "tolerance",
+        "contact-tolerance",
         "threads",
         "out",
         "json",
@@ -103,15 +104,19 @@ fn json_has_all_keys() {
     let keys = |value: &Value| value.as_object().expect("an object").keys().cloned().collect::<Vec<_>>().join(" ");
     assert_eq!(
         keys(&summary),
-        "connected_sets dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
+        "connected_sets contact_tolerance dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
          guess interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
          threads times_real_time tolerance wall_s work worst_residuals"
     );
-    assert_eq!(keys(&summary["stages_s"]), "assemble drag guess predict solve update");
-    assert_eq!(keys(&summary["worst_residuals"]), "bend_rad momentum stretch_per_length");
+    assert_eq!(keys(&summary["stages_s"]), "assemble contact drag guess predict solve update");
+    assert_eq!(
+        keys(&summary["worst_residuals"]),
+        "bend_rad contact_per_radius momentum penetration_per_radius stretch_per_length"
+    );
     assert_eq!(
         keys(&summary["work"]),
-        "branch_eliminations damping_evaluations drag_evaluations geometric_evaluations guesses_dropped guesses_used linear_failures \
+        "branch_eliminations contact_candidates contact_evaluations contact_searches contact_solves contact_sweeps \
+         damping_evaluations drag_evaluations geometric_evaluations guesses_dropped guesses_used linear_failures \
          linear_iterations load_evaluations momentum_evaluations non_finite not_converged outer_iterations retries \
          segment_iterations steps"
     );
@@ -160,6 +165,11 @@ fn counters_tell_what_the_scene_has() {
         "load_evaluations",
         "damping_evaluations",
         "drag_evaluations",
+        "contact_searches",
+        "contact_candidates",
+        "contact_evaluations",
+        "contact_solves",
+        "contact_sweeps",
         "branch_eliminations",
         "guesses_used",
         "guesses_dropped",
@@ -174,6 +184,10 @@ fn counters_tell_what_the_scene_has() {
     }
     assert_eq!(plain["stages_s"]["guess"], 0.0);
     assert_eq!(plain["stages_s"]["drag"], 0.0);
+    assert_eq!(plain["stages_s"]["contact"], 0.0);
+    for key in ["contact_per_radius", "penetration_per_radius"] {
+        assert_eq!(plain["worst_residuals"][key], 0.0, "{key}");
+    }
     assert_eq!(work(&plain, "steps"), 10);
     assert_eq!(work(&plain, "segment_iterations"), 30 * work(&plain, "outer_iterations"));
     assert_eq!(work(&json(&["--steps", "10", "--formulation", "xpbd"]), "geometric_evaluations"), 0);
@@ -183,6 +197,14 @@ fn counters_tell_what_the_scene_has() {
     let windy = json(&["tree-10", "--steps", "10"]);
     assert_eq!(work(&windy, "drag_evaluations"), 206 * (work(&windy, "steps") + work(&windy, "retries")));
     assert!(windy["stages_s"]["drag"].as_f64().is_some_and(|seconds| seconds > 0.0));
+    assert_eq!((&windy["stages_s"]["contact"], work(&windy, "contact_searches")), (&0.0.into(), 0));
+    let touching = json(&["helix-on-plane", "--steps", "15"]);
+    for key in ["contact_searches", "contact_candidates", "contact_evaluations", "contact_solves", "contact_sweeps"] {
+        assert!(work(&touching, key) > 0, "{key}");
+    }
+    assert!(touching["stages_s"]["contact"].as_f64().is_some_and(|seconds| seconds > 0.0));
+    assert!(touching["worst_residuals"]["contact_per_radius"].as_f64().is_some_and(|e| e > 0.0 && e <= 1e-4));
+    assert_eq!((&touching["stages_s"]["drag"], work(&touching, "drag_evaluations")), (&0.0.into(), 0));
     let branch = json(&["branch", "--steps", "10"]);
     assert_eq!(work(&branch, "branch_eliminations"), work(&branch, "outer_iterations"));
     let newton = json(&["--steps", "10", "--formulation", "newton"]);
@@ -222,12 +244,34 @@ fn compare_and_stress_print_tables_and_json() {
     }
     let report = json(&["compare", "net", "--steps", "2"]);
     assert_eq!(nulls(&report, ""), [""; 0]);
+    assert_eq!(report["steps_before_contact"], 2);
+    for row in report["runs"].as_array().expect("rows") {
+        assert_eq!((&row["contact_us"], &row["drag_us"]), (&0.0.into(), &0.0.into()), "{row}");
+    }
 
     let output = run(&["stress", "--only", "modulus 1e1", "--formulation", "xpbd,newton", "--json"]);
     let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(rows.as_array().map(Vec::len), Some(6));
     let output = run(&["stress", "--only", "2 segments"]);
     assert!(texts(&output).1.starts_with("3 runs: 1 cases in xpbd, xpbd-geometric, newton\n"), "{}", texts(&output).1);
+}
+
+/// Errors mean something up to the first contact, and the report says where that is.
+#[test]
+fn compare_shows_the_contacts_stage_and_where_contacts_begin() {
+    let report = json(&["compare", "helix-on-plane", "--steps", "11"]);
+    let before = report["steps_before_contact"].as_u64().expect("a number of steps");
+    assert!((1..11).contains(&before), "{before}");
+    for row in report["runs"].as_array().expect("rows") {
+        assert!(row["contact_us"].as_f64().is_some_and(|us| us > 0.0), "{row}");
+    }
+}
+
+#[test]
+fn static_says_which_wind_it_takes() {
+    for (scene, wind) in [("heavy-cantilever", "none"), ("tree-10", "steady"), ("tree-20", "frozen")] {
+        assert_eq!(json(&["static", scene])["wind"], wind, "{scene}");
+    }
 }
 
 /// `simulate ... | head -1`: the reader goes away after a line, or before.

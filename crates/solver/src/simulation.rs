@@ -48,9 +48,31 @@ pub enum SimulationError {
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),
+    /// Contacts where nothing knows of them.
+    #[error(
+        "{what} knows no contacts, but the model has some (between segments: {}, obstacles: {obstacles})",
+        if *.between_segments { "yes" } else { "no" }
+    )]
+    Contacts {
+        /// What was asked for.
+        what: &'static str,
+        /// Whether segments can touch each other.
+        between_segments: bool,
+        /// Number of obstacles.
+        obstacles: usize,
+    },
     /// A time step that is not positive and finite.
     #[error("time step dt = {0} s, but it must be finite and > 0")]
     TimeStep(f64),
+}
+
+/// Refuses a model with contacts for `what`, which knows none.
+pub(crate) fn without_contacts(model: &Model, what: &'static str) -> Result<(), SimulationError> {
+    if model.contacts.is_empty() {
+        return Ok(());
+    }
+    let (between_segments, obstacles) = (model.contacts.between_segments.is_some(), model.contacts.obstacles.len());
+    Err(SimulationError::Contacts { what, between_segments, obstacles })
 }
 
 /// A model in motion.
@@ -129,7 +151,7 @@ impl Simulation {
     /// Each step has at most `params.max_iterations` predictions, and no substeps.
     ///
     /// # Errors
-    /// If model and state do not fit together.
+    /// If model and state do not fit together, or the model has contacts.
     pub fn end_to_end(
         model: &Model,
         state: &State,
@@ -137,6 +159,7 @@ impl Simulation {
         projection: ProjectionFactory<'_>,
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
+        without_contacts(model, "an end-to-end prediction")?;
         let unit = |(members, topology): (Members, Topology)| {
             let projection = projection(model, &members, &topology);
             let component = Component::new(model, state, Arc::new(topology), &[&members]);

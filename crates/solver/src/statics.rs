@@ -11,7 +11,7 @@ use crate::component::{Component, split};
 use crate::formulation::Formulation;
 use crate::linear::solvers::SolverKind;
 use crate::linear::{LinearSolver, LinearStatus};
-use crate::simulation::SimulationError;
+use crate::simulation::{SimulationError, without_contacts};
 use crate::system::Six;
 
 /// When the relaxation ends.
@@ -53,13 +53,14 @@ const LONGEST: f64 = 1e6;
 
 /// Relaxes `state` to equilibrium; velocities are set to zero.
 ///
-/// Wind is that of time 0; its drag follows the shape from step to step, so that slack rods in a strong
+/// Wind is that of time 0, gusts included; its drag follows the shape from step to step, so that slack rods in a strong
 /// wind may not come to rest here: let them settle in time instead.
 ///
 /// # Errors
-/// If the model or the state is not valid. Not to converge is no error: see [`StaticReport::converged`].
+/// If the model or the state is not valid, or the model has contacts. Not to converge is no error: see [`StaticReport::converged`].
 pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, SimulationError> {
     model.validate(state)?;
+    without_contacts(model, "static analysis")?;
     state.velocities.fill(nalgebra::Vector3::zeros());
     state.angular_velocities.fill(nalgebra::Vector3::zeros());
     let mut report = StaticReport { converged: true, ..StaticReport::default() };

@@ -153,3 +153,18 @@ fn an_impulse_changes_velocities_alone() {
     simulation.store(&mut after);
     assert!(after.positions[24].y > before.positions[24].y + 1e-3);
 }
+
+#[test]
+fn contacts_are_refused_where_nothing_knows_them() {
+    let (mut model, mut state) = rod(1.0, 5, 0.05, material(1e5, 100.0));
+    model.contacts.between_segments = Some(rod::Surface::default());
+    let build = |_: &Model, _: &Members, _: &Topology| -> Box<dyn Projection> { panic!("nothing is built") };
+    let moved = Simulation::end_to_end(&model, &state, &params(Formulation::Xpbd, 1), &build).map(|_| ());
+    let params = solver::statics::StaticParams::default();
+    let still = solver::statics::equilibrium(&model, &mut state, &params).map(|_| ());
+    for (result, what) in [(moved, "an end-to-end prediction"), (still, "static analysis")] {
+        let expected =
+            format!("{what} knows no contacts, but the model has some (between segments: yes, obstacles: 0)");
+        assert_eq!(result.unwrap_err().to_string(), expected);
+    }
+}

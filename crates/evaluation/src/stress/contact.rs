@@ -1,0 +1,85 @@
+//! Rods that touch the ground and each other.
+
+use nalgebra::{Unit, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rod::{Assembly, Contacts, Friction, Material, Obstacle, ObstacleShape, RodSpec, Surface, shape};
+
+use super::cases::GRAVITY;
+use super::{Case, case};
+
+/// Number of rods in the pile.
+pub const PILE_RODS: usize = 1000;
+
+/// Soft rubber.
+const RUBBER: Material = Material { youngs_modulus: 1e7, torsion_modulus: 4e6, density: 1000.0 };
+
+/// A contact that takes energy alone.
+fn surface(friction: f64) -> Surface {
+    Surface { friction: Friction::new(friction), restitution: 0.0 }
+}
+
+/// All space beyond the plane through `point` [m]; `normal` points out of it.
+fn half_space(point: Vector3<f64>, normal: Vector3<f64>, friction: f64) -> Obstacle {
+    let normal = Unit::new_normalize(normal);
+    Obstacle { shape: ObstacleShape::HalfSpace { point, normal }, surface: surface(friction) }
+}
+
+/// The case in which segments touch each other and the ground z = 0 alike.
+fn on_the_ground(mut assembly: Assembly, friction: f64) -> Assembly {
+    assembly.model_mut().contacts = Contacts {
+        between_segments: Some(surface(friction)),
+        obstacles: vec![half_space(Vector3::zeros(), Vector3::z(), friction)],
+    };
+    assembly
+}
+
+/// Eight layers of three parallel rods, crosswise, with gaps of a twentieth of a radius below each.
+pub(super) fn stack() -> Case {
+    let (radius, length) = (0.02, 0.5);
+    let mut assembly = Assembly::new(GRAVITY);
+    for layer in 0..8 {
+        let (along, across) = if layer % 2 == 0 { (Vector3::x(), Vector3::y()) } else { (Vector3::y(), Vector3::x()) };
+        let height = radius * (1.0 + 2.05 * f64::from(layer) + 0.05);
+        for rod in -1..=1 {
+            let start = across * (0.18 * f64::from(rod)) - along * (0.5 * length) + Vector3::z() * height;
+            assembly.rod(&RodSpec::new(shape::straight(start, along, length, 5), radius, RUBBER));
+        }
+    }
+    case("stacked rods: 8 layers of 3", on_the_ground(assembly, 0.5), 0.01, 50)
+}
+
+/// A rod that is a little tilted and falls onto the ground at 50 m/s.
+pub(super) fn impact() -> Case {
+    let mut assembly = Assembly::new(GRAVITY);
+    let start = Vector3::new(0.0, 0.0, 0.5);
+    assembly.rod(&RodSpec::new(shape::straight(start, Vector3::new(1.0, 0.0, 0.1), 1.0, 20), 0.01, RUBBER));
+    assembly.state_mut().velocities.fill(Vector3::new(0.0, 0.0, -50.0));
+    case("a rod falls at 50 m/s", on_the_ground(assembly, 0.3), 0.02, 50)
+}
+
+/// [`PILE_RODS`] short rods fall from a grid of columns between four walls: they lie anyhow in their layers, tilted by
+/// 15 degrees at most, so that the layers can be close together without an overlap.
+pub(super) fn pile() -> Case {
+    const COLUMNS: usize = 10;
+    let (radius, length, spacing) = (0.02, 0.2, 0.26);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut uniform = |low: f64, high: f64| low + (high - low) * (random.next_u32() as f64 / 2_f64.powi(32));
+    let mut assembly = Assembly::new(GRAVITY);
+    for k in 0..PILE_RODS {
+        let cell = Vector3::new(k % COLUMNS, k / COLUMNS % COLUMNS, k / (COLUMNS * COLUMNS)).map(|x| x as f64 + 0.5);
+        let jitter = Vector3::new(uniform(-0.005, 0.005), uniform(-0.005, 0.005), uniform(-0.005, 0.005));
+        let centre = cell.component_mul(&Vector3::new(spacing, spacing, 0.11)) + jitter;
+        let (turn, tilt) = (uniform(0.0, std::f64::consts::TAU), uniform(-0.26, 0.26));
+        let direction = Vector3::new(tilt.cos() * turn.cos(), tilt.cos() * turn.sin(), tilt.sin());
+        let nodes = shape::straight(centre - direction * (0.5 * length), direction, length, 3 + k % 2);
+        assembly.rod(&RodSpec::new(nodes, radius, RUBBER));
+    }
+    let mut assembly = on_the_ground(assembly, 0.4);
+    let far = COLUMNS as f64 * spacing;
+    for axis in [Vector3::x(), Vector3::y()] {
+        let walls = [half_space(Vector3::zeros(), axis, 0.4), half_space(axis * far, -axis, 0.4)];
+        assembly.model_mut().contacts.obstacles.extend(walls);
+    }
+    case(format!("{PILE_RODS} rods in a pile"), assembly, 0.01, 50)
+}

@@ -1,0 +1,164 @@
+//! The stability table: stiff, slack, tiny, huge and degenerate cases, each with an honest status.
+
+mod cases;
+mod contact;
+mod trees;
+
+use std::time::Instant;
+
+use rod::{Assembly, Model, State, measure};
+use serde::Serialize;
+use solver::formulation::Formulation;
+use solver::simulation::{Settings, Simulation, SimulationError};
+use solver::step::Status;
+
+pub use contact::PILE_RODS;
+
+/// A case of the table.
+pub struct Case {
+    /// Name.
+    pub name: String,
+    /// What moves.
+    pub model: Model,
+    /// From where.
+    pub state: State,
+    /// Time step [s].
+    pub dt: f64,
+    /// Number of steps.
+    pub steps: usize,
+}
+
+/// A row of the table: one case in one formulation.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Name of the case.
+    pub case: String,
+    /// Formulation.
+    pub formulation: &'static str,
+    /// Number of segments.
+    pub segments: usize,
+    /// Number of steps asked for.
+    pub steps: usize,
+    /// Worst status of any step.
+    pub status: &'static str,
+    /// Whether every number of every frame is finite.
+    pub finite: bool,
+    /// Outer iterations per step and connected set, taken-back steps included.
+    pub iterations_per_step: f64,
+    /// Steps that were done again in halves.
+    pub retries: u64,
+    /// Largest rise of the total energy above its start, relative to the energy at stake: the larger of what was turned
+    /// over and the sum of all rods' weight times length; a rise of rounding errors alone counts as none. Contacts must
+    /// not raise it: friction and impacts only take energy. `None` in air, where wind does work.
+    pub energy_rise: Option<f64>,
+    /// Deepest penetration after any step, relative to the smaller radius. `None` without contacts.
+    pub deepest_penetration: Option<f64>,
+    /// Worst error of a contact after any step, relative to the smaller radius: penetration, or slip where it should
+    /// stick. `None` without contacts.
+    pub worst_contact: Option<f64>,
+    /// Largest relative change of any rod's length.
+    pub length_drift: f64,
+    /// Worst stretch-shear residual, in segment lengths.
+    pub worst_stretch: f64,
+    /// Worst bend-twist residual [rad].
+    pub worst_bend: f64,
+    /// Wall time [s].
+    pub seconds: f64,
+}
+
+/// Frames of which energy and length are measured, at most (a long chain's measures cost as much as its steps).
+const MEASURED_FRAMES: usize = 200;
+
+/// Relative tolerance of the outer iterations: the energy of a gap grows with its square, and fast (1e10 N/m).
+pub const RELATIVE_TOLERANCE: f64 = 1e-9;
+/// Absolute tolerance of the outer iterations.
+pub const ABSOLUTE_TOLERANCE: f64 = 1e-10;
+
+/// Runs a case.
+///
+/// # Errors
+/// If the case is not valid.
+pub fn run(case: &Case, formulation: Formulation) -> Result<Row, SimulationError> {
+    let mut settings = Settings::default();
+    settings.step.formulation = formulation;
+    settings.step.relative_tolerance = RELATIVE_TOLERANCE;
+    settings.step.absolute_tolerance = ABSOLUTE_TOLERANCE;
+    let mut simulation = Simulation::new(&case.model, &case.state, &settings, None)?;
+    let mut state = case.state.clone();
+    let first = measure::energy(&case.model, &state);
+    let lengths = measure::rod_lengths(&case.model, &state);
+    let every = case.steps.div_ceil(MEASURED_FRAMES);
+    let mut row = Row {
+        case: case.name.clone(),
+        formulation: formulation.name(),
+        segments: case.model.segments.len(),
+        steps: case.steps,
+        status: "",
+        finite: true,
+        iterations_per_step: 0.0,
+        retries: 0,
+        energy_rise: None,
+        deepest_penetration: None,
+        worst_contact: None,
+        length_drift: 0.0,
+        worst_stretch: 0.0,
+        worst_bend: 0.0,
+        seconds: 0.0,
+    };
+    let mass_times_length: f64 = case.model.segments.iter().map(|s| s.mass() * lengths[s.rod]).sum();
+    let (mut highest, mut at_stake) = (f64::NEG_INFINITY, case.model.gravity.norm() * mass_times_length);
+    let mut worst = Status::Converged;
+    for step in 1..=case.steps {
+        let begin = Instant::now();
+        worst = worst.max(simulation.step(case.dt)?.status);
+        row.seconds += begin.elapsed().as_secs_f64();
+        if step % every != 0 && step != case.steps {
+            continue;
+        }
+        simulation.store(&mut state);
+        let energy = measure::energy(&case.model, &state);
+        row.finite &= energy.total().is_finite();
+        highest = highest.max(energy.total() - first.total());
+        let moved = energy.kinetic + energy.stretch + energy.bend + (energy.external - first.external).abs();
+        at_stake = f64::max(at_stake, moved);
+        let drift = measure::length_drift(&case.model, &state, &lengths);
+        row.length_drift = row.length_drift.max(drift);
+    }
+    let counters = simulation.counters();
+    row.status = worst.name();
+    if case.model.air.is_none() {
+        row.energy_rise = Some(if highest > rounding(&case.model) { highest / at_stake } else { 0.0 });
+    }
+    row.iterations_per_step = counters.iterations as f64 / (case.steps * simulation.components()).max(1) as f64;
+    row.retries = counters.retries;
+    row.worst_stretch = counters.worst_stretch;
+    row.worst_bend = counters.worst_bend;
+    if !case.model.contacts.is_empty() {
+        row.deepest_penetration = Some(counters.deepest_penetration);
+        row.worst_contact = Some(counters.worst_contact);
+    }
+    Ok(row)
+}
+
+/// Energy [J] that errors in the last digits of gaps and curvatures make.
+fn rounding(model: &Model) -> f64 {
+    let of_joint = |joint: &rod::Joint| {
+        let stretch = (1e-14 * joint.length).powi(2) / joint.stretch_compliance.max(f64::MIN_POSITIVE);
+        let bend = (1e-14 / joint.length).powi(2) / joint.bend_compliance.max(f64::MIN_POSITIVE);
+        stretch + bend
+    };
+    model.joints.iter().map(of_joint).sum()
+}
+
+/// All cases.
+pub fn cases() -> Vec<Case> {
+    let mut cases = cases::all();
+    cases.extend([trees::branches(), trees::storm()]);
+    cases.extend([contact::stack(), contact::impact(), contact::pile()]);
+    cases
+}
+
+fn case(name: impl Into<String>, assembly: Assembly, dt: f64, steps: usize) -> Case {
+    let (model, state) = assembly.finish();
+    Case { name: name.into(), model, state, dt, steps }
+}
