@@ -85,7 +85,7 @@ pub(crate) struct SceneArgs {
     pub(crate) tolerance: f64,
     /// Error of a contact that is good enough: penetration, or slip where it should stick, relative to the smaller
     /// radius.
-    #[arg(long, default_value = "1e-4", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(long, default_value = "1e-3", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) contact_tolerance: f64,
     /// Threads for scenes of several rods, 1 to 1024 [default: one per core]. The motion is the same on any number.
     #[arg(long, value_parser = threads, allow_hyphen_values = true)]

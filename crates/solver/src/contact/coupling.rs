@@ -97,8 +97,7 @@ impl Coupling {
                     let contact = &contacts[active[row as usize] as usize];
                     let moved = moves(contact, shapes, component, impulses);
                     for (lane, column) in columns.clone().enumerate() {
-                        let place = problem.place(row, own[column / 3]);
-                        problem.add(place, column % 3, moved.map(|x| x.lane(lane)));
+                        problem.add(row, own[column / 3], column % 3, moved.map(|x| x.lane(lane)));
                     }
                 }
             }

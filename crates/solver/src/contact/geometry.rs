@@ -231,19 +231,16 @@ impl Contact {
         let mut normal = if distance > 0.0 { difference * (1.0 / distance) } else { Vec3([0.0, 0.0, 1.0]) };
         let mut gap = distance - reach;
         // Fast enough to have passed through the other: what counts is the side from which it came.
-        let travel = |side: &Side| {
-            let moved = |k: usize| (side.ends[k] - side.ends_before[k]).norm_squared();
-            moved(0).max(moved(1)).sqrt()
-        };
-        if travel(own) + travel(other) > 0.5 * reach
+        let moved = |side: &Side, k: usize| side.ends[k] - side.ends_before[k];
+        let apart = |i: usize, j: usize| (moved(own, i) - moved(other, j)).norm_squared();
+        let travel = apart(0, 0).max(apart(0, 1)).max(apart(1, 0)).max(apart(1, 1));
+        if travel > 0.25 * reach * reach
             && let Some(hit) = first_touch(&own.way(), &other.way())
-            && (from(&hit.normal).dot(normal) < 0.5 || distance == 0.0)
+            && (from(&hit.normal).dot(normal) < 0.0 || distance == 0.0)
         {
-            let [s, t] = match feature {
-                Feature::Nearest => [hit.s, hit.t],
-                _ => [s, t],
-            };
-            (a, b, normal) = (own.at(s), other.at(t), from(&hit.normal));
+            // Ends follow when the nearest places are back where they belong.
+            self.doubled |= feature != Feature::Nearest;
+            (a, b, normal) = (own.at(hit.s), other.at(hit.t), from(&hit.normal));
             gap = normal.dot(a - b) - reach;
         }
         if poses == Poses::Settling {

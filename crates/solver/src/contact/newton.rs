@@ -12,7 +12,7 @@ use faer::{MatMut, Par};
 use super::problem::{Problem, Row, length, natural_residual};
 
 /// Unknowns, at most: beyond it, an iteration costs more than sweeps do.
-const MOST: usize = 480;
+const MOST: usize = 300;
 /// Iterations in a row, at most.
 const ITERATIONS: usize = 12;
 /// How often a step may be halved.
@@ -115,11 +115,12 @@ impl Newton {
         now.largest <= tolerance
     }
 
-    fn measure(&mut self, problem: &Problem) -> Merit {
+    fn measure(&mut self, problem: &mut Problem) -> Merit {
         self.w.clear();
         let mut merit = Merit { squares: 0.0, largest: 0.0 };
-        for (k, unknown) in problem.unknowns().iter().enumerate() {
+        for k in 0..problem.unknowns().len() {
             let w = problem.gap_and_slip(k);
+            let unknown = problem.unknowns()[k];
             let [normal, across] = natural_residual(problem.compliance(k), unknown.force, w, unknown.friction);
             let [normal, across] = [normal / unknown.scale, across / unknown.scale];
             merit.squares += normal * normal + across * across;

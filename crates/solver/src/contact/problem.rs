@@ -13,6 +13,7 @@
 use rod::Friction;
 
 use super::newton::Newton;
+use crate::kernel::dispatch::vectorized;
 
 pub(crate) type Row = [f64; 3];
 pub(crate) type Block3 = [Row; 3];
@@ -41,9 +42,14 @@ pub(crate) struct Problem {
     unknowns: Vec<Unknown>,
     /// Impulses less those before the solve.
     changes: Vec<Row>,
+    /// Where each block row begins among the blocks, and the end.
     start: Vec<usize>,
+    /// Block columns of each block row, ascending.
     columns: Vec<u32>,
-    blocks: Vec<Block3>,
+    /// Each block row as three rows of numbers, one after the other.
+    values: Vec<f64>,
+    /// Changes of the contacts in a block row.
+    gathered: Vec<f64>,
     diagonal: Vec<Block3>,
     newton: Newton,
 }
@@ -73,34 +79,38 @@ impl Problem {
             merge(a, b, &mut self.columns);
             self.start.push(self.columns.len());
         }
-        self.blocks.clear();
-        self.blocks.resize(self.columns.len(), [[0.0; 3]; 3]);
+        self.values.clear();
+        self.values.resize(9 * self.columns.len(), 0.0);
     }
 
-    /// Place of the block of `column` in `row`, which must be there.
-    pub(crate) fn place(&self, row: u32, column: u32) -> usize {
-        let range = self.start[row as usize]..self.start[row as usize + 1];
+    /// Place of the block of `column` in block row `row`, which must be there.
+    fn place(&self, row: u32, column: u32) -> usize {
+        let columns = &self.columns[self.start[row as usize]..self.start[row as usize + 1]];
         // Where all contacts are of one group, a row holds them all.
-        if range.len() == self.start.len() - 1 {
-            return range.start + column as usize;
-        }
-        range.start + self.columns[range].partition_point(|&other| other < column)
+        if columns.len() == self.start.len() - 1 { column as usize } else { columns.partition_point(|&k| k < column) }
     }
 
-    /// Adds to a column of the block at `place`.
-    pub(crate) fn add(&mut self, place: usize, column: usize, values: Row) {
-        for (row, value) in self.blocks[place].iter_mut().zip(values) {
-            row[column] += value;
+    /// Adds to a `direction` of `column` in block row `row`.
+    pub(crate) fn add(&mut self, row: u32, column: u32, direction: usize, values: Row) {
+        let place = 3 * self.place(row, column) + direction;
+        let range = self.start[row as usize]..self.start[row as usize + 1];
+        for (r, value) in values.into_iter().enumerate() {
+            self.values[9 * range.start + 3 * r * range.len() + place] += value;
         }
+    }
+
+    /// A block by its place in its block row.
+    fn block(&self, row: usize, place: usize) -> Block3 {
+        let range = self.start[row]..self.start[row + 1];
+        let at = |r: usize, c: usize| self.values[9 * range.start + 3 * r * range.len() + 3 * place + c];
+        [0, 1, 2].map(|r| [at(r, 0), at(r, 1), at(r, 2)])
     }
 
     /// The diagonal blocks, after all entries are there.
     pub(crate) fn close(&mut self) {
         self.diagonal.clear();
         for row in 0..self.start.len() - 1 {
-            let range = self.start[row]..self.start[row + 1];
-            let at = self.columns[range.clone()].binary_search(&(row as u32));
-            self.diagonal.push(at.map_or([[0.0; 3]; 3], |at| self.blocks[range.start + at]));
+            self.diagonal.push(self.block(row, self.place(row as u32, row as u32)));
         }
     }
 
@@ -148,22 +158,31 @@ impl Problem {
         change
     }
 
-    /// Blocks of a row with their columns.
-    pub(crate) fn row(&self, row: usize) -> impl Iterator<Item = (u32, &Block3)> {
-        let range = self.start[row]..self.start[row + 1];
-        self.columns[range.clone()].iter().copied().zip(&self.blocks[range])
+    /// Blocks of a block row with their columns.
+    pub(crate) fn row(&self, row: usize) -> impl Iterator<Item = (u32, Block3)> {
+        let columns = &self.columns[self.start[row]..self.start[row + 1]];
+        columns.iter().enumerate().map(move |(place, &column)| (column, self.block(row, place)))
     }
 
     /// Gap less its target and slip of a contact with all impulses as they are [m].
-    pub(crate) fn gap_and_slip(&self, row: usize) -> Row {
-        let mut w = self.unknowns[row].free;
-        for (column, block) in self.row(row) {
-            let d = &self.changes[column as usize];
-            for (w, row) in w.iter_mut().zip(block) {
-                *w += row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
-            }
-        }
-        w
+    pub(crate) fn gap_and_slip(&mut self, row: usize) -> Row {
+        let range = self.start[row]..self.start[row + 1];
+        let values = &self.values[9 * range.start..9 * range.end];
+        let [n, t1, t2] = [0, 1, 2].map(|r| &values[3 * r * range.len()..3 * (r + 1) * range.len()]);
+        let changes = self.changes.as_flattened();
+        let d = if 3 * range.len() == changes.len() {
+            changes
+        } else {
+            self.gathered.clear();
+            let all = self.columns[range].iter().flat_map(|&column| self.changes[column as usize]);
+            self.gathered.extend(all);
+            &self.gathered
+        };
+        let w = self.unknowns[row].free;
+        vectorized(
+            #[inline(always)]
+            || [w[0] + dot(n, d), w[1] + dot(t1, d), w[2] + dot(t2, d)],
+        )
     }
 
     /// Adds a contact, whose impulse will start at `force`.
@@ -228,6 +247,20 @@ fn local(d: &Block3, old: Row, w: Row, friction: Friction) -> Row {
     // Smaller than the cone of sliding: it is about to stick.
     let k = if size > most { most / size } else { 1.0 };
     [normal, x * k, y * k]
+}
+
+/// Scalar product, in eight sums side by side.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (mut left, mut right) = (a.chunks_exact(8), b.chunks_exact(8));
+    for (a, b) in (&mut left).zip(&mut right) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = left.remainder().iter().zip(right.remainder()).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Length of a vector across the normal.
