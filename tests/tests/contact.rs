@@ -202,38 +202,3 @@ fn a_capstan_holds_up_to_the_exponential_of_the_angle() {
         }
     }
 }
-
-#[test]
-fn debug_capstan() {
-    let (model, state) = capstan_model(PI / 2.0, 0.3, (0.3 * PI / 2.0_f64).exp() * 0.95);
-    let mut settings = Settings::default();
-    settings.step.formulation = std::env::var("F").unwrap().parse().unwrap();
-    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| {
-        solver::guess::GuessKind::StepQuadratic.build(m, s, t)
-    };
-    let newton = settings.step.formulation.momentum();
-    let mut simulation = Simulation::new(&model, &state, &settings, if newton { Some(&build) } else { None }).unwrap();
-    let mut end = state.clone();
-    let mut before = simulation.counters();
-    for step in 0..20 {
-        let report = simulation.step(0.01).unwrap();
-        simulation.store(&mut end);
-        let c = simulation.counters();
-        let n = end.positions.len();
-        println!(
-            "{step} {:?} it {} retries {} sweeps {} solves {}  v0 {:.4} v1 {:.4} moved {:.4}  worst {:.1e} {:.1e} {:.1e}",
-            report.status,
-            c.iterations - before.iterations,
-            c.retries - before.retries,
-            c.contact_sweeps - before.contact_sweeps,
-            c.contact_solves - before.contact_solves,
-            end.velocities[0].norm(),
-            end.velocities[n - 1].norm(),
-            (end.positions[0] - state.positions[0]).norm(),
-            c.worst_stretch,
-            c.worst_bend,
-            c.worst_contact
-        );
-        before = c;
-    }
-}

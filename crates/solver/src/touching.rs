@@ -189,14 +189,6 @@ impl Touching {
             if now <= 1.0 {
                 break;
             }
-            if std::env::var("T").is_ok() {
-                eprintln!(
-                    "  it {iteration} now {now:.2e} own {own:.2e} contact {:.2e} active {} {}",
-                    worst_contact,
-                    stage.debug(),
-                    counters.contact_sweeps
-                );
-            }
             best = best.min(now);
             if !may_go_on(iteration, now, before, params) || now > LOST * best {
                 return Status::OutOfIterations;

@@ -310,21 +310,6 @@ impl Stage {
         self.active.iter().flat_map(move |&k| components_of(&self.contacts[k as usize], shapes)).flatten()
     }
 
-    pub(crate) fn debug(&self) -> String {
-        let w = self.contacts.iter().max_by(|a, b| a.residual.total_cmp(&b.residual));
-        format!(
-            "{} worst {:?}",
-            self.active.len(),
-            w.map(|c| (
-                c.key,
-                c.gap / c.radius,
-                c.slip.norm_squared().sqrt() / c.radius,
-                c.impulse != Vec3::zero(),
-                c.doubled
-            ))
-        )
-    }
-
     /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.
     pub(crate) fn deepest(&self) -> f64 {
         let true_gaps = self.contacts.iter().filter(|contact| !contact.doubled);
