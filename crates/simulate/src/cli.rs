@@ -8,6 +8,7 @@ use dataset::Scenario;
 use solver::formulation::Formulation;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
+use solver::step::ContactProjection;
 
 use crate::guess::GuessName;
 use terminal::{positive, threads};
@@ -87,6 +88,10 @@ pub(crate) struct SceneArgs {
     /// radius.
     #[arg(long, default_value = "1e-3", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) contact_tolerance: f64,
+    /// How contacts are projected: coupled (together with the rods), alternating (after the rods, as in the paper: slow to
+    /// converge where rods are taut).
+    #[arg(long, default_value_t = ContactProjection::default())]
+    pub(crate) contacts: ContactProjection,
     /// Threads for scenes of several rods, 1 to 1024 [default: one per core]. The motion is the same on any number.
     #[arg(long, value_parser = threads, allow_hyphen_values = true)]
     pub(crate) threads: Option<usize>,

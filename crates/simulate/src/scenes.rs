@@ -50,6 +50,7 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
 pub(crate) fn settings(args: &SceneArgs) -> Settings {
     let mut settings = settings_for(args.formulation, args.tolerance);
     settings.step.contact_tolerance = args.contact_tolerance;
+    settings.step.contact_projection = args.contacts;
     settings
 }
 

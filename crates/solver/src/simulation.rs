@@ -140,7 +140,7 @@ impl Simulation {
             }
         }
         if touches {
-            units.push(Unit::Touching(Box::new(Touching::new(model, singles)?)));
+            units.push(Unit::Touching(Box::new(Touching::new(model, singles, settings.step.contact_projection)?)));
         } else {
             units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
         }

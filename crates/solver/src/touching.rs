@@ -7,11 +7,13 @@ use rod::{Body, Contacts, Model};
 
 use crate::contact::{Shape, Stage};
 use crate::counters::{Counters, Stopwatch};
+use crate::formulation::Formulation;
 use crate::linear::LinearInfo;
 use crate::linear::solvers::SolverError;
 use crate::simulation::PARALLEL_SEGMENTS;
 use crate::step::{
-    Attempt, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
+    Attempt, ContactProjection, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on,
+    solve, update,
 };
 use crate::system::Six;
 use crate::unit::{Single, accept, finish};
@@ -22,14 +24,18 @@ const RODS: f64 = 0.01;
 /// An error so many times the least so far is not coming back.
 const LOST: f64 = 1e4;
 
+/// How the step of a connected set stands.
+struct Turn {
+    attempt: Attempt<f64>,
+    /// Whether contacts pushed it in the last iteration, so that it takes part in the next.
+    takes_part: bool,
+}
+
 /// All connected sets of a model with contacts.
 pub(crate) struct Touching {
     pub(crate) units: Vec<Single>,
     stage: Stage,
-    /// How each set's step stands.
-    attempts: Vec<Attempt<f64>>,
-    /// Sets that take part in the iteration under way.
-    takes_part: Vec<bool>,
+    turns: Vec<Turn>,
     counters: Counters,
     pub(crate) status: Status,
     segments: usize,
@@ -40,7 +46,11 @@ impl Touching {
     ///
     /// # Errors
     /// If a set's factor would be too large.
-    pub(crate) fn new(model: &Model, mut units: Vec<Single>) -> Result<Self, SolverError> {
+    pub(crate) fn new(
+        model: &Model,
+        mut units: Vec<Single>,
+        projection: ContactProjection,
+    ) -> Result<Self, SolverError> {
         debug_assert_ne!(model.contacts, Contacts::default());
         let nothing = Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2] };
         let mut shapes = vec![nothing; model.segments.len()];
@@ -70,11 +80,10 @@ impl Touching {
                 shapes[other].ends[end] = false;
             }
         }
-        let stage = Stage::new(model, shapes, &units)?;
-        let takes_part = vec![true; units.len()];
-        let (attempts, counters) = (Vec::with_capacity(units.len()), Counters::default());
+        let stage = Stage::new(model, shapes, &units, projection)?;
+        let (turns, counters) = (Vec::with_capacity(units.len()), Counters::default());
         let segments = model.segments.len();
-        Ok(Self { units, stage, attempts, takes_part, counters, status: Status::Converged, segments })
+        Ok(Self { units, stage, turns, counters, status: Status::Converged, segments })
     }
 
     /// The counters of all sets and of their contacts.
@@ -100,7 +109,7 @@ impl Touching {
 
     fn advance_halved(&mut self, interval: Interval, halvings: u32, params: &StepParams) -> Status {
         let mut status = self.attempt(interval, params, true);
-        let guessed = self.attempts.iter().any(|attempt| attempt.start != Start::Prediction);
+        let guessed = self.turns.iter().any(|turn| turn.attempt.start != Start::Prediction);
         if guessed && status != Status::Converged {
             self.roll_back();
             status = self.attempt(interval, params, false);
@@ -117,13 +126,13 @@ impl Touching {
             }
             return worst;
         }
-        for (unit, attempt) in self.units.iter_mut().zip(&self.attempts) {
-            accept(attempt, 0, &mut unit.counters);
+        for (unit, turn) in self.units.iter_mut().zip(&self.turns) {
+            accept(&turn.attempt, 0, &mut unit.counters);
         }
         if status == Status::NonFinite {
             self.roll_back();
         } else {
-            let own = self.attempts.iter().map(|attempt| attempt.status(0)).max();
+            let own = self.turns.iter().map(|turn| turn.attempt.status(0)).max();
             self.counters.not_converged += u64::from(status != Status::Converged && own == Some(Status::Converged));
             for unit in &mut self.units {
                 finish(&mut unit.component, params.formulation, 1.0, &mut unit.counters);
@@ -144,45 +153,21 @@ impl Touching {
 
     /// One step over `interval`, without velocities.
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
-        let parallel = self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1;
-        let Self { units, stage, attempts, takes_part, counters, .. } = self;
-        let formulation = params.formulation;
-        let first = |unit: &mut Single| {
-            unit.component.pushed.fill(Six::zero());
-            let Single { component, guess, counters, .. } = unit;
-            match guess {
-                Some(guess) if guessing => begin(component, interval, params, guess, counters),
-                _ => begin(component, interval, params, &mut NoGuess, counters),
-            }
-        };
-        attempts.clear();
-        if parallel {
-            units.par_iter_mut().map(first).collect_into_vec(attempts);
-        } else {
-            attempts.extend(units.iter_mut().map(first));
-        }
-        let mut watch = Stopwatch::start();
-        let guessed = attempts.iter().any(|attempt| attempt.start != Start::Prediction);
-        stage.begin(units, guessed, counters);
-        let mut worst_contact = stage.observe(units, formulation, params.contact_tolerance, 0, counters);
-        watch.mark(&mut counters.times.contact);
-        let floor = RODS * params.contact_tolerance;
-        let look = |(unit, attempt): (&mut Single, &mut Attempt<f64>)| {
-            attempt.target = attempt.target.max(floor);
+        self.begin(interval, params, guessing);
+        let guessed = self.turns.iter().any(|turn| turn.attempt.start != Start::Prediction);
+        self.with_stage(|stage, units, counters| stage.begin(units, guessed, counters));
+        let mut contact = self.observe(params, 0);
+        self.each(|unit, turn| {
+            turn.attempt.target = turn.attempt.target.max(RODS * params.contact_tolerance);
+            turn.takes_part = true;
             if guessed {
-                attempt.residuals = evaluate(&mut unit.component, formulation, &mut unit.counters);
+                // Contacts press from the start.
+                turn.attempt.residuals = evaluate(&mut unit.component, params.formulation, &mut unit.counters);
             }
-        };
-        units.iter_mut().zip(&mut *attempts).for_each(look);
-        takes_part.fill(true);
+        });
         let (mut before, mut best) = (f64::INFINITY, f64::INFINITY);
         for iteration in 0.. {
-            let of = |attempt: &Attempt<f64>| {
-                let ratio = attempt.residuals.worst() / attempt.target;
-                if attempt.residuals.check.is_finite() { ratio } else { f64::NAN }
-            };
-            let own = attempts.iter().map(of).fold(0.0, max_or_nan);
-            let now = max_or_nan(own, worst_contact / params.contact_tolerance);
+            let now = max_or_nan(self.error(), contact / params.contact_tolerance);
             if now.is_nan() {
                 return Status::NonFinite;
             }
@@ -194,68 +179,152 @@ impl Touching {
                 return Status::OutOfIterations;
             }
             before = now;
-            let project = |((unit, attempt), takes_part): ((&mut Single, &Attempt<f64>), &bool)| {
-                let Single { component, solver, guess, counters, .. } = unit;
-                if !*takes_part && attempt.residuals.worst() <= attempt.target {
-                    component.dlambda.fill(Six::zero());
-                    return;
-                }
-                match guess {
-                    Some(guess) => solve(component, iteration, 1, solver.as_mut(), guess, counters),
-                    None => solve(component, iteration, 1, solver.as_mut(), &mut NoGuess, counters),
-                }
+            let goes_on = match params.contact_projection {
+                ContactProjection::Coupled => self.couple(iteration, contact, guessed, params),
+                ContactProjection::Alternating => self.alternate(iteration, contact, params),
             };
-            if parallel {
-                units.par_iter_mut().zip(&*attempts).zip(&*takes_part).for_each(project);
-            } else {
-                units.iter_mut().zip(&*attempts).zip(&*takes_part).for_each(project);
+            if !goes_on {
+                return Status::OutOfIterations;
             }
-            watch = Stopwatch::start();
+            contact = self.observe(params, iteration);
+            self.each(|unit, turn| {
+                let mut watch = Stopwatch::start();
+                turn.attempt.residuals = evaluate(&mut unit.component, params.formulation, &mut unit.counters);
+                watch.mark(&mut unit.counters.times.assemble);
+            });
+        }
+        self.turns.iter().map(|turn| turn.attempt.status(0)).max().unwrap_or(Status::Converged)
+    }
+
+    /// Prediction, guesses for the step's start, first evaluation.
+    fn begin(&mut self, interval: Interval, params: &StepParams, guessing: bool) {
+        let first = |unit: &mut Single| {
+            unit.component.pushed.fill(Six::zero());
+            let Single { component, guess, counters, .. } = unit;
+            let attempt = match guess {
+                Some(guess) if guessing => begin(component, interval, params, guess, counters),
+                _ => begin(component, interval, params, &mut NoGuess, counters),
+            };
+            Turn { attempt, takes_part: true }
+        };
+        self.turns.clear();
+        if self.is_parallel() {
+            self.units.par_iter_mut().map(first).collect_into_vec(&mut self.turns);
+        } else {
+            self.turns.extend(self.units.iter_mut().map(first));
+        }
+    }
+
+    /// An outer iteration in which contacts see how the rods answer them: the rods' solution, the contacts' impulses with
+    /// the rods' answer to them, and the solution with both. Returns false where there are too many contacts.
+    fn couple(&mut self, iteration: usize, contact: f64, guessed: bool, params: &StepParams) -> bool {
+        let formulation = params.formulation;
+        self.project(iteration);
+        let solved = self.with_stage(|stage, units, counters| {
             if iteration == 0 && !guessed && stage.is_far(units, formulation) {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
                 stage.press_as_before(units);
-            } else if !stage.solve(units, formulation, (worst_contact, params.contact_tolerance), counters) {
-                return Status::OutOfIterations;
+                return true;
             }
-            takes_part.fill(false);
-            for component in stage.pushed() {
-                takes_part[component as usize] = true;
-            }
-            watch.mark(&mut counters.times.contact);
-            let answer = |(unit, takes_part): (&mut Single, &bool)| {
-                let Single { component, solver, counters, .. } = unit;
-                if *takes_part {
-                    let mut watch = Stopwatch::start();
-                    component.answer_pushes();
-                    let has_start = solver.uses_start();
-                    let info = solver.solve(&component.system, has_start, &mut component.dlambda);
-                    watch.mark(&mut counters.times.contact);
-                    count_solve(component, &LinearInfo { start_dropped: false, ..info }, 1, has_start, counters);
-                }
-                update(component, formulation, 1.0, counters);
-            };
-            if parallel {
-                units.par_iter_mut().zip(&*takes_part).for_each(answer);
-            } else {
-                units.iter_mut().zip(&*takes_part).for_each(answer);
-            }
-            watch = Stopwatch::start();
-            worst_contact = stage.observe(units, formulation, params.contact_tolerance, iteration, counters);
-            watch.mark(&mut counters.times.contact);
-            let look = |(unit, attempt): (&mut Single, &mut Attempt<f64>)| {
+            stage.solve(units, formulation, (contact, params.contact_tolerance), counters)
+        });
+        self.mark_pushed();
+        self.each(|unit, turn| {
+            let Single { component, solver, counters, .. } = unit;
+            if turn.takes_part {
                 let mut watch = Stopwatch::start();
-                attempt.residuals = evaluate(&mut unit.component, formulation, &mut unit.counters);
-                watch.mark(&mut unit.counters.times.assemble);
-            };
-            if parallel {
-                units.par_iter_mut().zip(&mut *attempts).for_each(look);
-            } else {
-                units.iter_mut().zip(&mut *attempts).for_each(look);
+                component.answer_pushes();
+                let has_start = solver.uses_start();
+                let info = solver.solve(&component.system, has_start, &mut component.dlambda);
+                watch.mark(&mut counters.times.contact);
+                count_solve(component, &LinearInfo { start_dropped: false, ..info }, 1, has_start, counters);
             }
+            update(component, formulation, 1.0, counters);
+        });
+        solved
+    }
+
+    /// An outer iteration as in Algorithm 1: the rods, then (line 11) the contacts with the bodies' own masses alone.
+    fn alternate(&mut self, iteration: usize, contact: f64, params: &StepParams) -> bool {
+        let formulation = params.formulation;
+        self.project(iteration);
+        self.each(|unit, _| {
+            update(&mut unit.component, formulation, 1.0, &mut unit.counters);
+            unit.component.dlambda.fill(Six::zero());
+        });
+        self.observe(params, iteration);
+        let solved = self.with_stage(|stage, units, counters| {
+            stage.solve(units, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
+        });
+        self.mark_pushed();
+        self.each(|unit, turn| {
+            if turn.takes_part {
+                unit.component.push();
+            }
+        });
+        solved
+    }
+
+    /// The rods' own linear solves, of those that have not converged or that contacts have pushed.
+    fn project(&mut self, iteration: usize) {
+        self.each(|unit, turn| {
+            let Single { component, solver, guess, counters, .. } = unit;
+            if !turn.takes_part && turn.attempt.residuals.worst() <= turn.attempt.target {
+                component.dlambda.fill(Six::zero());
+                return;
+            }
+            match guess {
+                Some(guess) => solve(component, iteration, 1, solver.as_mut(), guess, counters),
+                None => solve(component, iteration, 1, solver.as_mut(), &mut NoGuess, counters),
+            }
+        });
+    }
+
+    /// Evaluates the contacts; returns their largest error.
+    fn observe(&mut self, params: &StepParams, iteration: usize) -> f64 {
+        self.with_stage(|stage, units, counters| {
+            stage.observe(units, params.formulation, params.contact_tolerance, iteration, counters)
+        })
+    }
+
+    /// The rods' largest error, in units of what is good enough; not a number if any is not.
+    fn error(&self) -> f64 {
+        let of = |turn: &Turn| {
+            let residuals = &turn.attempt.residuals;
+            if residuals.check.is_finite() { residuals.worst() / turn.attempt.target } else { f64::NAN }
+        };
+        self.turns.iter().map(of).fold(0.0, max_or_nan)
+    }
+
+    fn mark_pushed(&mut self) {
+        for turn in &mut self.turns {
+            turn.takes_part = false;
         }
-        let worst = attempts.iter().map(|attempt| attempt.status(0)).max();
-        worst.unwrap_or(Status::Converged)
+        for component in self.stage.pushed() {
+            self.turns[component as usize].takes_part = true;
+        }
+    }
+
+    /// Works on the contacts, on the clock of their stage.
+    fn with_stage<R>(&mut self, work: impl FnOnce(&mut Stage, &mut [Single], &mut Counters) -> R) -> R {
+        let mut watch = Stopwatch::start();
+        let result = work(&mut self.stage, &mut self.units, &mut self.counters);
+        watch.mark(&mut self.counters.times.contact);
+        result
+    }
+
+    fn is_parallel(&self) -> bool {
+        self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+    }
+
+    /// Works on all sets, side by side where there is enough to share.
+    fn each(&mut self, work: impl Fn(&mut Single, &mut Turn) + Send + Sync) {
+        if self.is_parallel() {
+            self.units.par_iter_mut().zip(&mut self.turns).for_each(|(unit, turn)| work(unit, turn));
+        } else {
+            self.units.iter_mut().zip(&mut self.turns).for_each(|(unit, turn)| work(unit, turn));
+        }
     }
 }
 

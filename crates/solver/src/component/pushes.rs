@@ -47,14 +47,4 @@ impl<T: Real> Component<T> {
             self.poses[i] = Pose { x: x + correction.stretch, q: q.turned(correction.bend) };
         }
     }
-
-    /// Length of a segment [m].
-    pub(crate) fn length(&self, body: usize) -> T {
-        self.bodies[body].length
-    }
-
-    /// Whether a body moves freely.
-    pub(crate) fn is_free(&self, body: usize) -> bool {
-        self.bodies[body].free.lane(0) > 0.0
-    }
 }

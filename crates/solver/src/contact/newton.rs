@@ -245,11 +245,10 @@ impl Rows {
         let length = length(q);
         let pressed = z[0] - w[0] / normal;
         if length <= friction.at_rest * pressed {
-            for a in 1..3 {
-                rows.through[a][a] = 1.0;
-                rows.own[a][a] = damping * across;
-                rows.rhs[a] = -w[a];
-            }
+            rows.through = [rows.through[0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            rows.own[1][1] = damping * across;
+            rows.own[2][2] = damping * across;
+            rows.rhs = w.map(|w| -w);
             return rows;
         }
         let d = [q[0] / length, q[1] / length];

@@ -12,6 +12,7 @@ use crate::formulation::Formulation;
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
+use crate::step::ContactProjection;
 use crate::system::Six;
 use crate::unit::Single;
 
@@ -56,8 +57,15 @@ impl Stage {
     ///
     /// # Errors
     /// If a component's factor would be too large.
-    pub(crate) fn new(model: &Model, shapes: Vec<Shape>, components: &[Single]) -> Result<Self, SparseError> {
-        let responses = components.iter().map(|c| Response::new(&c.component.system)).collect::<Result<_, _>>()?;
+    pub(crate) fn new(
+        model: &Model,
+        shapes: Vec<Shape>,
+        components: &[Single],
+        projection: ContactProjection,
+    ) -> Result<Self, SparseError> {
+        let with_joints = projection == ContactProjection::Coupled;
+        let response = |unit: &Single| Response::new(&unit.component.system, with_joints);
+        let responses = components.iter().map(response).collect::<Result<_, _>>()?;
         Ok(Self {
             detector: Detector::new(model, shapes),
             contacts: Vec::new(),

@@ -26,16 +26,19 @@ enum Factor {
     /// Each lane eliminates the tree for itself.
     Tree(Box<Direct<Columns>>),
     Looped(Box<Looped>),
+    /// Joints do not answer: P is M^-1.
+    Alone,
 }
 
 impl Response {
-    /// Memory for systems of this connectivity.
+    /// Memory for systems of this connectivity, whose bodies answer `with_joints` or each for itself.
     ///
     /// # Errors
     /// If the factor would be too large.
-    pub(crate) fn new(system: &System<f64>) -> Result<Self, SparseError> {
+    pub(crate) fn new(system: &System<f64>, with_joints: bool) -> Result<Self, SparseError> {
         let topology: &Topology = &system.topology;
         let solver = match Direct::new(topology) {
+            _ if !with_joints => Factor::Alone,
             Some(direct) => Factor::Tree(Box::new(direct)),
             None => Factor::Looped(Box::new(Looped::new(topology)?)),
         };
@@ -65,6 +68,12 @@ impl Response {
     /// Replaces impulses, one entry a body, by the corrections dp that answer them.
     pub(crate) fn respond(&mut self, impulses: &mut [Six<Columns>]) {
         let Self { system, dlambda, scratch, solver } = self;
+        if matches!(solver, Factor::Alone) {
+            for (i, impulse) in impulses.iter_mut().enumerate() {
+                *impulse = system.correction(i, *impulse);
+            }
+            return;
+        }
         vectorized(
             #[inline(always)]
             || {
@@ -79,6 +88,7 @@ impl Response {
             },
         );
         match solver {
+            Factor::Alone => {}
             Factor::Tree(direct) => {
                 direct.solve(system, false, dlambda);
             }
