@@ -253,8 +253,8 @@ impl Summary {
         )?;
         if work.contact_searches > 0 {
             say!(
-                "contacts: {:.1} a step of {:.1} possible, worst error {:.1e} of a radius, deepest penetration {:.1e}",
-                work.contact_solves as f64 / work.outer_iterations.max(1) as f64,
+                "contacts: {:.1} solved a step, of {:.1} possible, worst error {:.1e} of a radius, deepest penetration {:.1e}",
+                work.contact_solves as f64 / self.steps.max(1) as f64,
                 work.contact_candidates as f64 / work.contact_searches as f64,
                 self.worst_residuals.contact_per_radius,
                 self.worst_residuals.penetration_per_radius
