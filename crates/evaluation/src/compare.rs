@@ -26,6 +26,9 @@ pub struct Row {
     pub name: String,
     /// Worst status of any step.
     pub status: &'static str,
+    /// The step in which it was given up, because it did not converge and its linear solver had run out of iterations;
+    /// `None` where it did all.
+    pub given_up: Option<usize>,
     /// Outer iterations per step and connected set.
     pub iterations_per_step: f64,
     /// Iterations of the linear solver per outer iteration; 0 for direct solvers.
@@ -109,6 +112,7 @@ pub fn run(
         runs.push(Run {
             simulation: Simulation::new(model, state, &entry.settings, entry.guess)?,
             status: Status::Converged,
+            given_up: None,
             error: 0.0,
             costs: Vec::with_capacity(steps),
         });
@@ -121,10 +125,15 @@ pub fn run(
             first_contact = Some(done + 1);
         }
         reference.store(&mut expected);
-        for run in &mut runs {
+        for run in runs.iter_mut().filter(|run| run.given_up.is_none()) {
             let before = run.simulation.counters();
-            run.status = run.status.max(run.simulation.step(dt)?.status);
-            run.costs.push(between(&before, &run.simulation.counters()));
+            let status = run.simulation.step(dt)?.status;
+            let after = run.simulation.counters();
+            run.status = run.status.max(status);
+            run.costs.push(between(&before, &after));
+            if status >= Status::OutOfIterations && after.linear_failures > before.linear_failures {
+                run.given_up = Some(done + 1);
+            }
             run.simulation.store(&mut found);
             run.error = run.error.max(position_error(model, &found, &expected));
         }
@@ -140,6 +149,7 @@ pub fn run(
 struct Run {
     simulation: Simulation,
     status: Status,
+    given_up: Option<usize>,
     error: f64,
     /// Of each step, the times of the seven stages and their sum [us], then its outer and its linear iterations.
     costs: Vec<[f64; 10]>,
@@ -148,7 +158,7 @@ struct Run {
 impl Run {
     fn row(&self, entry: &Entry<'_>, steps: usize) -> Row {
         let counters = self.simulation.counters();
-        let solves = (steps * self.simulation.components()).max(1);
+        let solves = (self.given_up.unwrap_or(steps) * self.simulation.components()).max(1);
         let [
             drag_us,
             predict_us,
@@ -164,6 +174,7 @@ impl Run {
         Row {
             name: entry.name.clone(),
             status: self.status.name(),
+            given_up: self.given_up,
             iterations_per_step: counters.iterations as f64 / solves as f64,
             linear_iterations_per_solve: counters.linear_iterations as f64 / counters.iterations.max(1) as f64,
             outer_median,

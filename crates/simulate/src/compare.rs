@@ -86,7 +86,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
 
     let mut entries = Vec::new();
     let mut entry = |name: String, formulation, solver, guess| {
-        let step = solver::step::StepParams { formulation, ..base.step };
+        // Where CG does not converge, halved steps would take their time to show the same.
+        let max_halvings = if matches!(solver, SolverKind::Cg(_)) { 0 } else { base.step.max_halvings };
+        let step = solver::step::StepParams { formulation, max_halvings, ..base.step };
         entries.push(Entry { name, settings: Settings { step, solver }, guess });
     };
     for formulation in Formulation::ALL {
@@ -213,7 +215,7 @@ pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -
             us(row.contact_us),
             us(row.total_us),
             format!("{:.1e}", row.error),
-            row.status.to_owned(),
+            row.given_up.map_or(row.status.to_owned(), |step| format!("{}, given up in step {step}", row.status)),
         ]);
     }
     for column in table.column_iter_mut().skip(1).take(11) {
