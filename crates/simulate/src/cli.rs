@@ -5,10 +5,9 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
 use dataset::Scenario;
-use solver::formulation::Formulation;
+use solver::formulation::{ContactProjection, Formulation};
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
-use solver::step::ContactProjection;
 
 use crate::guess::GuessName;
 use terminal::{positive, threads};

@@ -20,7 +20,8 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
         let names = stress::cases().into_iter().map(|case| case.name).collect::<Vec<_>>().join("; ");
         bail!("--only {}: no case's name holds this text; there are: {names}", args.only);
     }
-    let runs = cases.len() * formulations.len();
+    let of = |case: &stress::Case| formulations.iter().filter(|f| case.formulations.contains(f)).count();
+    let runs = cases.iter().map(of).sum();
     let progress = Progress::new(runs, "runs", args.json)?;
     if !args.json {
         let names = formulations.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
@@ -28,7 +29,7 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
     }
     let mut rows = Vec::new();
     'all: for case in &cases {
-        for &formulation in &formulations {
+        for &formulation in formulations.iter().filter(|f| case.formulations.contains(f)) {
             rows.push(stress::run(case, formulation)?);
             if !progress.advance() {
                 break 'all;

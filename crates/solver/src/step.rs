@@ -1,54 +1,13 @@
 //! Algorithm 1 (paper, section 3) for one connected set of segments: predict, outer iterations, velocities.
 
-use std::fmt;
-use std::str::FromStr;
-
 use crate::component::{Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
-use crate::formulation::Formulation;
+use crate::formulation::{ContactProjection, Formulation};
 use crate::guess::InitialGuess;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::system::Six;
-
-/// How contacts enter an outer iteration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ContactProjection {
-    /// Together with the rods: contacts see how the joints answer their impulses.
-    #[default]
-    Coupled,
-    /// After the rods, with the masses of the bodies alone: line 11 of Algorithm 1 (paper, section 3).
-    Alternating,
-}
-
-impl ContactProjection {
-    /// All of them.
-    pub const ALL: [ContactProjection; 2] = [ContactProjection::Coupled, ContactProjection::Alternating];
-
-    /// Its name in files and flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            ContactProjection::Coupled => "coupled",
-            ContactProjection::Alternating => "alternating",
-        }
-    }
-}
-
-impl fmt::Display for ContactProjection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for ContactProjection {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let names = || Self::ALL.map(ContactProjection::name).join(", ");
-        Self::ALL.into_iter().find(|p| p.name() == name).ok_or_else(|| format!("expected one of {}", names()))
-    }
-}
 
 /// When the outer iterations end and how far a step may be divided.
 #[derive(Clone, Copy, Debug, PartialEq)]

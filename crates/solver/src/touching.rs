@@ -7,13 +7,12 @@ use rod::{Body, Contacts, Model};
 
 use crate::contact::{Shape, Stage};
 use crate::counters::{Counters, Stopwatch};
-use crate::formulation::Formulation;
+use crate::formulation::{ContactProjection, Formulation};
 use crate::linear::LinearInfo;
 use crate::linear::solvers::SolverError;
 use crate::simulation::PARALLEL_SEGMENTS;
 use crate::step::{
-    Attempt, ContactProjection, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on,
-    solve, update,
+    Attempt, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
 };
 use crate::system::Six;
 use crate::unit::{Single, accept, finish};

@@ -4,6 +4,7 @@ use nalgebra::{Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rod::{Assembly, Contacts, Friction, Material, Obstacle, ObstacleShape, RodSpec, Surface, shape};
+use solver::formulation::Formulation;
 
 use super::cases::GRAVITY;
 use super::{Case, case};
@@ -81,5 +82,6 @@ pub(super) fn pile() -> Case {
         let walls = [half_space(Vector3::zeros(), axis, 0.4), half_space(axis * far, -axis, 0.4)];
         assembly.model_mut().contacts.obstacles.extend(walls);
     }
-    case(format!("{PILE_RODS} rods in a pile"), assembly, 0.01, 50)
+    let pile = case(format!("{PILE_RODS} rods in a pile"), assembly, 0.01, 50);
+    Case { formulations: &[Formulation::XpbdGeometric], ..pile }
 }

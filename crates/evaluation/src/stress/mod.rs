@@ -26,6 +26,8 @@ pub struct Case {
     pub dt: f64,
     /// Number of steps.
     pub steps: usize,
+    /// Formulations that it is run in: all, but for cases that take long.
+    pub formulations: &'static [Formulation],
 }
 
 /// A row of the table: one case in one formulation.
@@ -160,5 +162,5 @@ pub fn cases() -> Vec<Case> {
 
 fn case(name: impl Into<String>, assembly: Assembly, dt: f64, steps: usize) -> Case {
     let (model, state) = assembly.finish();
-    Case { name: name.into(), model, state, dt, steps }
+    Case { name: name.into(), model, state, dt, steps, formulations: &Formulation::ALL }
 }

@@ -8,11 +8,10 @@ use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::counters::Counters;
-use crate::formulation::Formulation;
+use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
-use crate::step::ContactProjection;
 use crate::system::Six;
 use crate::unit::Single;
 
