@@ -32,6 +32,7 @@ const TIGHT: StepParams = StepParams {
     absolute_tolerance: 1e-10,
     max_iterations: 60,
     max_halvings: 0,
+    ..StepParams::DEFAULT
 };
 /// Index of the first scene that no training sees.
 const VALIDATION: u64 = 1 << 32;

@@ -102,7 +102,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
     for preconditioner in PRECONDITIONERS {
         for (row, factory) in of_solves() {
-            let solver = SolverKind::Cg(CgParams { preconditioner, ..CgParams::default() });
+            let params = CgParams { preconditioner, ..CgParams::default() };
+            let solver = SolverKind::Cg(CgParams { max_iterations: cap(scene.model.segments.len()), ..params });
             let guess = row.guess_name.helps_solves().then_some(factory as _);
             entry(format!("{own}, cg {preconditioner}, {}", row.name), own, solver, guess);
         }
@@ -155,6 +156,11 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         (None, true) => Outcome::Interrupted,
         (None, false) => Outcome::Done,
     })
+}
+
+/// Cap on the iterations of a solve on large scenes, some tenths of a second each; CG's own on others.
+fn cap(segments: usize) -> Option<u64> {
+    (segments > 200).then_some(2_000_000 / segments as u64)
 }
 
 fn print_runs(report: &Report) -> Result<()> {

@@ -99,6 +99,7 @@ mod tests {
         let row = |name: &str, linear_median, total_us| Row {
             name: name.to_owned(),
             status: "converged",
+            given_up: None,
             iterations_per_step: 2.0,
             linear_iterations_per_solve: 0.0,
             outer_median: 2.0,

@@ -31,17 +31,22 @@ pub struct StepParams {
     pub max_halvings: u32,
 }
 
+impl StepParams {
+    /// Those that a simulation has unless told otherwise.
+    pub const DEFAULT: Self = Self {
+        formulation: Formulation::XpbdGeometric,
+        relative_tolerance: 1e-6,
+        absolute_tolerance: 1e-9,
+        contact_tolerance: 1e-3,
+        contact_projection: ContactProjection::Coupled,
+        max_iterations: 30,
+        max_halvings: 6,
+    };
+}
+
 impl Default for StepParams {
     fn default() -> Self {
-        Self {
-            formulation: Formulation::default(),
-            relative_tolerance: 1e-6,
-            absolute_tolerance: 1e-9,
-            contact_tolerance: 1e-3,
-            contact_projection: ContactProjection::default(),
-            max_iterations: 30,
-            max_halvings: 6,
-        }
+        Self::DEFAULT
     }
 }
 
