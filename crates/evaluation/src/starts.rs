@@ -27,6 +27,8 @@ pub struct Plan<'a> {
     pub preconditioners: Vec<PreconditionerKind>,
     /// Tolerances, relative to the right-hand side.
     pub tolerances: Vec<f64>,
+    /// Cap on the iterations of a solve; `None` for CG's own. A solve that it ends counts as so many.
+    pub max_iterations: Option<u64>,
     /// For each step, to which sum its measurements are added; `None` (and what comes after the list) is left out.
     pub buckets: Vec<Option<usize>>,
 }
@@ -200,7 +202,7 @@ impl Shadow {
             given: false,
         };
         let solver = |(preconditioner, tolerance)| {
-            let params = CgParams { preconditioner, tolerance, ..CgParams::default() };
+            let params = CgParams { preconditioner, tolerance, max_iterations: plan.max_iterations };
             SolverKind::Cg(params).build(model, members, topology).ok()
         };
         Self {

@@ -122,6 +122,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         guesses: starts.collect(),
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
+        max_iterations: cap(scene.model.segments.len()),
         buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),
     };
     let measured = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_, _| progress.advance())?;

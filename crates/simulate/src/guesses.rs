@@ -97,6 +97,7 @@ fn plan<'a>(guesses: Vec<(String, Option<GuessFactory<'a>>)>, steps: usize) -> P
         guesses,
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
+        max_iterations: None,
         buckets: guesses::buckets(steps),
     }
 }
