@@ -69,39 +69,39 @@ fn speeds(angle: f64, radius: f64, pull: f64, formulation: Formulation) -> [f64;
     let mut now = state.clone();
     let inwards = state.axis(0);
     let mut half = || {
-        let before = now.positions[0];
         for step in 0..STEPS / 2 {
             let report = simulation.step(DT).unwrap();
             assert!(report.status <= Status::ConvergedInSubsteps, "step {step}: {:?}", report.status);
         }
         simulation.store(&mut now);
-        println!("    moved {:.5}", (now.positions[0] - before).norm());
         now.velocities[0].dot(&inwards)
     };
-    let speeds = [half(), half()];
-    let counters = simulation.counters();
-    println!(
-        "    {} iterations, {} retries, {} sweeps, {:?}, deepest {:.1e}",
-        counters.iterations,
-        counters.retries,
-        counters.contact_sweeps,
-        counters.times.total(),
-        counters.deepest_penetration
-    );
-    speeds
+    [half(), half()]
 }
 
+/// A rope of `radius` [m] rests at 0.95 of the `limit` of its pulls' ratio and slides ever faster at 1.05 of it.
+fn holds_up_to(limit: f64, angle: f64, radius: f64) {
+    let [_, below] = speeds(angle, radius, 0.95 * limit, Formulation::Newton);
+    let [half, above] = speeds(angle, radius, 1.05 * limit, Formulation::Newton);
+    println!("{angle:.2} rad, {radius} m: {below:.1e} m/s below the limit, {half:.4} then {above:.4} m/s above");
+    // What a contact's tolerance lets slip is a thousandth of a radius a step.
+    assert!(below.abs() < 1e-3 * radius / DT, "{below}");
+    assert!(half > 0.03 && above > 1.8 * half, "{half} {above}");
+}
+
+/// With default settings (`xpbd-geometric`) the law does not hold: it drops the residual of momentum, so that a taut
+/// rope creeps on at some 0.01 m/s below the limit, and above it may be held. Balances of forces need `newton`.
 #[test]
-fn a_capstan_holds_up_to_the_exponential_of_the_angle() {
-    for (radius, degrees) in [(0.001, 90.0_f64), (0.001, 180.0), (0.001, 360.0), (0.005, 360.0)] {
+fn a_thin_rope_holds_up_to_the_exponential_of_the_angle() {
+    for degrees in [90.0_f64, 180.0, 360.0] {
         let angle = degrees.to_radians();
-        let lever: f64 = DRUM / (DRUM + radius);
-        let ratio = (FRICTION * angle * lever).exp();
-        for formulation in [Formulation::XpbdGeometric, Formulation::Newton] {
-            for factor in [0.95, 1.05] {
-                let [half, end] = speeds(angle, radius, ratio * factor, formulation);
-                println!("{formulation}, {radius} m, {degrees} degrees, {factor} of {ratio:.3}: {half:.5} then {end:.5} m/s");
-            }
-        }
+        holds_up_to((FRICTION * angle).exp(), angle, 0.001);
     }
+}
+
+/// Friction acts at the rope's surface: about the drum's axis its lever arm is R, that of the tension R + r.
+#[test]
+fn a_thick_rope_holds_less() {
+    let (radius, angle) = (0.005, TAU);
+    holds_up_to((FRICTION * angle * DRUM / (DRUM + radius)).exp(), angle, radius);
 }
