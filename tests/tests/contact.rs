@@ -1,62 +1,75 @@
-//! Contacts against their laws: rest and slip on an incline, the capstan, momentum in a collision, no penetration.
-
-use std::f64::consts::{PI, TAU};
+//! Contacts against their laws: rest, slip and rolling on an incline, momentum and restitution in collisions, no
+//! penetration at speed, the same bits on any number of threads.
 
 use acceptance::Beam;
-use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{
-    Assembly, Contacts, Friction, Load, Material, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, measure,
-    shape,
-};
+use nalgebra::{Unit, Vector3};
+use rod::{Assembly, Friction, Material, Model, Obstacle, ObstacleShape, State, Surface, measure};
 use solver::counters::Counters;
+use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
+
+const GRAVITY: f64 = 9.81;
+const DT: f64 = 0.01;
 
 fn surface(friction: f64) -> Surface {
     Surface { friction: Friction::new(friction), restitution: 0.0 }
 }
 
-fn plane(point: Vector3<f64>, normal: Vector3<f64>, friction: f64) -> Obstacle {
+/// The ground z < 0.
+fn ground(surface: Surface) -> Obstacle {
     Obstacle {
-        shape: ObstacleShape::HalfSpace { point, normal: Unit::new_normalize(normal) },
-        surface: surface(friction),
+        shape: ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Unit::new_normalize(Vector3::z()) },
+        surface,
     }
 }
 
-/// Runs, asserts that all steps converge and that nothing is ever deeper than 2 % of a radius in anything else.
-fn run(model: &Model, state: &State, dt: f64, steps: usize) -> (State, Counters) {
-    let mut simulation = Simulation::new(model, state, &Settings::default(), None).unwrap();
+/// Runs; all steps converge, and by its own measure nothing is ever deeper than 2 % of a radius. `look` sees each state.
+fn run(model: &Model, state: &State, dt: f64, steps: usize, look: impl FnMut(&State)) -> (State, Counters) {
+    run_with(Formulation::default(), model, state, dt, steps, look)
+}
+
+fn run_with(
+    formulation: Formulation,
+    model: &Model,
+    state: &State,
+    dt: f64,
+    steps: usize,
+    mut look: impl FnMut(&State),
+) -> (State, Counters) {
+    let mut settings = Settings::default();
+    settings.step.formulation = formulation;
+    let mut simulation = Simulation::new(model, state, &settings, None).unwrap();
+    let mut now = state.clone();
     for step in 0..steps {
         let report = simulation.step(dt).unwrap();
         assert!(report.status <= Status::ConvergedInSubsteps, "step {step}: {:?}", report.status);
+        simulation.store(&mut now);
+        look(&now);
     }
-    let mut end = state.clone();
-    simulation.store(&mut end);
     let counters = simulation.counters();
-    println!(
-        "  iterations/step {:.2}, retries {}, candidates/search {:.1}, solves/iter {:.1} sweeps/iter {:.1}, deepest {:.1e}, contact {:?} total {:?}",
-        counters.iterations as f64 / steps as f64,
-        counters.retries,
-        counters.contact_candidates as f64 / counters.contact_searches as f64,
-        counters.contact_solves as f64 / counters.iterations as f64,
-        counters.contact_sweeps as f64 / counters.iterations as f64,
-        counters.deepest_penetration,
-        counters.times.contact,
-        counters.times.total(),
-    );
-    assert!(counters.deepest_penetration < 0.02);
-    (end, counters)
+    assert!(counters.deepest_penetration < 0.02, "{}", counters.deepest_penetration);
+    (now, counters)
 }
 
-/// How far a rod of 10 segments along the slope slides down within a second on an incline of `angle`.
+/// Gravity [m/s^2] as seen from an incline of `angle` [rad]: x goes up, z is its normal.
+fn tilted(angle: f64) -> Vector3<f64> {
+    Vector3::new(-angle.sin(), 0.0, -angle.cos()) * GRAVITY
+}
+
+/// What implicit Euler goes in `steps` steps under a constant acceleration from rest: `a dt^2 n (n + 1) / 2`.
+fn fallen(acceleration: f64, steps: usize) -> f64 {
+    acceleration * DT * DT * (steps * (steps + 1)) as f64 / 2.0
+}
+
+/// How far [m] a rod of 10 segments along the slope slides within a second.
 fn slide(angle: f64, friction: f64) -> f64 {
-    let beam = Beam { segments: 10, ..Beam::rubber(10) };
-    let gravity = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -angle) * Vector3::new(0.0, 0.0, -9.81);
-    let mut assembly = Assembly::new(gravity);
-    assembly.rod(&beam.spec(Vector3::new(0.0, 0.0, beam.radius), Vector3::x()));
+    let beam = Beam::rubber(10);
+    let mut assembly = Assembly::new(tilted(angle));
+    assembly.rod(&beam.spec(Vector3::z() * beam.radius, Vector3::x()));
     let (mut model, state) = assembly.finish();
-    model.contacts.obstacles.push(plane(Vector3::zeros(), Vector3::z(), friction));
-    let (end, _) = run(&model, &state, 0.01, 100);
+    model.contacts.obstacles.push(ground(surface(friction)));
+    let (end, _) = run(&model, &state, DT, 100, |_| ());
     (end.positions[5] - state.positions[5]).norm()
 }
 
@@ -65,35 +78,105 @@ fn a_rod_rests_on_an_incline_below_the_angle_of_friction_and_slides_above() {
     for friction in [0.1, 0.5, 1.0] {
         let angle = |factor: f64| (friction * factor).atan();
         let (below, above) = (slide(angle(0.99), friction), slide(angle(1.01), friction));
-        // a = g (sin - mu cos) over a second.
-        let theory = 0.5 * 9.81 * (angle(1.01).sin() - friction * angle(1.01).cos());
-        println!("mu {friction}: below {below:.2e} m, above {above:.4} m, theory {theory:.4} m");
+        let theory = fallen(GRAVITY * (angle(1.01).sin() - friction * angle(1.01).cos()), 100);
+        println!("mu {friction}: {below:.2e} m below; above {above:.5} m, theory {theory:.5} m");
         assert!(below < 1e-4, "{below}");
-        assert!((above / theory - 1.0).abs() < 0.05, "{above} {theory}");
-    }
-}
-#[test]
-fn a_fast_rod_stops_on_the_ground() {
-    let beam = Beam::rubber(20);
-    for (velocity, direction) in [(50.0, Vector3::x()), (50.0, Vector3::new(1.0, 0.0, 1.0)), (1.0, Vector3::z())] {
-        let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-        assembly.rod(&beam.spec(Vector3::new(0.0, 0.0, 0.5), direction));
-        let (mut model, mut state) = assembly.finish();
-        for v in &mut state.velocities {
-            v.z = -velocity;
-        }
-        model.contacts.obstacles.push(plane(Vector3::zeros(), Vector3::z(), 0.3));
-        model.contacts.between_segments = Some(surface(0.3));
-        let (end, _) = run(&model, &state, 0.02, 100);
-        let lowest = end.positions.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
-        println!("{velocity} m/s: lowest centre {lowest}");
+        assert!((above / theory - 1.0).abs() < 0.01, "{above} {theory}");
     }
 }
 
+/// Friction acts at its lever arm: a full cylinder rolls down with two thirds of what slides without friction.
+#[test]
+fn a_rod_across_the_slope_rolls() {
+    let beam = Beam { radius: 0.1, ..Beam::rubber(1) };
+    let angle = 0.3_f64;
+    let mut assembly = Assembly::new(tilted(angle));
+    assembly.rod(&beam.spec(Vector3::z() * beam.radius, Vector3::y()));
+    let (mut model, state) = assembly.finish();
+    model.contacts.obstacles.push(ground(surface(1.0)));
+    let (end, _) = run(&model, &state, DT, 50, |_| ());
+    let way = -(end.positions[0] - state.positions[0]).x;
+    let theory = fallen(2.0 / 3.0 * GRAVITY * angle.sin(), 50);
+    let slip = end.velocities[0].x - beam.radius * end.angular_velocities[0].y;
+    println!("rolled {way:.5} m, theory {theory:.5} m, speed {:.4} m/s, slip {slip:.1e}", end.velocities[0].x);
+    assert!((way / theory - 1.0).abs() < 0.02, "{way} {theory}");
+    // What a contact's tolerance lets slip: a thousandth of a radius a step.
+    assert!(slip.abs() < 1e-3 * beam.radius / DT, "{slip}");
+    assert!((end.positions[0].z / beam.radius - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn a_fast_rod_stops_on_the_ground() {
+    let beam = Beam::rubber(20);
+    for (speed, direction) in [(50.0, Vector3::x()), (50.0, Vector3::new(1.0, 0.0, 1.0)), (1.0, Vector3::z())] {
+        let mut assembly = Assembly::new(Vector3::z() * -GRAVITY);
+        assembly.rod(&beam.spec(Vector3::new(0.0, 0.0, 0.5), direction));
+        let (mut model, mut state) = assembly.finish();
+        state.velocities.fill(Vector3::z() * -speed);
+        model.contacts.obstacles.push(ground(surface(0.3)));
+        model.contacts.between_segments = Some(surface(0.3));
+        let mut lowest = f64::INFINITY;
+        let look = |now: &State| {
+            for i in 0..now.len() {
+                lowest = lowest.min(now.positions[i].z - 0.5 * beam.segment_length() * now.axis(i).z.abs());
+            }
+        };
+        let (end, counters) = run(&model, &state, 0.02, 100, look);
+        println!("{speed} m/s: lowest point of the axis {lowest:.6} m, {} retries", counters.retries);
+        assert!(lowest > 0.98 * beam.radius && lowest < 1.02 * beam.radius);
+        assert!(end.velocities.iter().all(|v| v.z.abs() < 0.5 * speed));
+    }
+}
+
+/// The thrown rod goes 25 diameters a step and would end 20 diameters past the other. Stiff rods do not fold about each
+/// other, so that the order along the way is plain until they have turned far. A hit far from the middles turns them by
+/// half a radian within 10 ms, which only shorter steps resolve.
+#[test]
+fn a_fast_thin_rod_does_not_pass_through_another() {
+    let material = Material { youngs_modulus: 1e11, torsion_modulus: 4e10, density: 1000.0 };
+    let beam = Beam { material, ..Beam::rubber(20) };
+    for (aside, dt, steps) in [(0.0, DT, 3), (0.03, DT, 3), (0.1, DT, 3), (0.2, 1e-3, 30)] {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let thrown = assembly.rod(&beam.spec(Vector3::new(-0.5, aside, -1.1), Vector3::x()));
+        let resting = assembly.rod(&beam.spec(Vector3::new(aside, -0.5, 0.0), Vector3::y()));
+        let (mut model, mut state) = assembly.finish();
+        thrown.clone().for_each(|i| state.velocities[i].z = 50.0);
+        model.contacts.between_segments = Some(surface(0.3));
+        let mut lead = vec![f64::INFINITY; steps];
+        let mut leads = lead.iter_mut();
+        let look = |now: &State| {
+            let lead = leads.next().unwrap();
+            // Seen along the way, one pair crosses, or two where segments meet; there the thrown rod stays behind.
+            for (a, b) in thrown.clone().flat_map(|a| resting.clone().map(move |b| (a, b))) {
+                let (u, v) = (now.axis(a), now.axis(b));
+                let (half, apart) = (0.5 * beam.segment_length(), now.positions[b] - now.positions[a]);
+                let area = |p: &Vector3<f64>, q: &Vector3<f64>| p.x * q.y - p.y * q.x;
+                let (s, t) = (area(&apart, &v) / area(&u, &v), area(&apart, &u) / area(&u, &v));
+                if s.abs() < 1.01 * half && t.abs() < 1.01 * half {
+                    *lead = lead.min(apart.z + v.z * t - u.z * s);
+                }
+            }
+        };
+        let (end, counters) = run(&model, &state, dt, steps, look);
+        let moved = resting.clone().map(|i| end.velocities[i].z).sum::<f64>() / 20.0;
+        println!(
+            "{aside} m, {dt} s: ahead by {:.5} m, {} retries, gained {moved:.2} m/s",
+            lead[steps - 1],
+            counters.retries
+        );
+        assert!(lead.iter().all(|&lead| lead.is_finite() && lead > 0.98 * 2.0 * beam.radius), "{lead:?}");
+        assert!(moved > 5.0, "{moved}");
+    }
+}
+
+/// With `xpbd-geometric` at 2 ms to 10 ms a step, the impact's own step may raise the energy, here by 27 % with
+/// restitution 0.5: the residual of momentum is dropped while segments turn far. It falls below the first within some
+/// steps. `newton` does not raise it.
 #[test]
 fn two_free_rods_collide_and_keep_their_momentum() {
     let beam = Beam::rubber(15);
-    for restitution in [0.0, 0.5] {
+    let cases = [0.0, 0.5].into_iter().flat_map(|e| [Formulation::XpbdGeometric, Formulation::Newton].map(|f| (e, f)));
+    for (restitution, formulation) in cases {
         let mut assembly = Assembly::new(Vector3::zeros());
         let first = assembly.rod(&beam.spec(Vector3::zeros(), Vector3::x()));
         assembly.rod(&beam.spec(Vector3::new(0.43, -0.5, 0.2), Vector3::new(0.1, 1.0, 0.0)));
@@ -101,104 +184,84 @@ fn two_free_rods_collide_and_keep_their_momentum() {
         for (i, v) in state.velocities.iter_mut().enumerate() {
             *v = if first.contains(&i) { Vector3::new(0.0, 0.3, 5.0) } else { Vector3::new(0.2, 0.0, -10.0) };
         }
-        model.contacts.between_segments = Some(Surface { friction: Friction::new(0.4), restitution });
-        let (end, counters) = run(&model, &state, 0.01, 50);
+        model.contacts.between_segments = Some(Surface { restitution, ..surface(0.4) });
+        let energy = |state: &State| measure::energy(&model, state).total();
+        let mut highest = f64::NEG_INFINITY;
+        let look = |now: &State| highest = highest.max(energy(now));
+        let (end, counters) = run_with(formulation, &model, &state, DT, 50, look);
         assert!(counters.contact_solves > 0);
-        let (before, after) = (measure::linear_momentum(&model, &state), measure::linear_momentum(&model, &end));
+        let change = (measure::linear_momentum(&model, &end) - measure::linear_momentum(&model, &state)).norm();
         let scale: f64 = model.segments.iter().zip(&state.velocities).map(|(s, v)| s.mass() * v.norm()).sum();
-        let (l0, l1) = (measure::angular_momentum(&model, &state), measure::angular_momentum(&model, &end));
+        let (change, [highest, last]) = (change / scale, [highest, energy(&end)].map(|e| e / energy(&state)));
         println!(
-            "{restitution}: {:e} angular {:e} of {:e}",
-            (after - before).norm() / scale,
-            (l1 - l0).norm(),
-            l0.norm()
+            "restitution {restitution}, {formulation}: momentum changes by {change:.1e}, energy at most {highest:.3} and \
+            in the end {last:.3} of the first"
         );
-        let (e0, e1) = (measure::energy(&model, &state).total(), measure::energy(&model, &end).total());
-        println!("energy {e0} {e1}");
-        assert!((after - before).norm() < 1e-9 * scale);
-        assert!(e1 < e0);
+        assert!(change < 1e-9);
+        assert!(last < 0.5, "colliding rods that come to bend lose energy: {last}");
+        if formulation.momentum() || restitution == 0.0 {
+            assert!(highest < 1.0 + 1e-9, "{highest}");
+        }
+        let upwards: f64 = first.clone().map(|i| end.velocities[i].z).sum();
+        assert!(upwards < 0.0, "the heavier momentum turns the first rod back");
     }
-}
-
-/// How far a rope over a cylinder, wound through `angle`, moves within a second when pulled with 1 N and with `pull`.
-fn capstan_model(angle: f64, friction: f64, pull: f64) -> (Model, State) {
-    let radius = 0.005;
-    let drum = 0.1;
-    let wound = drum + radius;
-    let per_turn = 48.0;
-    let arc = (per_turn * angle / TAU).ceil() as usize;
-    let step = angle / arc as f64;
-    // Segments touch the drum in their middles; the pitch keeps the turns apart.
-    let reach = wound / (0.5 * step).cos();
-    let pitch = if angle > PI { 4.0 * radius / TAU } else { 0.0 };
-    let mut nodes = Vec::new();
-    let tail = 8;
-    let node = |k: f64| {
-        let at = step * k;
-        Vector3::new(reach * at.cos(), pitch * at, reach * at.sin())
-    };
-    let (first, last) = (node(-0.5), node(arc as f64 + 0.5));
-    let along = |from: Vector3<f64>, to: Vector3<f64>| (to - from).normalize();
-    let (start, end) = (along(node(0.5), first), along(node(arc as f64 - 0.5), last));
-    let length = (node(1.5) - node(0.5)).norm();
-    for k in (1..=tail).rev() {
-        nodes.push(first + start * (length * k as f64));
-    }
-    nodes.extend((0..=arc + 1).map(|k| node(k as f64 - 0.5)));
-    nodes.extend((1..=tail).map(|k| last + end * (length * k as f64)));
-    let material = Material { youngs_modulus: 1e4, torsion_modulus: 1e4, density: 1000.0 };
-    let mut assembly = Assembly::new(Vector3::zeros());
-    let rest = rod::RestShape::Straight;
-    let rope = assembly.rod(&RodSpec { rest, ..RodSpec::new(nodes, radius, material) });
-    let load =
-        |segment, sign: f64, force| Load { segment, offset: sign * 0.5 * length, force, torque: Vector3::zeros() };
-    assembly.load(load(rope.start, -1.0, start * 0.05));
-    assembly.load(load(rope.end - 1, 1.0, end * (0.05 * pull)));
-    let (mut model, state) = assembly.finish();
-    let shape = ObstacleShape::Capsule { start: Vector3::y() * -1.0, end: Vector3::y(), radius: drum };
-    model.contacts.obstacles.push(Obstacle { shape, surface: surface(friction) });
-    (model, state)
-}
-
-fn capstan(angle: f64, friction: f64, pull: f64) -> f64 {
-    let (model, state) = capstan_model(angle, friction, pull);
-    let mut settings = Settings::default();
-    if let Ok(f) = std::env::var("F") {
-        settings.step.formulation = f.parse().unwrap();
-    }
-    let newton = settings.step.formulation.momentum();
-    let build = |m: &Model, s: &solver::component::Members, t: &solver::topology::Topology| {
-        solver::guess::GuessKind::StepQuadratic.build(m, s, t)
-    };
-    let mut simulation = Simulation::new(&model, &state, &settings, if newton { Some(&build) } else { None }).unwrap();
-    for _ in 0..50 {
-        simulation.step(0.01).unwrap();
-    }
-    let mut end = state.clone();
-    simulation.store(&mut end);
-    let counters = simulation.counters();
-    println!(
-        "it {} retries {} sweeps {} total {:?} deepest {:.1e} speed {:.4}",
-        counters.iterations,
-        counters.retries,
-        counters.contact_sweeps,
-        counters.times.total(),
-        counters.deepest_penetration,
-        end.velocities[0].norm()
-    );
-    let moved = |i: usize| (end.positions[i] - state.positions[i]).norm();
-    println!("    {:.4} {:.4}", moved(0), moved(end.positions.len() - 1));
-    moved(0)
 }
 
 #[test]
-fn a_capstan_holds_up_to_the_exponential_of_the_angle() {
-    for (degrees, friction) in [(90.0_f64, 0.3), (180.0, 0.3), (360.0, 0.3)] {
-        let angle = degrees.to_radians();
-        let ratio = (friction * angle).exp();
-        for factor in [0.95, 1.05] {
-            let moved = capstan(angle, friction, ratio * factor);
-            println!("{degrees} degrees, {factor} of {ratio:.3}: {moved:.4} m");
-        }
+fn a_dropped_rod_leaves_with_its_share_of_the_speed() {
+    let beam = Beam { length: 0.1, ..Beam::rubber(1) };
+    for restitution in [0.0, 0.5, 1.0] {
+        let mut assembly = Assembly::new(Vector3::z() * -GRAVITY);
+        assembly.rod(&beam.spec(Vector3::z() * 0.5, Vector3::x()));
+        let (mut model, state) = assembly.finish();
+        model.contacts.obstacles.push(ground(Surface { restitution, ..surface(0.3) }));
+        let mut speeds = vec![0.0];
+        let (end, _) = run(&model, &state, 1e-3, 600, |now| speeds.push(now.velocities[0].z));
+        let touch = speeds.windows(2).position(|pair| pair[1] > pair[0]).unwrap();
+        let meets = -speeds[touch];
+        let leaves = speeds[touch..].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        println!("restitution {restitution}: meets at {meets:.4} m/s, leaves at {leaves:.4} m/s");
+        // What a contact's tolerance leaves open: a thousandth of a radius a step.
+        let slack = 1e-3 * beam.radius / 1e-3;
+        assert!((meets / (2.0 * GRAVITY * (0.5 - beam.radius)).sqrt() - 1.0).abs() < 0.01);
+        assert!((leaves - restitution * meets).abs() < 0.05 * restitution * meets + slack, "{leaves} {meets}");
+        assert!(restitution > 0.0 || (end.positions[0].z / beam.radius - 1.0).abs() < 0.02);
     }
+}
+
+#[test]
+fn threads_do_not_change_a_bit_of_colliding_rods() {
+    let beam = Beam::rubber(16);
+    let mut assembly = Assembly::new(Vector3::z() * -GRAVITY);
+    for k in 0..10 {
+        let across = 0.05 * f64::from(k) - 0.225;
+        let lower = assembly.rod(&beam.spec(Vector3::new(-0.5, across, 0.0), Vector3::x()));
+        assembly.fix(lower.start).fix(lower.end - 1);
+        let upper = Vector3::new(across, -0.5, 0.025 + 0.002 * f64::from(k));
+        let upper = assembly.rod(&beam.spec(upper, Vector3::new(0.02, 1.0, 0.0)));
+        upper.for_each(|i| assembly.state_mut().velocities[i].z = -1.0);
+    }
+    let (mut model, state) = assembly.finish();
+    assert!(model.segments.len() >= 300);
+    model.contacts.between_segments = Some(surface(0.3));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&model, &state, DT, 40, |_| ()))
+    };
+    let ((one, counters), (two, _)) = (on(1), on(2));
+    println!("{} contacts solved for", counters.contact_solves);
+    assert!(counters.contact_solves > 50 * 40);
+    assert_eq!(one, two);
+}
+
+#[test]
+fn a_model_without_contacts_spends_nothing_on_them() {
+    let (assembly, _) = Beam::rubber(20).cantilever(Vector3::z() * -GRAVITY);
+    let (model, state) = assembly.finish();
+    let (_, counters) = run(&model, &state, DT, 20, |_| ());
+    let Counters { contact_searches, contact_candidates, contact_evaluations, .. } = counters;
+    assert_eq!((contact_searches, contact_candidates, contact_evaluations), (0, 0, 0));
+    assert_eq!((counters.contact_solves, counters.contact_sweeps), (0, 0));
+    assert_eq!((counters.worst_contact, counters.deepest_penetration), (0.0, 0.0));
+    assert!(counters.times.contact.is_zero() && !counters.times.solve.is_zero());
 }
