@@ -28,6 +28,7 @@ pub struct Row {
     pub status: &'static str,
     /// The step in which it was given up, because it did not converge and its linear solver had run out of iterations;
     /// `None` where it did all.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub given_up: Option<usize>,
     /// Outer iterations per step and connected set.
     pub iterations_per_step: f64,

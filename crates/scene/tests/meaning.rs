@@ -120,7 +120,7 @@ fn strands_point_outwards_from_their_sphere() {
         }
     }
     let hair = scene::builtin("hair").unwrap();
-    assert_eq!((hair.rods.len(), hair.model.segments.len()), (300, 6000));
+    assert_eq!((hair.rods.len(), hair.model.segments.len()), (200, 2000));
     // Evenly: each half of the half sphere has its share, and roots keep their distance.
     let roots: Vec<Vector3<f64>> = hair.rods.iter().map(|rod| hair.state.axis(rod.segments.start)).collect();
     for half in [Vector3::x(), Vector3::y(), Vector3::new(-0.5, 0.5, 0.0)] {

@@ -200,32 +200,33 @@ pub(crate) fn say_stopped(done: usize, steps: usize) -> Result<()> {
 
 /// The table of ways to simulate a scene, with their outer and linear iterations as `counts` has them.
 pub(crate) fn runs_table(runs: &[compare::Row], counts: impl Fn(&compare::Row) -> [String; 2]) -> Table {
+    type Stage = (&'static str, fn(&compare::Row) -> f64);
+    const STAGES: [Stage; 8] = [
+        ("drag", |row| row.drag_us),
+        ("predict", |row| row.predict_us),
+        ("guess", |row| row.guess_us),
+        ("assemble", |row| row.assemble_us),
+        ("solve", |row| row.solve_us),
+        ("update", |row| row.update_us),
+        ("contact", |row| row.contact_us),
+        ("total", |row| row.total_us),
+    ];
+    // What the scene does not have takes no room.
+    let is_there = |(_, us): &&Stage| runs.iter().any(|row| us(row) > 0.0);
+    let stages: Vec<&Stage> = STAGES.iter().filter(is_there).collect();
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
-    table.set_header([
-        "way", "outer", "linear", "drag", "predict", "guess", "assemble", "solve", "update", "contact", "total",
-        "error", "status",
-    ]);
+    let names = stages.iter().map(|(name, _)| *name);
+    table.set_header(["way", "outer", "linear"].into_iter().chain(names).chain(["error", "status"]));
     for row in runs {
-        let us = |x: f64| format!("{x:.1}");
         let [outer, linear] = counts(row);
-        table.add_row([
-            row.name.clone(),
-            outer,
-            linear,
-            us(row.drag_us),
-            us(row.predict_us),
-            us(row.guess_us),
-            us(row.assemble_us),
-            us(row.solve_us),
-            us(row.update_us),
-            us(row.contact_us),
-            us(row.total_us),
-            format!("{:.1e}", row.error),
-            row.given_up.map_or(row.status.to_owned(), |step| format!("{}, given up in step {step}", row.status)),
-        ]);
+        let times = stages.iter().map(|(_, us)| format!("{:.1}", us(row)));
+        let status =
+            row.given_up.map_or(row.status.to_owned(), |step| format!("{}, given up in step {step}", row.status));
+        let first = [row.name.clone(), outer, linear].into_iter();
+        table.add_row(first.chain(times).chain([format!("{:.1e}", row.error), status]));
     }
-    for column in table.column_iter_mut().skip(1).take(11) {
+    for column in table.column_iter_mut().skip(1).take(stages.len() + 3) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table
