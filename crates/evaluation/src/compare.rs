@@ -78,7 +78,7 @@ pub struct Comparison {
 pub const REFERENCE_TOLERANCE: f64 = 1e-12;
 
 /// Contacts' tolerance of the reference, relative to the smaller radius; where segments can touch, the rods' own
-/// constraints go no further down than a tenth of it.
+/// constraints go no further down than a hundredth of it.
 pub const REFERENCE_CONTACT_TOLERANCE: f64 = 1e-7;
 
 /// Cap on the reference's outer iterations.
