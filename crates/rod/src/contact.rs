@@ -109,6 +109,15 @@ impl Surface {
 }
 
 impl ObstacleShape {
+    /// Ends of the axis [m] and radius [m]; a sphere's axis is its centre twice. `None` for what has no end.
+    pub fn capsule(&self) -> Option<([Vector3<f64>; 2], f64)> {
+        match *self {
+            ObstacleShape::HalfSpace { .. } => None,
+            ObstacleShape::Sphere { centre, radius } => Some(([centre; 2], radius)),
+            ObstacleShape::Capsule { start, end, radius } => Some(([start, end], radius)),
+        }
+    }
+
     fn validate(&self, index: usize) -> Result<(), ModelError> {
         let what = "obstacle";
         let finite = |quantity, v: &Vector3<f64>| match v.iter().find(|x| !x.is_finite()) {

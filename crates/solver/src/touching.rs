@@ -108,8 +108,7 @@ impl Touching {
 
     fn advance_halved(&mut self, interval: Interval, halvings: u32, params: &StepParams) -> Status {
         let mut status = self.attempt(interval, params, true);
-        let guessed = self.turns.iter().any(|turn| turn.attempt.start != Start::Prediction);
-        if guessed && status != Status::Converged {
+        if self.is_guessed() && status != Status::Converged {
             self.roll_back();
             status = self.attempt(interval, params, false);
         }
@@ -153,7 +152,7 @@ impl Touching {
     /// One step over `interval`, without velocities.
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
         self.begin(interval, params, guessing);
-        let guessed = self.turns.iter().any(|turn| turn.attempt.start != Start::Prediction);
+        let guessed = self.is_guessed();
         self.with_stage(|stage, units, counters| stage.begin(units, guessed, counters));
         let mut contact = self.observe(params, 0);
         self.each(|unit, turn| {
@@ -220,7 +219,8 @@ impl Touching {
         let formulation = params.formulation;
         self.project(iteration);
         let solved = self.with_stage(|stage, units, counters| {
-            if iteration == 0 && !guessed && stage.is_far(units, formulation) {
+            stage.correct(units, formulation);
+            if iteration == 0 && !guessed && stage.is_far() {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
                 stage.press_as_before(units);
@@ -254,6 +254,7 @@ impl Touching {
         });
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, units, counters| {
+            stage.correct(units, Formulation::Xpbd);
             stage.solve(units, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
@@ -311,6 +312,11 @@ impl Touching {
         let result = work(&mut self.stage, &mut self.units, &mut self.counters);
         watch.mark(&mut self.counters.times.contact);
         result
+    }
+
+    /// Whether any set's step began at a guess.
+    fn is_guessed(&self) -> bool {
+        self.turns.iter().any(|turn| turn.attempt.start != Start::Prediction)
     }
 
     fn is_parallel(&self) -> bool {

@@ -24,7 +24,7 @@ fn pick<T: Real>(v: Vec3<T>, lane: usize) -> Vec3<f64> {
     Vec3(v.0.map(|x| x.lane(lane)))
 }
 
-fn pick_six<T: Real>(x: &Six<T>, lane: usize) -> Six<f64> {
+pub(crate) fn pick_six<T: Real>(x: &Six<T>, lane: usize) -> Six<f64> {
     Six { stretch: pick(x.stretch, lane), bend: pick(x.bend, lane) }
 }
 
@@ -39,7 +39,7 @@ pub(super) fn copy_pose<T: Real, U: Real>(to: &mut Pose<T>, lane: usize, from: &
     to.q.w.set_lane(lane, from.q.w);
 }
 
-pub(super) fn copy_six<T: Real, U: Real>(to: &mut Six<T>, lane: usize, from: &Six<U>, from_lane: usize) {
+pub(crate) fn copy_six<T: Real, U: Real>(to: &mut Six<T>, lane: usize, from: &Six<U>, from_lane: usize) {
     let from = pick_six(from, from_lane);
     put(&mut to.stretch, lane, from.stretch.0);
     put(&mut to.bend, lane, from.bend.0);

@@ -20,6 +20,7 @@ use crate::kernel::math::{Quat, Vec3};
 use crate::system::{Six, System};
 use crate::topology::Topology;
 
+pub(crate) use lanes::{copy_six, pick_six};
 pub use split::split;
 
 /// Position and orientation of a body.

@@ -32,7 +32,7 @@ impl Detector {
     /// A detector for a model whose segments are found at `shapes`.
     pub(crate) fn new(model: &Model, shapes: Vec<Shape>) -> Self {
         let contacts = model.contacts.clone();
-        let is_bounded = |&i: &u32| !matches!(contacts.obstacles[i as usize].shape, ObstacleShape::HalfSpace { .. });
+        let is_bounded = |&i: &u32| contacts.obstacles[i as usize].shape.capsule().is_some();
         let bounded = (0..contacts.obstacles.len() as u32).filter(is_bounded).collect();
         let exclusion = match contacts.between_segments {
             Some(_) => Exclusion::new(model),
@@ -69,13 +69,8 @@ impl Detector {
         }
         out.clear();
         self.with_half_spaces(out);
-        for &i in &self.bounded {
-            self.boxes.push(match &self.contacts.obstacles[i as usize].shape {
-                ObstacleShape::Sphere { centre, radius } => around([*centre].into_iter(), *radius),
-                ObstacleShape::Capsule { start, end, radius } => around([*start, *end].into_iter(), *radius),
-                ObstacleShape::HalfSpace { .. } => around([].into_iter(), 0.0),
-            });
-        }
+        let bounded = self.bounded.iter().filter_map(|&i| self.contacts.obstacles[i as usize].shape.capsule());
+        self.boxes.extend(bounded.map(|(ends, radius)| around(ends.into_iter(), radius)));
         if self.contacts.between_segments.is_some() || !self.bounded.is_empty() {
             self.hash.rebuild(&self.boxes);
             let mut pairs = std::mem::take(&mut self.pairs);
@@ -109,19 +104,14 @@ impl Detector {
         };
         let own = &self.shapes[a as usize];
         let segments = self.shapes.len() as u32;
-        let (partner, other, radius, surface) = if b < segments {
-            let surface = self.contacts.between_segments.unwrap_or_default();
-            (Partner::Segment(b), ends(b), self.shapes[b as usize].radius.min(own.radius), surface)
+        let (partner, other, radius) = if b < segments {
+            (Partner::Segment(b), ends(b), self.shapes[b as usize].radius.min(own.radius))
         } else {
             let index = self.bounded[(b - segments) as usize];
-            let obstacle = &self.contacts.obstacles[index as usize];
-            let axis = match &obstacle.shape {
-                ObstacleShape::Capsule { start, end, .. } => [from(start), from(end)],
-                ObstacleShape::Sphere { centre, .. } => [from(centre); 2],
-                ObstacleShape::HalfSpace { point, .. } => [from(point); 2],
-            };
-            (Partner::Obstacle(index), axis, own.radius, obstacle.surface)
+            let Some((axis, _)) = self.contacts.obstacles[index as usize].shape.capsule() else { return };
+            (Partner::Obstacle(index), axis.map(|end| from(&end)), own.radius)
         };
+        let friction = self.surface(partner).friction;
         let features: &[Feature] = if are_parallel(ends(a), other) { &Feature::PARALLEL } else { &[Feature::Nearest] };
         let stands = |feature: &&Feature| match **feature {
             Feature::Nearest => true,
@@ -131,7 +121,7 @@ impl Detector {
                 Partner::Obstacle(_) => true,
             },
         };
-        let contact = |&feature: &Feature| Contact::new((a, partner, feature), surface.friction, radius);
+        let contact = |&feature: &Feature| Contact::new((a, partner, feature), friction, radius);
         out.extend(features.iter().filter(stands).map(contact));
     }
 

@@ -7,6 +7,7 @@ use rod::{Friction, Obstacle, ObstacleShape};
 use super::convert::{from, to};
 use crate::component::{Component, Pose};
 use crate::kernel::math::Vec3;
+use crate::system::Six;
 use crate::unit::Single;
 
 /// A segment that can touch something: where it is found, and its size.
@@ -137,9 +138,9 @@ impl Side {
         Self { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius: shape.radius }
     }
 
-    fn fixed(start: Vec3<f64>, end: Vec3<f64>, radius: f64) -> Self {
-        let pose = Pose { x: start, q: crate::kernel::math::Quat::identity() };
-        Self { start: pose, now: pose, ends: [start, end], ends_before: [start, end], radius }
+    fn fixed(ends: [Vec3<f64>; 2], radius: f64) -> Self {
+        let pose = Pose { x: ends[0], q: crate::kernel::math::Quat::identity() };
+        Self { start: pose, now: pose, ends, ends_before: ends, radius }
     }
 
     /// Its way through the step.
@@ -200,13 +201,11 @@ impl Contact {
                     let gap = normal.dot(end - from(point)) - own.radius;
                     self.set(&own, None, normal, gap, end - normal * (own.radius + 0.5 * gap));
                 }
-                ObstacleShape::Sphere { centre, radius } => {
-                    let other = Side::fixed(from(centre), from(centre), *radius);
-                    self.between(&own, &other, feature, poses);
-                }
-                ObstacleShape::Capsule { start, end, radius } => {
-                    let other = Side::fixed(from(start), from(end), *radius);
-                    self.between(&own, &other, feature, poses);
+                shape => {
+                    if let Some((ends, radius)) = shape.capsule() {
+                        let other = Side::fixed(ends.map(|end| from(&end)), radius);
+                        self.between(&own, &other, feature, poses);
+                    }
                 }
             },
         }
@@ -266,6 +265,19 @@ impl Contact {
             self.slip -= other.moved(self.arms[1]);
         }
         self.slip -= normal * normal.dot(self.slip);
+    }
+
+    /// How the two bodies move against each other at the contact, with motions (dx, dphi) or (v, w) of segments.
+    pub(crate) fn relative(&self, of: impl Fn(u32) -> Six<f64>) -> Vec3<f64> {
+        let at = |i: u32, arm: Vec3<f64>| {
+            let Six { stretch, bend } = of(i);
+            stretch + bend.cross(arm)
+        };
+        let own = at(self.key.0, self.arms[0]);
+        match self.key.1 {
+            Partner::Segment(other) => own - at(other, self.arms[1]),
+            Partner::Obstacle(_) => own,
+        }
     }
 
     /// A world vector in the contact's frame.

@@ -54,7 +54,7 @@ pub(crate) struct Problem {
     newton: Newton,
 }
 
-/// Contacts of one group, in ascending order: all that push one component (or one body).
+/// Contacts of one group, in ascending order: all that push one component.
 pub(crate) struct Pattern<'a> {
     /// Where each group's contacts begin in `members`, and the end.
     pub(crate) start: &'a [usize],

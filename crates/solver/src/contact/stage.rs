@@ -97,10 +97,9 @@ impl Stage {
         }
     }
 
-    /// Whether the rods' own solution in `dlambda` takes a segment that may touch further than contacts can be seen from
-    /// the prediction.
-    pub(crate) fn is_far(&mut self, components: &[Single], formulation: Formulation) -> bool {
-        self.correct(components, formulation);
+    /// Whether the rods' own solution takes a segment that may touch further than contacts can be seen from the
+    /// prediction.
+    pub(crate) fn is_far(&self) -> bool {
         let shapes = self.detector.world().shapes;
         let far = |contact: &Contact, i: u32| {
             let shape = &shapes[i as usize];
@@ -116,8 +115,11 @@ impl Stage {
         })
     }
 
-    /// Keeps the corrections of the rods' own solution.
-    fn correct(&mut self, components: &[Single], formulation: Formulation) {
+    /// Keeps the corrections of the rods' own solution in `dlambda`, for [`Stage::is_far`] and [`Stage::solve`].
+    pub(crate) fn correct(&mut self, components: &[Single], formulation: Formulation) {
+        if self.contacts.is_empty() {
+            return;
+        }
         for (unit, out) in components.iter().zip(&mut self.corrections) {
             unit.component.corrections(formulation, out);
         }
@@ -172,25 +174,19 @@ impl Stage {
             if restitution == 0.0 {
                 continue;
             }
-            let velocity = |i: u32, arm: Vec3<f64>| {
+            let velocity = |i: u32| {
                 let shape = &world.shapes[i as usize];
-                let v = components[shape.component as usize].component.velocities[shape.body as usize];
-                v.stretch + v.bend.cross(arm)
+                components[shape.component as usize].component.velocities[shape.body as usize]
             };
-            let mut relative = velocity(contact.key.0, contact.arms[0]);
-            if let Partner::Segment(other) = contact.key.1 {
-                relative -= velocity(other, contact.arms[1]);
-            }
-            let dt = components.first().map_or(0.0, |c| c.component.dt());
-            let speed = -relative.dot(contact.normal);
-            if speed > self.slow * dt && contact.gap < speed * dt {
-                contact.target = contact.gap.max(0.0) + restitution * speed * dt;
+            let speed = -contact.relative(velocity).dot(contact.normal);
+            if speed > self.slow * self.dt && contact.gap < speed * self.dt {
+                contact.target = contact.gap.max(0.0) + restitution * speed * self.dt;
             }
         }
     }
 
-    /// Finds the impulses that the contacts add in this iteration, with the rods' own solution in `dlambda`, and leaves
-    /// them in the components' `pushes`. Returns false where more contacts press than there is memory for. `worst` is
+    /// Finds the impulses that the contacts add in this iteration, beside the rods' own solution, and leaves them in
+    /// the components' `pushes`. Returns false where more contacts press than there is memory for. `worst` is
     /// the largest error now, `tolerance` the one that is good enough.
     pub(crate) fn solve(
         &mut self,
@@ -206,7 +202,6 @@ impl Stage {
         if self.contacts.is_empty() {
             return true;
         }
-        self.correct(components, formulation);
         self.choose();
         if self.active.is_empty() {
             return true;
@@ -238,16 +233,11 @@ impl Stage {
         self.problem.clear();
         let shapes = self.detector.world().shapes;
         for (index, contact) in self.contacts.iter().enumerate() {
-            let moved = |i: u32, arm: Vec3<f64>| {
+            let correction = |i: u32| {
                 let shape = &shapes[i as usize];
-                let dp = self.corrections[shape.component as usize][shape.body as usize];
-                dp.stretch + dp.bend.cross(arm)
+                self.corrections[shape.component as usize][shape.body as usize]
             };
-            let mut change = moved(contact.key.0, contact.arms[0]);
-            if let Partner::Segment(other) = contact.key.1 {
-                change -= moved(other, contact.arms[1]);
-            }
-            let mut free = contact.local(change + contact.slip);
+            let mut free = contact.local(contact.relative(correction) + contact.slip);
             free[0] += contact.gap - contact.target;
             if (free[0] > NEAR * contact.radius || contact.doubled) && contact.impulse == Vec3::zero() {
                 continue;

@@ -1,5 +1,6 @@
 //! How a component's bodies answer impulses from outside: `P f` with `P = M^-1 - M^-1 J^T A^-1 J M^-1`, several at once.
 
+use crate::component::{copy_six, pick_six};
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::kernel::math::{Quat, Sym3, Vec3};
@@ -100,13 +101,9 @@ impl Response {
                 scratch.clear();
                 scratch.extend_from_slice(dlambda);
                 let take = |lane: usize, j: usize, x: Six<f64>| {
-                    let mut all = dlambda[j].to_array();
-                    for (all, x) in all.iter_mut().zip(x.to_array()) {
-                        all.set_lane(lane, x);
-                    }
-                    dlambda[j] = Six::from_array(all);
+                    copy_six(&mut dlambda[j], lane, &x, 0);
                 };
-                looped.solve_columns(COLUMNS, |lane, j| pick(scratch[j], lane), take);
+                looped.solve_columns(COLUMNS, |lane, j| pick_six(&scratch[j], lane), take);
                 for (j, dlambda) in dlambda.iter_mut().enumerate() {
                     let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
                     *dlambda = system.joints[j].multipliers_from_world(*dlambda, q_a);
@@ -127,10 +124,6 @@ impl Response {
             },
         );
     }
-}
-
-fn pick(x: Six<Columns>, lane: usize) -> Six<f64> {
-    Six::from_array(x.to_array().map(|x| x.lane(lane)))
 }
 
 fn splat_vec(v: Vec3<f64>) -> Vec3<Columns> {
