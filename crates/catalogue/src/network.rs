@@ -119,7 +119,7 @@ impl Network {
 ///
 /// # Errors
 /// If it is for none of these guesses and scenarios, cannot be read, or is damaged.
-pub fn own(args: &Sources, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
+pub(crate) fn own(args: &Sources, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
     let Some(path) = &args.checkpoint else { return Ok(None) };
     let read = || {
         let [card, weights] = Checkpoint::contents(path)?;
