@@ -44,9 +44,17 @@ static BUILT_IN: [BuiltIn; 6] = [
     built_in!("helix-step"),
 ];
 
+/// Names ("rod-paper") and weights' files of the networks in the program.
+pub fn built_in() -> impl Iterator<Item = (&'static str, &'static [u8])> {
+    BUILT_IN.iter().map(|built_in| (built_in.name, built_in.weights))
+}
+
 impl Recipe {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Paper, Self::Best, Self::Step];
+
     /// Its name in files.
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
             Self::Best => "best",
