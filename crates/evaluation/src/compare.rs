@@ -2,12 +2,14 @@
 
 use std::time::Duration;
 
-use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::Serialize;
 use solver::counters::{Counters, StageTimes};
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::Status;
+use solver::step::{Status, StepParams};
+
+use crate::precision::metrics::position_error;
+use crate::precision::reference;
 
 /// A way to simulate the scene.
 pub struct Entry<'a> {
@@ -74,18 +76,8 @@ pub struct Comparison {
     pub first_contact: Option<usize>,
 }
 
-/// Outer tolerance of the reference.
-pub const REFERENCE_TOLERANCE: f64 = 1e-12;
-
-/// Contacts' tolerance of the reference, relative to the smaller radius; where segments can touch, the rods' own
-/// constraints go no further down than a hundredth of it.
-pub const REFERENCE_CONTACT_TOLERANCE: f64 = 1e-7;
-
-/// Cap on the reference's outer iterations.
-const REFERENCE_ITERATIONS: usize = 200;
-
 /// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
-/// formulation, solved directly to [`REFERENCE_TOLERANCE`] and [`REFERENCE_CONTACT_TOLERANCE`]. After each step `progress(step)` says whether to go on.
+/// formulation, solved as [`reference::exact_settings`]. After each step `progress(step)` says whether to go on.
 ///
 /// # Errors
 /// If the scene or an entry is not valid.
@@ -97,16 +89,8 @@ pub fn run(
     entries: &[Entry<'_>],
     mut progress: impl FnMut(usize) -> bool,
 ) -> Result<Comparison, SimulationError> {
-    let mut exact = Settings::default();
-    if let Some(first) = entries.first() {
-        exact.step = first.settings.step;
-    }
-    exact.step.relative_tolerance = REFERENCE_TOLERANCE;
-    exact.step.absolute_tolerance = REFERENCE_TOLERANCE;
-    exact.step.contact_tolerance = REFERENCE_CONTACT_TOLERANCE;
-    exact.step.max_iterations = REFERENCE_ITERATIONS;
-    // Substeps would be another motion.
-    exact.step.max_halvings = 0;
+    let step = entries.first().map_or(StepParams::default(), |first| first.settings.step);
+    let exact = reference::exact_settings(&step);
     let mut reference = Simulation::new(model, state, &exact, None)?;
     let mut runs = Vec::new();
     for entry in entries {
@@ -136,7 +120,7 @@ pub fn run(
                 run.given_up = Some(done + 1);
             }
             run.simulation.store(&mut found);
-            run.error = run.error.max(position_error(model, &found, &expected));
+            run.error = run.error.max(position_error(model, &found.positions, &expected.positions));
         }
         done += 1;
         if !progress(done) {
@@ -215,13 +199,4 @@ fn between(before: &Counters, after: &Counters) -> [f64; 10] {
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// Root mean square distance of the segments' centres in two states, relative to the mean length of the rods.
-pub fn position_error(model: &Model, a: &State, b: &State) -> f64 {
-    let distance = |(x, y): (&Vector3<f64>, &Vector3<f64>)| (x - y).norm_squared();
-    let sum: f64 = a.positions.iter().zip(&b.positions).map(distance).sum();
-    let rods = model.segments.iter().map(|s| s.rod).max().map_or(1, |last| last + 1);
-    let length = model.segments.iter().map(|s| s.length).sum::<f64>() / rods as f64;
-    (sum / a.positions.len().max(1) as f64).sqrt() / length
 }

@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use catalogue::{GuessName, NetworkOf, Training, load, networks, rows};
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Comparison, Entry};
+use evaluation::precision::reference;
 use evaluation::starts::{self, Cell, Plan};
 use graph::planar_normal;
 use serde::Serialize;
@@ -169,7 +170,7 @@ fn print_runs(report: &Report) -> Result<()> {
          any step, against {} solved to {:e} ({})",
         report.outer_tolerance,
         report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
-        compare::REFERENCE_TOLERANCE,
+        reference::TOLERANCE,
         report.reference_status
     )?;
     if report.steps_before_contact < report.steps_done {
@@ -178,7 +179,7 @@ fn print_runs(report: &Report) -> Result<()> {
              and errors tell chaos from accuracy no more. Fewer --steps compare the motion before.",
             report.steps_before_contact + 1,
             report.contact_tolerance,
-            compare::REFERENCE_CONTACT_TOLERANCE
+            reference::CONTACT_TOLERANCE
         )?;
     }
     say_stopped(report.steps_done, report.steps)?;
