@@ -61,9 +61,13 @@ impl Training {
         scene: &Scene,
         quiet: bool,
     ) -> Result<Self> {
+        Ok(Self::of(args, names, &[scenario.unwrap_or_else(|| Self::scenario_of(scene))], quiet)?.remove(0))
+    }
+
+    /// The scenario that a scene is most like: helices where joints are bent or twisted at rest, else rods.
+    pub fn scenario_of(scene: &Scene) -> Scenario {
         let is_straight = scene.model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
-        let fitting = if is_straight { Scenario::Rod } else { Scenario::Helix };
-        Ok(Self::of(args, names, &[scenario.unwrap_or(fitting)], quiet)?.remove(0))
+        if is_straight { Scenario::Rod } else { Scenario::Helix }
     }
 
     /// Where the data set is.

@@ -1,0 +1,255 @@
+//! The paper's figure on performance: over the number of segments, and where else a guess may begin to pay, over
+//! stiffness and tolerance.
+
+use anyhow::Result;
+use dataset::Scenario;
+use evaluation::guesses::Spread;
+use evaluation::paper::performance::{self, Point};
+use report::{Axis, Block, Charts, Figure, LineChart, Reference, Section as PageSection, Series};
+use scene::sampling::Parameters;
+use serde::{Deserialize, Serialize};
+use solver::linear::precondition::PreconditionerKind;
+
+use crate::cells::Section;
+use crate::context::Context;
+use crate::sections::paper::{SEED, motion, solver, with_guesses};
+use crate::show::{band, per_cent};
+
+/// What is varied; all else is drawn as in Table 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+enum Varied {
+    Segments(usize),
+    Modulus(f64),
+    Tolerance(f64),
+}
+
+impl Varied {
+    fn value(self) -> f64 {
+        match self {
+            Self::Segments(segments) => segments as f64,
+            Self::Modulus(value) | Self::Tolerance(value) => value,
+        }
+    }
+}
+
+/// Kinds of figures: what is varied, and on which axis.
+const STUDIES: [(&str, &str); 3] =
+    [("segments", "segments N"), ("stiffness", "modulus [Pa]"), ("tolerance", "tolerance of conjugate gradients")];
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Key {
+    scenario: Scenario,
+    varied: Varied,
+    preconditioner: String,
+    tolerance: f64,
+    simulations: usize,
+    steps: usize,
+    seed: u64,
+}
+
+pub(crate) struct Performance;
+
+/// Preconditioners: the paper's reading, and the strongest of ours.
+const PRECONDITIONERS: [PreconditionerKind; 2] = [PreconditionerKind::Raw, PreconditionerKind::BlockJacobi];
+/// Tolerance where it is not varied: the cell in which the paper's figures can be had.
+const TOLERANCE: f64 = 1e-4;
+
+impl Section for Performance {
+    type Key = Key;
+    type Value = Point;
+    const ID: &'static str = "performance";
+
+    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+        let size = context.size;
+        let mut keys = Vec::new();
+        for scenario in [Scenario::Rod, Scenario::Helix] {
+            let segments: &[usize] = match scenario {
+                Scenario::Rod => size.pick(&[10, 30, 55], &[5, 10, 20, 30, 40, 55, 80, 110, 160]),
+                _ => size.pick(&[45, 105], &[25, 45, 60, 75, 90, 105, 130, 160]),
+            };
+            let moduli: &[f64] = size.pick(&[], &[1e3, 1e4, 1e5, 1e6, 1e7, 1e8]);
+            let tolerances: &[f64] = size.pick(&[], &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]);
+            let varied = segments.iter().map(|&n| Varied::Segments(n));
+            let varied = varied.chain(moduli.iter().map(|&y| Varied::Modulus(y)));
+            for varied in varied.chain(tolerances.iter().map(|&tolerance| Varied::Tolerance(tolerance))) {
+                for preconditioner in PRECONDITIONERS {
+                    let is_large = matches!(varied, Varied::Segments(111..));
+                    let simulations = match varied {
+                        Varied::Segments(_) if !is_large => performance::SIMULATIONS,
+                        _ => 10,
+                    };
+                    keys.push(Key {
+                        scenario,
+                        varied,
+                        preconditioner: preconditioner.to_string(),
+                        tolerance: if let Varied::Tolerance(tolerance) = varied { tolerance } else { TOLERANCE },
+                        simulations: size.pick(2, simulations),
+                        steps: size.pick(20, performance::STEPS),
+                        seed: SEED,
+                    });
+                }
+            }
+        }
+        Ok(keys)
+    }
+
+    fn seconds(&self, key: &Key) -> f64 {
+        let segments = if let Varied::Segments(n) = key.varied { n as f64 } else { 40.0 };
+        1e-6 * segments * segments * (key.simulations * key.steps) as f64
+    }
+
+    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Point>> {
+        let guesses = context.library.guesses(key.scenario)?;
+        let preconditioner = key.preconditioner.parse().map_err(anyhow::Error::msg)?;
+        let solver = solver(preconditioner, key.tolerance);
+        let mut cells = Vec::new();
+        for index in 0..key.simulations as u64 {
+            let scene = vary(key.scenario.sample(key.seed, index), key.varied).scene()?;
+            let measured = with_guesses(&scene, &guesses, |named| {
+                performance::measure(&motion(&scene, key.steps), &solver, named, &mut *go_on)
+            })?;
+            let Some(cell) = measured else { return Ok(None) };
+            cells.push(cell);
+        }
+        Ok(Some(performance::point(&cells)))
+    }
+
+    fn show(&self, context: &Context, cells: &[(&Key, &Point)]) -> Result<PageSection> {
+        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
+        for scenario in [Scenario::Rod, Scenario::Helix] {
+            for (study, axis) in STUDIES {
+                for preconditioner in PRECONDITIONERS {
+                    let own = cells.iter().filter(|(key, _)| {
+                        key.scenario == scenario
+                            && study_of(key.varied) == study
+                            && key.preconditioner == preconditioner.name()
+                    });
+                    let own: Vec<(&Key, &Point)> = own.copied().collect();
+                    blocks.extend(figure(context, scenario, (study, axis), &own).map(Block::Figure));
+                }
+            }
+        }
+        Ok(PageSection { id: Self::ID.to_owned(), title: "Performance".to_owned(), blocks })
+    }
+}
+
+const INTRODUCTION: &str = "The paper's figure on performance: the ratio of iterations (its black curves), the time of \
+    inference relative to that of conjugate gradients from zero (purple), the share of the constraint projection's time \
+    that is saved (red) and of the whole simulation's (pink). The paper says that the projection's speed-up grows with N \
+    up to 50 %, and that it is smaller or negative for few segments. The direct solver and Fischer's projection, which \
+    the paper does not have, stand beside. Shares below zero are losses. Simulations are drawn as in Table 1 and seen by no \
+    training.";
+
+fn study_of(varied: Varied) -> &'static str {
+    match varied {
+        Varied::Segments(_) => "segments",
+        Varied::Modulus(_) => "stiffness",
+        Varied::Tolerance(_) => "tolerance",
+    }
+}
+
+fn vary(parameters: Parameters, varied: Varied) -> Parameters {
+    match (parameters, varied) {
+        (Parameters::Rod(mut rod), Varied::Segments(segments)) => {
+            rod.segments = segments;
+            Parameters::Rod(rod)
+        }
+        (Parameters::Helix(mut helix), Varied::Segments(segments)) => {
+            helix.segments = segments;
+            Parameters::Helix(helix)
+        }
+        (Parameters::Rod(mut rod), Varied::Modulus(modulus)) => {
+            rod.youngs_modulus = modulus;
+            Parameters::Rod(rod)
+        }
+        (Parameters::Helix(mut helix), Varied::Modulus(modulus)) => {
+            helix.torsion_modulus = modulus;
+            Parameters::Helix(helix)
+        }
+        (other, _) => other,
+    }
+}
+
+/// Four charts of one study with one preconditioner; none where nothing was measured.
+fn figure(
+    context: &Context,
+    scenario: Scenario,
+    (study, axis): (&str, &str),
+    cells: &[(&Key, &Point)],
+) -> Option<Figure> {
+    let (key, first) = cells.first()?;
+    let is_log = study != "segments";
+    let chart = |title: &str, label: &str, curves: Vec<Series>| LineChart {
+        title: title.to_owned(),
+        x: if is_log { Axis::log(axis) } else { Axis::linear(axis) },
+        y: Axis::linear(label),
+        series: curves,
+        references: training_range(scenario, study),
+        ..LineChart::default()
+    };
+    type OfStart = fn(&performance::StartPoint) -> Option<Spread>;
+    let starts = |value: OfStart, scale: f64| -> Vec<Series> {
+        let names = first.starts.iter().skip(1).map(|start| start.name.clone());
+        let curve = |(start, name)| band(name, cells.iter().map(|(key, point)| {
+            (key.varied.value(), point.starts.get(start).and_then(value))
+        }), scale);
+        (1..).zip(names).map(curve).collect()
+    };
+    let direct = band("direct", cells.iter().map(|(key, point)| (key.varied.value(), point.direct_projection)), 100.0);
+    let mut projection = starts(|start| start.projection, 100.0);
+    projection.push(direct);
+    let names = first.runs.iter().skip(1).map(|run| run.name.clone());
+    let total = (1..).zip(names).map(|(run, name)| {
+        band(name, cells.iter().map(|(key, point)| (key.varied.value(), point.runs.get(run).and_then(|run| run.total))), 100.0)
+    });
+    let charts = vec![
+        chart("iterations, relative to zero", "ratio", starts(|start| start.iteration_ratio, 1.0)),
+        chart("time of the guess over cg from zero", "ratio", starts(|start| start.inference_ratio, 1.0)),
+        chart("projection: time saved", "per cent", projection),
+        chart("whole simulation: time saved", "per cent", total.collect()),
+    ];
+    let (solver, simulations) = (&key.preconditioner, key.simulations);
+    let tolerance = if study == "tolerance" { "varied".to_owned() } else { format!("{:e}", key.tolerance) };
+    let conditions = context
+        .conditions("linear solves and guesses, features, inference and guards included; whole simulation: all stages")
+        .with("solver", format!("conjugate gradients, {solver}, tolerance {tolerance}, formulation xpbd"))
+        .with("simulations", format!("{simulations} of {} steps a point, seed {}; medians and quartiles", key.steps, key.seed));
+    Some(Figure {
+        id: format!("performance-{scenario}-{study}-{solver}"),
+        title: format!("{}: performance over {axis}, {solver} conjugate gradients", name_of(scenario)),
+        caption: format!("{} Bands are quartiles.", gain(first, cells)),
+        charts: Charts::Lines(charts),
+        conditions,
+    })
+}
+
+fn name_of(scenario: Scenario) -> &'static str {
+    if scenario == Scenario::Rod { "Bending rod" } else { "Helix" }
+}
+
+/// The best of each learned guess over the study, in words.
+fn gain(first: &Point, cells: &[(&Key, &Point)]) -> String {
+    let mut words = Vec::new();
+    for (start, name) in (1..).zip(first.starts.iter().skip(1).map(|start| &start.name)) {
+        let best = cells.iter().filter_map(|(key, point)| Some((key, point.starts.get(start)?.projection?.median)));
+        if let Some((key, saved)) = best.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            words.push(format!("{name} saves at most {} of the projection's time (at {})", per_cent(saved), key.varied.value()));
+        }
+    }
+    format!("{}.", words.join("; "))
+}
+
+/// The training data's ends.
+fn training_range(scenario: Scenario, study: &str) -> Vec<Reference> {
+    let key = match (study, scenario) {
+        ("segments", _) => "segments",
+        ("stiffness", Scenario::Rod) => "youngs_modulus_pa",
+        ("stiffness", _) => "torsion_modulus_pa",
+        _ => return Vec::new(),
+    };
+    let ends = scenario.ranges().get(key).copied();
+    let mark = |[low, high]: [f64; 2]| {
+        [(low, "training from"), (high, "to")].map(|(x, label)| Reference::Vertical { x, label: label.to_owned() })
+    };
+    ends.into_iter().flat_map(mark).collect()
+}
