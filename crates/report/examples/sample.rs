@@ -1,21 +1,25 @@
 //! A page with every kind of block, from made-up numbers: `cargo run -p report --example sample -- out`.
 
+use std::error::Error;
 use std::path::Path;
 
 use report::{
     Aspect, Axis, Bar, BarChart, Block, Cell, Charts, ColourScale, Column, Conditions, Details, Figure, HeatMap,
-    LineChart, LineStyle, NumberFormat, Page, Point, Reference, ReportError, Scale, Section, Series, Table,
+    LineChart, LineStyle, NumberFormat, Page, Point, Reference, Scale, Section, Series, Table,
 };
 
 const SOLVERS: [&str; 4] = ["direct", "sparse", "cg, Jacobi", "cg, block Cholesky"];
 const GUESSES: [&str; 5] = ["zero", "last step", "nearest neighbour", "network", "network, whole step"];
 
-fn main() -> Result<(), ReportError> {
+fn main() -> Result<(), Box<dyn Error>> {
     let directory = std::env::args().nth(1).unwrap_or("sample".into());
     let directory = Path::new(&directory);
     let path = page().write(directory)?;
     println!("{}", path.display());
     report::check(directory)?.iter().for_each(|problem| println!("{problem}"));
+    for figure in [error_time(), scenes(), ratios(), stages()] {
+        std::fs::write(directory.join(format!("{}.svg", figure.id)), figure.svg()?)?;
+    }
     Ok(())
 }
 

@@ -10,7 +10,7 @@ use crate::{Align, Block, Cell, Conditions, Emphasis, Figure, Page, Table, theme
 /// Anchor of the table of contents.
 pub(crate) const CONTENTS: &str = "contents";
 /// Smallest text of a chart on a narrow screen \[px\]; below it, the chart scrolls.
-const SMALLEST_TEXT: f64 = 9.5;
+const SMALLEST_TEXT: f64 = 9.4;
 
 /// What all of a page has in common.
 struct Context<'a> {

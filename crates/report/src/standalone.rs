@@ -41,11 +41,11 @@ pub(crate) fn svg(figure: &Figure) -> String {
         }
         y += row.iter().map(|drawing| drawing.height).fold(0.0, f64::max) + 0.5 * MARGIN;
     }
-    y = draw::rows(&mut body, &legend, y, width, font) + 0.5 * MARGIN;
+    y = draw::columns(&mut body, &legend, y, width, font) + 0.5 * MARGIN;
     let conditions: Vec<_> = figure.conditions.iter().map(|(key, value)| format!("{key}: {value}")).collect();
-    let small = 0.8 * font;
+    let small = 0.9 * font;
     for line in wrap(&conditions.join(" · "), small, width) {
-        body.element("text", &[("y", &Px(y + small)), ("font-size", &Px(small)), ("class", &"neutral small")], &line);
+        body.element("text", &[("y", &Px(y + small)), ("class", &"small")], &line);
         y += LINE * small;
     }
 

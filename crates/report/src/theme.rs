@@ -1,7 +1,9 @@
 //! Colours, light and dark, and style sheets.
 //!
-//! Series: ten hues apart in lightness too, so that they differ for readers who confuse red and green; the first are near
-//! to those of Okabe and Ito, "Color universal design" (2008), darkened where they are too pale on white.
+//! Series: ten colours that all readers can tell apart, also those who confuse red and green. They were sought
+//! by hill climbing for the largest distances between the nearest pairs, seen normally and as in protanopia and
+//! deuteranopia (matrices of Machado, Oliveira and Fernandes, "A physiologically-based model for simulation of color vision
+//! deficiency", 2009). The nearest pair is 31 apart (CIE 1976 Lab) seen normally, 19 otherwise.
 
 /// Name, light and dark value of each colour. A style sheet says `var(--name)`.
 const COLOURS: [(&str, &str, &str); 21] = [
@@ -16,16 +18,16 @@ const COLOURS: [(&str, &str, &str); 21] = [
     ("heat", "#5aa3dc", "#2a69a5"),
     ("low", "#5aa3dc", "#2a69a5"),
     ("high", "#e8953f", "#9c5410"),
-    ("s0", "#0068ad", "#4a9fe0"),
-    ("s1", "#d55e00", "#f58a4b"),
-    ("s2", "#009370", "#2fc49a"),
-    ("s3", "#b8508f", "#e79ac7"),
-    ("s4", "#a87800", "#e5b94e"),
-    ("s5", "#3f97d3", "#a5d5f7"),
-    ("s6", "#3b424c", "#c6ccd4"),
-    ("s7", "#8a1f4f", "#d0568a"),
-    ("s8", "#6f7a12", "#aab943"),
-    ("s9", "#5546b8", "#9a8cf2"),
+    ("s0", "#004491", "#0c74bb"),
+    ("s1", "#9d2f00", "#d4724b"),
+    ("s2", "#4fa270", "#66e1a3"),
+    ("s3", "#995380", "#c380a5"),
+    ("s4", "#bd8a00", "#ffd066"),
+    ("s5", "#1d9bd9", "#8cddff"),
+    ("s6", "#162a46", "#faf3f2"),
+    ("s7", "#831c32", "#be3762"),
+    ("s8", "#8e9648", "#9ba30f"),
+    ("s9", "#484dcd", "#938bff"),
 ];
 
 /// The style of drawings, for a page and for SVG files alike.

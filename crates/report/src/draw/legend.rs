@@ -68,24 +68,18 @@ pub(crate) fn list(xml: &mut Xml, entries: &[Entry]) {
     xml.close();
 }
 
-/// The legend as rows of a drawing of `room` \[px\], from (0, `y`) on; returns its bottom.
-pub(crate) fn rows(svg: &mut Xml, entries: &[Entry], y: f64, room: f64, font: f64) -> f64 {
+/// The legend in columns, the names below one another, in a drawing of width `room` \[px\], from (0, `y`) on; returns its bottom.
+pub(crate) fn columns(svg: &mut Xml, entries: &[Entry], y: f64, room: f64, font: f64) -> f64 {
     let height = 1.5 * font;
-    let (mut x, mut y) = (0.0, y);
-    for entry in entries {
-        let wide = SAMPLE[0] + 6.0 + width(&entry.name, font);
-        if x > 0.0 && x + wide > room {
-            (x, y) = (0.0, y + height);
-        }
+    let wide = entries.iter().map(|entry| SAMPLE[0] + width(&entry.name, font) + 20.0).fold(1.0, f64::max);
+    let rows = entries.len().div_ceil(((room / wide) as usize).max(1));
+    for (i, entry) in entries.iter().enumerate() {
+        let (x, y) = (wide * (i / rows) as f64, y + height * (i % rows) as f64);
         sample(svg, entry.sample, [x, y + (height - SAMPLE[1]) / 2.0]);
-        svg.element(
-            "text",
-            &[("x", &Px(x + SAMPLE[0] + 6.0)), ("y", &Px(y + 0.5 * height + 0.35 * font))],
-            &entry.name,
-        );
-        x += wide + 16.0;
+        let at = [x + SAMPLE[0] + 6.0, y + 0.5 * height + 0.35 * font];
+        svg.element("text", &[("x", &Px(at[0])), ("y", &Px(at[1]))], &entry.name);
     }
-    if entries.is_empty() { y } else { y + height }
+    y + height * rows as f64
 }
 
 fn sample(svg: &mut Xml, sample: Sample, [x, y]: [f64; 2]) {

@@ -25,11 +25,11 @@ pub(super) fn draw(chart: &LineChart, size: Size, palette: &Palette<'_>) -> Draw
 
     let spans = spans(chart);
     let right = width - 14.0;
-    let bottom;
+    let (left, bottom);
     match spans {
         None => {
-            bottom = top + 0.4 * width;
-            frame(&mut svg, [1.0, top], [right, bottom]);
+            (left, bottom) = (1.0, top + 0.4 * width);
+            frame(&mut svg, [left, top], [right, bottom]);
             let at: [f64; 2] = [0.5 * right, 0.5 * (top + bottom)];
             svg.element(
                 "text",
@@ -39,10 +39,9 @@ pub(super) fn draw(chart: &LineChart, size: Size, palette: &Palette<'_>) -> Draw
         }
         Some(places) => {
             let axes = layout(chart, places, [top, right], size);
-            bottom = axes.y.pixels[0];
+            (left, bottom) = (axes.x.pixels[0], axes.y.pixels[0]);
             grid(&mut svg, &axes, font);
             // A drawing of its own cuts off what reaches over the edge.
-            let ([left, right], [bottom, top]) = (axes.x.pixels, axes.y.pixels);
             svg.open(
                 "svg",
                 &[
@@ -62,7 +61,8 @@ pub(super) fn draw(chart: &LineChart, size: Size, palette: &Palette<'_>) -> Draw
             reference_labels(&mut svg, chart, &axes, font);
         }
     }
-    let height = paragraph(&mut svg, &chart.x.label, [0.0, bottom + LINE * font + 4.0], width, font, "small") + 4.0;
+    let height =
+        paragraph(&mut svg, &chart.x.label, [left, bottom + LINE * font + 4.0], width - left, font, "small") + 4.0;
     Drawing { width, height, font, label: chart.description(), body: svg.finish() }
 }
 

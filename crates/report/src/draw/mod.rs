@@ -8,7 +8,7 @@ mod marker;
 mod text;
 mod ticks;
 
-pub(crate) use legend::{entries, list, rows};
+pub(crate) use legend::{columns, entries, list};
 pub(crate) use text::{LINE, wrap};
 
 use crate::palette::Palette;
@@ -39,9 +39,9 @@ struct Size {
 }
 
 /// A chart by itself: shrunk to a phone of 360 px, its text is still legible.
-const SINGLE: Size = Size { width: 480.0, font: 14.0 };
+const SINGLE: Size = Size { width: 460.0, font: 14.0 };
 /// One of several: three fit side by side on a desk, one on a phone.
-const MULTIPLE: Size = Size { width: 336.0, font: 12.5 };
+const MULTIPLE: Size = Size { width: 320.0, font: 12.5 };
 
 /// Draws the charts of a figure.
 pub(crate) fn charts(charts: &Charts, palette: &Palette<'_>) -> Vec<Drawing> {
