@@ -2,7 +2,9 @@
 
 use std::num::NonZeroUsize;
 
-use evaluation::precision::{Against, Budget, Curve, GivenUp, Level, Outer, Part, Problem, Refined, Start, Way, run_way};
+use evaluation::precision::{
+    Against, Budget, Curve, GivenUp, Level, Outer, Part, Problem, Refined, Start, Way, run_way,
+};
 use rod::Model;
 use solver::component::Members;
 use solver::formulation::Formulation;
@@ -17,11 +19,17 @@ use solver::topology::Topology;
 
 const PLENTY: Budget = Budget { seconds: 100.0, repetitions: 1 };
 
+const ROD: &str = "[[rods]]\nclamp = [\"start-segment\"]\nshape.straight = { length_m = 2, segments = 10 }";
+
 /// A rod of ten segments that falls, 20 steps.
 fn rod(formulations: &[Formulation]) -> Problem {
-    let text = "[[rods]]\nclamp = [\"start-segment\"]\nshape.straight = { length_m = 2, segments = 10 }";
-    let scene = scene::parse(text, "rod.toml").unwrap();
+    let scene = scene::parse(ROD, "rod.toml").unwrap();
     Problem::new("rod", (scene.model, scene.state), (0.02, 20), formulations).unwrap()
+}
+
+fn refined_rod(factor: usize) -> Refined {
+    let scene = scene::parse_refined(ROD, "rod.toml", NonZeroUsize::new(factor).unwrap()).unwrap();
+    Refined { factor, model: scene.model, state: scene.state }
 }
 
 fn refined(name: &str, factors: &[usize]) -> Vec<Refined> {
@@ -56,7 +64,11 @@ fn tighter_tolerances_do_not_err_more() {
         for solver in [SolverKind::Direct, SolverKind::cg(PreconditionerKind::BlockJacobi)] {
             // Both tolerances go down together.
             let levels: Vec<Level> = tolerances
-                .map(|t| Level { outer: Outer::Tolerance(t), linear: (solver != SolverKind::Direct).then_some(t) })
+                .map(|t| Level {
+                    outer: Outer::Tolerance(t),
+                    linear: (solver != SolverKind::Direct).then_some(t),
+                    substeps: 1,
+                })
                 .to_vec();
             let curve = curve(&problem, &way("w", formulation, solver), &levels);
             let errors = errors(&curve);
@@ -73,7 +85,7 @@ fn tighter_tolerances_do_not_err_more() {
 fn more_iterations_do_not_err_more() {
     let problem = rod(&[Formulation::XpbdGeometric]);
     let levels: Vec<Level> =
-        [1, 2, 3, 5, 8].map(|count| Level { outer: Outer::Iterations(count), linear: None }).to_vec();
+        [1, 2, 3, 5, 8].map(|count| Level { outer: Outer::Iterations(count), linear: None, substeps: 1 }).to_vec();
     let curve = curve(&problem, &way("direct", Formulation::XpbdGeometric, SolverKind::Direct), &levels);
     let errors = errors(&curve);
     for (pair, level) in errors.windows(2).zip(&levels) {
@@ -87,19 +99,13 @@ fn more_iterations_do_not_err_more() {
 #[test]
 fn cells_repeat_bit_by_bit_but_for_their_times() {
     let mut problem = rod(&[Formulation::Newton]);
-    let parts = |factor| {
-        let text = "[[rods]]\nclamp = [\"start-segment\"]\nshape.straight = { length_m = 2, segments = 10 }";
-        let scene = scene::parse_refined(text, "rod.toml", NonZeroUsize::new(factor).unwrap()).unwrap();
-        Refined { factor, model: scene.model, state: scene.state }
-    };
-    problem.converged = problem.converge(&[parts(1), parts(2)], || true).unwrap();
+    problem.converged = problem.converge(&[1, 2].map(refined_rod), || true).unwrap();
     let guess = |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
         GuessKind::Fischer(4).build(model, members, topology)
     };
     let solver = SolverKind::cg(PreconditionerKind::Jacobi);
     let way = Way { start: Start::Guess(&guess), ..way("fischer", Formulation::Newton, solver) };
     let levels = Level::of_tolerances(solver, &[1e-2, 1e-6]);
-    assert_eq!(levels.len(), 4);
     let budget = Budget { repetitions: 3, ..PLENTY };
     let run = || run_way(&problem, &way, &levels, &budget, || true).unwrap().unwrap();
     let (first, again) = (run(), run());
@@ -136,8 +142,8 @@ fn ways_that_run_out_are_given_up() {
         Settings { step: StepParams { max_iterations: 2, max_halvings: 0, ..base.settings.step }, ..base.settings };
     let way = Way { settings, ..base };
     let levels = [
-        Level { outer: Outer::Tolerance(1e-8), linear: Some(1e-8) },
-        Level { outer: Outer::Iterations(2), linear: Some(1e-8) },
+        Level { outer: Outer::Tolerance(1e-8), linear: Some(1e-8), substeps: 1 },
+        Level { outer: Outer::Iterations(2), linear: Some(1e-8), substeps: 1 },
     ];
     let curve = curve(&problem, &way, &levels);
     assert_eq!(curve.points[0].given_up, Some((1, GivenUp::LinearSolver)));
@@ -152,6 +158,18 @@ fn ways_that_run_out_are_given_up() {
     let curve = run_way(&problem, &direct, &levels, &no_time, || true).unwrap().unwrap();
     assert_eq!(curve.points[0].given_up, Some((1, GivenUp::OverBudget)));
     assert!(run_way(&problem, &direct, &levels, &PLENTY, || false).unwrap().is_none());
+}
+
+#[test]
+fn substeps_come_nearer_to_the_converged_reference() {
+    let mut problem = rod(&[Formulation::Newton]);
+    problem.converged = problem.converge(&[1, 2, 4].map(refined_rod), || true).unwrap();
+    let levels = [1, 2, 4, 8].map(|substeps| Level { outer: Outer::Tolerance(1e-8), linear: None, substeps }).to_vec();
+    let curve = curve(&problem, &way("direct", Formulation::Newton, SolverKind::Direct), &levels);
+    let error = |index: usize| curve.error(&curve.points[index], Against::Converged, Part::All).unwrap();
+    assert!((1..4).all(|index| error(index) < error(index - 1)), "{:?}", [0, 1, 2, 3].map(error));
+    let is_same_motion = |index: usize| curve.error(&curve.points[index], Against::Exact, Part::All).is_some();
+    assert_eq!([0, 1, 2, 3].map(is_same_motion), [true, false, false, false]);
 }
 
 #[test]
@@ -170,7 +188,7 @@ fn predictions_in_the_place_of_solves_are_a_way() {
     let problem = rod(&[Formulation::Xpbd]);
     let nothing = |_: &Model, _: &Members, _: &Topology| -> Box<dyn Projection> { Box::new(Nothing) };
     let way = Way { start: Start::EndToEnd(&nothing), ..way("nothing", Formulation::Xpbd, SolverKind::Direct) };
-    let curve = curve(&problem, &way, &[Level { outer: Outer::Iterations(1), linear: None }]);
+    let curve = curve(&problem, &way, &[Level { outer: Outer::Iterations(1), linear: None, substeps: 1 }]);
     // Without solves the segments fall freely: g t^2 / 2, and a little more for symplectic Euler, but the clamped one.
     let (t, n) = (0.4, 20.0);
     let fallen = 9.81 * t * t / 2.0 * (1.0 + 1.0 / n);
