@@ -15,7 +15,7 @@ use super::problem::Problem;
 use crate::guesses::Spread;
 
 /// Steps that one simulation does before the next has its turn: they share the machine's moods, not its caches.
-const TURN: usize = 10;
+const TURN: usize = 25;
 
 /// Where a way's solves begin, or what takes their place.
 #[derive(Clone, Copy)]
