@@ -108,7 +108,7 @@ fn places_within_segments_stay_where_they_are() {
     let text = r#"
         [[rods]]
         name = "trunk"
-        radius_m = [0.06, 0.04]
+        radius_m = 0.05
         fixed_segments = [0, 2]
         stretch = { compliance_m_per_n = 6e-6 }
         shape.polyline = { nodes_m = [[0, 0, 0], [0, 0, 1], [0.5, 0, 2], [1, 0, 4]] }

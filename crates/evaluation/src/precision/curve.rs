@@ -55,15 +55,16 @@ pub struct Point {
     pub status: String,
     /// The step, from 1, in which it was given up, and why; its errors are those of the samples before.
     pub given_up: Option<(usize, GivenUp)>,
-    /// Wall time per simulated second [s/s], over the repetitions; `None` where it was given up.
+    /// Time per simulated second [s/s], over the repetitions; `None` where it was given up.
     pub time: Option<Spread>,
-    /// The same relative to the yardstick's time in the same repetition.
+    /// The same relative to the yardstick's median.
     pub ratio: Option<Spread>,
-    /// Outer iterations per step and connected set.
+    /// Outer iterations per step of the problem's (substeps together) and connected set.
     pub outer_per_step: f64,
     /// Iterations of the linear solver per step and connected set; 0 for direct solvers.
     pub linear_per_step: f64,
-    /// Errors against the exact reference of the way's formulation; `None` where the problem has none.
+    /// Errors against the exact reference of the way's formulation; `None` where the problem has none, and with substeps,
+    /// which are another motion.
     pub exact: Option<Errors>,
     /// Errors against the converged reference; `None` where the problem has none.
     pub converged: Option<Errors>,
@@ -88,7 +89,7 @@ pub struct Curve {
     pub samples: Vec<usize>,
     /// How many of them come before the first contact in any of the references.
     pub samples_before_contact: usize,
-    /// Wall time of the yardstick per simulated second [s/s], over the repetitions; see [`super::yardstick`].
+    /// Time of the yardstick per simulated second [s/s], over the repetitions; see [`super::yardstick`].
     pub yardstick: Option<Spread>,
     /// One point a level.
     pub points: Vec<Point>,
@@ -107,6 +108,12 @@ impl Curve {
             Part::All => self.samples.len(),
         };
         errors.filter(|_| point.given_up.is_none())?.largest(count)
+    }
+
+    /// Median time of the yardstick [s/s] over all cells of a problem; `None` where there are none.
+    pub fn common_yardstick<'a>(curves: impl IntoIterator<Item = &'a Self>) -> Option<f64> {
+        let medians = curves.into_iter().filter_map(|curve| curve.yardstick.map(|yardstick| yardstick.median));
+        Spread::of(medians).map(|spread| spread.median)
     }
 
     /// Error and time of each point that has both; times are relative to the yardstick's.

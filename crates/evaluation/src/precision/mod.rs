@@ -10,12 +10,18 @@
 //! gets. Below the second reference's own error ([`Converged::error`]) nothing can be told apart. Contacts take the
 //! smallest differences apart, so that errors before the first contact are told separately ([`Part`]).
 //!
-//! **Times** are the stages' wall times, those of guesses included, those of setting up excluded, per simulated second.
-//! They are summed over threads: a pool of one thread gives run times. Every cell (a way on a problem) is run beside a
-//! yardstick, [`yardstick`], in turns of some steps, and times are told relative to it, too. To compare cells that were
-//! run at different times take [`Point::ratio`] and, for seconds, multiply it with the median of [`Curve::yardstick`]
-//! over all cells of the problem: then all share the machine's mood.
+//! **Times** are the stages' wall times, those of guesses included, those of setting up excluded, per simulated second,
+//! on a rayon pool of one thread without the time in which the thread did not run. (In a larger pool they are wall times
+//! summed over the threads.) A time is the sum of the medians of its turns of some steps over the repetitions. Every
+//! cell (a way on a problem) takes its turns beside a yardstick, [`yardstick`], and its times are told relative to it,
+//! too. To compare cells that were run at different times take [`Point::ratio`] and, for seconds, multiply it with the
+//! median of [`Curve::yardstick`] over all cells of the problem, [`Curve::common_yardstick`]: then all share the
+//! machine's mood.
+//!
+//! At the exact reference's time step the second kind of error is mostly that of implicit Euler, the same for all ways.
+//! [`Level::substeps`] make it a choice: a way's curve against the converged reference then says what accuracy costs.
 
+mod clock;
 pub mod curve;
 pub mod metrics;
 pub mod pareto;

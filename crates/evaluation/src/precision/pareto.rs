@@ -206,7 +206,10 @@ mod tests {
         assert_eq!(table[0].lead, Some(8.0));
         assert_eq!(names(&table[1].fastest).as_deref(), Some("direct"));
         assert!((table[1].lead.unwrap() - 16.0 / 2f64.powf(4.0 / 3.0)).abs() < 1e-12);
-        assert_eq!((names(&table[2].fastest).as_deref(), &table[2].rival, table[2].lead), (Some("direct"), &None, None));
+        assert_eq!(
+            (names(&table[2].fastest).as_deref(), &table[2].rival, table[2].lead),
+            (Some("direct"), &None, None)
+        );
         assert_eq!((&table[3].fastest, &table[3].rival, table[3].lead), (&None, &None, None));
     }
 

@@ -1,7 +1,5 @@
 //! Runs a way at several levels of accuracy, beside a yardstick.
 
-use std::time::{Duration, Instant};
-
 use rod::State;
 use serde::{Deserialize, Serialize};
 use solver::linear::cg::CgParams;
@@ -10,13 +8,14 @@ use solver::projection::ProjectionFactory;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 
+use super::clock::{Moment, Turns};
 use super::curve::{Curve, Errors, GivenUp, Point};
 use super::metrics::{length_ratio, position_error};
 use super::problem::Problem;
 use crate::guesses::Spread;
 
 /// Steps that one simulation does before the next has its turn: they share the machine's moods, not its caches.
-const TURN: usize = 10;
+const TURN: usize = 25;
 
 /// Where a way's solves begin, or what takes their place.
 #[derive(Clone, Copy)]
@@ -58,21 +57,18 @@ pub struct Level {
     pub outer: Outer,
     /// Tolerance of conjugate gradients; `None` leaves it as it is.
     pub linear: Option<f64>,
+    /// Into how many steps each of the problem's is divided; at least 1.
+    pub substeps: usize,
 }
 
 impl Level {
-    /// Levels at these outer tolerances. Where `solver` iterates, each comes with linear tolerances of its square root and
-    /// of itself: with inexact solves and more of them, and with solves that leave nothing to the next.
+    /// Levels at these outer tolerances. Where `solver` iterates, its tolerance is the same: looser solves, to the square
+    /// root of the outer tolerance, were dominated throughout (bending rod and helix, block-Jacobi, at equal error).
     pub fn of_tolerances(solver: SolverKind, tolerances: &[f64]) -> Vec<Self> {
-        let level = |&tolerance: &f64| {
-            let outer = Outer::Tolerance(tolerance);
-            let linear = match solver {
-                SolverKind::Cg(_) => vec![Some(tolerance.sqrt()), Some(tolerance)],
-                SolverKind::Direct | SolverKind::Sparse => vec![None],
-            };
-            linear.into_iter().map(move |linear| Self { outer, linear })
-        };
-        tolerances.iter().flat_map(level).collect()
+        let linear = |tolerance| matches!(solver, SolverKind::Cg(_)).then_some(tolerance);
+        let level =
+            |&tolerance: &f64| Self { outer: Outer::Tolerance(tolerance), linear: linear(tolerance), substeps: 1 };
+        tolerances.iter().map(level).collect()
     }
 
     /// The settings at this level. The absolute tolerance goes down with the relative one, as far as a thousandth of it;
@@ -108,7 +104,7 @@ impl Level {
 /// How much time a level may take.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
-    /// Wall time of a level [s]. One whose first run takes longer is given up, and nothing is repeated beyond it.
+    /// Time of a level [s]. One whose first run takes longer is given up, and nothing is repeated beyond it.
     pub seconds: f64,
     /// Runs of each level; at least one.
     pub repetitions: usize,
@@ -122,8 +118,8 @@ pub fn yardstick() -> Settings {
 /// Runs a way at all levels, in turns of some steps with the yardstick, several times. After each turn `go_on()` says
 /// whether to go on; `None` if not.
 ///
-/// Times are of rayon's current pool, summed over its threads: give it one thread. Levels that are given up are recorded
-/// as such; whether one is over its budget depends on the machine, all else but times does not.
+/// Times are those of rayon's current pool, which should have one thread: see the module. Levels that are given up are
+/// recorded as such; whether one is over its budget depends on the machine, all else but times does not.
 ///
 /// # Errors
 /// If the settings do not fit the model.
@@ -134,26 +130,25 @@ pub fn run_way(
     budget: &Budget,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Curve>, SimulationError> {
-    let simulated = problem.steps as f64 * problem.dt;
     let mut runs: Vec<Run> = levels.iter().map(|level| Run::new(problem, way, level)).collect();
     let mut found = problem.state.clone();
-    let mut yardsticks = Vec::new();
+    let mut yardstick = Turns::default();
     for repetition in 0..budget.repetitions.max(1) {
-        let mut beside = Simulation::new(&problem.model, &problem.state, &yardstick(), None)?;
+        let mut beside = Simulation::new(&problem.model, &problem.state, &self::yardstick(), None)?;
+        let mut beside_turns = Vec::new();
         let mut simulations = Vec::new();
         for run in runs.iter_mut().filter(|run| run.is_due(repetition, budget)) {
             let simulation = way.simulation(problem, &run.level)?;
             simulations.push((run, simulation));
         }
-        if simulations.is_empty() {
-            break;
-        }
         let mut done = 0;
         while done < problem.steps {
             let until = problem.steps.min(done + TURN);
+            let mut turn = 0.0;
             for _ in done..until {
-                beside.step(problem.dt)?;
+                turn += timed(&mut beside, problem.dt)?.1;
             }
+            beside_turns.push(turn);
             for (run, simulation) in &mut simulations {
                 run.turn(problem, simulation, (done, until), (repetition, budget), &mut found)?;
             }
@@ -162,14 +157,16 @@ pub fn run_way(
                 return Ok(None);
             }
         }
-        let yardstick = beside.counters().times.total().as_secs_f64() / simulated;
-        yardsticks.push(yardstick);
-        for (run, simulation) in simulations.into_iter().filter(|(run, _)| run.given_up.is_none()) {
-            let time = simulation.counters().times.total().as_secs_f64() / simulated;
-            run.times.push(time);
-            run.ratios.push(time / yardstick);
+        yardstick.push(beside_turns);
+        for (run, _) in simulations {
+            let turns = std::mem::take(&mut run.turns);
+            if run.given_up.is_none() {
+                run.times.push(turns);
+            }
         }
     }
+    let simulated = problem.steps as f64 * problem.dt;
+    let yardstick = yardstick.spread(simulated);
     Ok(Some(Curve {
         scene: problem.scene.clone(),
         way: way.name.clone(),
@@ -178,9 +175,18 @@ pub fn run_way(
         steps: problem.steps,
         samples: problem.samples.clone(),
         samples_before_contact: problem.samples_before_contact(),
-        yardstick: Spread::of(yardsticks.into_iter()),
-        points: runs.into_iter().map(Run::point).collect(),
+        yardstick,
+        points: runs.into_iter().map(|run| run.point(simulated, yardstick)).collect(),
     }))
+}
+
+/// Steps, and tells the time of all stages [s], without that in which the thread did not run.
+fn timed(simulation: &mut Simulation, dt: f64) -> Result<(Status, f64), SimulationError> {
+    let before = simulation.counters().times.total();
+    let start = Moment::now();
+    let status = simulation.step(dt)?.status;
+    let share = start.share();
+    Ok((status, share * (simulation.counters().times.total() - before).as_secs_f64()))
 }
 
 impl Way<'_> {
@@ -199,10 +205,11 @@ struct Run {
     level: Level,
     status: Status,
     given_up: Option<(usize, GivenUp)>,
-    /// Wall time of all repetitions.
-    spent: Duration,
-    times: Vec<f64>,
-    ratios: Vec<f64>,
+    /// Time of all repetitions [s].
+    spent: f64,
+    /// Times of the turns of the repetition that is running [s].
+    turns: Vec<f64>,
+    times: Turns,
     outer_per_step: f64,
     linear_per_step: f64,
     /// Index of the way's exact reference among the problem's.
@@ -216,13 +223,14 @@ impl Run {
     fn new(problem: &Problem, way: &Way<'_>, level: &Level) -> Self {
         let formulation = way.settings.step.formulation;
         let reference = problem.exact.iter().position(|exact| exact.formulation == formulation);
+        let reference = reference.filter(|_| level.substeps == 1);
         Self {
             level: *level,
             status: Status::Converged,
             given_up: None,
-            spent: Duration::ZERO,
-            times: Vec::new(),
-            ratios: Vec::new(),
+            spent: 0.0,
+            turns: Vec::new(),
+            times: Turns::default(),
             outer_per_step: 0.0,
             linear_per_step: 0.0,
             reference,
@@ -234,8 +242,10 @@ impl Run {
 
     /// Whether another repetition, as long as those before, fits into the budget.
     fn is_due(&self, repetition: usize, budget: &Budget) -> bool {
-        let after = self.spent.as_secs_f64() * (repetition + 1) as f64 / repetition.max(1) as f64;
-        self.given_up.is_none() && self.times.len() == repetition && (repetition == 0 || after <= budget.seconds)
+        let after = self.spent * (repetition + 1) as f64 / repetition.max(1) as f64;
+        self.given_up.is_none()
+            && self.times.repetitions() == repetition
+            && (repetition == 0 || after <= budget.seconds)
     }
 
     /// Steps from `done` until `until`; the first repetition is measured.
@@ -247,14 +257,20 @@ impl Run {
         (repetition, budget): (usize, &Budget),
         found: &mut State,
     ) -> Result<(), SimulationError> {
+        let substeps = self.level.substeps.max(1);
+        let mut turn = 0.0;
         for step in done + 1..=until {
             if self.given_up.is_some() {
                 return Ok(());
             }
             let failures = simulation.counters().linear_failures;
-            let start = Instant::now();
-            let status = simulation.step(problem.dt)?.status;
-            self.spent += start.elapsed();
+            let mut status = Status::Converged;
+            for _ in 0..substeps {
+                let (of_substep, time) = timed(simulation, problem.dt / substeps as f64)?;
+                status = status.max(of_substep);
+                turn += time;
+                self.spent += time;
+            }
             if repetition > 0 {
                 continue;
             }
@@ -270,10 +286,11 @@ impl Run {
             } else if has_failed && matches!(self.level.outer, Outer::Tolerance(_)) {
                 Some(GivenUp::LinearSolver)
             } else {
-                (self.spent.as_secs_f64() > budget.seconds).then_some(GivenUp::OverBudget)
+                (self.spent > budget.seconds).then_some(GivenUp::OverBudget)
             };
             self.given_up = reason.map(|reason| (step, reason));
         }
+        self.turns.push(turn);
         Ok(())
     }
 
@@ -297,13 +314,14 @@ impl Run {
         true
     }
 
-    fn point(self) -> Point {
+    /// The point, of a run of `simulated` seconds [s] beside a yardstick.
+    fn point(self, simulated: f64, yardstick: Option<Spread>) -> Point {
         Point {
             level: self.level,
             status: self.status.name().to_owned(),
             given_up: self.given_up,
-            time: Spread::of(self.times.into_iter()),
-            ratio: Spread::of(self.ratios.into_iter()),
+            time: self.times.spread(simulated),
+            ratio: yardstick.and_then(|yardstick| self.times.spread(simulated * yardstick.median)),
             outer_per_step: self.outer_per_step,
             linear_per_step: self.linear_per_step,
             exact: self.exact,
