@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rod::{Model, State};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use solver::counters::{Counters, StageTimes};
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
@@ -59,6 +59,38 @@ pub struct Row {
     /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
     /// the rods' mean length. Contacts take the smallest differences apart: see [`Comparison::first_contact`].
     pub error: f64,
+    /// Sums over the steps.
+    pub sums: Sums,
+}
+
+/// What the steps of a run came to together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sums {
+    /// Outer iterations.
+    pub iterations: u64,
+    /// Iterations of the linear solver.
+    pub linear_iterations: u64,
+    /// Wall time of the guesses [s].
+    pub guess_s: f64,
+    /// Wall time of the linear solves [s].
+    pub solve_s: f64,
+    /// Wall time of the contacts [s].
+    pub contact_s: f64,
+    /// Wall time of all stages [s].
+    pub total_s: f64,
+}
+
+impl Sums {
+    fn new(counters: &Counters) -> Self {
+        Self {
+            iterations: counters.iterations,
+            linear_iterations: counters.linear_iterations,
+            guess_s: counters.times.guess.as_secs_f64(),
+            solve_s: counters.times.solve.as_secs_f64(),
+            contact_s: counters.times.contact.as_secs_f64(),
+            total_s: counters.times.total().as_secs_f64(),
+        }
+    }
 }
 
 /// All ways, and what they were measured against.
@@ -173,6 +205,7 @@ impl Run {
             contact_us,
             total_us,
             error: self.error,
+            sums: Sums::new(&counters),
         }
     }
 }
