@@ -4,6 +4,8 @@
 
 pub mod compare;
 pub mod guesses;
+pub mod needs;
 pub mod starts;
 pub mod steps;
 pub mod stress;
+pub mod work;
