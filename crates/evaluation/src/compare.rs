@@ -211,7 +211,7 @@ impl Run {
 }
 
 /// What a step cost, by two readings: see [`Run::costs`].
-fn between(before: &Counters, after: &Counters) -> [f64; 10] {
+pub(crate) fn between(before: &Counters, after: &Counters) -> [f64; 10] {
     let us = |time: fn(&StageTimes) -> Duration| (time(&after.times) - time(&before.times)).as_secs_f64() * 1e6;
     let count = |count: fn(&Counters) -> u64| (count(after) - count(before)) as f64;
     [
@@ -229,7 +229,7 @@ fn between(before: &Counters, after: &Counters) -> [f64; 10] {
 }
 
 /// Median; zero where there is nothing.
-fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

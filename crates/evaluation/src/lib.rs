@@ -5,8 +5,10 @@
 
 pub mod compare;
 pub mod guesses;
+pub mod needs;
 pub mod paper;
 pub mod precision;
 pub mod starts;
 pub mod steps;
 pub mod stress;
+pub mod work;

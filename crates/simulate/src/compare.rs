@@ -28,7 +28,7 @@ pub(crate) const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];
 pub(crate) const PRECONDITIONERS: [PreconditionerKind; 3] =
     [PreconditionerKind::Raw, PreconditionerKind::Jacobi, PreconditionerKind::BlockJacobi];
 /// Guesses that are always shown.
-const OWN: [GuessKind; 10] = [
+const OWN: [GuessKind; 11] = [
     GuessKind::Zero,
     GuessKind::Previous,
     GuessKind::Linear,
@@ -39,6 +39,7 @@ const OWN: [GuessKind; 10] = [
     GuessKind::StepPrevious,
     GuessKind::StepLinear,
     GuessKind::StepQuadratic,
+    GuessKind::StepAdaptive,
 ];
 
 #[derive(Serialize)]

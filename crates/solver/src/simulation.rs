@@ -1,13 +1,12 @@
 //! Many connected sets of segments, stepped side by side: the entry point of this crate.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use rod::{Model, ModelError, State};
 use thiserror::Error;
 
-use crate::component::{Component, Members, split};
+use crate::component::{Alike, Component, Members, split, split_alike};
 use crate::counters::Counters;
 use crate::guess::InitialGuess;
 use crate::linear::solvers::SolverKind;
@@ -19,8 +18,6 @@ use crate::unit::{Group, Single, Unit};
 
 /// Rods that move side by side in one vector register.
 pub const GROUP: usize = 8;
-/// Fewer rods than this do not fill a group's lanes well enough.
-const SMALLEST_GROUP: usize = 3;
 /// Below this many segments in all, threads cost more than they bring.
 pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 
@@ -92,7 +89,7 @@ pub struct StepReport {
 
 impl Simulation {
     /// A simulation of `model` from `state`. Rods with the same connectivity are stepped in groups, one a lane, where
-    /// the solver is direct and no guess is asked for.
+    /// the solver is direct and no guess is made for any of them.
     ///
     /// # Errors
     /// If model, state or settings do not fit together.
@@ -103,40 +100,26 @@ impl Simulation {
         guess: Option<GuessFactory<'_>>,
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
-        let mut sets: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
-        let mut alike: Vec<(Arc<Topology>, Vec<Members>)> = Vec::new();
-        for (members, topology) in split(model) {
-            let key = (topology.joints.clone(), topology.fixed.clone());
-            let index = *sets.entry(key).or_insert_with(|| {
-                alike.push((Arc::new(topology), Vec::new()));
-                alike.len() - 1
-            });
-            alike[index].1.push(members);
-        }
         let touches = !model.contacts.is_empty();
-        let grouping = guess.is_none() && settings.solver == SolverKind::Direct && !touches;
+        let grouping = settings.solver == SolverKind::Direct && !touches;
         let mut units = Vec::new();
         let mut singles = Vec::new();
-        for (topology, sets) in alike {
-            let mut sets = sets.into_iter().peekable();
-            while sets.peek().is_some() {
-                let chunk: Vec<Members> = sets.by_ref().take(GROUP).collect();
-                if grouping && chunk.len() >= SMALLEST_GROUP && topology.elimination.is_some() {
-                    units.push(Unit::Group(Box::new(Group::new(model, state, &topology, chunk))));
-                    continue;
-                }
-                for members in chunk {
-                    let guess = guess.and_then(|factory| factory(model, &members, &topology));
-                    if let Some(guess) = &guess
-                        && guess.helps_steps()
-                        && !settings.step.formulation.momentum()
-                    {
-                        return Err(SimulationError::StepGuess(settings.step.formulation));
-                    }
-                    let component = Component::new(model, state, topology.clone(), &[&members]);
-                    let solver = settings.solver.build(model, &members, &topology)?;
-                    singles.push(Single::new(component, members, solver, guess));
-                }
+        for alike in split_alike(model) {
+            let guess_of = |members: &Members| guess.and_then(|factory| factory(model, members, &alike.topology));
+            let guesses: Vec<_> = alike.sets.iter().map(guess_of).collect();
+            let helps_steps = guesses.iter().flatten().any(|guess| guess.helps_steps());
+            if helps_steps && !settings.step.formulation.momentum() {
+                return Err(SimulationError::StepGuess(settings.step.formulation));
+            }
+            let Alike { topology, sets } = &alike;
+            if grouping && alike.fill_lanes() && guesses.iter().all(Option::is_none) {
+                units.push(Unit::Group(Box::new(Group::new(model, state, topology, sets.clone()))));
+                continue;
+            }
+            for (members, guess) in alike.sets.into_iter().zip(guesses) {
+                let component = Component::new(model, state, alike.topology.clone(), &[&members]);
+                let solver = settings.solver.build(model, &members, &alike.topology)?;
+                singles.push(Single::new(component, members, solver, guess));
             }
         }
         if touches {
@@ -180,8 +163,7 @@ impl Simulation {
         }
         let params = self.params;
         let interval = Interval { time: self.time, dt };
-        let parallel = self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1;
-        if parallel {
+        if self.shares_units() {
             self.units.par_iter_mut().for_each(|unit| unit.advance(interval, &params));
         } else {
             self.units.iter_mut().for_each(|unit| unit.advance(interval, &params));
@@ -189,6 +171,23 @@ impl Simulation {
         self.time += dt;
         let status = self.units.iter().map(Unit::status).max().unwrap_or(Status::Converged);
         Ok(StepReport { status })
+    }
+
+    /// Whether units are stepped side by side on several threads.
+    fn shares_units(&self) -> bool {
+        self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+    }
+
+    /// Threads that share a step: those of rayon's current pool where there is more than one piece to step and enough of
+    /// it, else 1.
+    pub fn threads(&self) -> usize {
+        let shares_sets = |unit: &Unit| matches!(unit, Unit::Touching(touching) if touching.is_parallel());
+        if self.shares_units() || self.units.iter().any(shares_sets) { rayon::current_num_threads() } else { 1 }
+    }
+
+    /// Number of connected sets that move in the lanes of vector registers.
+    pub fn in_lanes(&self) -> usize {
+        self.components() - self.singles().count()
     }
 
     /// Time since the start [s].

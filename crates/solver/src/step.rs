@@ -236,6 +236,7 @@ pub(crate) fn solve<T: Real>(
         guess.observe_solve(component, iteration);
         watch.mark(&mut counters.times.guess);
     }
+    component.solves += 1;
     counters.iterations += lanes;
     counters.segment_iterations += lanes * component.segments() as u64;
     count_solve(component, &info, lanes, solver.uses_start(), counters);

@@ -319,7 +319,8 @@ impl Touching {
         self.turns.iter().any(|turn| turn.attempt.start != Start::Prediction)
     }
 
-    fn is_parallel(&self) -> bool {
+    /// Whether sets are worked on side by side on several threads.
+    pub(crate) fn is_parallel(&self) -> bool {
         self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
     }
 

@@ -146,7 +146,8 @@ fn distance(a: &State, b: &State) -> f64 {
 
 const SOLVE_GUESSES: [GuessKind; 5] =
     [GuessKind::Previous, GuessKind::Linear, GuessKind::Quadratic, GuessKind::Fischer(8), GuessKind::Frozen];
-const STEP_GUESSES: [GuessKind; 3] = [GuessKind::StepPrevious, GuessKind::StepLinear, GuessKind::StepQuadratic];
+const STEP_GUESSES: [GuessKind; 4] =
+    [GuessKind::StepPrevious, GuessKind::StepLinear, GuessKind::StepQuadratic, GuessKind::StepAdaptive];
 
 #[test]
 fn guesses_of_solves_save_iterations_and_leave_the_motion_alone() {
@@ -180,8 +181,29 @@ fn guesses_of_steps_save_outer_iterations_and_leave_the_motion_alone() {
     }
     let best = run(GuessKind::StepQuadratic).1;
     assert!(10 * best.iterations < 9 * plain.iterations, "{} {}", best.iterations, plain.iterations);
-    assert_eq!(GuessKind::best_for(Formulation::Newton), GuessKind::StepQuadratic);
-    assert_eq!(GuessKind::best_for(Formulation::Xpbd), GuessKind::Zero);
+}
+
+/// The parabola where it saves iterations, and next to none where it does not; the motion is the same.
+#[test]
+fn the_adaptive_start_follows_the_cheaper_one() {
+    let swings = rod(3.0, 30, 0.05, material(1e5, 100.0));
+    let (mut model, state) = rod(3.0, 30, 0.05, material(1e6, 100.0));
+    model.damping = rod::Damping { linear: 20.0, angular: 20.0 };
+    for (scene, pays) in [(swings, true), ((model, state), false)] {
+        let run = |guess| simulated(&scene, SolverKind::Direct, Formulation::Newton, guess, &|_| DT);
+        let [(exact, zero), (_, parabola), (end, adaptive)] =
+            [GuessKind::Zero, GuessKind::StepQuadratic, GuessKind::StepAdaptive].map(run);
+        let saved = zero.iterations as f64 - parabola.iterations as f64;
+        assert_eq!(saved > 15.0, pays, "half an iteration a step: {saved}");
+        assert!(distance(&exact, &end) < 1e-5);
+        let tried = adaptive.guesses_used + adaptive.guesses_dropped;
+        if pays {
+            assert!(tried > 20, "{tried}");
+            assert!((zero.iterations - adaptive.iterations) as f64 > 0.6 * saved);
+        } else {
+            assert!(tried < 8, "{tried}");
+        }
+    }
 }
 
 #[test]

@@ -5,6 +5,13 @@ use crate::formulation::Formulation;
 use crate::kernel::lane::Real;
 use crate::system::Six;
 
+impl Component<f64> {
+    /// Whether contacts pressed on any body at the end of the last step. Known with a momentum residual alone.
+    pub(crate) fn is_pressed(&self) -> bool {
+        self.pushed.iter().any(|pushed| *pushed != Six::zero())
+    }
+}
+
 impl<T: Real> Component<T> {
     /// The corrections dp of `dlambda` alone, one entry a body: what the next update would do.
     pub(crate) fn corrections(&self, formulation: Formulation, out: &mut Vec<Six<T>>) {

@@ -33,6 +33,11 @@ impl StepExtrapolation {
         let values = vec![Six::zero(); size];
         Self { order, ring: Ring::new(size, order + 1), values, steps: 0, attempts: 0 }
     }
+
+    /// Counts an attempt at a step that begins elsewhere.
+    pub(crate) fn stand_back(&mut self) {
+        self.attempts += 1;
+    }
 }
 
 impl InitialGuess for StepExtrapolation {
