@@ -24,7 +24,11 @@ fn what_is_left_out_is_never_done() {
             assert!(done.is_empty(), "{}, {formulation}: {done:?}", known.name);
             let us = &needs.median_us;
             for (part, us) in [("drag", us.drag), ("contacts", us.contact), ("start", us.guess)] {
-                assert!(us == 0.0 || !left_out(&needs).contains(&part), "{}, {formulation}: {part} {us} us", known.name);
+                assert!(
+                    us == 0.0 || !left_out(&needs).contains(&part),
+                    "{}, {formulation}: {part} {us} us",
+                    known.name
+                );
             }
             assert_eq!(needs.steps, 2);
             assert!(us.total > 0.0 && us.predict > 0.0 && us.assemble > 0.0);

@@ -79,6 +79,15 @@ impl Guess {
         }
     }
 
+    /// The network, if it is one.
+    #[cfg(feature = "gn")]
+    pub fn network(&self) -> Option<&Network> {
+        match self {
+            Self::Learned(Learned::Network(network)) => Some(network),
+            _ => None,
+        }
+    }
+
     /// Whether it stays exactly in the plane of a planar scene without being asked to.
     pub fn knows_planes(&self) -> bool {
         match self {

@@ -1,5 +1,6 @@
 //! What is measured, cell by cell: kept in files, so that a report that was cut off goes on.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
@@ -39,6 +40,11 @@ pub(crate) trait Section {
 
     /// The section of the page.
     fn show(&self, context: &Context, cells: &[(&Self::Key, &Self::Value)]) -> Result<report::Section>;
+
+    /// What we measure where the paper says a number, by the names of [`evaluation::paper::claims`].
+    fn claims(&self, _: &Context, _: &[(&Self::Key, &Self::Value)]) -> Result<BTreeMap<String, String>> {
+        Ok(BTreeMap::new())
+    }
 }
 
 /// What a file is named by.
@@ -79,6 +85,8 @@ pub(crate) trait Job {
     fn run(&mut self, context: &Context, progress: &Progress) -> Result<bool>;
     /// The section of the page.
     fn show(&self, context: &Context) -> Result<report::Section>;
+    /// What we measure where the paper says a number.
+    fn claims(&self, context: &Context) -> Result<BTreeMap<String, String>>;
     /// Adds where its cells were measured.
     fn add_to(&self, provenance: &mut Provenance);
 }
@@ -97,6 +105,10 @@ struct Cell<S: Section> {
 impl<S: Section> Cells<S> {
     pub(crate) fn new(section: S) -> Self {
         Self { section, cells: Vec::new() }
+    }
+
+    fn measured(&self) -> Vec<(&S::Key, &S::Value)> {
+        self.cells.iter().filter_map(|cell| Some((&cell.key.cell, &cell.record.as_ref()?.value))).collect()
     }
 }
 
@@ -133,9 +145,11 @@ impl<S: Section> Job for Cells<S> {
     }
 
     fn show(&self, context: &Context) -> Result<report::Section> {
-        let measured = |cell: &'_ Cell<S>| Some((&cell.key.cell, &cell.record.as_ref()?.value));
-        let cells: Vec<_> = self.cells.iter().filter_map(measured).collect();
-        self.section.show(context, &cells)
+        self.section.show(context, &self.measured())
+    }
+
+    fn claims(&self, context: &Context) -> Result<BTreeMap<String, String>> {
+        self.section.claims(context, &self.measured())
     }
 
     fn add_to(&self, provenance: &mut Provenance) {

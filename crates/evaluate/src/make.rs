@@ -1,5 +1,6 @@
 //! The commands.
 
+use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::Path;
 
@@ -67,10 +68,13 @@ pub(crate) fn check(directory: &Path) -> Result<Outcome> {
 fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
     let mut provenance = Provenance::default();
     let mut sections = Vec::new();
+    let mut measured = BTreeMap::new();
     for job in jobs {
         job.add_to(&mut provenance);
         sections.push(job.show(context)?);
+        measured.extend(job.claims(context)?);
     }
+    sections.insert(0, sections::claims::section(context, measured)?);
     let minutes = provenance.seconds / 60.0;
     let mut conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
         .with("revision", provenance.revisions.join(", "))

@@ -22,11 +22,7 @@ pub(crate) fn per_cent(share: f64) -> String {
 }
 
 /// A curve of medians with a band of quartiles.
-pub(crate) fn band(
-    name: impl Into<String>,
-    values: impl Iterator<Item = (f64, Option<Spread>)>,
-    scale: f64,
-) -> Series {
+pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, Option<Spread>)>, scale: f64) -> Series {
     let point = |(x, spread): (f64, Option<Spread>)| {
         let spread = spread?;
         let band = Some([spread.lower * scale, spread.upper * scale]);

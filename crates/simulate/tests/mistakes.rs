@@ -19,7 +19,8 @@ fn error(arguments: &[&str]) -> String {
 #[test]
 fn flags() {
     let whole = "it must be a whole number from 0 to 18446744073709551615";
-    let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic, step-adaptive";
+    let guesses =
+        "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic, step-adaptive";
     let learned = |flag, guess| {
         format!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {guess}")
     };

@@ -167,7 +167,10 @@ fn the_solver_is_chosen_and_the_summary_says_why() {
     let [solver, guess, chosen] = run(&[]);
     assert_eq!((solver.as_str(), guess.as_str()), ("direct", "zero"));
     assert_eq!(run(&["--solver", "auto"]), [solver, guess, chosen.clone()]);
-    assert!(chosen.starts_with("solver direct: eliminating 1 chain costs less than iterating; guess zero: "), "{chosen}");
+    assert!(
+        chosen.starts_with("solver direct: eliminating 1 chain costs less than iterating; guess zero: "),
+        "{chosen}"
+    );
     assert!(run(&["tree-10"])[2].contains("1 tree"));
     assert!(run(&["net"])[2].contains("sparse Cholesky of 1 set with loops"));
     let [solver, guess, chosen] = run(&["--solver", "sparse"]);

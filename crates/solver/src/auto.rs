@@ -63,12 +63,7 @@ impl Choice {
     }
 
     /// The start of one connected set of segments: a [`crate::simulation::GuessFactory`].
-    pub fn build_guess(
-        &self,
-        model: &Model,
-        members: &Members,
-        topology: &Topology,
-    ) -> Option<Box<dyn InitialGuess>> {
+    pub fn build_guess(&self, model: &Model, members: &Members, topology: &Topology) -> Option<Box<dyn InitialGuess>> {
         if self.is_in_lane(members) { None } else { self.guess.build(model, members, topology) }
     }
 }

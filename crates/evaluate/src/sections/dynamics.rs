@@ -1,5 +1,7 @@
 //! The supplement's dynamic results (a) to (g): a guess must not change the motion.
 
+use std::collections::BTreeMap;
+
 use anyhow::{Context as _, Result};
 use dataset::Scenario;
 use evaluation::paper::motions::{self, Trace, agreement};
@@ -104,6 +106,15 @@ impl Section for Dynamics {
             conditions,
         }));
         Ok(page(blocks))
+    }
+
+    fn claims(&self, _: &Context, cells: &[(&Key, &Value)]) -> Result<BTreeMap<String, String>> {
+        let all: Vec<_> = cells.iter().map(|(_, value)| value.traces.clone()).collect();
+        let ways = agreement(&all);
+        let own = ways.iter().filter(|way| way.name.starts_with("gn") && !way.name.ends_with("end to end"));
+        let words = own.map(|way| format!("{} {}", way.name, number(way.distance))).collect::<Vec<_>>().join("; ");
+        let words = format!("largest distance of any segment from the direct solver's motion, relative to the length: {words}");
+        Ok([("dynamic-distance".to_owned(), words)].into())
     }
 }
 

@@ -1,5 +1,7 @@
 //! The paper's figure on long-term stability: the rod's length, end to end against a guess in the solver.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::paper::stability::{self, Curve, Worst};
@@ -74,6 +76,21 @@ impl Section for LongTerm {
         let all: Vec<_> = cells.iter().map(|(_, value)| value.curves.clone()).collect();
         let table = table(&stability::worst(&all), cells.len(), conditions);
         Ok(page(vec![Block::Paragraph(INTRODUCTION.to_owned()), Block::Figure(figure), Block::Table(table)]))
+    }
+
+    fn claims(&self, _: &Context, cells: &[(&Key, &Value)]) -> Result<BTreeMap<String, String>> {
+        let all: Vec<_> = cells.iter().map(|(_, value)| value.curves.clone()).collect();
+        let worst = stability::worst(&all);
+        let of = |is: &dyn Fn(&str) -> bool| {
+            let own = worst.iter().filter(|way| is(&way.name));
+            own.map(|way| format!("{} {}", way.name, number(way.largest_change))).collect::<Vec<_>>().join("; ")
+        };
+        let end_to_end = of(&|name| name.starts_with("gn") && name.ends_with("end to end"));
+        let guess = of(&|name| name.starts_with("gn") && !name.ends_with("end to end"));
+        let words = |what: String| format!("largest |l / l0 - 1|: {what}");
+        Ok([("stability-end-to-end", end_to_end), ("stability-guess", guess)]
+            .map(|(id, what)| (id.to_owned(), words(what)))
+            .into())
     }
 }
 

@@ -1,5 +1,7 @@
 //! What a scene needs: the cost of each stage, and what was left out.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use evaluation::needs::{self, Needs};
 use report::{Bar, BarChart, Block, Charts, Column, Figure, Section as PageSection, Table};
@@ -84,6 +86,16 @@ impl Section for Scenes {
         blocks.push(Block::Table(choices(cells, conditions.clone())));
         blocks.push(Block::Table(left_out(&default().copied().collect::<Vec<_>>(), conditions)));
         Ok(PageSection { id: Self::ID.to_owned(), title: "What a scene needs".to_owned(), blocks })
+    }
+
+    fn claims(&self, _: &Context, cells: &[(&Key, &Needs)]) -> Result<BTreeMap<String, String>> {
+        let is_largest_tree =
+            |(key, _): &&(&Key, &Needs)| key.scene == "tree-70" && key.formulation == Formulation::default().name();
+        let words = |(_, needs): &(&Key, &Needs)| {
+            let times = 1e6 * needs.dt_s / needs.median_us.total;
+            format!("{} times real time with {} segments", number(times), needs.segments)
+        };
+        Ok(cells.iter().find(is_largest_tree).map(|cell| ("trees-real-time".to_owned(), words(cell))).into_iter().collect())
     }
 }
 

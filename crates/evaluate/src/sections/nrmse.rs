@@ -1,5 +1,7 @@
 //! The supplement's comparison: error of the positions over time, of guesses and of predictions alone.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::guesses::Spread;
@@ -11,7 +13,7 @@ use solver::linear::precondition::PreconditionerKind;
 use crate::cells::Section;
 use crate::context::Context;
 use crate::sections::paper::{SEED, motion, solver, with_predictions};
-use crate::show::band;
+use crate::show::{band, number};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
@@ -78,6 +80,21 @@ impl Section for Nrmse {
                 .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-6 from guesses"),
         };
         Ok(page(vec![Block::Paragraph(INTRODUCTION.to_owned()), Block::Figure(figure)]))
+    }
+
+    fn claims(&self, _: &Context, cells: &[(&Key, &Value)]) -> Result<BTreeMap<String, String>> {
+        let mut words = [Vec::new(), Vec::new()];
+        for scenario in [Scenario::Rod, Scenario::Helix] {
+            let own = cells.iter().filter(|(key, _)| key.scenario == scenario);
+            let all: Vec<_> = own.map(|(_, value)| value.traces.clone()).collect();
+            for way in motions::agreement(&all).into_iter().skip(1) {
+                let last = way.last_nrmse.map_or("not finite".to_owned(), |spread| number(spread.median));
+                let is_end_to_end = way.name.ends_with("end to end");
+                words[usize::from(is_end_to_end)].push(format!("{scenario}, {}: {last}", way.name));
+            }
+        }
+        let [guess, end_to_end] = words.map(|words| format!("after the last frame, {}", words.join("; ")));
+        Ok([("nrmse-guess".to_owned(), guess), ("nrmse-end-to-end".to_owned(), end_to_end)].into())
     }
 }
 

@@ -1,6 +1,8 @@
 //! The paper's figure on performance: over the number of segments, and where else a guess may begin to pay, over
 //! stiffness and tolerance.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::guesses::Spread;
@@ -131,6 +133,57 @@ impl Section for Performance {
         }
         Ok(PageSection { id: Self::ID.to_owned(), title: "Performance".to_owned(), blocks })
     }
+
+    fn claims(&self, _: &Context, cells: &[(&Key, &Point)]) -> Result<BTreeMap<String, String>> {
+        let mut claims = BTreeMap::new();
+        for scenario in [Scenario::Rod, Scenario::Helix] {
+            let saved = paper_network(cells, scenario);
+            let (Some(first), Some(last)) = (saved.first(), saved.last()) else { continue };
+            let text = |saved: &Saved| format!("{} at N = {}", per_cent(saved.projection), saved.segments);
+            let all = saved.iter().map(text).collect::<Vec<_>>().join(", ");
+            claims.insert(format!("projection-{scenario}"), format!("raw 1e-4: {all}"));
+            let mut join = |id: &str, words: String| {
+                let words = format!("{scenario}: {words}");
+                let known = claims.entry(id.to_owned()).or_default();
+                *known = if known.is_empty() { words } else { format!("{known}; {words}") };
+            };
+            join("projection-growth", format!("{}, {}", text(first), text(last)));
+            join("projection-small", text(first));
+            let [_, highest] = scenario.ranges().get("segments").copied().unwrap_or([0.0, f64::INFINITY]);
+            let beyond: Vec<String> =
+                saved.iter().filter(|saved| saved.segments as f64 > highest).map(text).collect();
+            if !beyond.is_empty() {
+                join("projection-beyond", beyond.join(", "));
+            }
+            let total = |saved: &Saved| {
+                format!("N = {}: {} of the projection, {} of all", saved.segments, per_cent(saved.projection), per_cent(saved.total))
+            };
+            join("whole-converges", format!("{}; {}", total(first), total(last)));
+        }
+        Ok(claims)
+    }
+}
+
+/// Shares of time that the paper's network saves at one N: in the plane where rods have one.
+struct Saved {
+    segments: usize,
+    projection: f64,
+    total: f64,
+}
+
+/// Of all N, with the paper's solver.
+fn paper_network(cells: &[(&Key, &Point)], scenario: Scenario) -> Vec<Saved> {
+    let is_own = |name: &str| name == "gn" || name == "gn, planar";
+    let saved = |(key, point): &(&Key, &Point)| {
+        let Varied::Segments(segments) = key.varied else { return None };
+        if key.scenario != scenario || key.preconditioner != PreconditionerKind::Raw.name() {
+            return None;
+        }
+        let start = point.starts.iter().rfind(|start| is_own(&start.name))?;
+        let run = point.runs.iter().rfind(|run| is_own(&run.name))?;
+        Some(Saved { segments, projection: start.projection?.median, total: run.total?.median })
+    };
+    cells.iter().filter_map(saved).collect()
 }
 
 const INTRODUCTION: &str = "The paper's figure on performance: the ratio of iterations (its black curves), the time of \

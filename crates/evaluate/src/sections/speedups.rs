@@ -1,5 +1,7 @@
 //! The paper's total speed-ups: collisions, the knot, trees in wind.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::compare::Entry;
@@ -147,11 +149,11 @@ impl Section for Speedups {
         Ok(PageSection { id: Self::ID.to_owned(), title: "Collisions, knot and trees".to_owned(), blocks })
     }
 
-    fn claims(&self, cells: &[(&Key, &Value)]) -> Vec<(String, String)> {
+    fn claims(&self, _: &Context, cells: &[(&Key, &Value)]) -> Result<BTreeMap<String, String>> {
         let ids = [("helix-on-plane", "plane-total"), ("two-rods", "two-rods-total"), ("knot", "knot-total")];
         let ids = ids.map(|(scene, id)| (scene.to_owned(), id.to_owned())).into_iter();
         let trees = TREES.map(|(rods, _)| (format!("trees-{rods}"), format!("trees-{rods}-total"))).into_iter();
-        ids.chain(trees).map(|(scene, id)| (id, claim(cells, &scene))).collect()
+        Ok(ids.chain(trees).map(|(scene, id)| (id, claim(cells, &scene))).collect())
     }
 }
 

@@ -1,5 +1,7 @@
 //! The paper's figure on temporal evolution: iterations over the frames.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::guesses::Spread;
@@ -12,6 +14,7 @@ use solver::linear::precondition::PreconditionerKind;
 use crate::cells::Section;
 use crate::context::Context;
 use crate::sections::paper::{SEED, motion, solver, with_guesses};
+use crate::show::per_cent;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
@@ -83,6 +86,48 @@ impl Section for Temporal {
         }
         Ok(PageSection { id: Self::ID.to_owned(), title: "Temporal evolution".to_owned(), blocks })
     }
+
+    fn claims(&self, _: &Context, cells: &[(&Key, &Value)]) -> Result<BTreeMap<String, String>> {
+        let [rod, helix] = [Scenario::Rod, Scenario::Helix].map(|scenario| over_time(cells, scenario));
+        let text = |gain: &Gain| {
+            let Gain { iterations, time } = gain;
+            format!("{} of iterations, {} of time", per_cent(*iterations), per_cent(*time))
+        };
+        let mut claims = BTreeMap::new();
+        if let [Some(rod), Some(helix)] = [rod, helix] {
+            let both = |[early, late]: &[Gain; 2]| format!("frames 1 to 50: {}; beyond: {}", text(early), text(late));
+            claims.insert("temporal-helix-gain".to_owned(), format!("raw 1e-4, saved beyond frame 50: {}", text(&helix[1])));
+            claims.insert("temporal-rod-gain".to_owned(), format!("raw 1e-4, saved in {}", both(&rod)));
+            claims.insert("temporal-highest".to_owned(), format!("rod, {}; helix, {}", both(&rod), both(&helix)));
+            let words = format!("beyond frame 50, rod: {}; helix: {}", text(&rod[1]), text(&helix[1]));
+            claims.insert("temporal-order".to_owned(), words);
+        }
+        Ok(claims)
+    }
+}
+
+/// Shares saved by the paper's network, relative to zero.
+struct Gain {
+    iterations: f64,
+    time: f64,
+}
+
+/// With the paper's solver: in the training's frames, and beyond them.
+fn over_time(cells: &[(&Key, &Value)], scenario: Scenario) -> Option<[Gain; 2]> {
+    let (preconditioner, _) = SOLVERS[0];
+    let own = cells.iter().filter(|(key, _)| key.scenario == scenario && key.preconditioner == preconditioner.name());
+    let series: Vec<_> = own.map(|(_, value)| value.series.clone()).collect();
+    let curves = temporal::curves(&series, temporal::WINDOW);
+    let curve = curves.iter().rfind(|curve| curve.name == "gn" || curve.name == "gn, planar")?;
+    let saved = |spreads: &[Option<Spread>]| {
+        let means = spreads.iter().flatten().map(|spread| spread.mean);
+        Some(1.0 - Spread::of(means)?.mean)
+    };
+    let trained = (TRAINED as usize).min(curve.iterations.len());
+    let gain = |from: usize, to: usize| {
+        Some(Gain { iterations: saved(&curve.iterations[from..to])?, time: saved(&curve.time[from..to])? })
+    };
+    Some([gain(0, trained)?, gain(trained, curve.iterations.len())?])
 }
 
 /// Steps of a full simulation: four times the training data's.

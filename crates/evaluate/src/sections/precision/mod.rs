@@ -93,10 +93,9 @@ impl Section for Precision {
                     steps: context.size.pick(quick, full),
                     factors: context.size.pick(&[][..], course.factors).to_vec(),
                     levels: levels(spec, context.size),
-                    budget: context.size.pick(
-                        Budget { seconds: 0.1, repetitions: 2 },
-                        Budget { seconds: 2.0, repetitions: 5 },
-                    ),
+                    budget: context
+                        .size
+                        .pick(Budget { seconds: 0.1, repetitions: 2 }, Budget { seconds: 2.0, repetitions: 5 }),
                 });
             }
         }

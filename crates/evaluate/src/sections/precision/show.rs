@@ -94,7 +94,8 @@ fn chart_of(curve: &Curve) -> Vec<&'static str> {
 }
 
 const OTHERS: &str = "direct solves, formulations, end to end";
-const CG_CHARTS: [&str; 3] = ["conjugate gradients, raw", "conjugate gradients, Jacobi", "conjugate gradients, block-Jacobi"];
+const CG_CHARTS: [&str; 3] =
+    ["conjugate gradients, raw", "conjugate gradients, Jacobi", "conjugate gradients, block-Jacobi"];
 /// The direct solver in the same formulation.
 const RIVAL: &str = "xpbd, direct";
 
@@ -170,12 +171,19 @@ fn table(context: &Context, sheet: &Sheet<'_>) -> Option<Table> {
         let rival = winner.rival.map_or(Cell::muted("-"), |rival| rival.way.into());
         let lead = winner.lead.map_or("-".to_owned(), |lead| format!("{lead:.2}"));
         let time = format!("{:.3}", 1e3 * fastest.time * sheet.yardstick);
-        rows.push(vec![format!("{:e}", winner.error).into(), Cell::strong(fastest.way), time.into(), rival, lead.into()]);
+        rows.push(vec![
+            format!("{:e}", winner.error).into(),
+            Cell::strong(fastest.way),
+            time.into(),
+            rival,
+            lead.into(),
+        ]);
     }
     Some(Table {
         id: format!("winners-{}", sheet.scene),
         title: format!("{}: the fastest way at each error", sheet.scene),
-        caption: "The rival is the fastest way of another kind; the lead is its time over the fastest one's.".to_owned(),
+        caption: "The rival is the fastest way of another kind; the lead is its time over the fastest one's."
+            .to_owned(),
         columns: vec![
             Column::number("error"),
             Column::text("fastest"),
@@ -222,9 +230,10 @@ fn overview(context: &Context, sheets: &[Sheet<'_>]) -> Table {
     Table {
         id: "precision-overview".to_owned(),
         title: "What a learned guess is worth, at equal error".to_owned(),
-        caption: "Time of the fastest conjugate gradients from a learned guess over that of the fastest without one, and \
+        caption:
+            "Time of the fastest conjugate gradients from a learned guess over that of the fastest without one, and \
                   over the fastest direct solve's. Below 1 the learned guess pays; these cells are bold."
-            .to_owned(),
+                .to_owned(),
         columns: vec![
             Column::text("scene"),
             Column::number("error"),
