@@ -3,6 +3,7 @@
 //!
 //! This crate runs simulations and measures them. It knows no network (guesses come as factories) and prints nothing.
 
+pub mod ablation;
 pub mod compare;
 pub mod guesses;
 pub mod needs;
