@@ -28,7 +28,7 @@ pub(super) fn draw(chart: &HeatMap, size: Size) -> Drawing {
     let cell = (numbers + 14.0).max(words + 8.0).max(3.2 * font);
     let heads: Vec<_> = chart.columns.iter().map(|name| wrap(name, font, cell - 8.0)).collect();
     let right = left + cell * chart.columns.len() as f64;
-    let wide = right.max(BAR.0 + 12.0 * font);
+    let wide = right.max(left + BAR.0 + 10.0 * font);
 
     let mut svg = Xml::default();
     let mut top = paragraph(&mut svg, &chart.title, [0.0, 0.0], wide, font, "head");
@@ -83,7 +83,7 @@ pub(super) fn draw(chart: &HeatMap, size: Size) -> Drawing {
     if chart.values.iter().flatten().all(Option::is_none) {
         top = paragraph(&mut svg, "no data", [0.0, top + 4.0], wide, font, "small");
     }
-    let height = colours.explain(&mut svg, chart, [left, top + 10.0], font) + 4.0;
+    let height = colours.explain(&mut svg, [left, top + 10.0], wide - left, font) + 4.0;
     Drawing { width: wide + 1.0, height, font, label: chart.description(), body: svg.finish() }
 }
 
@@ -136,10 +136,11 @@ impl<'a> Colours<'a> {
         }
     }
 
-    /// Draws a bar of all colours with the values at its ends and what they are; returns its bottom.
-    fn explain(&self, svg: &mut Xml, chart: &HeatMap, [x, y]: [f64; 2], font: f64) -> f64 {
+    /// Draws a bar of all colours with the values at its ends and what they are, in `room` \[px\]; returns its bottom.
+    fn explain(&self, svg: &mut Xml, [x, y]: [f64; 2], room: f64, font: f64) -> f64 {
+        let chart = self.chart;
         let Some([low, high]) = self.ends.filter(|[low, high]| high > low) else {
-            return paragraph(svg, &chart.value_label, [x, y], f64::INFINITY, font, "small");
+            return paragraph(svg, &chart.value_label, [x, y], room, font, "small");
         };
         let (length, steps) = BAR;
         let step = length / f64::from(steps);
@@ -186,6 +187,6 @@ impl<'a> Colours<'a> {
             );
             bottom += LINE * font;
         }
-        paragraph(svg, &chart.value_label, [x, bottom], f64::INFINITY, font, "small")
+        paragraph(svg, &chart.value_label, [x, bottom], room, font, "small")
     }
 }
