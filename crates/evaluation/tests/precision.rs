@@ -24,7 +24,7 @@ const ROD: &str = "[[rods]]\nclamp = [\"start-segment\"]\nshape.straight = { len
 /// A rod of ten segments that falls, 20 steps.
 fn rod(formulations: &[Formulation]) -> Problem {
     let scene = scene::parse(ROD, "rod.toml").unwrap();
-    Problem::new("rod", (scene.model, scene.state), (0.02, 20), formulations).unwrap()
+    Problem::new("rod", (scene.model, scene.state), (0.02, 20), formulations, || true).unwrap().unwrap()
 }
 
 fn refined_rod(factor: usize) -> Refined {
@@ -212,7 +212,7 @@ fn predictions_in_the_place_of_solves_are_a_way() {
 /// Position error at the end of each refinement against the next.
 fn differences(name: &str, steps: usize, factors: &[usize]) -> Vec<f64> {
     let scene = scene::builtin(name).unwrap();
-    let problem = Problem::new(name, (scene.model, scene.state), (scene.run.dt, steps), &[]).unwrap();
+    let problem = Problem::new(name, (scene.model, scene.state), (scene.run.dt, steps), &[], || true).unwrap().unwrap();
     let converged = problem.converge(&refined(name, factors), || true).unwrap().unwrap();
     assert_eq!((converged.status.as_str(), converged.first_contact), ("converged", None));
     assert_eq!(converged.frames.len(), problem.samples.len());

@@ -32,7 +32,7 @@ pub struct Problem {
 
 impl Problem {
     /// A problem with exact references of `formulations`, and without a converged one. The first formulation's contacts
-    /// say where the samples lie.
+    /// say where the samples lie. After each step of each reference `go_on()` says whether to go on; `None` if not.
     ///
     /// # Errors
     /// If model and state do not fit together, or `dt` [s] is not finite and positive.
@@ -41,9 +41,15 @@ impl Problem {
         (model, state): (Model, State),
         (dt, steps): (f64, usize),
         formulations: &[Formulation],
-    ) -> Result<Self, SimulationError> {
-        let all = |&formulation: &Formulation| Exact::of_all_steps(&model, &state, (dt, steps), formulation);
-        let mut exact = formulations.iter().map(all).collect::<Result<Vec<_>, _>>()?;
+        mut go_on: impl FnMut() -> bool,
+    ) -> Result<Option<Self>, SimulationError> {
+        let mut exact = Vec::with_capacity(formulations.len());
+        for &formulation in formulations {
+            match Exact::of_all_steps(&model, &state, (dt, steps), formulation, &mut go_on)? {
+                Some(reference) => exact.push(reference),
+                None => return Ok(None),
+            }
+        }
         let samples = sample_steps(steps, exact.first().and_then(|exact| exact.first_contact));
         for exact in &mut exact {
             let mut step = 0;
@@ -52,7 +58,7 @@ impl Problem {
                 samples.contains(&step)
             });
         }
-        Ok(Self { scene: scene.into(), model, state, dt, steps, samples, exact, converged: None })
+        Ok(Some(Self { scene: scene.into(), model, state, dt, steps, samples, exact, converged: None }))
     }
 
     /// The reference of the same formulation, if there is one.
