@@ -59,13 +59,14 @@ pub struct Row {
     /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
     /// the rods' mean length. Contacts take the smallest differences apart: see [`Comparison::first_contact`].
     pub error: f64,
-    /// Sums over the steps.
-    pub sums: Sums,
+    /// What each step came to.
+    #[serde(skip)]
+    pub by_step: Vec<Cost>,
 }
 
-/// What the steps of a run came to together.
+/// What a step, or several, came to, over all connected sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
+pub struct Cost {
     /// Outer iterations.
     pub iterations: u64,
     /// Iterations of the linear solver.
@@ -78,19 +79,6 @@ pub struct Sums {
     pub contact_s: f64,
     /// Wall time of all stages [s].
     pub total_s: f64,
-}
-
-impl Sums {
-    fn new(counters: &Counters) -> Self {
-        Self {
-            iterations: counters.iterations,
-            linear_iterations: counters.linear_iterations,
-            guess_s: counters.times.guess.as_secs_f64(),
-            solve_s: counters.times.solve.as_secs_f64(),
-            contact_s: counters.times.contact.as_secs_f64(),
-            total_s: counters.times.total().as_secs_f64(),
-        }
-    }
 }
 
 /// All ways, and what they were measured against.
@@ -205,7 +193,7 @@ impl Run {
             contact_us,
             total_us,
             error: self.error,
-            sums: Sums::new(&counters),
+            by_step: self.costs.iter().map(cost).collect(),
         }
     }
 }
@@ -226,6 +214,19 @@ pub(crate) fn between(before: &Counters, after: &Counters) -> [f64; 10] {
         count(|counters| counters.iterations),
         count(|counters| counters.linear_iterations),
     ]
+}
+
+/// A step's costs that are told one by one.
+fn cost(&[_, _, guess_us, _, solve_us, _, contact_us, total_us, iterations, linear_iterations]: &[f64; 10]) -> Cost {
+    Cost {
+        // Whole numbers, exact in an f64.
+        iterations: iterations as u64,
+        linear_iterations: linear_iterations as u64,
+        guess_s: 1e-6 * guess_us,
+        solve_s: 1e-6 * solve_us,
+        contact_s: 1e-6 * contact_us,
+        total_s: 1e-6 * total_us,
+    }
 }
 
 /// Median; zero where there is nothing.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::speedup::{Cost, Run};
+use super::speedup::{Run, Way};
 use crate::guesses::Spread;
 
 /// A guess against another way to simulate the same scenes.
@@ -27,7 +27,7 @@ pub fn steps(training_s: f64, saved_s: f64) -> Option<u64> {
 /// which one of the two was given up are left out.
 pub fn against(training_s: f64, runs: &[Run], guess: &str) -> Vec<BreakEven> {
     let find = |run: &Run, name: &str| -> Option<f64> {
-        let is_it = |way: &&Cost| way.name == name && way.given_up.is_none();
+        let is_it = |way: &&Way| way.name == name && way.given_up.is_none();
         run.ways.iter().find(is_it).map(|way| way.sums.total_s / run.steps as f64)
     };
     let others = runs.iter().flat_map(|run| run.ways.iter()).map(|way| way.name.as_str());
@@ -52,7 +52,7 @@ pub fn against(training_s: f64, runs: &[Run], guess: &str) -> Vec<BreakEven> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Sums;
+    use crate::compare::Cost;
 
     #[test]
     fn a_training_pays_only_where_time_is_saved() {
@@ -65,11 +65,11 @@ mod tests {
 
     #[test]
     fn a_guess_is_held_against_every_other_way() {
-        let way = |name: &str, total_s| Cost {
+        let way = |name: &str, total_s| Way {
             name: name.to_owned(),
             status: "converged".to_owned(),
             given_up: None,
-            sums: Sums { total_s, ..Sums::default() },
+            sums: Cost { total_s, ..Cost::default() },
             error: None,
         };
         let run = |net: f64| Run {

@@ -17,6 +17,9 @@
 //! A *speed-up* is the share of time saved, `(t0 - t1) / t0`, where t0 is the time of conjugate gradients from zero:
 //! 0.5 is twice as fast, and a loss is negative. The paper does not define its per cent; its "up to 50 %" and its ratio of
 //! iterations read like this. Times of a guess are all of its times: features, inference, guards, and what it learns.
+//!
+//! A step does the same work each time it is repeated, so that of its repeats the quickest counts ([`REPEATS`]): what other
+//! programs take of a processor in a millisecond is more than most steps.
 
 pub mod break_even;
 pub mod claims;
@@ -24,6 +27,7 @@ pub mod motions;
 pub mod performance;
 pub mod speedup;
 pub mod stability;
+mod systems;
 pub mod temporal;
 mod ways;
 
@@ -44,6 +48,9 @@ pub const ZERO: &str = "zero";
 pub const FISCHER: &str = "fischer";
 /// Name of the direct solver, the strongest rival of all.
 pub const DIRECT: &str = "direct";
+
+/// How often times are measured in full.
+pub const REPEATS: usize = 3;
 
 /// A scene and how long it moves.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Performance over the number of segments N (paper, section 4, figure on performance).
 //!
 //! Two readings of one simulation. On the *same systems*, those of the exact motion's first outer iterations
-//! ([`starts::run`]), each start's iterations and times differ by the start alone: the paper's ratio of iterations, its
+//! ([`crate::starts::run`]), each start's iterations and times differ by the start alone: the paper's ratio of iterations, its
 //! ratio of inference to vanilla CG's time, and its speed-up of the constraint projection. *Whole runs* in lockstep to the
 //! same tolerance ([`speedup::measure`]) give the speed-up of the entire simulation, with the error of each.
 //!
@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use super::speedup::{self, Run, Speedup, speedups};
-use super::{CgSolver, DIRECT, Motion, NamedGuess, saved, starts};
+use super::{CgSolver, DIRECT, Motion, NamedGuess, saved, starts, systems};
 use crate::compare::Entry;
 use crate::guesses::Spread;
-use crate::starts::{self, Plan, Tally};
+use crate::starts::Tally;
 
 /// Simulations of a point of the figure (paper: averaged over 50).
 pub const SIMULATIONS: usize = 50;
@@ -58,8 +58,8 @@ pub struct Start {
     pub tally: Tally,
 }
 
-/// Simulates twice, once for either reading; after each step, `2 motion.steps` in all, `progress()` says whether to go
-/// on. `None` where it said stop.
+/// Simulates for either reading, `repeats` times each; after each step, `2 repeats motion.steps` in all, `progress()` says
+/// whether to go on. `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or the settings are not valid.
@@ -67,31 +67,17 @@ pub fn measure(
     motion: &Motion<'_>,
     solver: &CgSolver,
     guesses: &[NamedGuess<'_>],
+    repeats: usize,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Cell>, SimulationError> {
-    let plan = Plan {
-        guesses: starts(guesses),
-        preconditioners: vec![solver.cg.preconditioner],
-        tolerances: vec![solver.cg.tolerance],
-        max_iterations: solver.cg.max_iterations,
-        buckets: vec![Some(0); motion.steps],
-    };
-    let mut go_on = true;
-    let time = (motion.dt, motion.steps);
-    let measured = starts::run(motion.model, motion.state, time, &solver.direct(), &plan, |_, _| {
-        go_on = progress();
-        go_on
-    })?;
-    if !go_on {
-        return Ok(None);
-    }
-    let entry = |(name, guess): &(String, _)| Entry { name: name.clone(), settings: solver.settings(), guess: *guess };
+    let Some(mut ways) = systems::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
+    let direct_s = ways.pop().map_or(0.0, |(_, tallies)| systems::sum(&tallies).solve_s);
+    let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
     let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
-    let entries: Vec<Entry<'_>> = plan.guesses.iter().map(entry).chain([direct]).collect();
-    let Some(runs) = speedup::measure(motion, &entries, progress)? else { return Ok(None) };
-    let start = |(g, (name, _)): (usize, &(String, _))| Start { name: name.clone(), tally: measured.tally(0, g, 0) };
-    let starts = plan.guesses.iter().enumerate().map(start).collect();
-    Ok(Some(Cell { starts, direct_s: measured.direct(0).solve_s, runs }))
+    let entries: Vec<Entry<'_>> = starts(guesses).into_iter().map(entry).chain([direct]).collect();
+    let Some(runs) = speedup::measure(motion, &entries, repeats, progress)? else { return Ok(None) };
+    let start = |(name, tallies): (String, Vec<Tally>)| Start { name, tally: systems::sum(&tallies) };
+    Ok(Some(Cell { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
 }
 
 /// A point of the figure: all simulations of one N.
@@ -182,12 +168,12 @@ mod tests {
         let scene = bending(6);
         let guesses = [("net".to_owned(), &quadratic as _)];
         let mut ticks = 0;
-        let cell = measure(&motion(&scene, 8), &CG, &guesses, || {
+        let cell = measure(&motion(&scene, 8), &CG, &guesses, 2, || {
             ticks += 1;
             true
         });
         let cell = cell.unwrap().unwrap();
-        assert_eq!(ticks, 16);
+        assert_eq!(ticks, 32);
         assert_eq!(stored(&cell), cell);
         let names: Vec<&str> = cell.starts.iter().map(|start| start.name.as_str()).collect();
         assert_eq!(names, ["zero", "net", "fischer"]);
@@ -199,6 +185,6 @@ mod tests {
         // A smooth motion's parabola helps, and the direct solver has no linear iterations.
         assert!(point.starts[1].iteration_ratio.unwrap().median < 1.0);
         assert_eq!(point.runs[3].iteration_ratio.unwrap().median, 0.0);
-        assert!(measure(&motion(&scene, 8), &CG, &guesses, || false).unwrap().is_none());
+        assert!(measure(&motion(&scene, 8), &CG, &guesses, 2, || false).unwrap().is_none());
     }
 }

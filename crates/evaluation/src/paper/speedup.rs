@@ -10,7 +10,7 @@ use solver::simulation::SimulationError;
 use solver::step::Status;
 
 use super::{Motion, saved};
-use crate::compare::{self, Entry, Sums};
+use crate::compare::{self, Comparison, Cost, Entry, Row};
 use crate::guesses::Spread;
 
 /// Topologies of a size of trees (paper, section 4).
@@ -28,25 +28,25 @@ pub struct Run {
     /// The first step of the reference with a contact, after which errors tell chaos from accuracy no more.
     pub first_contact: Option<usize>,
     /// What each way came to, in the order of the entries.
-    pub ways: Vec<Cost>,
+    pub ways: Vec<Way>,
 }
 
 /// What a way came to in one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cost {
+pub struct Way {
     /// Name of the way.
     pub name: String,
     /// Worst status of any step.
     pub status: String,
     /// The step in which it was given up, because its linear solver had run out of iterations.
     pub given_up: Option<usize>,
-    /// Iterations and times of all steps.
-    pub sums: Sums,
+    /// Iterations and times, summed over the steps; of each step the quickest repeat.
+    pub sums: Cost,
     /// Largest error of any step's positions, relative to the rods' mean length; `None` if not finite.
     pub error: Option<f64>,
 }
 
-impl Cost {
+impl Way {
     /// Time of the constraint projection [s]: linear solves and guesses.
     pub fn projection_s(&self) -> f64 {
         self.sums.solve_s + self.sums.guess_s
@@ -58,35 +58,68 @@ impl Cost {
     }
 }
 
-/// Runs the scene in all ways; the first is what the others are compared to. `progress()` says after each step whether to
-/// go on; `None` where it said stop.
+/// Runs the scene in all ways, `repeats` times; the first way is what the others are compared to. After each step of each
+/// repeat `progress()` says whether to go on; `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or an entry is not valid.
 pub fn measure(
     motion: &Motion<'_>,
     entries: &[Entry<'_>],
+    repeats: usize,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Run>, SimulationError> {
-    let mut go_on = true;
-    let comparison = compare::run(motion.model, motion.state, motion.dt, motion.steps, entries, |_| {
-        go_on = progress();
-        go_on
-    })?;
-    let cost = |row: compare::Row| Cost {
+    let mut quietest: Option<Comparison> = None;
+    for _ in 0..repeats.max(1) {
+        let mut go_on = true;
+        let comparison = compare::run(motion.model, motion.state, motion.dt, motion.steps, entries, |_| {
+            go_on = progress();
+            go_on
+        })?;
+        if !go_on {
+            return Ok(None);
+        }
+        match &mut quietest {
+            Some(quietest) => take_quicker(quietest, &comparison),
+            None => quietest = Some(comparison),
+        }
+    }
+    let way = |row: Row| Way {
         name: row.name,
         status: row.status.to_owned(),
         given_up: row.given_up,
-        sums: row.sums,
+        sums: sum(&row.by_step),
         error: Some(row.error).filter(|error| error.is_finite()),
     };
-    Ok(go_on.then(|| Run {
+    Ok(quietest.map(|comparison| Run {
         steps: comparison.steps,
         segments: motion.model.segments.len(),
         reference_status: comparison.reference_status.to_owned(),
         first_contact: comparison.first_contact,
-        ways: comparison.rows.into_iter().map(cost).collect(),
+        ways: comparison.rows.into_iter().map(way).collect(),
     }))
+}
+
+/// Takes the steps that were quicker in a repeat. They are compared as wholes, so that their parts go together.
+fn take_quicker(quietest: &mut Comparison, repeat: &Comparison) {
+    for (row, again) in quietest.rows.iter_mut().zip(&repeat.rows) {
+        for (step, again) in row.by_step.iter_mut().zip(&again.by_step) {
+            if again.total_s < step.total_s {
+                *step = *again;
+            }
+        }
+    }
+}
+
+fn sum(steps: &[Cost]) -> Cost {
+    steps.iter().fold(Cost::default(), |sum, step| Cost {
+        iterations: sum.iterations + step.iterations,
+        linear_iterations: sum.linear_iterations + step.linear_iterations,
+        guess_s: sum.guess_s + step.guess_s,
+        solve_s: sum.solve_s + step.solve_s,
+        contact_s: sum.contact_s + step.contact_s,
+        total_s: sum.total_s + step.total_s,
+    })
 }
 
 /// A way over several runs, relative to the first way of each.
@@ -126,7 +159,7 @@ pub fn speedups(runs: &[Run]) -> Vec<Speedup> {
 
 fn speedup(runs: &[Run], way: usize) -> Speedup {
     let pairs = || runs.iter().filter_map(|run| Some((run, run.ways.first()?, run.ways.get(way)?)));
-    let spread = |value: &dyn Fn(&Run, &Cost, &Cost) -> f64| {
+    let spread = |value: &dyn Fn(&Run, &Way, &Way) -> f64| {
         let complete = pairs().filter(|(_, base, own)| base.given_up.is_none() && own.given_up.is_none());
         Spread::of(complete.map(|(run, base, own)| value(run, base, own)))
     };
@@ -152,23 +185,23 @@ mod tests {
     use super::super::example::{CG, bending, motion, quadratic, stored};
     use super::*;
 
-    fn cost(name: &str, linear_iterations: u64, [guess_s, solve_s, total_s]: [f64; 3]) -> Cost {
-        Cost {
+    fn way(name: &str, linear_iterations: u64, [guess_s, solve_s, total_s]: [f64; 3]) -> Way {
+        Way {
             name: name.to_owned(),
             status: Status::Converged.name().to_owned(),
             given_up: None,
-            sums: Sums { iterations: 10, linear_iterations, guess_s, solve_s, contact_s: 0.5, total_s },
+            sums: Cost { iterations: 10, linear_iterations, guess_s, solve_s, contact_s: 0.5, total_s },
             error: Some(1e-6),
         }
     }
 
-    fn run_of(ways: Vec<Cost>) -> Run {
+    fn run_of(ways: Vec<Way>) -> Run {
         Run { steps: 100, segments: 5, reference_status: "converged".to_owned(), first_contact: None, ways }
     }
 
     #[test]
     fn shares_of_time_are_told_relative_to_the_first_way() {
-        let run = |total: f64| run_of(vec![cost("zero", 200, [0.0, 4.0, 5.0]), cost("net", 100, [1.0, 2.0, total])]);
+        let run = |total: f64| run_of(vec![way("zero", 200, [0.0, 4.0, 5.0]), way("net", 100, [1.0, 2.0, total])]);
         let mut failed = run(1.0);
         failed.ways[1].given_up = Some(3);
         failed.ways[1].status = Status::OutOfIterations.name().to_owned();
@@ -187,11 +220,27 @@ mod tests {
     }
 
     #[test]
+    fn of_each_step_the_quickest_repeat_counts() {
+        let comparison = |times: [f64; 3]| {
+            let cost = |total_s: f64| Cost { iterations: 2, guess_s: 0.5 * total_s, total_s, ..Cost::default() };
+            let scene = bending(3);
+            let entry = Entry { name: "zero".to_owned(), settings: CG.direct(), guess: None };
+            let mut comparison = compare::run(&scene.model, &scene.state, 0.02, 1, &[entry], |_| true).unwrap();
+            comparison.rows[0].by_step = times.map(cost).into();
+            comparison
+        };
+        let mut quietest = comparison([1.0, 9.0, 2.0]);
+        take_quicker(&mut quietest, &comparison([2.0, 3.0, 8.0]));
+        let sum = sum(&quietest.rows[0].by_step);
+        assert_eq!((sum.iterations, sum.total_s, sum.guess_s), (6, 6.0, 3.0));
+    }
+
+    #[test]
     fn a_run_counts_and_can_be_stored() {
         let scene = bending(6);
         let entry = |name: &str, guess| Entry { name: name.to_owned(), settings: CG.settings(), guess };
         let entries = [entry("zero", None), entry("parabola", Some(&quadratic as _))];
-        let measured = || measure(&motion(&scene, 5), &entries, || true).unwrap().unwrap();
+        let measured = || measure(&motion(&scene, 5), &entries, 2, || true).unwrap().unwrap();
         let (run, again) = (measured(), measured());
         assert_eq!(stored(&run), run);
         assert_eq!((run.steps, run.segments, run.first_contact), (5, 6, None));
@@ -201,7 +250,7 @@ mod tests {
             assert!(way.projection_s() < way.sums.total_s && way.sums.linear_iterations > 5);
         }
         let mut steps = 0;
-        let stopped = measure(&motion(&scene, 5), &entries, || {
+        let stopped = measure(&motion(&scene, 5), &entries, 2, || {
             steps += 1;
             steps < 2
         });

@@ -1,15 +1,15 @@
 //! Iterations and times over the steps of a simulation (paper, section 4, figure on temporal evolution).
 //!
 //! At each step all starts are held against each other on the same system, the first outer iteration's of the exact
-//! motion ([`starts::run`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
+//! motion ([`crate::starts::run`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
 
 use scene::sampling::{Family, Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
-use super::{CgSolver, DIRECT, Motion, NamedGuess, starts};
+use super::{CgSolver, Motion, NamedGuess, systems};
 use crate::guesses::Spread;
-use crate::starts::{self, Plan, Tally};
+use crate::starts::Tally;
 
 /// Simulations of the figure (paper: averaged over 20).
 pub const SIMULATIONS: usize = 20;
@@ -60,7 +60,7 @@ pub struct Series {
     pub time_s: Vec<f64>,
 }
 
-/// Simulates and measures; after each step `progress()` says whether to go on. `None` where it said stop.
+/// Simulates and measures, `repeats` times; after each step of each repeat `progress()` says whether to go on. `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or the settings are not valid.
@@ -68,29 +68,16 @@ pub fn measure(
     motion: &Motion<'_>,
     solver: &CgSolver,
     guesses: &[NamedGuess<'_>],
+    repeats: usize,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Cell>, SimulationError> {
-    let plan = Plan {
-        guesses: starts(guesses),
-        preconditioners: vec![solver.cg.preconditioner],
-        tolerances: vec![solver.cg.tolerance],
-        max_iterations: solver.cg.max_iterations,
-        buckets: (0..motion.steps).map(Some).collect(),
+    let ways = systems::measure(motion, solver, guesses, repeats, &mut progress)?;
+    let series = |(name, tallies): (String, Vec<Tally>)| Series {
+        name,
+        iterations: tallies.iter().map(|tally| tally.iterations).collect(),
+        time_s: tallies.iter().map(|tally| tally.solve_s + tally.guess_s).collect(),
     };
-    let mut go_on = true;
-    let time = (motion.dt, motion.steps);
-    let measured = starts::run(motion.model, motion.state, time, &solver.direct(), &plan, |_, _| {
-        go_on = progress();
-        go_on
-    })?;
-    let series = |name: &str, tally: &dyn Fn(usize) -> Tally| Series {
-        name: name.to_owned(),
-        iterations: (0..motion.steps).map(|step| tally(step).iterations).collect(),
-        time_s: (0..motion.steps).map(|step| tally(step).solve_s + tally(step).guess_s).collect(),
-    };
-    let of_guess = |(g, (name, _)): (usize, &(String, _))| series(name, &|step| measured.tally(step, g, 0));
-    let direct = series(DIRECT, &|step| measured.direct(step));
-    Ok(go_on.then(|| plan.guesses.iter().enumerate().map(of_guess).chain([direct]).collect()))
+    Ok(ways.map(|ways| ways.into_iter().map(series).collect()))
 }
 
 /// A curve of the figure: a start over all simulations, relative to the zero start of each, smoothed.
@@ -181,7 +168,7 @@ mod tests {
     fn every_step_of_every_start_is_told() {
         let scene = bending(6);
         let guesses = [("net".to_owned(), &quadratic as _)];
-        let cell = measure(&motion(&scene, 12), &CG, &guesses, || true).unwrap().unwrap();
+        let cell = measure(&motion(&scene, 12), &CG, &guesses, 2, || true).unwrap().unwrap();
         assert_eq!(stored(&cell), cell);
         let names: Vec<&str> = cell.iter().map(|series| series.name.as_str()).collect();
         assert_eq!(names, ["zero", "net", "fischer", "direct"]);
