@@ -4,7 +4,8 @@
 //! of it is on the disk ([`write_atomically`]). A trajectory may be larger than memory: [`TrajectoryWriter`] spools its
 //! frames to the disk while the simulation runs, and [`TrajectoryReader`] reads one frame at a time.
 //!
-//! Text that must not change unseen is sealed: TOML with its checksum in front ([`seal`], [`unseal`]).
+//! Text that must not change unseen is sealed: TOML with its checksum in front ([`seal`], [`unseal`]). Results that took
+//! long are sealed in files named by what they depend on ([`Results`]).
 //!
 //! This crate sees states and segments of the crate `rod`. It knows no solver and no scene file.
 
@@ -12,7 +13,9 @@ mod centreline;
 mod error;
 mod file;
 mod layout;
+mod machine;
 mod reader;
+mod results;
 mod revision;
 mod sealed;
 mod snapshots;
@@ -23,7 +26,9 @@ pub use centreline::write_centreline;
 pub use error::ExportError;
 pub use file::{write_atomically, write_json};
 pub use layout::TrajectoryInfo;
+pub use machine::machine;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
+pub use results::{Results, ResultsError, Stored};
 pub use revision::git_revision;
 pub use sealed::{SealedError, seal, unseal};
 pub use snapshots::write_snapshots;

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use catalogue::{GuessName, Sources};
 use clap::{Args, Parser, Subcommand};
 use dataset::Scenario;
 use solver::formulation::{ContactProjection, Formulation};
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 
-use crate::guess::GuessName;
 use terminal::{positive, threads};
 
 /// What `guesses` compares: all that this program has.
@@ -130,7 +130,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) planar: bool,
     #[command(flatten)]
-    pub(crate) learned: LearnedArgs,
+    pub(crate) learned: Sources,
     /// What a learned guess learned from: rod or helix [default: helix where joints are bent or twisted at rest, else
     /// rod].
     #[arg(long)]
@@ -138,18 +138,6 @@ pub(crate) struct RunArgs {
     /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-}
-
-/// Where learned guesses learned.
-#[derive(Args, Debug)]
-pub(crate) struct LearnedArgs {
-    /// Folder of the data sets for knn; they are generated there on first use [default: data].
-    #[arg(long, value_name = "DIR")]
-    pub(crate) data: Option<PathBuf>,
-    /// Checkpoint of your own training for gn (recipe paper), gn-best (best) or gn-step (step), PATH.toml with PATH.safetensors,
-    /// in the place of the network of its scenario that is built in.
-    #[arg(long, value_name = "PATH")]
-    pub(crate) checkpoint: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
@@ -161,7 +149,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_delimiter = ',', value_name = "GUESSES")]
     pub(crate) with: Vec<GuessName>,
     #[command(flatten)]
-    pub(crate) learned: LearnedArgs,
+    pub(crate) learned: Sources,
     /// What learned guesses learned from: rod or helix [default: helix where joints are bent or twisted at rest, else
     /// rod].
     #[arg(long)]
@@ -187,7 +175,7 @@ pub(crate) struct TableArgs {
     #[arg(long, default_value = "1", value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) seed: u64,
     #[command(flatten)]
-    pub(crate) learned: LearnedArgs,
+    pub(crate) learned: Sources,
     /// Write all numbers to this file as comma-separated values.
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,

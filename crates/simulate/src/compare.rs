@@ -1,6 +1,7 @@
 //! `simulate compare`: solvers and guesses side by side.
 
 use anyhow::{Result, bail};
+use catalogue::{GuessName, NetworkOf, Training, load, networks, rows};
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Comparison, Entry};
 use evaluation::starts::{self, Cell, Plan};
@@ -16,12 +17,9 @@ use solver::step::Status;
 
 use crate::Outcome;
 use crate::cli::CompareArgs;
-use crate::guess::GuessName;
-use crate::progress::Progress;
-use crate::rows::{NetworkOf, load, networks, rows, say_dropped};
 use crate::scenes::{scene, settings, use_threads};
-use crate::training::Training;
-use terminal::say;
+use crate::spreads::say_dropped;
+use terminal::{Progress, say};
 
 /// Tolerances of the tables of starts.
 pub(crate) const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];

@@ -1,6 +1,7 @@
 //! `simulate` without arguments, with networks built in: the bending rod from COPINGNet's guess, and what that is worth.
 
 use anyhow::Result;
+use catalogue::{Guess, GuessName, LearnedName, Recipe, Training};
 use clap::Parser;
 use evaluation::compare::{self, Entry, Row};
 use graph::planar_normal;
@@ -11,12 +12,9 @@ use solver::simulation::{GuessFactory, Settings};
 use crate::Outcome;
 use crate::cli::Cli;
 use crate::compare::{runs_table, say_stopped};
-use crate::guess::{Guess, GuessName, LearnedName, Recipe};
-use crate::progress::Progress;
 use crate::run;
 use crate::scenes::{linear_solver, scene, settings};
-use crate::training::Training;
-use terminal::say;
+use terminal::{Progress, say};
 
 /// What is run, as flags: the formulation is the paper's, which networks are trained with.
 const FLAGS: [&str; 6] = ["--formulation", "xpbd", "--solver", "cg", "--guess", "gn-best"];

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, bail};
+use catalogue::{NetworkOf, Row, networks, rows};
 use dataset::{Config, Scenario};
 use evaluation::guesses::{self, Cell};
 use evaluation::starts::{Measured, Plan};
@@ -12,11 +13,12 @@ use serde::Serialize;
 use solver::formulation::Formulation;
 use solver::simulation::{GuessFactory, Settings};
 
+use terminal::Progress;
+
 use crate::Outcome;
 use crate::cli::{GuessesArgs, TableArgs};
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
-use crate::progress::Progress;
-use crate::rows::{NetworkOf, Row, network_columns, networks, push_spreads, rows, spread_names};
+use crate::spreads::{network_columns, push_spreads, spread_names};
 use crate::standing;
 use crate::table::{finish, prepare};
 

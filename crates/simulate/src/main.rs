@@ -5,23 +5,18 @@ mod compare;
 #[cfg(feature = "gn")]
 mod demo;
 mod files;
-mod guess;
 mod guesses;
 mod list;
 mod measured;
-#[cfg(feature = "gn")]
-mod network;
-mod progress;
-mod rows;
 mod run;
 mod scenes;
+mod spreads;
 mod standing;
 mod statics;
 mod steps;
 mod stress;
 mod summary;
 mod table;
-mod training;
 
 use std::process::ExitCode;
 
@@ -33,8 +28,6 @@ use crate::cli::{Cli, Command};
 const FAILED: u8 = 1;
 /// Exit code of bad input: flags, scenes, places to write to.
 const BAD_INPUT: u8 = 2;
-/// Exit code of a run that was stopped by Ctrl-C, its results kept.
-const INTERRUPTED: u8 = 130;
 
 /// How a command ended.
 enum Outcome {
@@ -61,7 +54,7 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
+        Ok(Outcome::Interrupted) => ExitCode::from(terminal::INTERRUPTED),
         Ok(Outcome::NotFinite(place)) => {
             terminal::complain(format_args!("numbers are not finite: {place}"));
             ExitCode::from(FAILED)

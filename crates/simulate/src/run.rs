@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+use catalogue::{Guess, GuessName, Learned, Training, plane};
 use export::TrajectoryWriter;
 use graph::Normal;
 use rod::{Model, State};
@@ -16,13 +17,10 @@ use solver::topology::Topology;
 use crate::Outcome;
 use crate::cli::{RunArgs, SceneArgs};
 use crate::files;
-use crate::guess::{Guess, GuessName, Learned, plane};
 use crate::measured::Measured;
-use crate::progress::Progress;
 use crate::scenes::{asked_guess, best_guess, linear_solver, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
-use crate::training::Training;
-use terminal::say;
+use terminal::{Progress, say};
 
 /// How far a run came.
 pub(crate) struct Course {

@@ -1,6 +1,7 @@
 //! From the command line to a scene and settings.
 
 use anyhow::{Result, anyhow, bail};
+use catalogue::GuessName;
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
 use solver::formulation::Formulation;
@@ -10,7 +11,6 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
 use crate::cli::{RunArgs, SceneArgs};
-use crate::guess::GuessName;
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {

@@ -6,7 +6,7 @@ use evaluation::guesses::{BUCKETS, Cell, DIRECT, EVERY, IMPULSE_AFTER, IMPULSE_S
 
 use crate::compare::{PRECONDITIONERS, TOLERANCES};
 use crate::guesses::{Report, Standing};
-use crate::rows::say_dropped;
+use crate::spreads::say_dropped;
 use terminal::say;
 
 /// Columns of a table, and cells of a guess in a bucket.

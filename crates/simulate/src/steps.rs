@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, bail};
+use catalogue::{NetworkOf, Row, networks, rows};
 use comfy_table::{CellAlignment, Table};
 use dataset::{Config, Scenario};
 use evaluation::guesses::Spread;
@@ -14,11 +15,10 @@ use solver::simulation::GuessFactory;
 
 use crate::Outcome;
 use crate::cli::{StepsArgs, TableArgs};
-use crate::progress::Progress;
-use crate::rows::{NetworkOf, Row, network_columns, networks, push_spreads, rows, spread_names};
 use crate::scenes::settings_for;
+use crate::spreads::{network_columns, push_spreads, spread_names};
 use crate::table::{finish, prepare};
-use terminal::say;
+use terminal::{Progress, say};
 
 /// All that was measured.
 #[derive(Serialize)]

@@ -8,8 +8,7 @@ use solver::step::Status;
 
 use crate::Outcome;
 use crate::cli::StressArgs;
-use crate::progress::Progress;
-use terminal::say;
+use terminal::{Progress, say};
 
 /// Runs the cases and prints a row each.
 pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Result;
+use catalogue::{GuessName, Origin};
 use comfy_table::Table;
 use rod::State;
 use scene::Scene;
@@ -11,7 +12,6 @@ use serde::Serialize;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
-use crate::guess::{GuessName, Origin};
 use crate::measured::Measured;
 use crate::run::Course;
 use terminal::say;

@@ -4,15 +4,14 @@ use std::io::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use catalogue::{Guess, GuessName, Training, load};
 use dataset::Scenario;
 use serde::Serialize;
 use solver::guess::GuessKind;
 
 use crate::Outcome;
 use crate::cli::TableArgs;
-use crate::guess::{Guess, GuessName};
-use crate::rows::{distinct, load};
-use crate::training::Training;
+use crate::spreads::distinct;
 use terminal::say;
 
 /// A scenario with the guesses that are measured on it.

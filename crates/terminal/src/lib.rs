@@ -2,6 +2,7 @@
 //! panics where nobody reads them, and a progress bar.
 
 mod flags;
+mod progress;
 
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write};
@@ -10,6 +11,10 @@ use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 pub use flags::{positive, threads};
+pub use progress::Progress;
+
+/// Exit code of a program that was stopped by Ctrl-C, its results kept.
+pub const INTERRUPTED: u8 = 130;
 
 /// Prints a line, or several, and flushes them. A reader that has gone away (`simulate list | head -1`) is no error:
 /// a run goes on and keeps its files.

@@ -13,12 +13,12 @@ const PATIENCE: Duration = Duration::from_secs(1);
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
 /// A bar that ends early where the user asks to stop.
-pub(crate) struct Progress(ProgressBar);
+pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// A [`terminal::bar`]. Ctrl-C asks to stop and keeps the results; once more, after [`PATIENCE`], gives them up.
-    pub(crate) fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
-        let bar = terminal::bar(length, unit, quiet)?;
+    /// A [`bar`](crate::bar). Ctrl-C asks to stop and keeps the results; once more, after [`PATIENCE`], gives them up.
+    pub fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
+        let bar = crate::bar(length, unit, quiet)?;
         let mut first: Option<Instant> = None;
         let listening = ctrlc::set_handler(move || {
             STOPPED.store(true, Ordering::Relaxed);
@@ -35,23 +35,23 @@ impl Progress {
     }
 
     /// One of them done. Returns whether to go on.
-    pub(crate) fn advance(&self) -> bool {
+    pub fn advance(&self) -> bool {
         self.advance_by(1)
     }
 
     /// So many of them done. Returns whether to go on.
-    pub(crate) fn advance_by(&self, count: usize) -> bool {
+    pub fn advance_by(&self, count: usize) -> bool {
         self.0.inc(count as u64);
         !self.stopped()
     }
 
     /// Whether the user asked to stop.
-    pub(crate) fn stopped(&self) -> bool {
+    pub fn stopped(&self) -> bool {
         STOPPED.load(Ordering::Relaxed)
     }
 
     /// Takes the bar away and returns whether the user asked to stop.
-    pub(crate) fn finish(self) -> bool {
+    pub fn finish(self) -> bool {
         self.0.finish_and_clear();
         self.stopped()
     }

@@ -8,10 +8,10 @@ use anyhow::{Context, Result};
 use dataset::{Config, Dataset, MANIFEST, Scenario, generate, open_as};
 use scene::Scene;
 
-use crate::cli::LearnedArgs;
-use crate::guess::{GuessName, check_sources};
+use crate::name::GuessName;
 #[cfg(feature = "gn")]
 use crate::network::Network;
+use crate::sources::{Sources, check_sources};
 use terminal::say;
 
 /// Folder of the data sets, one each for rods and helices.
@@ -19,15 +19,15 @@ const DATA: &str = "data";
 
 /// Which scenario, and where what was learned from it is.
 #[derive(Clone, Debug)]
-pub(crate) struct Training {
+pub struct Training {
     /// Which scenes were learned from.
-    pub(crate) scenario: Scenario,
+    pub scenario: Scenario,
     directory: PathBuf,
     /// A network of one's own in the place of one that is built in.
     #[cfg(feature = "gn")]
-    pub(crate) own: Option<Network>,
+    pub own: Option<Network>,
     /// Whether nothing may be printed.
-    pub(crate) quiet: bool,
+    pub quiet: bool,
 }
 
 impl Training {
@@ -35,12 +35,7 @@ impl Training {
     ///
     /// # Errors
     /// If what the arguments name is for none of them, or is no checkpoint.
-    pub(crate) fn of(
-        args: &LearnedArgs,
-        names: &[GuessName],
-        scenarios: &[Scenario],
-        quiet: bool,
-    ) -> Result<Vec<Self>> {
+    pub fn of(args: &Sources, names: &[GuessName], scenarios: &[Scenario], quiet: bool) -> Result<Vec<Self>> {
         check_sources(args, names)?;
         #[cfg(feature = "gn")]
         let own = crate::network::own(args, names, scenarios)?;
@@ -59,8 +54,8 @@ impl Training {
     ///
     /// # Errors
     /// As [`Self::of`].
-    pub(crate) fn for_scene(
-        args: &LearnedArgs,
+    pub fn for_scene(
+        args: &Sources,
         names: &[GuessName],
         scenario: Option<Scenario>,
         scene: &Scene,
@@ -72,12 +67,12 @@ impl Training {
     }
 
     /// Where the data set is.
-    pub(crate) fn directory(&self) -> &Path {
+    pub fn directory(&self) -> &Path {
         &self.directory
     }
 
     /// Opens the data set; generates it, or what is missing of it, if it is not complete.
-    pub(crate) fn dataset(&self) -> Result<Dataset> {
+    pub fn dataset(&self) -> Result<Dataset> {
         let config = Config::table_1(self.scenario);
         let Self { scenario, directory, quiet, .. } = self;
         if !directory.join(MANIFEST).exists() {
@@ -100,7 +95,7 @@ impl Training {
     }
 
     /// Says so where a scene is unlike all that the learned ones of these guesses learned from.
-    pub(crate) fn say_foreign(&self, names: &[GuessName], scene: &Scene) -> Result<()> {
+    pub fn say_foreign(&self, names: &[GuessName], scene: &Scene) -> Result<()> {
         let scenario = self.scenario;
         for (of_steps, ranges) in [(false, scenario.ranges()), (true, scenario.ranges_with_slack())] {
             let learned = names.iter().filter(|name| name.is_learned() && name.helps_steps() == of_steps);

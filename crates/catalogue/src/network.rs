@@ -8,8 +8,9 @@ use dataset::Scenario;
 use graph::{Graph, Normal};
 use solver::guess::InitialGuess;
 
-use crate::cli::LearnedArgs;
-use crate::guess::{GuessName, Origin, Recipe};
+use crate::guess::Origin;
+use crate::name::{GuessName, Recipe};
+use crate::sources::Sources;
 use crate::training::Training;
 
 /// A checkpoint in the program.
@@ -56,17 +57,17 @@ impl Recipe {
 
 /// A network ready for use.
 #[derive(Clone, Debug)]
-pub(crate) struct Network {
+pub struct Network {
     trained: Trained,
     scenario: String,
     recipe: String,
     /// Where it comes from.
-    pub(crate) origin: Origin,
+    pub origin: Origin,
 }
 
 impl Network {
     /// The network of a scenario and recipe: that of `--checkpoint` if it is one, else the one that is built in.
-    pub(crate) fn load(recipe: Recipe, training: &Training) -> Result<Self> {
+    pub fn load(recipe: Recipe, training: &Training) -> Result<Self> {
         let (scenario, recipe) = (training.scenario.name(), recipe.name());
         if let Some(own) = training.own.as_ref().filter(|own| own.scenario == scenario && own.recipe == recipe) {
             return Ok(own.clone());
@@ -96,12 +97,12 @@ impl Network {
     }
 
     /// Whether what it predicts for a planar scene has the symmetry of the plane, by features in body frames.
-    pub(crate) fn knows_planes(&self) -> bool {
+    pub fn knows_planes(&self) -> bool {
         self.trained.encoding().features != Features::Paper
     }
 
     /// The guess of one connected set of segments, restricted to a plane if one is given.
-    pub(crate) fn guess(&self, graph: Graph, plane: Option<Normal>) -> Box<dyn InitialGuess> {
+    pub fn guess(&self, graph: Graph, plane: Option<Normal>) -> Box<dyn InitialGuess> {
         match self.trained.encoding().head {
             Head::Turns => Box::new(GnStepGuess::new(&self.trained, graph, plane)),
             Head::Full | Head::Semi => Box::new(self.projection(graph, plane)),
@@ -109,7 +110,7 @@ impl Network {
     }
 
     /// The prediction in the projection's place, of a network for linear solves.
-    pub(crate) fn projection(&self, graph: Graph, plane: Option<Normal>) -> GnGuess {
+    pub fn projection(&self, graph: Graph, plane: Option<Normal>) -> GnGuess {
         GnGuess::new(&self.trained, graph, plane)
     }
 }
@@ -118,7 +119,7 @@ impl Network {
 ///
 /// # Errors
 /// If it is for none of these guesses and scenarios, cannot be read, or is damaged.
-pub(crate) fn own(args: &LearnedArgs, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
+pub(crate) fn own(args: &Sources, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
     let Some(path) = &args.checkpoint else { return Ok(None) };
     let read = || {
         let [card, weights] = Checkpoint::contents(path)?;
