@@ -1,135 +1,56 @@
-//! The paper's random scenes (Table 1), its defaults, and the variations of its supplement.
+//! The paper's random scenes: rods and helices (Table 1) with the variations of its supplement, knots, and trees in wind.
 //!
 //! Sample `index` of a `seed` is the same however many are drawn, in whatever order: each has a stream of its own.
 //! What the paper leaves open is declared in [`crate::defaults`]; the initial angle is measured upwards from the
 //! horizontal in the plane of world x and z, so that the rod swings down in that plane; a helix hangs downwards.
 
-use crate::random::Random;
-use crate::{Scene, SceneError, defaults, parse};
+mod knot;
+mod table_1;
+mod tree;
 
-/// Steps of a sampled scene (Table 1: t in [0, 50 dt]).
+use crate::{Scene, SceneError, parse};
+
+pub use knot::{KNOT_STEPS, Knot};
+pub use table_1::{Helix, Rod};
+pub use tree::{TREE_STEPS, Tree};
+
+/// Steps of a sampled rod or helix (Table 1: t in [0, 50 dt]).
 pub const STEPS: usize = 50;
 
-/// The paper's two scenarios (section 4).
+/// The paper's scenarios (section 4 and supplement).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Initially straight bending rod, its first segment fixed.
     Rod,
     /// Elastic helix, its first segment fixed.
     Helix,
+    /// Rope with a knot, both ends pulled.
+    Knot,
+    /// Tree in wind, its trunk's foot held.
+    Tree,
 }
 
-/// Parameters of an initially straight bending rod.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rod {
-    /// Number of segments N.
-    pub segments: usize,
-    /// Young's modulus Y, and torsion modulus [Pa].
-    pub youngs_modulus: f64,
-    /// Initial angle phi_0 above the horizontal [degrees].
-    pub angle_deg: f64,
-    /// Length l [m].
-    pub length: f64,
-    /// Radius of the section [m].
-    pub radius: f64,
-    /// Density [kg/m^3].
-    pub density: f64,
-}
-
-/// Parameters of an elastic helix.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Helix {
-    /// Number of segments N.
-    pub segments: usize,
-    /// Torsion modulus T, and Young's modulus [Pa]: the paper gives T alone, we take Y = T as in its knot.
-    pub torsion_modulus: f64,
-    /// Radius HR of the helix [m].
-    pub helix_radius: f64,
-    /// Height HH of the helix [m].
-    pub helix_height: f64,
-    /// Winding number HW [turns].
-    pub winding: f64,
-    /// Radius of the section [m].
-    pub radius: f64,
-    /// Density [kg/m^3].
-    pub density: f64,
-}
-
-/// Parameters of a scene of either family.
+/// Parameters of a scene of any family.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameters {
     /// A bending rod.
     Rod(Rod),
     /// A helix.
     Helix(Helix),
-}
-
-impl Default for Rod {
-    /// N = 30, l = 4 m, Y = 1e5 Pa, phi_0 = 0 (paper, supplement).
-    fn default() -> Self {
-        Self {
-            segments: 30,
-            youngs_modulus: 1e5,
-            angle_deg: 0.0,
-            length: 4.0,
-            radius: defaults::RADIUS,
-            density: defaults::DENSITY,
-        }
-    }
-}
-
-impl Default for Helix {
-    /// N = 60, HR = HH = 0.5 m, HW = 2.5, T = 1e5 Pa (paper, supplement).
-    fn default() -> Self {
-        Self {
-            segments: 60,
-            torsion_modulus: 1e5,
-            helix_radius: 0.5,
-            helix_height: 0.5,
-            winding: 2.5,
-            radius: defaults::RADIUS,
-            density: defaults::DENSITY,
-        }
-    }
-}
-
-impl Rod {
-    /// Sample `index` of `seed` from Table 1: N in 10..=55, Y log-uniform in 1e4..1e6 Pa, phi_0 in 0..45 degrees,
-    /// l in 1..5 m.
-    pub fn sample(seed: u64, index: u64) -> Self {
-        let mut random = Random::new(seed, index);
-        Self {
-            segments: random.whole(10, 55),
-            youngs_modulus: 10f64.powf(random.uniform(4.0, 6.0)),
-            angle_deg: random.uniform(0.0, 45.0),
-            length: random.uniform(1.0, 5.0),
-            ..Self::default()
-        }
-    }
-}
-
-impl Helix {
-    /// Sample `index` of `seed` from Table 1: N in 45..=105, T log-uniform in 1e4..1e6 Pa, HR and HH in 0.4..0.6 m,
-    /// HW in 2..3.
-    pub fn sample(seed: u64, index: u64) -> Self {
-        let mut random = Random::new(seed, index);
-        Self {
-            segments: random.whole(45, 105),
-            torsion_modulus: 10f64.powf(random.uniform(4.0, 6.0)),
-            helix_radius: random.uniform(0.4, 0.6),
-            helix_height: random.uniform(0.4, 0.6),
-            winding: random.uniform(2.0, 3.0),
-            ..Self::default()
-        }
-    }
+    /// A knot.
+    Knot(Knot),
+    /// A tree.
+    Tree(Tree),
 }
 
 impl Parameters {
-    /// Sample `index` of `seed` from the family's row of Table 1.
+    /// Sample `index` of `seed` from the family's ranges: Table 1's for rods and helices.
     pub fn sample(family: Family, seed: u64, index: u64) -> Self {
         match family {
             Family::Rod => Self::Rod(Rod::sample(seed, index)),
             Family::Helix => Self::Helix(Helix::sample(seed, index)),
+            Family::Knot => Self::Knot(Knot::sample(seed, index)),
+            Family::Tree => Self::Tree(Tree::sample(seed, index)),
         }
     }
 
@@ -138,23 +59,29 @@ impl Parameters {
         match self {
             Self::Rod(_) => Family::Rod,
             Self::Helix(_) => Family::Helix,
+            Self::Knot(_) => Family::Knot,
+            Self::Tree(_) => Family::Tree,
         }
     }
 
     /// The same scene slack: a rod as thin as a rope (radius 1 cm, 1000 kg/m^3), a helix of a thin wire (radius 2 cm),
-    /// and the logarithm of the modulus half as far above that of 1e4 Pa. Here a step takes many outer iterations.
-    pub fn slack(self) -> Self {
+    /// and the logarithm of the modulus half as far above that of 1e4 Pa. Here a step takes many outer iterations. Knots
+    /// and trees have no such variant.
+    pub fn slack(self) -> Option<Self> {
         let softened = |modulus: f64| 1e4 * (modulus / 1e4).sqrt();
         match self {
             Self::Rod(p) => {
                 let youngs_modulus = softened(p.youngs_modulus);
-                Self::Rod(Rod { youngs_modulus, radius: 0.01, density: 1000.0, ..p })
+                Some(Self::Rod(Rod { youngs_modulus, radius: 0.01, density: 1000.0, ..p }))
             }
-            Self::Helix(p) => Self::Helix(Helix { torsion_modulus: softened(p.torsion_modulus), radius: 0.02, ..p }),
+            Self::Helix(p) => {
+                Some(Self::Helix(Helix { torsion_modulus: softened(p.torsion_modulus), radius: 0.02, ..p }))
+            }
+            Self::Knot(_) | Self::Tree(_) => None,
         }
     }
 
-    /// The scene, at the paper's time step of 0.02 s and 50 steps.
+    /// The scene, at the paper's time step of 0.02 s and its number of steps.
     ///
     /// # Errors
     /// As [`parse`] for [`Parameters::to_toml`]: a parameter set by hand is outside of what a scene file allows.
@@ -162,37 +89,26 @@ impl Parameters {
         let file = match self {
             Self::Rod(_) => "sampled-rod.toml",
             Self::Helix(_) => "sampled-helix.toml",
+            Self::Knot(_) => "sampled-knot.toml",
+            Self::Tree(_) => "sampled-tree.toml",
         };
         parse(&self.to_toml(), file)
     }
 
     /// The scene as the text of a scene file, every number in full.
     pub fn to_toml(&self) -> String {
-        let number = |value: f64| toml::Value::Float(value).to_string();
-        let (modulus, radius, density, shape) = match self {
-            Self::Rod(p) => {
-                let (angle, length) = (number(p.angle_deg), number(p.length));
-                let shape = format!("straight]\nangle_deg = {angle}\nlength_m = {length}\nsegments = {}", p.segments);
-                (p.youngs_modulus, p.radius, p.density, shape)
-            }
-            Self::Helix(p) => {
-                let (radius, height, winding) = (number(p.helix_radius), number(p.helix_height), number(p.winding));
-                let shape = format!(
-                    "helix]\nradius_m = {radius}\nheight_m = {height}\nwinding = {winding}\nsegments = {}",
-                    p.segments
-                );
-                (p.torsion_modulus, p.radius, p.density, shape)
-            }
-        };
-        format!(
-            "run = {{ dt_s = {}, steps = {STEPS} }}\n\n[[rods]]\nradius_m = {}\nyoungs_modulus_pa = {}\n\
-             density_kg_m3 = {}\nclamp = [\"start-segment\"]\n\n[rods.shape.{shape}\n",
-            number(defaults::DT),
-            number(radius),
-            number(modulus),
-            number(density)
-        )
+        match self {
+            Self::Rod(p) => p.to_toml(),
+            Self::Helix(p) => p.to_toml(),
+            Self::Knot(p) => p.to_toml(),
+            Self::Tree(p) => p.to_toml(),
+        }
     }
+}
+
+/// A number of a scene file, in full.
+fn number(value: f64) -> String {
+    toml::Value::Float(value).to_string()
 }
 
 /// The figures (a) to (g) of the supplement's "Dynamic Results", each with its scenes in the order of the text.
@@ -262,10 +178,10 @@ mod tests {
     #[test]
     fn slack_scenes_are_thin_and_soft() {
         for index in 0..100 {
-            let Parameters::Rod(rod) = Parameters::sample(Family::Rod, 1, index).slack() else { panic!("a rod") };
+            let Some(Parameters::Rod(rod)) = Parameters::sample(Family::Rod, 1, index).slack() else { panic!("a rod") };
             assert!((1e4..1e5).contains(&rod.youngs_modulus) && (rod.radius, rod.density) == (0.01, 1000.0));
             assert_eq!(rod.length, Rod::sample(1, index).length);
-            let Parameters::Helix(helix) = Parameters::sample(Family::Helix, 1, index).slack() else {
+            let Some(Parameters::Helix(helix)) = Parameters::sample(Family::Helix, 1, index).slack() else {
                 panic!("a helix")
             };
             assert!((1e4..1e5).contains(&helix.torsion_modulus) && helix.radius == 0.02);
@@ -300,9 +216,11 @@ mod tests {
 
     #[test]
     fn the_defaults_are_the_builtin_scenes() {
-        for (name, parameters) in
-            [("bending-rod", Parameters::Rod(Rod::default())), ("helix", Parameters::Helix(Helix::default()))]
-        {
+        for (name, parameters) in [
+            ("bending-rod", Parameters::Rod(Rod::default())),
+            ("helix", Parameters::Helix(Helix::default())),
+            ("knot", Parameters::Knot(Knot::default())),
+        ] {
             let (ours, file) = (parameters.scene().unwrap(), crate::builtin(name).unwrap());
             assert_eq!((ours.model, ours.state), (file.model, file.state), "{name}");
         }
