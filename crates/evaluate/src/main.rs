@@ -7,6 +7,7 @@ mod library;
 mod make;
 mod sections;
 mod show;
+mod ways;
 
 use std::process::ExitCode;
 

@@ -98,6 +98,14 @@ impl Page {
         self.sections.iter().flat_map(|section| evidence(&section.blocks)).collect()
     }
 
+    /// All figures, in their order.
+    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
+        self.evidence().into_iter().filter_map(|evidence| match evidence {
+            Evidence::Figure(figure) => Some(figure),
+            Evidence::Table(_) => None,
+        })
+    }
+
     /// Writes `directory/index.html` and a `directory/csv/<id>.csv` for each figure and table; returns the page's path.
     /// Missing directories are made. Each file is complete or not there, and the page is written last. Files of an
     /// earlier page with other ids stay; [`crate::check`] names them.

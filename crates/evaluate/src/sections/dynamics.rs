@@ -82,7 +82,8 @@ impl Section for Dynamics {
             }));
         }
         let all: Vec<_> = cells.iter().map(|(_, value)| value.traces.clone()).collect();
-        let rows = agreement(&all).iter().map(|way| {
+        let ways = agreement(&all);
+        let rows = ways.iter().map(|way| {
             vec![
                 way.name.as_str().into(),
                 way.scenes.to_string().into(),

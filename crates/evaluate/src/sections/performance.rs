@@ -46,6 +46,8 @@ pub(crate) struct Key {
     tolerance: f64,
     simulations: usize,
     steps: usize,
+    /// Of all, for times: see [`performance::measure`].
+    repeats: usize,
     seed: u64,
 }
 
@@ -87,6 +89,7 @@ impl Section for Performance {
                         tolerance: if let Varied::Tolerance(tolerance) = varied { tolerance } else { TOLERANCE },
                         simulations: size.pick(2, simulations),
                         steps: size.pick(20, performance::STEPS),
+                        repeats: size.pick(1, 2),
                         seed: SEED,
                     });
                 }
@@ -97,7 +100,7 @@ impl Section for Performance {
 
     fn seconds(&self, key: &Key) -> f64 {
         let segments = if let Varied::Segments(n) = key.varied { n as f64 } else { 40.0 };
-        1e-6 * segments * segments * (key.simulations * key.steps) as f64
+        1e-6 * segments * segments * (key.simulations * key.steps * key.repeats) as f64
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Point>> {
@@ -108,7 +111,7 @@ impl Section for Performance {
         for index in 0..key.simulations as u64 {
             let scene = vary(key.scenario.sample(key.seed, index), key.varied).scene()?;
             let measured = with_guesses(&scene, &guesses, |named| {
-                performance::measure(&motion(&scene, key.steps), &solver, named, &mut *go_on)
+                performance::measure(&motion(&scene, key.steps), &solver, named, key.repeats, &mut *go_on)
             })?;
             let Some(cell) = measured else { return Ok(None) };
             cells.push(cell);

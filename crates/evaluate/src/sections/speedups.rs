@@ -28,6 +28,8 @@ pub(crate) struct Key {
     /// Repetition; of trees, the topology.
     index: u64,
     steps: usize,
+    /// Of all, for times: see [`speedup::measure`].
+    repeats: usize,
     preconditioner: String,
     tolerance: f64,
     seed: u64,
@@ -62,7 +64,7 @@ impl Section for Speedups {
         for (preconditioner, tolerance) in SOLVERS {
             let key = |scene: String, index: u64, steps: usize| {
                 let preconditioner = preconditioner.to_string();
-                Key { scene, index, steps, preconditioner, tolerance, seed: SEED }
+                Key { scene, index, steps, repeats: size.pick(1, 2), preconditioner, tolerance, seed: SEED }
             };
             for (scene, _, [quick, full]) in SCENES {
                 keys.extend((0..size.pick(1, 5)).map(|index| key(scene.to_owned(), index, size.pick(quick, full))));
@@ -83,7 +85,7 @@ impl Section for Speedups {
             "trees-70" => 0.8,
             _ => 0.05,
         };
-        a_step * key.steps as f64
+        a_step * (key.steps * key.repeats) as f64
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
@@ -105,7 +107,7 @@ impl Section for Speedups {
             entries.extend(named.iter().map(|(name, factory)| entry(name, Some(*factory))));
             entries.push(entry(FISCHER, Some(&build)));
             entries.push(Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None });
-            speedup::measure(&motion(&scene, key.steps), &entries, go_on)
+            speedup::measure(&motion(&scene, key.steps), &entries, key.repeats, go_on)
         })?;
         Ok(run.map(|run| Value { run }))
     }

@@ -21,6 +21,8 @@ pub(crate) struct Key {
     scenario: Scenario,
     simulation: u64,
     steps: usize,
+    /// Of all, for times: see [`temporal::measure`].
+    repeats: usize,
     preconditioner: String,
     tolerance: f64,
     seed: u64,
@@ -51,8 +53,8 @@ impl Section for Temporal {
             for (preconditioner, tolerance) in SOLVERS {
                 for simulation in 0..context.size.pick(2, temporal::SIMULATIONS as u64) {
                     let preconditioner = preconditioner.to_string();
-                    let steps = context.size.pick(40, STEPS);
-                    keys.push(Key { scenario, simulation, steps, preconditioner, tolerance, seed: SEED });
+                    let (steps, repeats) = (context.size.pick(40, STEPS), context.size.pick(1, 3));
+                    keys.push(Key { scenario, simulation, steps, repeats, preconditioner, tolerance, seed: SEED });
                 }
             }
         }
@@ -60,7 +62,7 @@ impl Section for Temporal {
     }
 
     fn seconds(&self, key: &Key) -> f64 {
-        (if key.scenario == Scenario::Rod { 0.004 } else { 0.01 }) * key.steps as f64
+        (if key.scenario == Scenario::Rod { 0.004 } else { 0.01 }) * (key.steps * key.repeats) as f64
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
@@ -68,7 +70,7 @@ impl Section for Temporal {
         let scene = near_default(key).scene()?;
         let solver = solver(key.preconditioner.parse().map_err(anyhow::Error::msg)?, key.tolerance);
         let cell = with_guesses(&scene, &guesses, |named| {
-            temporal::measure(&motion(&scene, key.steps), &solver, named, go_on)
+            temporal::measure(&motion(&scene, key.steps), &solver, named, key.repeats, go_on)
         })?;
         Ok(cell.map(|series| Value { series }))
     }

@@ -157,7 +157,7 @@ impl Converged {
         for scene in refined {
             let (mut now, mut finer) = (scene.state.clone(), Vec::with_capacity(samples.len()));
             let guess = |model: &_, members: &_, topology: &_| {
-                GuessKind::best_for(Formulation::Newton).build(model, members, topology)
+                GuessKind::StepQuadratic.build(model, members, topology)
             };
             let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, Some(&guess))?;
             first_contact = None;

@@ -128,7 +128,7 @@ impl Section for Precision {
 /// Levels of accuracy of a way.
 fn levels(spec: &Spec, size: Size) -> Vec<Level> {
     if spec.is_end_to_end() {
-        let level = |&count: &usize| Level { outer: Outer::Iterations(count), linear: None };
+        let level = |&count: &usize| Level { outer: Outer::Iterations(count), linear: None, substeps: 1 };
         return PREDICTIONS[..size.pick(2, 4)].iter().map(level).collect();
     }
     Level::of_tolerances(spec.settings.solver, &TOLERANCES[..size.pick(3, 4)])
@@ -139,7 +139,10 @@ fn current(context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Res
     let scene = scene::builtin(&key.scene)?;
     let guesses = context.library.for_scene(&scene)?;
     let parts = (scene.model.clone(), scene.state.clone());
-    let mut problem = Problem::new(&key.scene, parts, (scene.run.dt, key.steps), &Formulation::ALL)?;
+    let span = (scene.run.dt, key.steps);
+    let Some(mut problem) = Problem::new(&key.scene, parts, span, &Formulation::ALL, &mut *go_on)? else {
+        return Ok(None);
+    };
     if !key.factors.is_empty() {
         let mut refined = Vec::new();
         for &factor in &key.factors {

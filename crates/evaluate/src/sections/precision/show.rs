@@ -39,8 +39,8 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     Section { id: "precision".to_owned(), title: "Error against run time".to_owned(), blocks }
 }
 
-const INTRODUCTION: &str = "Every scene in every way, at several outer tolerances and, for conjugate gradients (cg), two \
-    linear tolerances each (the outer one and its square root). The error is that of the segments' positions, root mean \
+const INTRODUCTION: &str = "Every scene in every way, at several tolerances (conjugate gradients, cg, as tight as the \
+    outer iterations). The error is that of the segments' positions, root mean \
     square relative to the rods' mean length, the largest of about ten samples; in scenes with contacts, of those before \
     the first contact, because contacts take the smallest differences apart. A curve that is lower and further left is \
     better; points on the Pareto front, which no way beats in both, are outlined. Against the *exact* reference, the same \
