@@ -8,7 +8,7 @@ use dataset::Scenario;
 use evaluation::guesses::Spread;
 use evaluation::paper::performance::{self, Point};
 use report::{Axis, Block, Charts, Figure, LineChart, Reference, Section as PageSection, Series};
-use scene::sampling::Parameters;
+use scene::sampling::{Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::linear::precondition::PreconditionerKind;
 
@@ -67,19 +67,16 @@ impl Section for Performance {
         let size = context.size;
         let mut keys = Vec::new();
         for scenario in [Scenario::Rod, Scenario::Helix] {
-            let segments: &[usize] = match scenario {
-                Scenario::Rod => size.pick(&[10, 30, 55], &[5, 10, 20, 30, 40, 55, 80, 110, 160]),
-                _ => size.pick(&[45, 105], &[25, 45, 60, 75, 90, 105, 130, 160]),
-            };
+            let all = performance::segments(scenario.family());
+            let segments = size.pick(&all[3..=3], all);
             let moduli: &[f64] = size.pick(&[], &[1e3, 1e4, 1e5, 1e6, 1e7, 1e8]);
             let tolerances: &[f64] = size.pick(&[], &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]);
             let varied = segments.iter().map(|&n| Varied::Segments(n));
             let varied = varied.chain(moduli.iter().map(|&y| Varied::Modulus(y)));
             for varied in varied.chain(tolerances.iter().map(|&tolerance| Varied::Tolerance(tolerance))) {
                 for preconditioner in PRECONDITIONERS {
-                    let is_large = matches!(varied, Varied::Segments(111..));
-                    let simulations = match varied {
-                        Varied::Segments(_) if !is_large => performance::SIMULATIONS,
+                                        let simulations = match varied {
+                        Varied::Segments(..=110) => performance::SIMULATIONS,
                         _ => 10,
                     };
                     keys.push(Key {
@@ -109,7 +106,13 @@ impl Section for Performance {
         let solver = solver(preconditioner, key.tolerance);
         let mut cells = Vec::new();
         for index in 0..key.simulations as u64 {
-            let scene = vary(key.scenario.sample(key.seed, index), key.varied).scene()?;
+            let family = key.scenario.family();
+            let parameters = match key.varied {
+                Varied::Segments(segments) => performance::sample(family, segments, key.seed, index),
+                Varied::Modulus(modulus) => stiffened(Parameters::sample(family, key.seed, index), modulus),
+                Varied::Tolerance(_) => Parameters::sample(family, key.seed, index),
+            };
+            let scene = parameters.scene()?;
             let measured = with_guesses(&scene, &guesses, |named| {
                 performance::measure(&motion(&scene, key.steps), &solver, named, key.repeats, &mut *go_on)
             })?;
@@ -204,25 +207,12 @@ fn study_of(varied: Varied) -> &'static str {
     }
 }
 
-fn vary(parameters: Parameters, varied: Varied) -> Parameters {
-    match (parameters, varied) {
-        (Parameters::Rod(mut rod), Varied::Segments(segments)) => {
-            rod.segments = segments;
-            Parameters::Rod(rod)
-        }
-        (Parameters::Helix(mut helix), Varied::Segments(segments)) => {
-            helix.segments = segments;
-            Parameters::Helix(helix)
-        }
-        (Parameters::Rod(mut rod), Varied::Modulus(modulus)) => {
-            rod.youngs_modulus = modulus;
-            Parameters::Rod(rod)
-        }
-        (Parameters::Helix(mut helix), Varied::Modulus(modulus)) => {
-            helix.torsion_modulus = modulus;
-            Parameters::Helix(helix)
-        }
-        (other, _) => other,
+/// With another modulus [Pa].
+fn stiffened(parameters: Parameters, modulus: f64) -> Parameters {
+    match parameters {
+        Parameters::Rod(rod) => Parameters::Rod(Rod { youngs_modulus: modulus, ..rod }),
+        Parameters::Helix(helix) => Parameters::Helix(Helix { torsion_modulus: modulus, ..helix }),
+        other => other,
     }
 }
 

@@ -23,18 +23,21 @@ pub const SIMULATIONS: usize = 50;
 pub const STEPS: usize = 100;
 
 /// Values of N: below, within and beyond those of the training (rods 10 to 55, helices 45 to 105).
-pub fn segments(family: Family) -> [usize; 8] {
+pub fn segments(family: Family) -> &'static [usize] {
     match family {
-        Family::Rod => [5, 10, 20, 30, 40, 55, 80, 110],
-        Family::Helix => [20, 30, 45, 60, 80, 105, 150, 200],
+        Family::Rod => &[5, 10, 20, 30, 40, 55, 80, 110],
+        Family::Helix => &[20, 30, 45, 60, 80, 105, 150, 200],
+        // The figure has none.
+        Family::Knot | Family::Tree => &[],
     }
 }
 
-/// Simulation `index` of the point at N = `segments`: a sample of Table 1 with that N.
+/// Simulation `index` of the point at N = `segments`: a sample of Table 1 with that N. Others keep theirs.
 pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Parameters {
-    match family {
-        Family::Rod => Parameters::Rod(Rod { segments, ..Rod::sample(seed, index) }),
-        Family::Helix => Parameters::Helix(Helix { segments, ..Helix::sample(seed, index) }),
+    match Parameters::sample(family, seed, index) {
+        Parameters::Rod(rod) => Parameters::Rod(Rod { segments, ..rod }),
+        Parameters::Helix(helix) => Parameters::Helix(Helix { segments, ..helix }),
+        other => other,
     }
 }
 

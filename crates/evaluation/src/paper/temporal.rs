@@ -29,19 +29,22 @@ pub fn helix() -> Parameters {
 }
 
 /// Simulation `index` of the figure. The first is the figure's scene. Twenty times that would be twenty times the same, so
-/// that the others keep its N and its modulus, and draw the rest from Table 1.
+/// that the others keep its N and its modulus, and draw the rest from Table 1. Other families are drawn altogether.
 pub fn sample(family: Family, seed: u64, index: u64) -> Parameters {
     match (family, index) {
         (Family::Rod, 0) => rod(),
         (Family::Helix, 0) => helix(),
-        (Family::Rod, _) => {
-            let Rod { segments, youngs_modulus, .. } = Rod::default();
-            Parameters::Rod(Rod { segments, youngs_modulus, ..Rod::sample(seed, index) })
-        }
-        (Family::Helix, _) => {
-            let Helix { segments, torsion_modulus, .. } = Helix::default();
-            Parameters::Helix(Helix { segments, torsion_modulus, ..Helix::sample(seed, index) })
-        }
+        _ => match Parameters::sample(family, seed, index) {
+            Parameters::Rod(drawn) => {
+                let Rod { segments, youngs_modulus, .. } = Rod::default();
+                Parameters::Rod(Rod { segments, youngs_modulus, ..drawn })
+            }
+            Parameters::Helix(drawn) => {
+                let Helix { segments, torsion_modulus, .. } = Helix::default();
+                Parameters::Helix(Helix { segments, torsion_modulus, ..drawn })
+            }
+            other => other,
+        },
     }
 }
 

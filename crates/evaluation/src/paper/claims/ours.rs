@@ -52,6 +52,7 @@ pub(super) fn parameters(parameters: Parameters) -> Value {
     Ok(match parameters {
         Parameters::Rod(p) => rod(&p),
         Parameters::Helix(p) => helix(&p),
+        Parameters::Knot(_) | Parameters::Tree(_) => parameters.to_toml(),
     })
 }
 
@@ -62,6 +63,7 @@ pub(super) fn varied(figure: char, of_rod: fn(&Rod) -> f64, of_helix: fn(&Helix)
     let value = |parameters: &Parameters| match parameters {
         Parameters::Rod(p) => number(of_rod(p)),
         Parameters::Helix(p) => of_helix(p),
+        Parameters::Knot(_) | Parameters::Tree(_) => parameters.to_toml(),
     };
     Ok(scenes.map(value).collect::<Vec<_>>().join(", "))
 }
