@@ -5,6 +5,9 @@ use solver::simulation::SimulationError;
 use super::{CgSolver, DIRECT, Motion, NamedGuess, starts};
 use crate::starts::{self, Plan, Tally};
 
+/// Of each way, its name and a tally of each step.
+type ByStep = Vec<(String, Vec<Tally>)>;
+
 /// For zero, the guesses, Fischer's projection and the direct solver (which has no iterations): its name and a tally of
 /// each step. The motion is repeated, and of each time the least is taken. After each step of each repeat `progress()`
 /// says whether to go on; `None` where it said stop.
@@ -14,7 +17,7 @@ pub(super) fn measure(
     guesses: &[NamedGuess<'_>],
     repeats: usize,
     progress: &mut impl FnMut() -> bool,
-) -> Result<Option<Vec<(String, Vec<Tally>)>>, SimulationError> {
+) -> Result<Option<ByStep>, SimulationError> {
     let plan = Plan {
         guesses: starts(guesses),
         preconditioners: vec![solver.cg.preconditioner],
@@ -23,7 +26,7 @@ pub(super) fn measure(
         buckets: (0..motion.steps).map(Some).collect(),
     };
     let names = plan.guesses.iter().map(|(name, _)| name.clone()).chain([DIRECT.to_owned()]);
-    let mut ways: Vec<(String, Vec<Tally>)> = names.map(|name| (name, Vec::new())).collect();
+    let mut ways: ByStep = names.map(|name| (name, Vec::new())).collect();
     let time = (motion.dt, motion.steps);
     for _ in 0..repeats.max(1) {
         let mut go_on = true;
