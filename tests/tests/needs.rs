@@ -24,7 +24,11 @@ fn what_is_left_out_is_never_done() {
             assert!(done.is_empty(), "{}, {formulation}: {done:?}", known.name);
             let us = &needs.median_us;
             for (part, us) in [("drag", us.drag), ("contacts", us.contact), ("start", us.guess)] {
-                assert!(us == 0.0 || !left_out(&needs).contains(&part), "{}, {formulation}: {part} {us} us", known.name);
+                assert!(
+                    us == 0.0 || !left_out(&needs).contains(&part),
+                    "{}, {formulation}: {part} {us} us",
+                    known.name
+                );
             }
             assert_eq!(needs.steps, 2);
             assert!(us.total > 0.0 && us.predict > 0.0 && us.assemble > 0.0);
@@ -58,7 +62,10 @@ fn needs_are_data() {
     let scene = builtin("bending-rod").unwrap();
     let needs = needs(&scene, Formulation::XpbdGeometric, 3);
     let text = serde_json::to_string(&needs).unwrap();
-    assert_eq!(serde_json::from_str::<Needs>(&text).unwrap(), needs);
+    // A time may come back with another last digit.
+    let read: Needs = serde_json::from_str(&text).unwrap();
+    assert!((read.median_us.total / needs.median_us.total - 1.0).abs() < 1e-12);
+    assert_eq!(Needs { median_us: needs.median_us, ..read }, needs);
     assert!(needs.reason.starts_with("solver direct: "));
     assert_eq!((needs.segments, needs.joints, needs.sets, needs.threads), (30, scene.model.joints.len(), 1, 1));
     let mut stopped = 0;

@@ -94,8 +94,7 @@ pub fn measure(
 ) -> Result<Needs, SimulationError> {
     let choice = auto::choose(model, params, None);
     let settings = Settings { step: *params, solver: choice.solver };
-    let build =
-        |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);
+    let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);
     let mut simulation = Simulation::new(model, state, &settings, Some(&build))?;
     let (mut costs, mut status) = (Vec::with_capacity(steps), Status::Converged);
     while costs.len() < steps {

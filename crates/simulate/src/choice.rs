@@ -89,10 +89,8 @@ pub(crate) fn way(args: &RunArgs, model: &Model, step: &StepParams) -> Result<Wa
 /// The solver that the arguments ask for. Flags that conjugate gradients alone can use ask for these where the solver is
 /// left open; then there is also a line that says so.
 fn asked_solver(args: &RunArgs) -> Result<(Option<SolverKind>, Option<String>)> {
-    let params = [
-        ("--preconditioner", args.preconditioner.is_some()),
-        ("--linear-tolerance", args.linear_tolerance.is_some()),
-    ];
+    let params =
+        [("--preconditioner", args.preconditioner.is_some()), ("--linear-tolerance", args.linear_tolerance.is_some())];
     let of_cg = |params: CgParams| {
         SolverKind::Cg(CgParams {
             preconditioner: args.preconditioner.unwrap_or(params.preconditioner),

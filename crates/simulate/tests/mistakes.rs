@@ -19,7 +19,8 @@ fn error(arguments: &[&str]) -> String {
 #[test]
 fn flags() {
     let whole = "it must be a whole number from 0 to 18446744073709551615";
-    let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic, step-adaptive";
+    let guesses =
+        "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic, step-adaptive";
     let learned = |flag, guess| {
         format!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {guess}")
     };
@@ -77,10 +78,6 @@ fn flags() {
         (
             "--end-to-end=0",
             "invalid value '0' for '--end-to-end[=<PREDICTIONS>]': it must be a whole number from 1 to 1000".to_owned(),
-        ),
-        (
-            "helix-on-plane --guess knn --end-to-end",
-            "--end-to-end needs a scene without contacts, but helix-on-plane has some".to_owned(),
         ),
         (
             "static net-on-sphere",

@@ -19,7 +19,8 @@ fn without_arguments_it_runs_the_bending_rod() {
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines[0], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
     assert_eq!(lines[1], "formulation xpbd-geometric, solver direct, guess zero");
-    assert!(lines[2].starts_with("converged: 100 steps in "), "{out}");
+    assert!(lines[2].starts_with("chosen: solver direct: ") && lines[2].contains("; guess zero: "), "{out}");
+    assert!(lines[3].starts_with("converged: 100 steps in "), "{out}");
     for stage in ["drag", "predict", "guess", "assemble", "linear solve", "update"] {
         assert!(lines.iter().any(|line| line.trim_start().starts_with(stage)), "{stage}: {out}");
     }
@@ -167,7 +168,10 @@ fn the_solver_is_chosen_and_the_summary_says_why() {
     let [solver, guess, chosen] = run(&[]);
     assert_eq!((solver.as_str(), guess.as_str()), ("direct", "zero"));
     assert_eq!(run(&["--solver", "auto"]), [solver, guess, chosen.clone()]);
-    assert!(chosen.starts_with("solver direct: eliminating 1 chain costs less than iterating; guess zero: "), "{chosen}");
+    assert!(
+        chosen.starts_with("solver direct: eliminating 1 chain costs less than iterating; guess zero: "),
+        "{chosen}"
+    );
     assert!(run(&["tree-10"])[2].contains("1 tree"));
     assert!(run(&["net"])[2].contains("sparse Cholesky of 1 set with loops"));
     let [solver, guess, chosen] = run(&["--solver", "sparse"]);
