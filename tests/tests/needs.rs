@@ -62,7 +62,10 @@ fn needs_are_data() {
     let scene = builtin("bending-rod").unwrap();
     let needs = needs(&scene, Formulation::XpbdGeometric, 3);
     let text = serde_json::to_string(&needs).unwrap();
-    assert_eq!(serde_json::from_str::<Needs>(&text).unwrap(), needs);
+    // A time may come back with another last digit.
+    let read: Needs = serde_json::from_str(&text).unwrap();
+    assert!((read.median_us.total / needs.median_us.total - 1.0).abs() < 1e-12);
+    assert_eq!(Needs { median_us: needs.median_us, ..read }, needs);
     assert!(needs.reason.starts_with("solver direct: "));
     assert_eq!((needs.segments, needs.joints, needs.sets, needs.threads), (30, scene.model.joints.len(), 1, 1));
     let mut stopped = 0;

@@ -5,13 +5,13 @@ use evaluation::precision::{Start, Way};
 use graph::{Normal, planar_normal};
 use rod::Model;
 use scene::Scene;
+use solver::auto;
 use solver::component::Members;
 use solver::formulation::Formulation;
-use solver::guess::{GuessKind, InitialGuess};
+use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
-use solver::projection::Projection;
 use solver::simulation::Settings;
 use solver::step::StepParams;
 use solver::topology::Topology;
@@ -44,6 +44,8 @@ pub(crate) const AUTO: &str = "auto";
 #[derive(Clone, Copy)]
 enum Begin {
     Plain(GuessKind),
+    /// Where [`auto::choose`] says.
+    Auto,
     /// Place among the rows.
     Learned(usize),
     EndToEnd(usize),
@@ -67,6 +69,7 @@ impl Spec {
 /// The ways of a scene.
 pub(crate) struct Ways<'a> {
     rows: Vec<Row<'a>>,
+    model: Model,
     plane: Option<Normal>,
     pub(crate) specs: Vec<Spec>,
 }
@@ -77,7 +80,7 @@ impl<'a> Ways<'a> {
         let plane = planar_normal(&scene.model, &scene.state);
         let rows = rows(guesses, plane.is_some());
         let specs = specs(scene, &rows);
-        Self { rows, plane, specs }
+        Self { rows, model: scene.model.clone(), plane, specs }
     }
 
     /// Runs `f` with a way; `None` where it cannot be had.
@@ -87,6 +90,13 @@ impl<'a> Ways<'a> {
             Begin::Plain(GuessKind::Zero) => Some(f(&way(Start::Zero))),
             Begin::Plain(kind) => {
                 let factory = |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
+                Some(f(&way(Start::Guess(&factory))))
+            }
+            Begin::Auto => {
+                let choice = auto::choose(&self.model, &spec.settings.step, None);
+                let factory = |model: &Model, members: &Members, topology: &Topology| {
+                    choice.build_guess(model, members, topology)
+                };
                 Some(f(&way(Start::Guess(&factory))))
             }
             Begin::Learned(row) => Some(f(&way(Start::Guess(&self.rows[row].factory(self.plane))))),
@@ -107,6 +117,9 @@ fn specs(scene: &Scene, rows: &[Row<'_>]) -> Vec<Spec> {
     let zero = Begin::Plain(GuessKind::Zero);
     for formulation in Formulation::ALL {
         add(format!("{formulation}, direct"), kinds::DIRECT, formulation, SolverKind::Direct, zero);
+        let step = StepParams { formulation, ..StepParams::DEFAULT };
+        let solver = auto::choose(&scene.model, &step, None).solver;
+        add(format!("{formulation}, {AUTO}"), kinds::AUTO, formulation, solver, Begin::Auto);
     }
     let newton = Formulation::Newton;
     let parabola = GuessKind::StepQuadratic;

@@ -124,7 +124,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) guess: Option<GuessName>,
     /// Let a learned guess replace the solves altogether, with so many predictions a step: the paper's comparison, which
-    /// drifts away. Not for scenes with contacts.
+    /// drifts away. Contacts follow each prediction, as with --contacts alternating.
     #[arg(long, value_name = "PREDICTIONS", num_args = 0..=1, require_equals = true, default_missing_value = "1",
         value_parser = predictions)]
     pub(crate) end_to_end: Option<usize>,

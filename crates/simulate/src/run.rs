@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
-use catalogue::{Guess, GuessName, Learned, Training, plane};
+use anyhow::{Context, Result};
+use catalogue::{Guess, Learned, Training, plane};
 use export::TrajectoryWriter;
 use graph::Normal;
 use rod::{Model, State};
@@ -43,9 +43,6 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut settings = settings(scene_args);
     let Way { solver, guess: name, choice, chosen } = way(args, &scene.model, &settings.step)?;
     settings.solver = solver;
-    if args.end_to_end.is_some() && !scene.model.contacts.is_empty() {
-        bail!("--end-to-end needs a scene without contacts, but {} has some", scene.name);
-    }
     let quiet = scene_args.quiet || scene_args.json;
     let training = Training::for_scene(&args.learned, args.guess.as_slice(), args.scenario, &scene, quiet)?;
     // Before the data set is generated, which takes a while.

@@ -80,10 +80,6 @@ fn flags() {
             "invalid value '0' for '--end-to-end[=<PREDICTIONS>]': it must be a whole number from 1 to 1000".to_owned(),
         ),
         (
-            "helix-on-plane --guess knn --end-to-end",
-            "--end-to-end needs a scene without contacts, but helix-on-plane has some".to_owned(),
-        ),
-        (
             "static net-on-sphere",
             "net-on-sphere: static analysis knows no contacts, but the model has some (between segments: yes, obstacles: 1)"
                 .to_owned(),

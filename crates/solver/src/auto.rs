@@ -1,20 +1,21 @@
 //! Which linear solver and which start to take: rules that measurements support.
 //!
 //! The formulation is not chosen: it says which problem is to be solved. All the rest changes the time alone. What was
-//! measured: every fixed way (direct, sparse, conjugate gradients with each preconditioner, linear tolerances 1e-1 to
-//! 1e-6, each start), at outer tolerances from 1e-2 to 1e-8, on the builtin scenes, step by step beside each other.
+//! measured on builtin scenes, at outer tolerances from 1e-2 to 1e-8, on one thread, the sum over steps of each step's
+//! fastest of four runs: direct, sparse, and conjugate gradients with each preconditioner, linear tolerances from 1e-1 to
+//! 1e-6, from each start.
 //!
-//! - **The solver is direct.** No other way was faster by more than a tenth. Elimination along chains and trees costs as
-//!   much as 16 to 18 iterations of conjugate gradients, and their systems take 40 and more to 1e-6; a start that is
-//!   near saves half of these. Where sets have loops, the same name is sparse Cholesky
-//!   ([`crate::linear::looped`]), set by set.
-//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own: a quarter fewer
-//!   iterations, each of them several times as dear.
+//! - **The solver is direct.** At equal error no other was faster by a tenth in any `xpbd` formulation. The nearest
+//!   conjugate gradients took two to five times as long (a rod of 30 segments, 1e-4: 13 us a step and 43 us). The same
+//!   name is sparse Cholesky for sets with loops ([`crate::linear::looped`]), set by set; on trees that is two to three
+//!   times slower (206 segments: 136 us and 334 us).
+//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own: it saves a third of
+//!   the iterations at best, and lanes more.
 //! - **`newton` starts steps at the parabola through the last three where that pays.** On a rod that swings (30
-//!   segments, outer tolerance 1e-6) it takes 24 us a step instead of 32; on an elastica that creeps to rest 54 instead
-//!   of 46 (1e-4), on a column that buckles 37 instead of 26 (1e-5). [`GuessKind::StepAdaptive`] counts iterations and
-//!   finds out. It never leaves the parabola while contacts press: their impulses are part of the start (a helix on a
-//!   plane, 1e-2: 17 ms a step instead of 127).
+//!   segments, 1e-6) it takes 24 us a step instead of 32; on an elastica that creeps to rest 54 instead of 46 (1e-4), on
+//!   a column that buckles 31 instead of 23 (1e-2). [`GuessKind::StepAdaptive`] counts iterations and finds out. It
+//!   never leaves the parabola while contacts press: their impulses are part of the start (a helix on a plane, 1e-2: 17
+//!   ms a step instead of 127).
 //! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of a linear
 //!   solve is no use to a direct solver.
 

@@ -8,13 +8,14 @@ use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
 use crate::counters::Counters;
+use crate::formulation::ContactProjection;
 use crate::guess::InitialGuess;
 use crate::linear::solvers::SolverKind;
-use crate::projection::{Projected, ProjectionFactory};
+use crate::projection::{Predictor, ProjectionFactory};
 use crate::step::{Interval, Status, StepParams};
 use crate::topology::Topology;
 use crate::touching::Touching;
-use crate::unit::{Group, Single, Unit};
+use crate::unit::{Group, Line9, Single, Unit};
 
 /// Rods that move side by side in one vector register.
 pub const GROUP: usize = 8;
@@ -119,22 +120,19 @@ impl Simulation {
             for (members, guess) in alike.sets.into_iter().zip(guesses) {
                 let component = Component::new(model, state, alike.topology.clone(), &[&members]);
                 let solver = settings.solver.build(model, &members, &alike.topology)?;
-                singles.push(Single::new(component, members, solver, guess));
+                singles.push(Single::new(component, members, Line9::Solved { solver, guess }));
             }
         }
-        if touches {
-            units.push(Unit::Touching(Box::new(Touching::new(model, singles, settings.step.contact_projection)?)));
-        } else {
-            units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
-        }
-        Ok(Self { units, params: settings.step, segments: model.segments.len(), time: 0.0 })
+        Self::of(model, units, singles, settings.step)
     }
 
     /// A simulation whose constraint projections are predicted instead of solved: the paper's end-to-end comparison.
-    /// Each step has at most `params.max_iterations` predictions, and no substeps.
+    /// Each step has at most `params.max_iterations` predictions, and no substeps. Contacts follow each prediction, with the
+    /// bodies' own masses, as in Algorithm 1 ([`ContactProjection::Alternating`]): nothing says how the rods would answer
+    /// them.
     ///
     /// # Errors
-    /// If model and state do not fit together, or the model has contacts.
+    /// If model and state do not fit together.
     pub fn end_to_end(
         model: &Model,
         state: &State,
@@ -142,14 +140,30 @@ impl Simulation {
         projection: ProjectionFactory<'_>,
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
-        without_contacts(model, "an end-to-end prediction")?;
-        let unit = |(members, topology): (Members, Topology)| {
+        let single = |(members, topology): (Members, Topology)| {
             let projection = projection(model, &members, &topology);
             let component = Component::new(model, state, Arc::new(topology), &[&members]);
-            Unit::Projected(Box::new(Projected::new(component, members, projection)))
+            let predictor = Predictor::new(projection, component.poses.len());
+            Single::new(component, members, Line9::Predicted(predictor))
         };
-        let units = split(model).into_iter().map(unit).collect();
-        Ok(Self { units, params: *params, segments: model.segments.len(), time: 0.0 })
+        let singles = split(model).into_iter().map(single).collect();
+        let contact_projection = ContactProjection::Alternating;
+        Self::of(model, Vec::new(), singles, StepParams { contact_projection, max_halvings: 0, ..*params })
+    }
+
+    /// A simulation of these units and sets, which go in step where they can touch.
+    fn of(
+        model: &Model,
+        mut units: Vec<Unit>,
+        singles: Vec<Single>,
+        params: StepParams,
+    ) -> Result<Self, SimulationError> {
+        if model.contacts.is_empty() {
+            units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
+        } else {
+            units.push(Unit::Touching(Box::new(Touching::new(model, singles, params.contact_projection)?)));
+        }
+        Ok(Self { units, params, segments: model.segments.len(), time: 0.0 })
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
@@ -229,7 +243,6 @@ impl Simulation {
         self.units.iter().flat_map(|unit| {
             let (one, many) = match unit {
                 Unit::Single(single) => (Some(&single.component), [].as_slice()),
-                Unit::Projected(projected) => (Some(&projected.component), [].as_slice()),
                 Unit::Touching(touching) => (None, touching.units.as_slice()),
                 Unit::Group(_) => (None, [].as_slice()),
             };

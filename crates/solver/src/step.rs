@@ -293,6 +293,7 @@ pub(crate) fn evaluate<T: Real>(
     formulation: Formulation,
     counters: &mut Counters,
 ) -> Residuals<T> {
+    component.evaluations += 1;
     let segments = (component.segments() * component.used) as u64;
     counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
     counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };

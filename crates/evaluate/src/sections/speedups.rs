@@ -98,14 +98,12 @@ impl Section for Speedups {
         let fischer = GuessKind::Fischer(8);
         let build = |model: &_, members: &_, topology: &_| fischer.build(model, members, topology);
         let run = with_guesses(&scene, &guesses, |named| {
-            let entry = |name: &str, guess: Option<GuessFactory<'_>>| Entry {
-                name: name.to_owned(),
-                settings: solver.settings(),
-                guess,
-            };
-            let mut entries = vec![entry(ZERO, None)];
-            entries.extend(named.iter().map(|(name, factory)| entry(name, Some(*factory))));
-            entries.push(entry(FISCHER, Some(&build)));
+            let mut starts: Vec<(&str, Option<GuessFactory<'_>>)> = vec![(ZERO, None)];
+            starts.extend(named.iter().map(|(name, factory)| (name.as_str(), Some(*factory))));
+            starts.push((FISCHER, Some(&build)));
+            let settings = solver.settings();
+            let entry = |(name, guess): (&str, _)| Entry { name: name.to_owned(), settings, guess };
+            let mut entries: Vec<Entry<'_>> = starts.into_iter().map(entry).collect();
             entries.push(Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None });
             speedup::measure(&motion(&scene, key.steps), &entries, key.repeats, go_on)
         })?;

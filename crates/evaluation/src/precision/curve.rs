@@ -116,12 +116,14 @@ impl Curve {
         Spread::of(medians).map(|spread| spread.median)
     }
 
-    /// Error and time of each point that has both; times are relative to the yardstick's.
+    /// Error and time of each point that has both; times are relative to the yardstick's. Divided steps are another
+    /// motion than the exact one at the same time step, and are held against the converged one alone.
     pub fn line(&self, against: Against, part: Part) -> Line {
+        let counts = |point: &&Point| against == Against::Converged || point.level.substeps == 1;
         let place = |point: &Point| {
             Some(Place { error: self.error(point, against, part)?, time: point.ratio.as_ref()?.median })
         };
-        let places = self.points.iter().filter_map(place).collect();
+        let places = self.points.iter().filter(counts).filter_map(place).collect();
         Line { way: self.way.clone(), kind: self.kind.clone(), places }
     }
 }

@@ -191,6 +191,7 @@ impl<T: Real> Component<T> {
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
             drag: self.drag.as_ref().map(|drag| Box::new(drag.pick(lane))),
             solves: self.solves,
+            evaluations: self.evaluations,
             torques_wait: false,
             segments: self.segments,
             gravity: pick(self.gravity, lane),

@@ -129,6 +129,8 @@ pub struct Component<T> {
     pub(crate) pushed: Vec<Six<T>>,
     /// Linear solves since the start, those of steps that were taken back included.
     pub solves: u64,
+    /// Evaluations since the start, likewise.
+    pub evaluations: u64,
     /// Not 0 where a segment spins by more than half a turn in this step, a lane each.
     pub unsolved: T,
     /// Lanes that hold a set of their own; the others repeat the first.
@@ -180,6 +182,7 @@ impl<T: Real> Component<T> {
             pushes: Vec::new(),
             pushed: Vec::new(),
             solves: 0,
+            evaluations: 0,
             unsolved: zero,
             used: sets.len().min(T::LANES),
             pulls_hold: false,

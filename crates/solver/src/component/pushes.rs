@@ -46,12 +46,13 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Moves the bodies by `M^-1 pushes` at once, without an answer of the joints.
+    /// Moves the bodies by `M^-1 pushes` at once, without an answer of the joints; no update adds them again.
     pub(crate) fn push(&mut self) {
         for i in 0..self.segments {
             let correction = self.system.correction(i, self.pushes[i]);
             let Pose { x, q } = self.poses[i];
             self.poses[i] = Pose { x: x + correction.stretch, q: q.turned(correction.bend) };
         }
+        self.pushes.fill(Six::zero());
     }
 }

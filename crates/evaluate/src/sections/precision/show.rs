@@ -15,6 +15,9 @@ const OVERVIEW: [f64; 3] = [1e-2, 1e-4, 1e-6];
 /// Errors at which ways are compared.
 const ERRORS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 
+/// Errors that rounding alone makes.
+const FREE_FALL: f64 = 1e-12;
+
 /// A scene's curves.
 struct Sheet<'a> {
     scene: &'a str,
@@ -59,21 +62,16 @@ fn sheets<'a>(cells: &[(&'a Key, &'a Value)]) -> Vec<Sheet<'a>> {
         }
     }
     for sheet in &mut sheets {
-        let mut times: Vec<f64> =
-            sheet.curves.iter().filter_map(|curve| curve.yardstick.as_ref()).map(|spread| spread.median).collect();
-        times.sort_by(f64::total_cmp);
-        sheet.yardstick = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
+        sheet.yardstick = Curve::common_yardstick(sheet.curves.iter().copied()).unwrap_or(f64::NAN);
     }
     sheets
 }
 
 impl Sheet<'_> {
-    /// Samples before contacts, where there are some.
+    /// Samples before contacts, where there are some that say anything: what falls freely errs in nothing.
     fn part(&self) -> Part {
-        match self.curves.first() {
-            Some(curve) if curve.samples_before_contact > 0 => Part::BeforeContact,
-            _ => Part::All,
-        }
+        let before = self.curves.iter().flat_map(|curve| curve.line(Against::Exact, Part::BeforeContact).places);
+        if before.map(|place| place.error).fold(0.0, f64::max) > FREE_FALL { Part::BeforeContact } else { Part::All }
     }
 
     fn lines(&self, against: Against) -> Vec<Line> {
