@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
-use acceptance::knot;
+use evaluation::knot;
 use collision::closest;
 use nalgebra::Vector3;
 use rod::{Body, Model, ObstacleShape, State, shape};

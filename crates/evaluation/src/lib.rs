@@ -6,6 +6,7 @@
 pub mod ablation;
 pub mod compare;
 pub mod guesses;
+pub mod knot;
 pub mod needs;
 pub mod paper;
 pub mod precision;

@@ -3,6 +3,7 @@
 mod ablation;
 pub(crate) mod claims;
 mod dynamics;
+mod knot;
 mod long_term;
 mod needs;
 mod nrmse;
@@ -36,6 +37,8 @@ pub(crate) enum Name {
     Nrmse,
     /// Collisions, knot and trees.
     Speedups,
+    /// The knot, solved and predicted.
+    Knot,
     /// Networks of other sizes.
     Ablation,
     /// Stiff and extreme cases.
@@ -54,6 +57,7 @@ pub(crate) fn jobs(only: &[Name]) -> Vec<Box<dyn Job>> {
             Name::Dynamics => Box::new(Cells::new(dynamics::Dynamics)),
             Name::Nrmse => Box::new(Cells::new(nrmse::Nrmse)),
             Name::Speedups => Box::new(Cells::new(speedups::Speedups)),
+            Name::Knot => Box::new(Cells::new(knot::Knot)),
             Name::Ablation => Box::new(ablation::Ablation::default()),
             Name::Stability => Box::new(Cells::new(stability::Stability::default())),
         }

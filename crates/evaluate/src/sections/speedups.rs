@@ -6,7 +6,7 @@ use anyhow::Result;
 use dataset::Scenario;
 use evaluation::compare::Entry;
 use evaluation::paper::speedup::{self, Run, Speedup, speedups};
-use evaluation::paper::{DIRECT, FISCHER, ZERO};
+use evaluation::paper::{DIRECT, FISCHER, ZERO, break_even};
 use report::{Block, Cell, Column, Section as PageSection, Table};
 use scene::Scene;
 use scene::sampling::{Parameters, Tree};
@@ -146,6 +146,7 @@ impl Section for Speedups {
                     .with("seed of the trees", SEED.to_string()),
             }));
         }
+        blocks.push(Block::Table(break_evens(context, cells)?));
         Ok(PageSection { id: Self::ID.to_owned(), title: "Collisions, knot and trees".to_owned(), blocks })
     }
 
@@ -199,6 +200,53 @@ fn row(scene: &str, paper: &str, runs: &[Run], way: &Speedup) -> Vec<Cell> {
         (way.not_converged + way.given_up).to_string().into(),
     ]
 }
+
+/// When training has paid for itself.
+fn break_evens(context: &Context, cells: &[(&Key, &Value)]) -> Result<Table> {
+    let mut rows = Vec::new();
+    for (scene, _) in scenes() {
+        let Some((key, _)) = cells.iter().find(|(key, _)| key.scene == scene) else { continue };
+        let guesses = context.library.for_scene(&scene_of(key)?)?;
+        for (preconditioner, tolerance) in SOLVERS {
+            let runs = runs_of(cells, &scene, preconditioner);
+            for (name, guess) in guesses.iter().filter(|(name, _)| name.helps_solves()) {
+                let Some(network) = guess.network() else { continue };
+                let seconds = network.card().training.seconds;
+                let against = break_even::against(seconds, &runs, &name.to_string());
+                for held in against.iter().filter(|held| RIVALS.contains(&held.against.as_str())) {
+                    rows.push(vec![
+                        format!("{scene}, {preconditioner} {tolerance:e}").into(),
+                        name.to_string().into(),
+                        number(seconds / 60.0).into(),
+                        held.against.as_str().into(),
+                        held.saved_s.map_or("-".to_owned(), |saved| number(1e6 * saved)).into(),
+                        held.steps.map_or(Cell::muted("never"), |steps| Cell::strong(steps.to_string())),
+                    ]);
+                }
+            }
+        }
+    }
+    Ok(Table {
+        id: "speedups-break-even".to_owned(),
+        title: "When training has paid for itself".to_owned(),
+        caption: "Steps after which the time that a guess saves is as long as its training took.".to_owned(),
+        columns: vec![
+            Column::text("scene, solver"),
+            Column::text("guess"),
+            Column::number("training [min]"),
+            Column::text("against"),
+            Column::number("saved a step [us]"),
+            Column::number("steps to break even"),
+        ],
+        rows,
+        conditions: context
+            .conditions("all stages of a step, guesses with features, inference and guards")
+            .with("training", "wall time as the checkpoints' cards have it"),
+    })
+}
+
+/// What a network must beat.
+const RIVALS: [&str; 3] = [ZERO, FISCHER, DIRECT];
 
 /// What the networks save in a scene, in words.
 fn claim(cells: &[(&Key, &Value)], scene: &str) -> String {

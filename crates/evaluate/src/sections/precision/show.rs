@@ -1,16 +1,21 @@
 //! How error against run time is shown.
 
-use evaluation::precision::pareto::{Line, Place, front, time_at_error, winners};
+use evaluation::precision::pareto::{Line, Place, front, standings, time_at_error, winners};
 use evaluation::precision::{Against, Curve, Part};
 use report::{Axis, Block, Cell, Column, Figure, LineChart, LineStyle, Point, Reference, Section, Series, Table};
 
 use super::{Key, Value};
+use solver::formulation::Formulation;
+
 use crate::context::Context;
 use crate::show::number;
-use crate::ways::{PRECONDITIONERS, kinds};
+use crate::ways::{AUTO, PRECONDITIONERS, kinds};
 
 /// Errors of the overview.
 const OVERVIEW: [f64; 3] = [1e-2, 1e-4, 1e-6];
+
+/// Auto must not take longer than so many times the best fixed way.
+const AUTO_BAR: f64 = 1.1;
 
 /// Errors at which ways are compared.
 const ERRORS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
@@ -33,6 +38,7 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     let sheets = sheets(cells);
     let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
     blocks.push(Block::Table(overview(context, &sheets)));
+    blocks.push(Block::Table(auto(context, &sheets)));
     for sheet in &sheets {
         for against in [Against::Exact, Against::Converged] {
             blocks.extend(figure(context, sheet, against).map(Block::Figure));
@@ -239,6 +245,51 @@ fn overview(context: &Context, sheets: &[Sheet<'_>]) -> Table {
             Column::text("best learned"),
             Column::number("time, to cg without learning"),
             Column::number("time, to direct"),
+        ],
+        rows,
+        conditions: context.conditions("all stages of a step, guesses with features, inference and guards"),
+    }
+}
+
+/// What is chosen by itself beside the best of all fixed ways of the same formulation.
+fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
+    let mut rows = Vec::new();
+    for sheet in sheets {
+        for formulation in Formulation::ALL {
+            let own = format!("{formulation}, {AUTO}");
+            let is_own = |curve: &&&Curve| {
+                let name = &curve.way;
+                let of_xpbd = name.starts_with("cg ") && formulation == Formulation::Xpbd;
+                name.starts_with(&format!("{formulation}, ")) || of_xpbd
+            };
+            let curves: Vec<&Curve> = sheet.curves.iter().filter(is_own).copied().collect();
+            let lines: Vec<Line> = curves.iter().map(|curve| curve.line(Against::Exact, sheet.part())).collect();
+            for standing in standings(&lines, &own, &ERRORS) {
+                let (Some(ratio), Some(other)) = (standing.ratio, standing.best_other) else { continue };
+                let text = number(ratio);
+                rows.push(vec![
+                    sheet.scene.into(),
+                    formulation.name().into(),
+                    format!("{:e}", standing.error).into(),
+                    other.way.into(),
+                    if ratio > AUTO_BAR { Cell::strong(text) } else { text.into() },
+                ]);
+            }
+        }
+    }
+    Table {
+        id: "precision-auto".to_owned(),
+        title: "What `--solver auto` takes, beside the best fixed way at equal error".to_owned(),
+        caption: format!(
+            "Time of auto over that of the fastest fixed way of the same formulation, learned guesses among them. Bold: above \
+             {AUTO_BAR}. Where the best fixed way is what auto chose, the ratio shows how far times are to be trusted."
+        ),
+        columns: vec![
+            Column::text("scene"),
+            Column::text("formulation"),
+            Column::number("error"),
+            Column::text("best fixed way"),
+            Column::number("time of auto over its"),
         ],
         rows,
         conditions: context.conditions("all stages of a step, guesses with features, inference and guards"),
