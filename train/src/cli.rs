@@ -13,8 +13,6 @@ use terminal::{positive, threads};
 
 use crate::sweep::args::SweepCli;
 
-/// Samples in a batch.
-const BATCH: usize = 128;
 /// Epochs between two measurements.
 const MEASURE_EVERY: u64 = 10;
 
@@ -45,10 +43,10 @@ pub(crate) struct SetArgs {
     /// Folder of the data sets; that of Table 1 is DIR/SCENARIO, others have their sizes in their names [default: data].
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// Training trajectories [default: Table 1's 256; 768 where whole steps are learned].
+    /// Training trajectories [default: the paper's 256, 20 knots, 100 trees; 768 where whole steps are learned].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trajectories: Option<u32>,
-    /// Steps of a trajectory [default: Table 1's 50; 100 where whole steps are learned].
+    /// Steps of a trajectory [default: Table 1's 50; 100 for knots, for trees, and where whole steps are learned].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) steps: Option<u32>,
 }
@@ -81,7 +79,7 @@ impl SetArgs {
 /// Which data set to generate.
 #[derive(Args, Debug)]
 pub(crate) struct DataArgs {
-    /// Which of the paper's scenarios (Table 1): rod, helix.
+    /// Which of the paper's scenarios: rod, helix (Table 1), knot, tree.
     #[arg(long, default_value_t = Scenario::Rod)]
     pub(crate) scenario: Scenario,
     #[command(flatten)]
@@ -98,12 +96,12 @@ pub(crate) struct DataArgs {
 /// What to train, and how.
 #[derive(Args, Debug)]
 pub(crate) struct TrainArgs {
-    /// Which of the paper's scenarios (Table 1): rod, helix.
+    /// Which of the paper's scenarios: rod, helix (Table 1), knot, tree.
     #[arg(long, default_value_t = Scenario::Rod)]
     pub(crate) scenario: Scenario,
     /// paper: the paper's network, features and loss. best: features in body frames, scans along the rod, and the loss
     /// through six iterations of conjugate gradients. step: a small network for starts of whole steps (guess gn-step),
-    /// on the paper's scenes and slack ones at time steps of 0.02 to 0.1 s. The flags below change single parts of a
+    /// on the paper's rods or helices and slack ones at time steps of 0.02 to 0.1 s. The flags below change single parts of a
     /// recipe.
     #[arg(long, value_enum, default_value_t = Recipe::Paper)]
     pub(crate) recipe: Recipe,
@@ -123,8 +121,8 @@ pub(crate) struct TrainArgs {
     /// Inputs: paper (world axes), body-frame (body axes, with the right-hand side) [default: the recipe's].
     #[arg(long, value_enum)]
     pub(crate) features: Option<FeaturesArg>,
-    /// Outputs: full (dp and dlambda), semi (turns, from which statics makes the rest; body-frame only) [default: the
-    /// recipe's].
+    /// Outputs: full (dp and dlambda), semi (turns, from which statics makes the rest, and for knots, which are held at
+    /// both ends, a force; body-frame only) [default: the recipe's].
     #[arg(long, value_enum)]
     pub(crate) head: Option<HeadArg>,
     /// mse: MSE(V) + MSE(E). cg: logarithm of the residual after six iterations of block-Jacobi conjugate gradients from
@@ -134,9 +132,9 @@ pub(crate) struct TrainArgs {
     /// Times through the training samples [default: 600; recipe step: 100].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) epochs: Option<u64>,
-    /// Samples in a batch.
-    #[arg(long, default_value_t = BATCH, value_parser = whole)]
-    pub(crate) batch: usize,
+    /// Samples in a batch [default: 128; 16 trees, which have a thousand nodes each].
+    #[arg(long, value_parser = whole)]
+    pub(crate) batch: Option<usize>,
     /// Step size of Adam [default: 1e-3; recipes best and step: 2e-3].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) learning_rate: Option<f64>,
@@ -315,7 +313,7 @@ impl TrainArgs {
             head: None,
             loss: None,
             epochs: None,
-            batch: BATCH,
+            batch: None,
             learning_rate: None,
             schedule: None,
             seed: 0,
@@ -347,8 +345,18 @@ impl TrainArgs {
         let head = match (self.head, features) {
             (None, Features::History) => Head::Turns,
             (Some(HeadArg::Full), _) | (None, Features::Paper) => Head::Full,
+            // A rope that is held at both ends is not statically determined.
+            (Some(HeadArg::Semi), _) | (None, Features::BodyFrame) if self.scenario == Scenario::Knot => {
+                Head::SemiClosed
+            }
             (Some(HeadArg::Semi), _) | (None, Features::BodyFrame) => Head::Semi,
         };
+        if recipe == Recipe::Step && !self.scenario.teaches_steps() {
+            bail!(
+                "--recipe step needs the scenario rod or helix: in free motion, held at one place; not {}",
+                self.scenario
+            );
+        }
         if recipe == Recipe::Step && (self.features.is_some() || self.head.is_some()) {
             bail!("--features and --head change the recipes paper and best, but the recipe is step");
         }
@@ -395,13 +403,13 @@ impl TrainArgs {
             network,
             loss,
             epochs: self.epochs.unwrap_or(if self.quick { epochs / 15 } else { epochs }),
-            batch: self.batch,
+            batch: self.batch.unwrap_or(if self.scenario == Scenario::Tree { 16 } else { 128 }),
             learning_rate: self.learning_rate.unwrap_or(if is_paper { 1e-3 } else { 2e-3 }),
             schedule: self.schedule.unwrap_or(default_schedule),
             seed: self.seed,
             backend: self.backend,
             measure_every: self.measure_every,
-            scenes: if self.quick { 12 } else { 30 },
+            scenes: if self.quick { 12 } else { 30 }.min(Config::table_1(self.scenario).validation_trajectories),
             threads: threads_or_cores(self.threads),
             out: self.out.clone().unwrap_or_else(|| PathBuf::from("trained").join(name())),
         })

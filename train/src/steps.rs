@@ -70,7 +70,8 @@ impl Trajectory {
 
     fn sample(scenario: Scenario, index: u64, dt: f64, tolerance: f64) -> anyhow::Result<Self> {
         let parameters = scenario.sample(Config::table_1(scenario).seed, index);
-        let parameters = if index.is_multiple_of(2) { parameters } else { parameters.slack() };
+        let slack = if index.is_multiple_of(2) { None } else { parameters.slack() };
+        let parameters = slack.unwrap_or(parameters);
         Ok(Self { scene: parameters.scene()?, dt, tolerance })
     }
 

@@ -18,4 +18,4 @@ pub use name::{GuessName, LearnedName, Recipe};
 pub use network::{Network, built_in};
 pub use rows::{NetworkOf, Row, load, networks, rows};
 pub use sources::Sources;
-pub use training::Training;
+pub use training::{Training, fitting};

@@ -74,17 +74,21 @@ pub struct Network {
 }
 
 impl Network {
-    /// The network of a scenario and recipe: that of `--checkpoint` if it is one, else the one that is built in.
+    /// The network of a scenario and recipe: that of `--checkpoint` if it is one, else the one that is built in, or where
+    /// there is none (starts of whole steps of knots and trees) that of rods.
     pub fn load(recipe: Recipe, training: &Training) -> Result<Self> {
         let (scenario, recipe) = (training.scenario.name(), recipe.name());
-        if let Some(own) = training.own.as_ref().filter(|own| own.card.scenario == scenario && own.card.recipe == recipe) {
+        if let Some(own) =
+            training.own.as_ref().filter(|own| own.card.scenario == scenario && own.card.recipe == recipe)
+        {
             return Ok(own.clone());
         }
-        let name = format!("{scenario}-{recipe}");
-        let Some(built_in) = BUILT_IN.iter().find(|built_in| built_in.name == name) else {
+        let [name, of_rods] = [scenario, Scenario::Rod.name()].map(|scenario| format!("{scenario}-{recipe}"));
+        let named = |name: &str| BUILT_IN.iter().find(|built_in| built_in.name == name);
+        let Some(built_in) = named(&name).or_else(|| named(&of_rods)) else {
             bail!("no network {name} is built in");
         };
-        Self::read(Path::new(&name), built_in.card, built_in.weights, "built in").context("built in")
+        Self::read(Path::new(built_in.name), built_in.card, built_in.weights, "built in").context("built in")
     }
 
     fn read(name: &Path, card: &[u8], weights: &[u8], place: &str) -> Result<Self, CheckpointError> {

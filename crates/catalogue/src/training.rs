@@ -1,4 +1,4 @@
-//! What learned guesses come from: the paper's data sets (Table 1), generated on first use.
+//! What learned guesses come from: the paper's data sets, generated on first use.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use dataset::{Config, Dataset, MANIFEST, Scenario, generate, open_as};
+use rod::{Body, Joint};
 use scene::Scene;
 
 use crate::name::GuessName;
@@ -14,7 +15,7 @@ use crate::network::Network;
 use crate::sources::{Sources, check_sources};
 use terminal::say;
 
-/// Folder of the data sets, one each for rods and helices.
+/// Folder of the data sets, one a scenario.
 const DATA: &str = "data";
 
 /// Which scenario, and where what was learned from it is.
@@ -50,7 +51,7 @@ impl Training {
         Ok(scenarios.iter().map(training).collect())
     }
 
-    /// For a scene: of the scenario asked for, else of helices where joints are bent or twisted at rest.
+    /// For a scene: of the scenario asked for, else of the one that is most like it ([`fitting`]).
     ///
     /// # Errors
     /// As [`Self::of`].
@@ -61,13 +62,7 @@ impl Training {
         scene: &Scene,
         quiet: bool,
     ) -> Result<Self> {
-        Ok(Self::of(args, names, &[scenario.unwrap_or_else(|| Self::scenario_of(scene))], quiet)?.remove(0))
-    }
-
-    /// The scenario that a scene is most like: helices where joints are bent or twisted at rest, else rods.
-    pub fn scenario_of(scene: &Scene) -> Scenario {
-        let is_straight = scene.model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
-        if is_straight { Scenario::Rod } else { Scenario::Helix }
+        Ok(Self::of(args, names, &[scenario.unwrap_or_else(|| fitting(scene))], quiet)?.remove(0))
     }
 
     /// Where the data set is.
@@ -100,8 +95,10 @@ impl Training {
 
     /// Says so where a scene is unlike all that the learned ones of these guesses learned from.
     pub fn say_foreign(&self, names: &[GuessName], scene: &Scene) -> Result<()> {
-        let scenario = self.scenario;
-        for (of_steps, ranges) in [(false, scenario.ranges()), (true, scenario.ranges_with_slack())] {
+        let solves = self.scenario;
+        let steps = if solves.teaches_steps() { solves } else { Scenario::Rod };
+        for (of_steps, scenario, ranges) in [(false, solves, solves.ranges()), (true, steps, steps.ranges_with_slack())]
+        {
             let learned = names.iter().filter(|name| name.is_learned() && name.helps_steps() == of_steps);
             let learned = learned.map(GuessName::to_string).collect::<Vec<_>>().join(", ");
             match foreign(scene, &ranges) {
@@ -117,10 +114,35 @@ impl Training {
     }
 }
 
+/// The scenario that is most like a scene: trees where rods hang together without loops, knots where a single rod that can
+/// touch itself is held at both ends, else helices where joints are bent or twisted at rest, else rods.
+pub fn fitting(scene: &Scene) -> Scenario {
+    let model = &scene.model;
+    let rod_of = |body: Body| match body {
+        Body::Segment(segment) => Some(model.segments[segment].rod),
+        Body::Anchor(_) => None,
+    };
+    let branches = |joint: &Joint| rod_of(joint.a).zip(rod_of(joint.b)).is_some_and(|(a, b)| a != b);
+    // Each set without a loop has one joint less than bodies.
+    if model.joints.iter().any(branches) && model.joints.len() < model.segments.len() + model.anchors.len() {
+        return Scenario::Tree;
+    }
+    let ends = [model.segments.first(), model.segments.last()];
+    let is_held = ends.iter().all(|end| end.is_some_and(|end| end.fixed));
+    if scene.rods.len() == 1 && model.contacts.between_segments.is_some() && is_held {
+        return Scenario::Knot;
+    }
+    let is_straight = model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
+    if is_straight { Scenario::Rod } else { Scenario::Helix }
+}
+
 /// What makes a scene unlike all that was learned from, in words.
 fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Option<String> {
     let model = &scene.model;
-    if scene.rods.len() != 1 || model.joints.len() + 1 != model.segments.len() {
+    // Rods are held by their first segment, trees by an anchor.
+    let trees = ranges.get("rods");
+    let rods = trees.map_or(1, |&[rods, _]| rods as usize);
+    if scene.rods.len() != rods || model.joints.len() + usize::from(trees.is_none()) != model.segments.len() {
         let (rods, joints) = (scene.rods.len(), model.joints.len());
         return Some(format!("{rods} rods with {} segments and {joints} joints", model.segments.len()));
     }

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
-use scene::sampling::{Family, Parameters};
+use scene::sampling::{Family, KNOT_STEPS, Knot, Parameters, TREE_STEPS, Tree};
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 use solver::step::StepParams;
 
 use crate::DatasetError;
 
-/// Which of the paper's two scenarios (Table 1).
+/// Which of the paper's scenarios.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scenario {
@@ -19,31 +19,51 @@ pub enum Scenario {
     Rod,
     /// Elastic helices.
     Helix,
+    /// Ropes with a knot that is pulled tight.
+    Knot,
+    /// Trees in wind.
+    Tree,
 }
 
 impl Scenario {
     /// All of them.
-    pub const ALL: [Scenario; 2] = [Self::Rod, Self::Helix];
+    pub const ALL: [Scenario; 4] = [Self::Rod, Self::Helix, Self::Knot, Self::Tree];
 
     /// Its name in files and flags.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rod => "rod",
             Self::Helix => "helix",
+            Self::Knot => "knot",
+            Self::Tree => "tree",
+        }
+    }
+
+    /// Whether starts of whole steps are learned from it: in free motion, held at one place.
+    pub fn teaches_steps(self) -> bool {
+        matches!(self, Self::Rod | Self::Helix)
+    }
+
+    /// The family that its scenes are drawn from.
+    pub fn family(self) -> Family {
+        match self {
+            Self::Rod => Family::Rod,
+            Self::Helix => Family::Helix,
+            Self::Knot => Family::Knot,
+            Self::Tree => Family::Tree,
         }
     }
 
     /// Parameters of trajectory `index` of a `seed`.
     pub fn sample(self, seed: u64, index: u64) -> Parameters {
-        let family = match self {
-            Self::Rod => Family::Rod,
-            Self::Helix => Family::Helix,
-        };
-        Parameters::sample(family, seed, index)
+        Parameters::sample(self.family(), seed, index)
     }
 
-    /// Range of every parameter, with the unit in its name: Table 1's, and what [`scene::defaults`] fixes.
+    /// Range of every parameter, with the unit in its name: Table 1's with what [`scene::defaults`] fixes, and those of
+    /// [`Knot`] and [`Tree`].
     pub fn ranges(self) -> BTreeMap<String, [f64; 2]> {
+        let mut radius = [scene::defaults::RADIUS; 2];
+        let mut density = scene::defaults::DENSITY;
         let own: &[(&str, [f64; 2])] = match self {
             Self::Rod => &[
                 ("segments", [10.0, 55.0]),
@@ -58,18 +78,44 @@ impl Scenario {
                 ("helix_height_m", [0.4, 0.6]),
                 ("winding", [2.0, 3.0]),
             ],
+            Self::Knot => {
+                (radius, density) = ([Knot::RADIUS; 2], Knot::DENSITY);
+                &[
+                    ("segments", [Knot::SEGMENTS as f64; 2]),
+                    ("length_m", [Knot::LENGTH; 2]),
+                    ("youngs_modulus_pa", [Knot::MODULUS; 2]),
+                    ("torsion_modulus_pa", [Knot::MODULUS; 2]),
+                    ("loop_m", [0.8, 1.0]),
+                    ("closing_speed_m_s", [0.6, 1.85]),
+                    ("start_share_of_speed", [1.0 / 3.0, 2.0 / 3.0]),
+                    ("friction", [0.1, 0.4]),
+                ]
+            }
+            Self::Tree => {
+                let [foot, top] = Tree::TRUNK_RADII;
+                let thinnest = top * (Tree::RADIUS_RATIO * Tree::RADIUS_RATIO).powi(Tree::LEVELS);
+                (radius, density) = ([thinnest, foot], Tree::DENSITY);
+                &[
+                    ("rods", [70.0; 2]),
+                    ("youngs_modulus_pa", [Tree::YOUNGS_MODULUS; 2]),
+                    ("torsion_modulus_pa", [Tree::TORSION_MODULUS; 2]),
+                    ("wind_speed_m_s", [6.0, 18.0]),
+                    ("wind_angle_deg", [0.0, 360.0]),
+                ]
+            }
         };
-        let fixed = [("radius_m", [scene::defaults::RADIUS; 2]), ("density_kg_m3", [scene::defaults::DENSITY; 2])];
+        let fixed = [("radius_m", radius), ("density_kg_m3", [density; 2])];
         own.iter().chain(&fixed).map(|&(name, range)| (name.to_owned(), range)).collect()
     }
 
     /// The same with the slack variants ([`Parameters::slack`]), which starts of whole steps are trained on, too.
     pub fn ranges_with_slack(self) -> BTreeMap<String, [f64; 2]> {
-        let (radius, density) = match self.sample(0, 0).slack() {
-            Parameters::Rod(rod) => (rod.radius, rod.density),
-            Parameters::Helix(helix) => (helix.radius, helix.density),
-        };
         let mut ranges = self.ranges();
+        let (radius, density) = match self.sample(0, 0).slack() {
+            Some(Parameters::Rod(rod)) => (rod.radius, rod.density),
+            Some(Parameters::Helix(helix)) => (helix.radius, helix.density),
+            _ => return ranges,
+        };
         for (name, value) in [("radius_m", radius), ("density_kg_m3", density)] {
             if let Some([low, high]) = ranges.get_mut(name) {
                 (*low, *high) = (low.min(value), high.max(value));
@@ -131,6 +177,9 @@ pub struct Config {
     pub validation_trajectories: usize,
     /// Steps of a trajectory (Table 1: 50).
     pub steps: usize,
+    /// Of how many steps one is kept, from the first on; all, unless a set would be too large.
+    #[serde(default = "all", skip_serializing_if = "is_all")]
+    pub record_every: usize,
     /// Time step [s] (Table 1: 0.02).
     pub dt_s: f64,
     /// Residual at which a step's outer iterations end, relative to the prediction's; not in the paper.
@@ -145,6 +194,15 @@ pub struct Config {
     pub trajectories_per_shard: usize,
 }
 
+/// Every step is kept.
+fn all() -> usize {
+    1
+}
+
+fn is_all(every: &usize) -> bool {
+    *every == all()
+}
+
 impl Default for Config {
     fn default() -> Self {
         Self::table_1(Scenario::Rod)
@@ -152,15 +210,22 @@ impl Default for Config {
 }
 
 impl Config {
-    /// The paper's set of a scenario.
+    /// The paper's set of a scenario: Table 1's for rods and helices; 20 runs of 100 frames for knots, to which we add ten
+    /// for validation; 100 topologies for trees and ten for validation, 100 steps each, of which every fifth is kept.
     pub fn table_1(scenario: Scenario) -> Self {
         let step = StepParams::default();
+        let (train_trajectories, validation_trajectories, steps, record_every) = match scenario {
+            Scenario::Rod | Scenario::Helix => (256, 100, scene::sampling::STEPS, 1),
+            Scenario::Knot => (20, 10, KNOT_STEPS, 1),
+            Scenario::Tree => (100, 10, TREE_STEPS, 5),
+        };
         Self {
             scenario,
             seed: 0,
-            train_trajectories: 256,
-            validation_trajectories: 100,
-            steps: scene::sampling::STEPS,
+            train_trajectories,
+            validation_trajectories,
+            steps,
+            record_every,
             dt_s: scene::defaults::DT,
             relative_tolerance: step.relative_tolerance,
             absolute_tolerance: step.absolute_tolerance,
@@ -189,6 +254,7 @@ impl Config {
         let counts = [
             ("train_trajectories", self.train_trajectories),
             ("steps", self.steps),
+            ("record_every", self.record_every),
             ("max_iterations", self.max_iterations),
             ("trajectories_per_shard", self.trajectories_per_shard),
         ];

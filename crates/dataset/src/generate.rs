@@ -105,7 +105,7 @@ pub fn generate(
 fn simulate(config: &Config, index: u64) -> Result<Record, DatasetError> {
     let scene = config.scenario.sample(config.seed, index).scene();
     let scene = scene.map_err(|error| DatasetError::Trajectory { index, message: error.to_string() })?;
-    record(&scene, index, config.step(), config.dt_s, config.steps)
+    record(&scene, index, config)
 }
 
 fn write_shard(directory: &Path, config: &Config, plan: &Plan, records: &[Record]) -> Result<(), DatasetError> {
@@ -212,7 +212,13 @@ fn check_directory(directory: &Path, config: &Config) -> Result<(), DatasetError
 
 /// The first setting in which two configurations differ, and its two values.
 fn difference(found: &Config, wanted: &Config) -> Option<(String, String, String)> {
-    let [found, wanted] = [found, wanted].map(|config| toml::Table::try_from(config).unwrap_or_default());
+    let table = |config: &Config| {
+        let mut table = toml::Table::try_from(config).unwrap_or_default();
+        // Left out where it is 1.
+        table.insert("record_every".to_owned(), toml::Value::Integer(config.record_every as i64));
+        table
+    };
+    let [found, wanted] = [found, wanted].map(table);
     let differs = |(key, value): (&String, &toml::Value)| {
         let other = wanted.get(key)?;
         (other != value).then(|| (key.clone(), value.to_string(), other.to_string()))

@@ -36,6 +36,7 @@ pub(crate) enum Name {
     Rhs,
     Dlambda,
     Dp,
+    Inertia,
 }
 
 /// Name, type, columns, and what there is a row for.
@@ -52,7 +53,7 @@ const fn tensor(name: &'static str, dtype: Dtype, columns: usize, per: Per) -> T
 }
 
 /// All tensors.
-pub(crate) const TENSORS: [Tensor; 16] = [
+pub(crate) const TENSORS: [Tensor; 17] = [
     tensor("trajectory.index", Dtype::U64, 1, Per::Trajectory),
     tensor("trajectory.sizes", Dtype::U64, 4, Per::Trajectory),
     tensor("trajectory.planar", Dtype::U32, 1, Per::Trajectory),
@@ -69,7 +70,15 @@ pub(crate) const TENSORS: [Tensor; 16] = [
     tensor("sample.rhs", Dtype::F32, 6, Per::SampleJoint),
     tensor("sample.dlambda", Dtype::F32, 6, Per::SampleJoint),
     tensor("sample.dp", Dtype::F32, 6, Per::SampleSegment),
+    tensor("sample.inertia", Dtype::F64, 2, Per::SampleSegment),
 ];
+
+impl Tensor {
+    /// Whether shards may be without it.
+    pub(crate) fn is_optional(self) -> bool {
+        self.name == Name::Inertia.tensor().name
+    }
+}
 
 impl Name {
     pub(crate) fn tensor(self) -> Tensor {

@@ -17,7 +17,7 @@
 //!
 //! # What is stored
 //!
-//! The paper's two scenarios (Table 1) are simulated with formulation `xpbd` and direct solves. Of every outer iteration
+//! The paper's scenarios ([`Scenario`]) are simulated with formulation `xpbd` and direct solves. Of every outer iteration
 //! (line 9 of Algorithm 1) is kept, in double precision, what everything else follows from: the poses p^j, the
 //! multipliers lambda^j and the time step. With the trajectory's constants they give the linear system A dlambda = b to
 //! the last bit ([`Sample::restore`]), and so both kinds of features, products with A for a loss, and the iterations
@@ -51,6 +51,7 @@
 //! | `sample.rhs` | f32 \[sum of J, 6\] | right-hand side b [m], [1/m] |
 //! | `sample.dlambda` | f32 \[sum of J, 6\] | the exact solution [N s^2], [N m^2 s^2] |
 //! | `sample.dp` | f32 \[sum of S, 6\] | its corrections dx [m], dphi [rad] |
+//! | `sample.inertia` | f64 \[sum of S, 2\] | in air alone, where drag adds to them: inverse mass [1/kg], transverse moment of inertia [kg m^2] of the step |
 //!
 //! T, S, A, J and P run over the shard's trajectories, segments, anchors, joints and samples. Stretch-shear rows are in
 //! world axes, bend-twist rows in the frame of body a.

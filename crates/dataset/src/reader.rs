@@ -279,6 +279,11 @@ impl<'a> Sample<'a> {
         for (pose, [x, y, z, i, j, k, w]) in component.poses.iter_mut().zip(self.pose_rows()) {
             (pose.x, pose.q) = (Vec3([x, y, z]), Quat { v: Vec3([i, j, k]), w });
         }
+        if self.shard().has(Name::Inertia) {
+            for (segment, inertia) in self.shard().arrays(Name::Inertia, self.segments()).enumerate() {
+                component.set_inertia(segment, inertia);
+            }
+        }
         component.lambda.iter_mut().zip(self.lambda()).for_each(|(own, stored)| *own = stored);
         component.evaluate(Formulation::Xpbd);
         for (own, stored) in component.dlambda.iter_mut().zip(self.dlambda()) {
@@ -324,7 +329,7 @@ mod tests {
     use crate::batch::PaperBatch;
     use crate::{Config, record, write};
 
-    /// The data set's scenarios are chains without anchors; its format is not restricted to them.
+    /// The format is not restricted to the data set's scenarios.
     #[test]
     fn a_tree_with_an_anchor_is_read_back() {
         let scene = scene::parse(
@@ -333,7 +338,7 @@ mod tests {
             "small-tree.toml",
         );
         let scene = scene.unwrap();
-        let record = record::record(&scene, 3, Config::default().step(), 0.02, 3).unwrap();
+        let record = record::record(&scene, 3, &Config { steps: 3, ..Config::default() }).unwrap();
         assert_eq!((record.model.anchors.len(), record.model.segments.len()), (1, 17));
         let bytes = write::shard(std::slice::from_ref(&record)).unwrap();
         let file = tempfile::NamedTempFile::new().unwrap();
@@ -362,7 +367,7 @@ mod tests {
     fn scenes_that_cannot_be_stored_are_refused() {
         let two = "[[rods]]\nradius_m = 0.05\n[rods.shape.straight]\nlength_m = 1.0\nsegments = 3\n";
         let scene = scene::parse(&format!("{two}\n{two}"), "two.toml").unwrap();
-        let error = record::record(&scene, 0, Config::default().step(), 0.02, 1).unwrap_err();
+        let error = record::record(&scene, 0, &Config { steps: 1, ..Config::default() }).unwrap_err();
         assert_eq!(error.to_string(), "trajectory 0: 2 connected sets of segments, but it must be one");
     }
 }

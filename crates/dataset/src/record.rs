@@ -2,7 +2,8 @@
 //!
 //! The loop is the solver's own. What it solves is seen through its seam for guesses, by one that never proposes
 //! anything. Solutions of an attempt that was taken back, because it did not converge in a step of that length, are
-//! dropped: an attempt that follows is shorter then, and only then.
+//! dropped: an attempt that follows is shorter then, and only then. With contacts, what is seen is the rods' own linear
+//! system, before contacts push.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -13,11 +14,11 @@ use solver::component::{Component, Members, split};
 use solver::guess::InitialGuess;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::step::{Status, StepParams};
+use solver::step::Status;
 use solver::system::Six;
 use solver::topology::Topology;
 
-use crate::DatasetError;
+use crate::{Config, DatasetError};
 
 /// Numbers of the samples of a trajectory, one after the other: see the crate's description.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,6 +31,8 @@ pub(crate) struct Samples {
     pub(crate) rhs: Vec<[f32; 6]>,
     pub(crate) dlambda: Vec<[f32; 6]>,
     pub(crate) dp: Vec<[f32; 6]>,
+    /// Inverse mass and transverse inertia of the step; none where there is no air.
+    pub(crate) inertia: Vec<[f64; 2]>,
 }
 
 /// A recorded trajectory.
@@ -50,6 +53,8 @@ struct Recorder {
     samples: Arc<Mutex<Samples>>,
     segments: usize,
     step: u32,
+    /// Of how many steps one is kept.
+    every: u32,
     dp: Vec<Six<f64>>,
     /// Number of samples when the attempt under way began, and its time step [s].
     attempt: (usize, f64),
@@ -65,6 +70,9 @@ impl InitialGuess for Recorder {
     }
 
     fn observe_solve(&mut self, component: &Component<f64>, iteration: usize) {
+        if !self.step.is_multiple_of(self.every) {
+            return;
+        }
         let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
         if iteration == 0 {
             let (first, last_dt) = self.attempt;
@@ -81,6 +89,9 @@ impl InitialGuess for Recorder {
             samples.poses.push([x, y, z, i, j, k, pose.q.w]);
             samples.dp.push(single(*dp));
         }
+        if component.has_air() {
+            samples.inertia.extend((0..self.segments).map(|segment| component.inertia(segment)));
+        }
         samples.lambda.extend(component.lambda.iter().map(|x| x.to_array()));
         samples.rhs.extend(component.system.joints.iter().map(|joint| single(joint.rhs)));
         samples.dlambda.extend(component.dlambda.iter().map(|x| single(*x)));
@@ -95,25 +106,20 @@ impl InitialGuess for Recorder {
 
 impl Samples {
     fn truncate(&mut self, samples: usize, segments: usize, joints: usize) {
-        let Self { places, dt, poses, lambda, rhs, dlambda, dp } = self;
+        let Self { places, dt, poses, lambda, rhs, dlambda, dp, inertia } = self;
         places.truncate(samples);
         dt.truncate(samples);
         poses.truncate(samples * segments);
         dp.truncate(samples * segments);
+        inertia.truncate(samples * segments);
         lambda.truncate(samples * joints);
         rhs.truncate(samples * joints);
         dlambda.truncate(samples * joints);
     }
 }
 
-/// Simulates `steps` steps of `dt` [s] and records every accepted linear solve.
-pub(crate) fn record(
-    scene: &Scene,
-    index: u64,
-    params: StepParams,
-    dt: f64,
-    steps: usize,
-) -> Result<Record, DatasetError> {
+/// Simulates a scene as the configuration says and records every accepted linear solve of the steps that it keeps.
+pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Record, DatasetError> {
     let wrong = |message: String| DatasetError::Trajectory { index, message };
     let (model, state) = (&scene.model, &scene.state);
     let mut sets = split(model);
@@ -129,16 +135,17 @@ pub(crate) fn record(
             samples: samples.clone(),
             segments: members.segments.len(),
             step: 0,
+            every: config.record_every as u32,
             dp: vec![Six::zero(); topology.bodies()],
             attempt: (0, 0.0),
         }))
     };
-    let settings = Settings { step: params, solver: SolverKind::Direct };
+    let settings = Settings { step: config.step(), solver: SolverKind::Direct };
     let mut simulation =
         Simulation::new(model, state, &settings, Some(&build)).map_err(|error| wrong(error.to_string()))?;
     let mut unconverged = 0;
-    for step in 0..steps {
-        match simulation.step(dt).map_err(|error| wrong(error.to_string()))?.status {
+    for step in 0..config.steps {
+        match simulation.step(config.dt_s).map_err(|error| wrong(error.to_string()))?.status {
             Status::NonFinite => return Err(wrong(format!("step {step}: numbers are not finite"))),
             Status::OutOfIterations => unconverged += 1,
             Status::Converged | Status::ConvergedInSubsteps => {}

@@ -43,6 +43,11 @@ impl Shard {
         let mut tensors = Vec::with_capacity(TENSORS.len());
         let mut rows = Vec::with_capacity(TENSORS.len());
         for tensor in TENSORS {
+            if tensor.is_optional() && !views.names().contains(&tensor.name) {
+                tensors.push(0..0);
+                rows.push(0);
+                continue;
+            }
             let view = views.tensor(tensor.name).map_err(|_| {
                 DatasetError::value(file, "tensors", views.names().join(", "), format!("with {}", tensor.name))
             })?;
@@ -66,7 +71,7 @@ impl Shard {
         shard.find_starts(rows[Name::Sizes as usize])?;
         let all = shard.counts();
         for (tensor, rows) in TENSORS.iter().zip(rows) {
-            if rows != all.rows(tensor.per) {
+            if rows != all.rows(tensor.per) && !(tensor.is_optional() && rows == 0) {
                 let allowed = format!("{}, by trajectory.sizes", all.rows(tensor.per));
                 return Err(DatasetError::value(file, format!("rows of {}", tensor.name), rows, allowed));
             }
@@ -97,6 +102,11 @@ impl Shard {
     /// Bytes of the file.
     pub(crate) fn len(&self) -> usize {
         self.map.bytes().len()
+    }
+
+    /// Whether it has a tensor that shards may be without.
+    pub(crate) fn has(&self, name: Name) -> bool {
+        !self.tensors[name as usize].is_empty()
     }
 
     fn rows<const BYTES: usize>(&self, name: Name, rows: Range<usize>) -> &[[u8; BYTES]] {

@@ -49,13 +49,16 @@ pub(crate) fn shard(records: &[Record]) -> Result<Vec<u8>, safetensors::SafeTens
         columns.f32s(Name::Rhs, samples.rhs.iter().flatten().copied());
         columns.f32s(Name::Dlambda, samples.dlambda.iter().flatten().copied());
         columns.f32s(Name::Dp, samples.dp.iter().flatten().copied());
+        columns.f64s(Name::Inertia, samples.inertia.iter().flatten().copied());
     }
     let counts = counts(records);
     for (column, tensor) in columns.0.iter_mut().zip(TENSORS) {
         column.shape = vec![counts.rows(tensor.per), tensor.columns];
     }
     // No metadata: it would be written in random order.
-    safetensors::serialize(TENSORS.iter().map(|tensor| tensor.name).zip(&columns.0), None)
+    let named = TENSORS.iter().zip(&columns.0);
+    let there = named.filter(|(tensor, column)| !(tensor.is_optional() && column.bytes.is_empty()));
+    safetensors::serialize(there.map(|(tensor, column)| (tensor.name, column)), None)
 }
 
 fn add_constants(columns: &mut Columns, record: &Record) {

@@ -5,18 +5,24 @@ mod common;
 use std::sync::Mutex;
 
 use common::{files, generated, small};
-use dataset::{Config, Dataset, MANIFEST, Manifest, Progress, Scenario, Split, generate};
+use dataset::{Config, Dataset, MANIFEST, Manifest, Progress, Scenario, Split, generate, open_as};
+use scene::sampling::Parameters;
 
 #[test]
 fn threads_and_parts_change_no_bit() {
-    let config = small(Scenario::Rod);
-    let one = tempfile::tempdir().unwrap();
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool(1).install(|| generate(one.path(), &config, None, &|_| ())).unwrap();
-    let three = tempfile::tempdir().unwrap();
-    pool(3).install(|| generate(three.path(), &config, None, &|_| ())).unwrap();
-    assert!(files(one.path()) == files(three.path()));
+    let with_threads = |config: &Config, threads| {
+        let directory = tempfile::tempdir().unwrap();
+        pool(threads).install(|| generate(directory.path(), config, None, &|_| ())).unwrap();
+        directory
+    };
+    for scenario in Scenario::ALL {
+        let [one, three] = [1, 3].map(|threads| with_threads(&small(scenario), threads));
+        assert!(files(one.path()) == files(three.path()), "{scenario}");
+    }
 
+    let config = small(Scenario::Rod);
+    let one = with_threads(&config, 1);
     let parts = tempfile::tempdir().unwrap();
     for (i, is_last) in [(2, false), (0, false), (1, true)] {
         let generated = generate(parts.path(), &config, Some((i, 3)), &|_| ()).unwrap();
@@ -119,9 +125,10 @@ fn settings_that_make_no_sense_are_refused() {
 #[test]
 fn table_1_is_the_default() {
     let config = Config::default();
+    assert_eq!(Config::table_1(Scenario::Helix), Config { scenario: Scenario::Helix, ..config.clone() });
     assert_eq!((config.scenario, config.train_trajectories, config.validation_trajectories), (Scenario::Rod, 256, 100));
     assert_eq!((config.steps, config.dt_s), (50, 0.02));
-    for scenario in Scenario::ALL {
+    for scenario in [Scenario::Rod, Scenario::Helix, Scenario::Knot] {
         let ranges = scenario.ranges();
         let [low, high] = ranges["segments"];
         for index in 0..200 {
@@ -131,4 +138,53 @@ fn table_1_is_the_default() {
             assert_eq!((segment.radius, segment.density), (ranges["radius_m"][0], ranges["density_kg_m3"][1]));
         }
     }
+}
+
+#[test]
+fn knots_and_trees_are_as_many_and_as_long_as_in_the_paper() {
+    let knots = Config::table_1(Scenario::Knot);
+    assert_eq!((knots.train_trajectories, knots.steps, knots.record_every), (20, 100, 1));
+    let trees = Config::table_1(Scenario::Tree);
+    assert_eq!((trees.train_trajectories, trees.steps, trees.record_every), (100, 100, 5));
+    let (knot, tree) = (Scenario::Knot.ranges(), Scenario::Tree.ranges());
+    for index in 0..20 {
+        let Parameters::Knot(p) = Scenario::Knot.sample(0, index) else { panic!("a knot") };
+        let closing = p.speeds[0] + p.speeds[1];
+        for (name, value) in [
+            ("loop_m", p.loop_diameter),
+            ("closing_speed_m_s", closing),
+            ("start_share_of_speed", p.speeds[0] / closing),
+            ("friction", p.friction),
+        ] {
+            assert!((knot[name][0]..=knot[name][1]).contains(&value), "{name} = {value}");
+        }
+        let Parameters::Tree(p) = Scenario::Tree.sample(0, index) else { panic!("a tree") };
+        let scene = Parameters::Tree(p).scene().unwrap();
+        for (name, value) in [
+            ("rods", scene.rods.len() as f64),
+            ("wind_speed_m_s", p.wind_speed),
+            ("wind_angle_deg", p.wind_angle_deg),
+            ("density_kg_m3", scene.model.segments[9].density),
+            ("youngs_modulus_pa", scene.model.joints[9].youngs_modulus),
+        ] {
+            assert!((tree[name][0]..=tree[name][1]).contains(&value), "{name} = {value}");
+        }
+    }
+}
+
+#[test]
+fn of_trees_every_third_step_is_kept_and_a_set_with_other_steps_is_another() {
+    let directory = tempfile::tempdir().unwrap();
+    let config = Config { train_trajectories: 2, validation_trajectories: 0, steps: 7, ..small(Scenario::Tree) };
+    let dataset = generated(directory.path(), &config);
+    for trajectory in dataset.trajectories(Split::Train) {
+        let mut steps: Vec<u32> = trajectory.samples().map(|sample| sample.step()).collect();
+        steps.dedup();
+        assert_eq!(steps, [0, 3, 6]);
+    }
+    let error = open_as(directory.path(), &Config { record_every: 1, ..config.clone() }).unwrap_err().to_string();
+    assert!(error.ends_with("config.record_every = 3, but it must be 1 to go on in this directory"), "{error}");
+    // What older programs wrote says nothing about it, and is read as it was.
+    let text = toml::to_string(&Config { record_every: 1, ..config }).unwrap();
+    assert!(!text.contains("record_every") && toml::from_str::<Config>(&text).unwrap().record_every == 1);
 }

@@ -47,6 +47,31 @@ fn systems_are_rebuilt_to_the_last_bit() {
 }
 
 #[test]
+fn systems_of_a_rope_that_touches_itself_are_rebuilt_too() {
+    let directory = tempfile::tempdir().unwrap();
+    let config = Config { train_trajectories: 1, validation_trajectories: 0, steps: 100, ..small(Scenario::Knot) };
+    let dataset = generated(directory.path(), &config);
+    let trajectory = dataset.trajectory(Split::Train, 0).unwrap();
+    assert_eq!((trajectory.graph().closing().len(), trajectory.planar_normal()), (1, None));
+    let mut component = trajectory.component();
+    let mut direct = Direct::new(trajectory.topology()).unwrap();
+    let mut dlambda = vec![Six::zero(); trajectory.graph().edges().len()];
+    let (mut next, mut pushed): (Vec<Six<f64>>, usize) = (Vec::new(), 0);
+    for sample in trajectory.samples() {
+        sample.restore(&mut component);
+        assert!(component.system.joints.iter().map(|joint| single(joint.rhs)).eq(sample.rhs()));
+        direct.solve(&component.system, false, &mut dlambda);
+        assert!(dlambda.iter().map(|&x| single(x)).eq(sample.dlambda()));
+        // What is stored is the rods' own answer; contacts add theirs to the multipliers.
+        pushed += usize::from(sample.iteration() > 0 && !next.iter().copied().eq(sample.lambda()));
+        next = sample.lambda().zip(&dlambda).map(|(x, &d)| x.plus(d, 1.0)).collect();
+    }
+    assert!(pushed > 0);
+    let ends = |k: usize| trajectory.sample(k).unwrap().pose_rows().next().unwrap()[0];
+    assert!(ends(trajectory.len() - 1) < ends(0) - 0.3, "the rope's start is pulled");
+}
+
+#[test]
 fn conjugate_gradients_find_the_stored_solution() {
     let directory = tempfile::tempdir().unwrap();
     let dataset = generated(directory.path(), &small(Scenario::Rod));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use anyhow::Result;
-use catalogue::{Guess, GuessName, LearnedName, Origin, Recipe, Sources, Training, built_in};
+use catalogue::{Guess, GuessName, LearnedName, Origin, Recipe, Sources, Training, built_in, fitting};
 use dataset::Scenario;
 use scene::Scene;
 
@@ -64,7 +64,7 @@ impl Library {
 
     /// The learned guesses that fit a scene best.
     pub(crate) fn for_scene(&self, scene: &Scene) -> Result<Rc<Guesses>> {
-        self.guesses(Training::scenario_of(scene))
+        self.guesses(fitting(scene))
     }
 }
 

@@ -89,7 +89,8 @@ impl<'a> Ways<'a> {
         match spec.begin {
             Begin::Plain(GuessKind::Zero) => Some(f(&way(Start::Zero))),
             Begin::Plain(kind) => {
-                let factory = |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
+                let factory =
+                    |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
                 Some(f(&way(Start::Guess(&factory))))
             }
             Begin::Auto => {
@@ -130,9 +131,8 @@ fn specs(scene: &Scene, rows: &[Row<'_>]) -> Vec<Spec> {
     }
     // The paper's formulation, which the networks of linear solves were trained with.
     let xpbd = Formulation::Xpbd;
-    let cg = |preconditioner| {
-        SolverKind::Cg(CgParams { preconditioner, max_iterations: cap(scene), ..CgParams::default() })
-    };
+    let cg =
+        |preconditioner| SolverKind::Cg(CgParams { preconditioner, max_iterations: cap(scene), ..CgParams::default() });
     let of_solves = || rows.iter().enumerate().filter(|(_, row)| row.guess_name.helps_solves());
     for preconditioner in PRECONDITIONERS {
         for kind in PLAIN {

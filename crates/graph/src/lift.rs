@@ -12,7 +12,7 @@ use solver::kernel::math::Vec3;
 use solver::system::Six;
 
 use crate::Graph;
-use crate::particular::take_out_mean;
+use crate::particular::{mass, take_out_mean};
 
 /// Makes positions and multipliers of orientations: its memory. Calls allocate nothing.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ impl Lift {
     }
 
     /// Replaces the positions of `poses` and all of `lambda` by what goes with the orientations of `poses`, one entry a
-    /// node and one an edge. The component's poses are the prediction p*.
+    /// node and one an edge. The component's poses are the prediction p*, and its system is evaluated there.
     pub fn fill(
         &mut self,
         graph: &Graph,
@@ -61,13 +61,13 @@ impl Lift {
             *shift = pose.x - predicted.x;
         }
         if *is_free {
-            take_out_mean(graph, shifts);
+            take_out_mean(&component.system, shifts);
             for ((shift, pose), predicted) in shifts.iter().zip(poses.iter_mut()).zip(&component.poses) {
                 pose.x = predicted.x + *shift;
             }
         }
-        for (shift, node) in shifts.iter_mut().zip(graph.nodes()) {
-            *shift = *shift * if node.free[0] { node.mass } else { 0.0 };
+        for (node, shift) in shifts.iter_mut().enumerate() {
+            *shift = *shift * mass(&component.system, node);
         }
         lambda.fill(Six::zero());
         let dt = component.dt();

@@ -8,7 +8,7 @@
 
 use solver::component::Component;
 use solver::kernel::math::Vec3;
-use solver::system::Six;
+use solver::system::{Six, System};
 
 use crate::Graph;
 
@@ -42,10 +42,10 @@ impl Particular {
             shift[visit.node as usize] = shift[visit.parent as usize] + gap;
         }
         if graph.is_free() {
-            take_out_mean(graph, shift);
+            take_out_mean(system, shift);
         }
-        for ((need, node), &shift) in need.iter_mut().zip(graph.nodes()).zip(shift.iter()) {
-            *need = Six { stretch: shift * if node.free[0] { node.mass } else { 0.0 }, bend: Vec3::zero() };
+        for (node, (need, &shift)) in need.iter_mut().zip(shift.iter()).enumerate() {
+            *need = Six { stretch: shift * mass(system, node), bend: Vec3::zero() };
         }
         for visit in graph.visits().iter().rev() {
             let (node, parent, edge) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
@@ -60,13 +60,21 @@ impl Particular {
     }
 }
 
-/// Takes the mean, weighted by mass, out of shifts, one a node.
-pub(crate) fn take_out_mean(graph: &Graph, shift: &mut [Vec3<f64>]) {
-    let (mut sum, mut mass) = (Vec3::zero(), 0.0);
-    for (node, &shift) in graph.nodes().iter().zip(shift.iter()) {
-        sum += shift * node.mass;
-        mass += node.mass;
+/// Mass of a node in the linear system [kg], 0 where it is fixed. In air it is more than the segment's own.
+#[inline(always)]
+pub(crate) fn mass(system: &System<f64>, node: usize) -> f64 {
+    let inverse = system.bodies[node].inverse_mass;
+    if inverse > 0.0 { 1.0 / inverse } else { 0.0 }
+}
+
+/// Takes the mean, weighted by mass, out of shifts, one a node, of a set without a fixed body.
+pub(crate) fn take_out_mean(system: &System<f64>, shift: &mut [Vec3<f64>]) {
+    let (mut sum, mut all) = (Vec3::zero(), 0.0);
+    for (node, &shift) in shift.iter().enumerate() {
+        let mass = mass(system, node);
+        sum += shift * mass;
+        all += mass;
     }
-    let mean = sum * (1.0 / mass);
+    let mean = sum * (1.0 / all);
     shift.iter_mut().for_each(|shift| *shift -= mean);
 }

@@ -31,7 +31,7 @@ const TOLERANCE: f64 = 1e-9;
 /// The body axis normal to the plane in which all of the model lies and stays, if there is one.
 ///
 /// It must be the same axis in every body, with gravity, forces and velocities in the plane, and rest Darboux vectors,
-/// torques and angular velocities along its normal. Rods whose material frames are rolled against their plane are not
+/// torques and angular velocities along its normal, and air at rest or in a steady wind within the plane. Rods whose material frames are rolled against their plane are not
 /// found; their features are as good, only without the exact symmetry.
 pub fn planar_normal(model: &Model, state: &State) -> Option<Normal> {
     [Normal::D1, Normal::D2].into_iter().find(|&normal| is_planar(model, state, normal))
@@ -47,6 +47,15 @@ fn is_planar(model: &Model, state: &State, normal: Normal) -> bool {
     let orientations = state.orientations.iter().chain(anchors().map(|anchor| &anchor.orientation));
     let positions = state.positions.iter().chain(anchors().map(|anchor| &anchor.position));
     let loads = || model.loads.iter();
+    let is_windy = |air: &rod::Air| {
+        !air.wind.is_steady() || {
+            let wind = air.wind.velocity(&origin, 0.0);
+            wind.dot(&n).abs() > TOLERANCE * wind.norm()
+        }
+    };
+    if model.air.as_ref().is_some_and(is_windy) {
+        return false;
+    }
     let within = state.velocities.iter().chain([&model.gravity]).chain(loads().map(|load| &load.force));
     let across = state.angular_velocities.iter().chain(loads().map(|load| &load.torque));
     orientations.into_iter().all(|q| (q * axis).cross(&n).norm() <= TOLERANCE)

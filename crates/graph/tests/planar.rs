@@ -4,6 +4,8 @@ mod common;
 
 use common::{advance, component, rod};
 use graph::{corrections, planar_normal, project_to_plane};
+use nalgebra::Vector3;
+use rod::{Air, Gusts, Wind};
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
 use solver::system::Six;
@@ -45,4 +47,18 @@ fn the_exact_solution_stays_and_what_leaves_the_plane_goes() {
     project_to_plane(&component, normal, &mut dp, &mut []);
     project_to_plane(&component, normal, &mut [], &mut dlambda);
     assert!(close(&dp, &exact_dp) && close(&dlambda, &exact));
+}
+
+#[test]
+fn wind_across_the_plane_leaves_none() {
+    let (mut model, state) = rod(5, 0.2);
+    let mut with = |velocity: Vector3<f64>, gusts: Option<Gusts>| {
+        let wind = Wind::new(velocity, gusts, None);
+        model.air = Some(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.01, wind });
+        planar_normal(&model, &state).is_some()
+    };
+    // The plane is that of x and z.
+    assert!(with(Vector3::zeros(), None) && with(Vector3::new(3.0, 0.0, 1.0), None));
+    assert!(!with(Vector3::y(), None));
+    assert!(!with(Vector3::x(), Some(Gusts { strength: 0.3, length: 5.0, time: 2.0, seed: 1 })));
 }

@@ -60,8 +60,8 @@ pub(crate) enum Command {
 /// Which scene, and for how long.
 #[derive(Args, Debug)]
 pub(crate) struct SceneArgs {
-    /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod or random-helix: the paper's
-    /// Table 1, drawn by --seed and --index.
+    /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod, random-helix, random-knot,
+    /// random-tree: the paper's random scenes, drawn by --seed and --index.
     #[arg(default_value = "bending-rod", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
     /// Seed of a random scene [default: 0].
@@ -133,8 +133,8 @@ pub(crate) struct RunArgs {
     pub(crate) planar: bool,
     #[command(flatten)]
     pub(crate) learned: Sources,
-    /// What a learned guess learned from: rod or helix [default: helix where joints are bent or twisted at rest, else
-    /// rod].
+    /// What a learned guess learned from: rod, helix, knot, tree [default: tree where rods branch, knot where a rod that can
+    /// touch itself is held at both ends, helix where joints are bent or twisted at rest, else rod].
     #[arg(long)]
     pub(crate) scenario: Option<Scenario>,
     /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder.
@@ -152,8 +152,8 @@ pub(crate) struct CompareArgs {
     pub(crate) with: Vec<GuessName>,
     #[command(flatten)]
     pub(crate) learned: Sources,
-    /// What learned guesses learned from: rod or helix [default: helix where joints are bent or twisted at rest, else
-    /// rod].
+    /// What learned guesses learned from: rod, helix, knot, tree [default: tree where rods branch, knot where a rod that can
+    /// touch itself is held at both ends, helix where joints are bent or twisted at rest, else rod].
     #[arg(long)]
     pub(crate) scenario: Option<Scenario>,
     /// Steps to leave out of the table of starts, where a history is not full yet.
@@ -164,7 +164,7 @@ pub(crate) struct CompareArgs {
 /// Random scenes to measure on, and where the numbers go.
 #[derive(Args, Debug)]
 pub(crate) struct TableArgs {
-    /// Which random scenes: rod, helix.
+    /// Which random scenes: rod, helix, knot, tree.
     #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
     pub(crate) scenario: Vec<Scenario>,
     /// Simulations of each kind of scenes (for `steps`, at each time step and tolerance).
@@ -215,7 +215,7 @@ pub(crate) struct StepsArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct StaticArgs {
-    /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod or random-helix.
+    /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod, -helix, -knot or -tree.
     #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
     /// Seed of a random scene [default: 0].

@@ -3,6 +3,7 @@
 use anyhow::Result;
 
 use crate::Outcome;
+use crate::scenes::random_names;
 use terminal::say;
 
 /// Prints the builtin scenes.
@@ -12,6 +13,6 @@ pub(crate) fn list() -> Result<Outcome> {
     for builtin in &builtins {
         say!("{:width$}  {}", builtin.name, builtin.description)?;
     }
-    say!("\nAnd random-rod, random-helix: the paper's Table 1, drawn by --seed and --index.")?;
+    say!("\nAnd {}: the paper's random scenes, drawn by --seed and --index.", random_names())?;
     Ok(Outcome::Done)
 }

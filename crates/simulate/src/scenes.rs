@@ -17,19 +17,27 @@ pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
     Ok(scene)
 }
 
+/// Names of random scenes.
+const RANDOM: [(&str, Family); 4] = [
+    ("random-rod", Family::Rod),
+    ("random-helix", Family::Helix),
+    ("random-knot", Family::Knot),
+    ("random-tree", Family::Tree),
+];
+
+/// The names of random scenes, in words.
+pub(crate) fn random_names() -> String {
+    RANDOM.map(|(name, _)| name).join(", ")
+}
+
 /// The scene file, builtin or random scene of this name.
 pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result<Scene> {
-    let random = match name {
-        "random-rod" => Some(Family::Rod),
-        "random-helix" => Some(Family::Helix),
-        _ => None,
-    };
-    if let Some(family) = random {
+    if let Some((_, family)) = RANDOM.into_iter().find(|&(random, _)| random == name) {
         return Ok(Parameters::sample(family, seed.unwrap_or(0), index.unwrap_or(0)).scene()?);
     }
     for (flag, given) in [("--seed", seed.is_some()), ("--index", index.is_some())] {
         if given {
-            bail!("{flag} needs the scene random-rod or random-helix, but the scene is {name}");
+            bail!("{flag} needs a random scene ({}), but the scene is {name}", random_names());
         }
     }
     let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
@@ -37,7 +45,8 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
     found.map_err(|error| match error {
         SceneError::Read { file, source } => anyhow!("cannot read the scene {file}: {source}"),
         SceneError::UnknownBuiltin { name, known } => anyhow!(
-            "there is no builtin scene `{name}`; there are {known}, random-rod, random-helix, and files that end in .toml"
+            "there is no builtin scene `{name}`; there are {known}, {}, and files that end in .toml",
+            random_names()
         ),
         invalid @ SceneError::Invalid { .. } => invalid.into(),
     })

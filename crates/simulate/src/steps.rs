@@ -83,6 +83,9 @@ fn check(args: &StepsArgs) -> Result<()> {
             args.table.seed
         );
     }
+    if let Some(scenario) = args.table.scenario.iter().find(|scenario| !scenario.teaches_steps()) {
+        bail!("--scenario {scenario}, but starts of whole steps are compared on rod and helix: in free motion");
+    }
     if let Some(name) = args.guess.iter().find(|name| name.helps_solves()) {
         bail!("--guess {name} starts linear solves, but starts of whole steps are compared here");
     }
@@ -105,7 +108,8 @@ fn measure(
             break;
         }
         let parameters = scenario.sample(table.seed, index);
-        let scene = if is_slack { parameters.slack() } else { parameters }.scene()?;
+        let slack = if is_slack { parameters.slack() } else { None };
+        let scene = slack.unwrap_or(parameters).scene()?;
         let plane = planar_normal(&scene.model, &scene.state);
         let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
         let start = |(row, factory)| {

@@ -90,7 +90,7 @@ fn flags() {
         ("--checkpoint x", "--checkpoint needs the guess gn, gn-best or gn-step, but asked for: none".to_owned()),
         ("compare --checkpoint x --with knn", "--checkpoint needs the guess gn, gn-best or gn-step, but asked for: knn".to_owned()),
         ("--scenario rod", learned("--scenario", "the default")),
-        ("--guess knn --scenario tree", "invalid value 'tree' for '--scenario <SCENARIO>': expected one of rod, helix".to_owned()),
+        ("--guess knn --scenario bush", "invalid value 'bush' for '--scenario <SCENARIO>': expected one of rod, helix, knot, tree".to_owned()),
         (
             "helix --planar --guess knn --end-to-end",
             "--planar needs a scene that lies and stays in a plane to which d1 or d2 of all segments is normal, but helix \
@@ -124,7 +124,7 @@ fn flags() {
             "invalid value 'ilu' for '--preconditioner <PRECONDITIONER>': expected one of raw, jacobi, block-jacobi, frozen"
                 .to_owned(),
         ),
-        ("--seed 3", "--seed needs the scene random-rod or random-helix, but the scene is bending-rod".to_owned()),
+        ("--seed 3", "--seed needs a random scene (random-rod, random-helix, random-knot, random-tree), but the scene is bending-rod".to_owned()),
         ("--verbose", "unexpected argument '--verbose' found".to_owned()),
     ] {
         let words: Vec<&str> = arguments.split(' ').collect();
@@ -155,7 +155,7 @@ fn scenes() {
     assert_eq!(
         error(&["bend"]),
         format!(
-            "error: there is no builtin scene `bend`; there are {names}, random-rod, random-helix, and files that end in .toml"
+            "error: there is no builtin scene `bend`; there are {names}, random-rod, random-helix, random-knot, random-tree, and files that end in .toml"
         )
     );
     let folder = tempfile::tempdir().expect("a folder");

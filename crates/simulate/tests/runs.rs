@@ -42,7 +42,7 @@ fn list_names_every_scene_with_its_description() {
         let line = out.lines().find(|line| line.split_whitespace().next() == Some(builtin.name)).expect(builtin.name);
         assert!(!builtin.description.is_empty() && line.ends_with(&builtin.description), "{line}");
     }
-    assert!(out.contains("random-rod, random-helix"));
+    assert!(out.contains("random-rod, random-helix, random-knot, random-tree"));
 }
 
 #[test]

@@ -111,7 +111,7 @@ impl SweepArgs {
         let scenario = self.scenario.first().copied().unwrap_or(Scenario::Rod);
         TrainArgs {
             epochs: Some(epochs),
-            batch: self.batch,
+            batch: Some(self.batch),
             // With a constant step size the weights after a small budget are whatever the last batches made of them.
             schedule: Some(Schedule::Cosine),
             threads: self.threads,

@@ -12,6 +12,7 @@ pub fn small(scenario: Scenario) -> Config {
         train_trajectories: 5,
         validation_trajectories: 2,
         steps: 4,
+        record_every: if scenario == Scenario::Tree { 3 } else { 1 },
         trajectories_per_shard: 2,
         ..Config::table_1(scenario)
     }

@@ -131,7 +131,10 @@ fn blocks(summary: &Summary) -> Vec<Block> {
     for scenario in scenarios(summary) {
         for solver in [SOLVER, ("block-jacobi", 1e-2)] {
             let (preconditioner, tolerance) = solver;
-            let map = |&(title, value_label, value, factor): &Shown, rows: &[u16], of: &dyn Fn(u16, u16) -> Architecture, columns: &[u16]| HeatMap {
+            let map = |&(title, value_label, value, factor): &Shown,
+                       rows: &[u16],
+                       of: &dyn Fn(u16, u16) -> Architecture,
+                       columns: &[u16]| HeatMap {
                 title: title.to_owned(),
                 value_label: value_label.to_owned(),
                 rows: names(rows),
@@ -139,13 +142,18 @@ fn blocks(summary: &Summary) -> Vec<Block> {
                 values: rows
                     .iter()
                     .map(|&row| {
-                        let at = |&column: &u16| mean(summary, scenario, of(row, column), solver, value).map(|x| x * factor);
+                        let at =
+                            |&column: &u16| mean(summary, scenario, of(row, column), solver, value).map(|x| x * factor);
                         columns.iter().map(at).collect()
                     })
                     .collect(),
                 format: NumberFormat::Significant(3),
                 scale: Scale::Linear,
-                colours: if title == "inference" { ColourScale::Sequential } else { ColourScale::Diverging { centre: 1.0 } },
+                colours: if title == "inference" {
+                    ColourScale::Sequential
+                } else {
+                    ColourScale::Diverging { centre: 1.0 }
+                },
                 ..HeatMap::default()
             };
             let mut maps = Vec::new();
@@ -168,7 +176,8 @@ fn blocks(summary: &Summary) -> Vec<Block> {
             blocks.push(Block::Figure(Figure {
                 id: format!("ablation-{scenario}-{preconditioner}"),
                 title: format!("{scenario}: {preconditioner} conjugate gradients to {tolerance:e}"),
-                caption: "Means over the seeds of medians over the held-out simulations; rods in their plane.".to_owned(),
+                caption: "Means over the seeds of medians over the held-out simulations; rods in their plane."
+                    .to_owned(),
                 charts: Charts::Heat(maps),
                 conditions: conditions(summary, scenario),
             }));
@@ -190,9 +199,21 @@ fn conditions(summary: &Summary, scenario: &str) -> report::Conditions {
     let mut machines: Vec<&str> = summary.cells.iter().map(|cell| cell.outcome.machine.as_str()).collect();
     machines.dedup();
     report::Conditions::new("budget", format!("{} epochs, {visits} node visits, equal for all", budget.epochs))
-        .with("recipe", format!("{}, batch {}, rate {:e} ({}), loss {}", budget.recipe, budget.batch, budget.learning_rate, budget.schedule, budget.loss))
+        .with(
+            "recipe",
+            format!(
+                "{}, batch {}, rate {:e} ({}), loss {}",
+                budget.recipe, budget.batch, budget.learning_rate, budget.schedule, budget.loss
+            ),
+        )
         .with("seeds", format!("{:?}", summary.sweep.seeds))
-        .with("measured on", format!("{} simulations of {} steps, seed {}, every fifth step after the tenth", test.simulations, test.steps, test.seed))
+        .with(
+            "measured on",
+            format!(
+                "{} simulations of {} steps, seed {}, every fifth step after the tenth",
+                test.simulations, test.steps, test.seed
+            ),
+        )
         .with("time", "guess with features and inference, and solve; ratios within one run")
         .with("machine", machines.join("; "))
 }
@@ -203,9 +224,10 @@ fn seeds(summary: &Summary) -> Table {
     for scenario in scenarios(summary) {
         for architecture in summary.sweep.grid.architectures() {
             let own = |seed: u64| {
-                let cell = summary.cells.iter().find(|cell| {
-                    cell.scenario == scenario && cell.architecture == architecture && cell.seed == seed
-                })?;
+                let cell = summary
+                    .cells
+                    .iter()
+                    .find(|cell| cell.scenario == scenario && cell.architecture == architecture && cell.seed == seed)?;
                 let is_solver = |row: &&Row| (row.preconditioner.as_str(), row.tolerance) == SOLVER;
                 let of = |guess: &str| cell.outcome.rows.iter().filter(is_solver).find(|row| row.guess == guess);
                 Some(of(PLANAR).or_else(|| of(FREE))?.iteration_ratio?.median)

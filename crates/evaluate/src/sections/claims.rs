@@ -31,8 +31,9 @@ pub(crate) fn section(context: &Context, measured: BTreeMap<String, String>) -> 
     let table = Table {
         id: "claims-table".to_owned(),
         title: "The paper says, we measure".to_owned(),
-        caption: "Every number that the paper gives, settings first. Conditions of what is measured stand with the figures."
-            .to_owned(),
+        caption:
+            "Every number that the paper gives, settings first. Conditions of what is measured stand with the figures."
+                .to_owned(),
         columns: ["what", "paper", "here", "where in the paper", "how it is read"].map(Column::text).to_vec(),
         rows: cells.collect(),
         conditions: Conditions::new("numbers of the paper", rows.len().to_string())

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use anyhow::{Context as _, Result};
 use dataset::Scenario;
 use evaluation::paper::motions::{self, Trace, agreement};
-use report::{Aspect, Axis, Block, Charts, Column, Figure, LineChart, LineStyle, Section as PageSection, Series, Table};
+use report::{
+    Aspect, Axis, Block, Charts, Column, Figure, LineChart, LineStyle, Section as PageSection, Series, Table,
+};
 use scene::sampling::{Parameters, supplement};
 use serde::{Deserialize, Serialize};
 use solver::linear::precondition::PreconditionerKind;
@@ -76,7 +78,9 @@ impl Section for Dynamics {
             blocks.push(Block::Figure(Figure {
                 id: format!("dynamics-{figure}"),
                 title: format!("Dynamic results ({figure})"),
-                caption: format!("Centrelines in the x-z plane after {FRAMES:?} steps. Solid: direct; dashed: from gn."),
+                caption: format!(
+                    "Centrelines in the x-z plane after {FRAMES:?} steps. Solid: direct; dashed: from gn."
+                ),
                 charts: Charts::Lines(charts),
                 conditions: conditions.clone(),
             }));
@@ -114,7 +118,8 @@ impl Section for Dynamics {
         let ways = agreement(&all);
         let own = ways.iter().filter(|way| way.name.starts_with("gn") && !way.name.ends_with("end to end"));
         let words = own.map(|way| format!("{} {}", way.name, number(way.distance))).collect::<Vec<_>>().join("; ");
-        let words = format!("largest distance of any segment from the direct solver's motion, relative to the length: {words}");
+        let words =
+            format!("largest distance of any segment from the direct solver's motion, relative to the length: {words}");
         Ok([("dynamic-distance".to_owned(), words)].into())
     }
 }

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::paper::stability::{self, Curve, Worst};
-use report::{Axis, Block, Cell, Charts, Column, Figure, LineChart, LineStyle, Reference, Section as PageSection, Series, Table};
+use report::{
+    Axis, Block, Cell, Charts, Column, Figure, LineChart, LineStyle, Reference, Section as PageSection, Series, Table,
+};
 use scene::sampling::{Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::linear::precondition::PreconditionerKind;

@@ -24,8 +24,20 @@ pub(crate) struct Scenes;
 
 /// Scenes that show one need each, or several.
 const SCENES: [&str; 14] = [
-    "bending-rod", "helix", "slack-rod", "tip-mass", "net", "tree-10", "tree-20", "tree-40", "tree-70", "two-rods",
-    "helix-on-plane", "knot", "net-on-sphere", "hair",
+    "bending-rod",
+    "helix",
+    "slack-rod",
+    "tip-mass",
+    "net",
+    "tree-10",
+    "tree-20",
+    "tree-40",
+    "tree-70",
+    "two-rods",
+    "helix-on-plane",
+    "knot",
+    "net-on-sphere",
+    "hair",
 ];
 
 impl Section for Scenes {
@@ -95,7 +107,12 @@ impl Section for Scenes {
             let times = 1e6 * needs.dt_s / needs.median_us.total;
             format!("{} times real time with {} segments", number(times), needs.segments)
         };
-        Ok(cells.iter().find(is_largest_tree).map(|cell| ("trees-real-time".to_owned(), words(cell))).into_iter().collect())
+        Ok(cells
+            .iter()
+            .find(is_largest_tree)
+            .map(|cell| ("trees-real-time".to_owned(), words(cell)))
+            .into_iter()
+            .collect())
     }
 }
 

@@ -75,7 +75,7 @@ impl Section for Performance {
             let varied = varied.chain(moduli.iter().map(|&y| Varied::Modulus(y)));
             for varied in varied.chain(tolerances.iter().map(|&tolerance| Varied::Tolerance(tolerance))) {
                 for preconditioner in PRECONDITIONERS {
-                                        let simulations = match varied {
+                    let simulations = match varied {
                         Varied::Segments(..=110) => performance::SIMULATIONS,
                         _ => 10,
                     };
@@ -156,13 +156,17 @@ impl Section for Performance {
             join("projection-growth", format!("{}, {}", text(first), text(last)));
             join("projection-small", text(first));
             let [_, highest] = scenario.ranges().get("segments").copied().unwrap_or([0.0, f64::INFINITY]);
-            let beyond: Vec<String> =
-                saved.iter().filter(|saved| saved.segments as f64 > highest).map(text).collect();
+            let beyond: Vec<String> = saved.iter().filter(|saved| saved.segments as f64 > highest).map(text).collect();
             if !beyond.is_empty() {
                 join("projection-beyond", beyond.join(", "));
             }
             let total = |saved: &Saved| {
-                format!("N = {}: {} of the projection, {} of all", saved.segments, per_cent(saved.projection), per_cent(saved.total))
+                format!(
+                    "N = {}: {} of the projection, {} of all",
+                    saved.segments,
+                    per_cent(saved.projection),
+                    per_cent(saved.total)
+                )
             };
             join("whole-converges", format!("{}; {}", total(first), total(last)));
         }
@@ -236,9 +240,13 @@ fn figure(
     type OfStart = fn(&performance::StartPoint) -> Option<Spread>;
     let starts = |value: OfStart, scale: f64| -> Vec<Series> {
         let names = first.starts.iter().skip(1).map(|start| start.name.clone());
-        let curve = |(start, name)| band(name, cells.iter().map(|(key, point)| {
-            (key.varied.value(), point.starts.get(start).and_then(value))
-        }), scale);
+        let curve = |(start, name)| {
+            band(
+                name,
+                cells.iter().map(|(key, point)| (key.varied.value(), point.starts.get(start).and_then(value))),
+                scale,
+            )
+        };
         (1..).zip(names).map(curve).collect()
     };
     let direct = band("direct", cells.iter().map(|(key, point)| (key.varied.value(), point.direct_projection)), 100.0);
@@ -246,7 +254,11 @@ fn figure(
     projection.push(direct);
     let names = first.runs.iter().skip(1).map(|run| run.name.clone());
     let total = (1..).zip(names).map(|(run, name)| {
-        band(name, cells.iter().map(|(key, point)| (key.varied.value(), point.runs.get(run).and_then(|run| run.total))), 100.0)
+        band(
+            name,
+            cells.iter().map(|(key, point)| (key.varied.value(), point.runs.get(run).and_then(|run| run.total))),
+            100.0,
+        )
     });
     let charts = vec![
         chart("iterations, relative to zero", "ratio", starts(|start| start.iteration_ratio, 1.0)),
@@ -259,7 +271,10 @@ fn figure(
     let conditions = context
         .conditions("linear solves and guesses, features, inference and guards included; whole simulation: all stages")
         .with("solver", format!("conjugate gradients, {solver}, tolerance {tolerance}, formulation xpbd"))
-        .with("simulations", format!("{simulations} of {} steps a point, seed {}; medians and quartiles", key.steps, key.seed));
+        .with(
+            "simulations",
+            format!("{simulations} of {} steps a point, seed {}; medians and quartiles", key.steps, key.seed),
+        );
     Some(Figure {
         id: format!("performance-{scenario}-{study}-{solver}"),
         title: format!("{}: performance over {axis}, {solver} conjugate gradients", name_of(scenario)),
@@ -279,7 +294,11 @@ fn gain(first: &Point, cells: &[(&Key, &Point)]) -> String {
     for (start, name) in (1..).zip(first.starts.iter().skip(1).map(|start| &start.name)) {
         let best = cells.iter().filter_map(|(key, point)| Some((key, point.starts.get(start)?.projection?.median)));
         if let Some((key, saved)) = best.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            words.push(format!("{name} saves at most {} of the projection's time (at {})", per_cent(saved), key.varied.value()));
+            words.push(format!(
+                "{name} saves at most {} of the projection's time (at {})",
+                per_cent(saved),
+                key.varied.value()
+            ));
         }
     }
     format!("{}.", words.join("; "))

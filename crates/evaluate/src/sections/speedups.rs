@@ -122,10 +122,11 @@ impl Section for Speedups {
             blocks.push(Block::Table(Table {
                 id: format!("speedups-{preconditioner}"),
                 title: format!("Total speed-ups over {preconditioner} conjugate gradients from zero"),
-                caption: "Share of the whole simulation's time that each way saves, to the same tolerances; below zero it \
+                caption:
+                    "Share of the whole simulation's time that each way saves, to the same tolerances; below zero it \
                           loses. The error is the positions' against a tight reference at the same time step; after \
                           contacts it tells chaos."
-                    .to_owned(),
+                        .to_owned(),
                 columns: vec![
                     Column::text("scene"),
                     Column::text("paper, from its network"),
@@ -141,7 +142,10 @@ impl Section for Speedups {
                 rows,
                 conditions: context
                     .conditions("all stages of a step, guesses with features, inference and guards")
-                    .with("solver", format!("conjugate gradients, {preconditioner}, tolerance {tolerance:e}, formulation xpbd"))
+                    .with(
+                        "solver",
+                        format!("conjugate gradients, {preconditioner}, tolerance {tolerance:e}, formulation xpbd"),
+                    )
                     .with("runs", if context.size == crate::context::Size::Full { runs } else { "one of each" })
                     .with("seed of the trees", SEED.to_string()),
             }));
@@ -186,7 +190,8 @@ fn row(scene: &str, paper: &str, runs: &[Run], way: &Speedup) -> Vec<Cell> {
     let is_base = way.name == ZERO;
     let total = if is_base { Cell::muted("0") } else { spread(way.total.as_ref(), 100.0).into() };
     let projection = if is_base { Cell::muted("0") } else { spread(way.projection.as_ref(), 100.0).into() };
-    let median = |value: Option<evaluation::guesses::Spread>| value.map_or("-".to_owned(), |spread| number(spread.median));
+    let median =
+        |value: Option<evaluation::guesses::Spread>| value.map_or("-".to_owned(), |spread| number(spread.median));
     vec![
         format!("{scene} ({segments:.0} segments)").into(),
         if way.name.starts_with("gn") { paper.into() } else { Cell::muted("-") },

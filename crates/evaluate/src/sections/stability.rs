@@ -97,9 +97,10 @@ impl Section for Stability {
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Value)]) -> Result<PageSection> {
-        let conditions = context
-            .conditions("wall time of all steps")
-            .with("tolerance", format!("{:e} relative, {:e} absolute", stress::RELATIVE_TOLERANCE, stress::ABSOLUTE_TOLERANCE));
+        let conditions = context.conditions("wall time of all steps").with(
+            "tolerance",
+            format!("{:e} relative, {:e} absolute", stress::RELATIVE_TOLERANCE, stress::ABSOLUTE_TOLERANCE),
+        );
         let direct = cells.iter().filter(|(key, _)| key.solver == DIRECT && key.start == ZERO);
         let plain = Table {
             id: "stability-cases".to_owned(),
@@ -123,11 +124,7 @@ impl Section for Stability {
             rows: guessed.map(|(key, value)| row(&[&key.case, &key.formulation, &key.solver, &key.start], &value.row)).collect(),
             conditions,
         };
-        let blocks = vec![
-            Block::Paragraph(verdict(cells)),
-            Block::Table(plain),
-            Block::Table(learned),
-        ];
+        let blocks = vec![Block::Paragraph(verdict(cells)), Block::Table(plain), Block::Table(learned)];
         Ok(PageSection { id: Self::ID.to_owned(), title: "Stability".to_owned(), blocks })
     }
 }
@@ -149,7 +146,8 @@ fn run(context: &Context, case: &Case, settings: &Settings, start: &str) -> Resu
     Ok(stress::run(case, settings, Some(&guess.factory(plane) as GuessFactory<'_>))?)
 }
 
-const COLUMNS: [&str; 8] = ["iterations a step", "halved", "energy rise", "length", "stretch", "bend [rad]", "depth", "time [s]"];
+const COLUMNS: [&str; 8] =
+    ["iterations a step", "halved", "energy rise", "length", "stretch", "bend [rad]", "depth", "time [s]"];
 
 fn columns(texts: &[&str], numbers: &[&str]) -> Vec<Column> {
     texts.iter().map(|&name| Column::text(name)).chain(numbers.iter().map(|&name| Column::number(name))).collect()
@@ -184,7 +182,8 @@ fn verdict(cells: &[(&Key, &Value)]) -> String {
     };
     let mut words = Vec::new();
     for formulation in Formulation::ALL {
-        let (good, all) = count(&|key| key.formulation == formulation.name() && key.solver == DIRECT && key.start == ZERO);
+        let (good, all) =
+            count(&|key| key.formulation == formulation.name() && key.solver == DIRECT && key.start == ZERO);
         words.push(format!("{formulation}, direct: {good} of {all} cases converge in every step"));
     }
     for start in [ZERO, "gn", "gn-best"] {

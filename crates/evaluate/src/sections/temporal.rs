@@ -36,7 +36,8 @@ pub(crate) struct Value {
 pub(crate) struct Temporal;
 
 /// The solvers whose iterations are counted.
-const SOLVERS: [(PreconditionerKind, f64); 2] = [(PreconditionerKind::Raw, 1e-4), (PreconditionerKind::BlockJacobi, 1e-2)];
+const SOLVERS: [(PreconditionerKind, f64); 2] =
+    [(PreconditionerKind::Raw, 1e-4), (PreconditionerKind::BlockJacobi, 1e-2)];
 
 /// Frames of the training data.
 const TRAINED: f64 = 50.0;
@@ -79,7 +80,9 @@ impl Section for Temporal {
         for scenario in [Scenario::Rod, Scenario::Helix] {
             for (preconditioner, tolerance) in SOLVERS {
                 let own = cells.iter().filter(|(key, _)| {
-                    key.scenario == scenario && key.preconditioner == preconditioner.name() && key.tolerance == tolerance
+                    key.scenario == scenario
+                        && key.preconditioner == preconditioner.name()
+                        && key.tolerance == tolerance
                 });
                 let own: Vec<(&Key, &Value)> = own.copied().collect();
                 blocks.extend(figure(context, &own).map(Block::Figure));
@@ -97,7 +100,10 @@ impl Section for Temporal {
         let mut claims = BTreeMap::new();
         if let [Some(rod), Some(helix)] = [rod, helix] {
             let both = |[early, late]: &[Gain; 2]| format!("frames 1 to 50: {}; beyond: {}", text(early), text(late));
-            claims.insert("temporal-helix-gain".to_owned(), format!("raw 1e-4, saved beyond frame 50: {}", text(&helix[1])));
+            claims.insert(
+                "temporal-helix-gain".to_owned(),
+                format!("raw 1e-4, saved beyond frame 50: {}", text(&helix[1])),
+            );
             claims.insert("temporal-rod-gain".to_owned(), format!("raw 1e-4, saved in {}", both(&rod)));
             claims.insert("temporal-highest".to_owned(), format!("rod, {}; helix, {}", both(&rod), both(&helix)));
             let words = format!("beyond frame 50, rod: {}; helix: {}", text(&rod[1]), text(&helix[1]));
@@ -160,11 +166,17 @@ fn figure(context: &Context, cells: &[(&Key, &Value)]) -> Option<Figure> {
     let conditions = context
         .conditions("linear solves and guesses, features, inference and guards included")
         .with("solver", format!("conjugate gradients, {preconditioner}, tolerance {tolerance:e}, formulation xpbd"))
-        .with("simulations", format!("{} of {steps} steps, window {} frames; means and quartiles", cells.len(), temporal::WINDOW));
+        .with(
+            "simulations",
+            format!("{} of {steps} steps, window {} frames; means and quartiles", cells.len(), temporal::WINDOW),
+        );
     Some(Figure {
         id: format!("temporal-{scenario}-{preconditioner}"),
-        title: format!("{scenario}: iterations and time over the frames, {preconditioner} conjugate gradients to {tolerance:e}"),
-        caption: "Means over the simulations, relative to conjugate gradients from zero. Bands are quartiles.".to_owned(),
+        title: format!(
+            "{scenario}: iterations and time over the frames, {preconditioner} conjugate gradients to {tolerance:e}"
+        ),
+        caption: "Means over the simulations, relative to conjugate gradients from zero. Bands are quartiles."
+            .to_owned(),
         charts: Charts::Lines(vec![
             chart("iterations", |curve| &curve.iterations),
             chart("time, guess and solve", |curve| &curve.time),

@@ -156,9 +156,7 @@ impl Converged {
         let (mut frames, mut first_contact, mut differences) = (Vec::new(), None, Vec::new());
         for scene in refined {
             let (mut now, mut finer) = (scene.state.clone(), Vec::with_capacity(samples.len()));
-            let guess = |model: &_, members: &_, topology: &_| {
-                GuessKind::StepQuadratic.build(model, members, topology)
-            };
+            let guess = |model: &_, members: &_, topology: &_| GuessKind::StepQuadratic.build(model, members, topology);
             let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, Some(&guess))?;
             first_contact = None;
             let parts = scene.factor * scene.factor;

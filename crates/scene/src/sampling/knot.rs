@@ -92,7 +92,9 @@ mod tests {
             assert!((0.6..1.85).contains(&apart) && knot.speeds.iter().all(|&v| (0.2..1.24).contains(&v)), "{knot:?}");
         }
         let mean = |f: fn(&Knot) -> f64| knots.iter().map(f).sum::<f64>() / 500.0;
-        assert!((mean(|knot| knot.loop_diameter) - 0.9).abs() < 0.01 && (mean(|knot| knot.friction) - 0.25).abs() < 0.02);
+        assert!(
+            (mean(|knot| knot.loop_diameter) - 0.9).abs() < 0.01 && (mean(|knot| knot.friction) - 0.25).abs() < 0.02
+        );
         // Fixed for all versions: data sets are named by seed and index.
         let Knot { loop_diameter, speeds: [start, end], friction } = Knot::sample(0, 0);
         assert_eq!(format!("{loop_diameter:.6} {start:.6} {end:.6} {friction:.6}"), "");

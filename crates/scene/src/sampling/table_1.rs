@@ -112,8 +112,7 @@ impl Rod {
 impl Helix {
     /// The text of a scene file.
     pub(super) fn to_toml(self) -> String {
-        let (radius, height, winding) =
-            (number(self.helix_radius), number(self.helix_height), number(self.winding));
+        let (radius, height, winding) = (number(self.helix_radius), number(self.helix_height), number(self.winding));
         let shape = format!(
             "helix]\nradius_m = {radius}\nheight_m = {height}\nwinding = {winding}\nsegments = {}",
             self.segments

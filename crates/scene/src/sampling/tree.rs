@@ -111,7 +111,10 @@ mod tests {
         let trees: Vec<Tree> = (0..500).map(|i| Tree::sample(1, i)).collect();
         assert!(trees.iter().all(|tree| (6.0..18.0).contains(&tree.wind_speed) && tree.rods == 70));
         let mean = |f: fn(&Tree) -> f64| trees.iter().map(f).sum::<f64>() / 500.0;
-        assert!((mean(|tree| tree.wind_speed) - 12.0).abs() < 0.5 && (mean(|tree| tree.wind_angle_deg) - 180.0).abs() < 15.0);
+        assert!(
+            (mean(|tree| tree.wind_speed) - 12.0).abs() < 0.5
+                && (mean(|tree| tree.wind_angle_deg) - 180.0).abs() < 15.0
+        );
         let [a, b] = [scene(trees[0]), scene(trees[1])];
         assert_ne!(a.model.joints.len(), b.model.joints.len());
         let wind = |scene: &Scene| scene.model.air.as_ref().unwrap().wind.velocity(&nalgebra::Vector3::zeros(), 0.5);

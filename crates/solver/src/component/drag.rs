@@ -68,6 +68,19 @@ impl<T: Real> Drag<T> {
 }
 
 impl<T: Real> Component<T> {
+    /// Inverse mass [1/kg] and moment of inertia across the axis [kg m^2] of a segment in the step under way: in air, with
+    /// what drag adds to them. 0 and 1 where it is fixed.
+    pub fn inertia(&self, segment: usize) -> [T; 2] {
+        let constants = &self.bodies[segment];
+        [constants.inverse_mass, constants.transverse]
+    }
+
+    /// Sets what [`Component::inertia`] returns: a recorded step's, in a component without air of its own.
+    pub fn set_inertia(&mut self, segment: usize, [inverse_mass, transverse]: [T; 2]) {
+        let constants = &mut self.bodies[segment];
+        (constants.inverse_mass, constants.transverse) = (inverse_mass, transverse);
+    }
+
     /// Whether there is air.
     pub fn has_air(&self) -> bool {
         self.drag.is_some()
