@@ -12,23 +12,22 @@ use scene::Scene;
 /// Guesses with what they have learned, by name.
 pub(crate) type Guesses = Vec<(GuessName, Guess)>;
 
-/// All learned guesses.
+/// All learned guesses: nearest neighbours, whose data sets are generated on first use, and the networks.
 pub(crate) struct Library {
-    sources: Sources,
-    quiet: bool,
+    /// Folder of the data sets.
+    data: PathBuf,
     networks_blake3: String,
     loaded: RefCell<Vec<(Scenario, Rc<Guesses>)>>,
 }
 
 impl Library {
-    pub(crate) fn new(data: &Path, quiet: bool) -> Self {
+    pub(crate) fn new(data: &Path) -> Self {
         let mut hasher = blake3::Hasher::new();
         for (name, weights) in built_in() {
             hasher.update(name.as_bytes()).update(blake3::hash(weights).as_bytes());
         }
         let networks_blake3 = hasher.finalize().to_hex().to_string();
-        let sources = Sources { data: Some(PathBuf::from(data)), checkpoint: None };
-        Self { sources, quiet, networks_blake3, loaded: RefCell::default() }
+        Self { data: data.to_owned(), networks_blake3, loaded: RefCell::default() }
     }
 
     /// Hash of all networks.
@@ -40,11 +39,16 @@ impl Library {
     pub(crate) fn networks(&self) -> Result<Vec<(String, Origin)>> {
         let mut networks = Vec::new();
         for scenario in Scenario::ALL {
-            for (name, guess) in self.guesses(scenario)?.iter() {
+            for (name, guess) in self.network_guesses(scenario)? {
                 networks.extend(guess.origin().map(|origin| (format!("{scenario}, {name}"), origin.clone())));
             }
         }
         Ok(networks)
+    }
+
+    /// The networks of a scenario.
+    pub(crate) fn network_guesses(&self, scenario: Scenario) -> Result<Guesses> {
+        self.load(scenario, &networks_of(scenario))
     }
 
     /// The learned guesses of a scenario: nearest neighbours, then those networks that there are.
@@ -55,11 +59,21 @@ impl Library {
         if let Some(guesses) = known(&self.loaded.borrow()) {
             return Ok(guesses);
         }
-        let names = learned(scenario);
-        let training = Training::of(&self.sources, &names, &[scenario], self.quiet)?.remove(0);
-        let guesses = Rc::new(catalogue::load(names, &training)?);
+        let mut names = networks_of(scenario);
+        // A data set of trees takes gigabytes.
+        if scenario != Scenario::Tree {
+            names.insert(0, GuessName::Learned(LearnedName::Knn));
+        }
+        let guesses = Rc::new(self.load(scenario, &names)?);
         self.loaded.borrow_mut().push((scenario, guesses.clone()));
         Ok(guesses)
+    }
+
+    fn load(&self, scenario: Scenario, names: &[GuessName]) -> Result<Guesses> {
+        let data = names.contains(&GuessName::Learned(LearnedName::Knn)).then(|| self.data.clone());
+        let sources = Sources { data, checkpoint: None };
+        let training = Training::of(&sources, names, &[scenario], true)?.remove(0);
+        catalogue::load(names.iter().copied(), &training)
     }
 
     /// The learned guesses that fit a scene best.
@@ -68,12 +82,11 @@ impl Library {
     }
 }
 
-/// Names of a scenario's learned guesses.
-fn learned(scenario: Scenario) -> Vec<GuessName> {
-    let networks = Recipe::ALL.into_iter().filter(|recipe| {
+/// Names of a scenario's networks, as far as there are some.
+fn networks_of(scenario: Scenario) -> Vec<GuessName> {
+    let is_there = |recipe: &Recipe| {
         let name = format!("{scenario}-{}", recipe.name());
         built_in().any(|(built_in, _)| built_in == name)
-    });
-    let all = std::iter::once(LearnedName::Knn).chain(networks.map(LearnedName::Network));
-    all.map(GuessName::Learned).collect()
+    };
+    Recipe::ALL.into_iter().filter(is_there).map(|recipe| GuessName::Learned(LearnedName::Network(recipe))).collect()
 }

@@ -21,10 +21,13 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         size: if args.quick { Size::Quick } else { Size::Full },
         cells: args.cells.clone(),
         sweep: args.sweep.clone(),
-        library: Library::new(&args.data, args.quiet),
+        library: Library::new(&args.data),
         machine: export::machine(),
         revision: export::git_revision(),
     };
+    if !args.quiet {
+        say!("looking for what is measured already in {}", args.cells.display())?;
+    }
     // Times are told of one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let mut jobs = sections::jobs(&args.only);

@@ -57,7 +57,7 @@ pub struct Row {
     /// Median wall time of a step [us]: all stages.
     pub total_us: f64,
     /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
-    /// the rods' mean length. Contacts take the smallest differences apart: see [`Comparison::first_contact`].
+    /// the rods' mean length. It is taken before the first contact alone: see [`Comparison::first_contact`].
     pub error: f64,
     /// What each step came to.
     #[serde(skip)]
@@ -88,16 +88,16 @@ pub struct Comparison {
     pub rows: Vec<Row>,
     /// Steps done.
     pub steps: usize,
-    /// Worst status of any step of the reference; "out of iterations" where its tolerance is below rounding errors.
+    /// Worst status of any step of the reference before its first contact; "out of iterations" where its tolerance is below rounding errors.
     pub reference_status: &'static str,
-    /// The first step of the reference in which segments met an obstacle or each other. From then on its motion says
-    /// little about errors: a contact that one way meets a moment earlier, or beside another segment, sends the rods
-    /// elsewhere.
+    /// The first step of the reference in which segments met an obstacle or each other. There it ends: a contact that one
+    /// way meets a moment earlier, or beside another segment, sends the rods elsewhere, and errors tell chaos from accuracy
+    /// no more.
     pub first_contact: Option<usize>,
 }
 
 /// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
-/// formulation, solved as [`reference::exact_settings`]. After each step `progress(step)` says whether to go on.
+/// formulation, solved as [`reference::exact_settings`] until its first contact. After each step `progress(step)` says whether to go on.
 ///
 /// # Errors
 /// If the scene or an entry is not valid.
@@ -125,11 +125,15 @@ pub fn run(
     let (mut expected, mut found) = (state.clone(), state.clone());
     let (mut done, mut reference_status, mut first_contact) = (0, Status::Converged, None);
     while done < steps {
-        reference_status = reference_status.max(reference.step(dt)?.status);
-        if first_contact.is_none() && reference.counters().contact_solves > 0 {
-            first_contact = Some(done + 1);
+        if first_contact.is_none() {
+            let status = reference.step(dt)?.status;
+            if reference.counters().contact_solves > 0 {
+                first_contact = Some(done + 1);
+            } else {
+                reference_status = reference_status.max(status);
+                reference.store(&mut expected);
+            }
         }
-        reference.store(&mut expected);
         for run in runs.iter_mut().filter(|run| run.given_up.is_none()) {
             let before = run.simulation.counters();
             let status = run.simulation.step(dt)?.status;
@@ -138,6 +142,9 @@ pub fn run(
             run.costs.push(between(&before, &after));
             if status >= Status::OutOfIterations && after.linear_failures > before.linear_failures {
                 run.given_up = Some(done + 1);
+            }
+            if first_contact.is_some() {
+                continue;
             }
             run.simulation.store(&mut found);
             run.error = run.error.max(position_error(model, &found.positions, &expected.positions));

@@ -53,7 +53,7 @@ struct Report {
     outer_tolerance: f64,
     /// Worst status of the reference that errors are measured against.
     reference_status: &'static str,
-    /// Steps of the reference before its first contact; errors after them tell chaos from accuracy no more.
+    /// Steps of the reference before its first contact; errors are those of these steps.
     steps_before_contact: usize,
     contact_tolerance: f64,
     /// The networks among the guesses.
@@ -176,11 +176,10 @@ fn print_runs(report: &Report) -> Result<()> {
     )?;
     if report.steps_before_contact < report.steps_done {
         say!(
-            "Contacts from step {} on, to {:e} of a radius, the reference's to {:e}: after them the smallest difference grows,\n\
-             and errors tell chaos from accuracy no more. Fewer --steps compare the motion before.",
+            "Contacts from step {} on, to {:e} of a radius. Errors are those before: after them the smallest difference grows,\n\
+             and would tell chaos from accuracy no more.",
             report.steps_before_contact + 1,
-            report.contact_tolerance,
-            reference::CONTACT_TOLERANCE
+            report.contact_tolerance
         )?;
     }
     say_stopped(report.steps_done, report.steps)?;

@@ -52,8 +52,8 @@ const INTRODUCTION: &str = "The paper leaves open what decides most of these num
 /// Settings that belong to networks and data sets.
 fn settings(context: &Context) -> Result<BTreeMap<String, String>> {
     let name = GuessName::Learned(LearnedName::Network(Recipe::Paper));
-    let guesses = context.library.guesses(Scenario::Rod)?;
-    let network = guesses.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
+    let networks = context.library.network_guesses(Scenario::Rod)?;
+    let network = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
     let network = network.context("no network for rods is built in")?;
     let (sizes, training) = (network.sizes(), &network.card().training);
     let [knot, tree] = [Scenario::Knot, Scenario::Tree].map(Config::table_1);
@@ -78,8 +78,8 @@ fn settings(context: &Context) -> Result<BTreeMap<String, String>> {
     let mut settings: BTreeMap<String, String> =
         settings.into_iter().map(|(id, value)| (id.to_owned(), value)).collect();
     for scenario in [Scenario::Rod, Scenario::Helix] {
-        let guesses = context.library.guesses(scenario)?;
-        let own = guesses.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
+        let networks = context.library.network_guesses(scenario)?;
+        let own = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
         if let Some(network) = own {
             let minutes = network.card().training.seconds / 60.0;
             settings.insert(format!("training-hours-{scenario}"), format!("{minutes:.0} minutes"));

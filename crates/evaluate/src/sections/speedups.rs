@@ -44,7 +44,7 @@ pub(crate) struct Speedups;
 
 /// The paper's scenes, what it says of each, and for how many steps they are run.
 const SCENES: [(&str, &str, [usize; 2]); 3] =
-    [("helix-on-plane", "about 10 %", [20, 100]), ("two-rods", "about 6 %", [20, 100]), ("knot", "10.4 %", [20, 100])];
+    [("helix-on-plane", "about 10 %", [14, 30]), ("two-rods", "about 6 %", [20, 100]), ("knot", "10.4 %", [20, 100])];
 
 /// Rods of the trees, and what the paper says.
 const TREES: [(usize, &str); 4] = [(10, "17.0 %"), (20, "15.8 %"), (40, "13.0 %"), (70, "11.1 %")];
@@ -71,7 +71,7 @@ impl Section for Speedups {
             }
             for (rods, _) in TREES {
                 let topologies = size.pick(1, speedup::TOPOLOGIES as u64);
-                keys.extend((0..topologies).map(|index| key(format!("trees-{rods}"), index, size.pick(2, 10))));
+                keys.extend((0..topologies).map(|index| key(format!("trees-{rods}"), index, size.pick(1, 5))));
             }
         }
         Ok(keys)
