@@ -1,23 +1,26 @@
 //! Which linear solver and which start to take: rules that measurements support.
 //!
-//! The formulation is not chosen: it says which problem is to be solved. All the rest changes the time alone. What was
-//! measured on builtin scenes, at outer tolerances from 1e-2 to 1e-8, on one thread, the sum over steps of each step's
-//! fastest of four runs: direct, sparse, and conjugate gradients with each preconditioner, linear tolerances from 1e-1 to
-//! 1e-6, from each start.
+//! The formulation is not chosen: it says which problem is to be solved. All the rest changes the time alone. What
+//! was measured on builtin scenes, at outer tolerances from 1e-2 to 1e-8, on one thread, the sum over steps of each
+//! step's fastest of four runs: direct, sparse, and conjugate gradients with each preconditioner, linear tolerances
+//! from 1e-1 to 1e-6, from each start.
 //!
-//! - **The solver is direct.** At equal error no other was faster by a tenth in any `xpbd` formulation. The nearest
-//!   conjugate gradients took two to five times as long (a rod of 30 segments, 1e-4: 13 us a step and 43 us). The same
-//!   name is sparse Cholesky for sets with loops ([`crate::linear::looped`]), set by set; on trees that is two to three
-//!   times slower (206 segments: 136 us and 334 us).
-//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own: it saves a third of
-//!   the iterations at best, and lanes more.
+//! - **The solver is direct.** At equal error no other was faster by a tenth in `xpbd` formulations. The nearest
+//!   conjugate gradients take three times as long on a rod of 30 segments (1e-4: 43 us a step and 13 us); on a net
+//!   of 48 segments none stayed below one and a half times its time. The same name is sparse Cholesky for sets with
+//!   loops ([`crate::linear::looped`]), set by set; on trees that is two to three times slower (206 segments: 334
+//!   us and 136 us).
+//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own: it saves a
+//!   third of the iterations at best, and lanes more.
 //! - **`newton` starts steps at the parabola through the last three where that pays.** On a rod that swings (30
-//!   segments, 1e-6) it takes 24 us a step instead of 32; on an elastica that creeps to rest 54 instead of 46 (1e-4), on
-//!   a column that buckles 31 instead of 23 (1e-2). [`GuessKind::StepAdaptive`] counts iterations and finds out. It
-//!   never leaves the parabola while contacts press: their impulses are part of the start (a helix on a plane, 1e-2: 17
-//!   ms a step instead of 127).
-//! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of a linear
-//!   solve is no use to a direct solver.
+//!   segments, 1e-6) it takes 24 us a step instead of 32; on an elastica that creeps to rest 54 instead of 46
+//!   (1e-4), on a column that buckles 31 instead of 23 (1e-2). [`GuessKind::StepAdaptive`] counts iterations and
+//!   finds out. It learns late where steps differ: in a fifth of the cells it was more than a tenth behind the best
+//!   fixed start, a fifth on a branched rod (1e-4) and a net (1e-2), two fifths on a tree (1e-6) and a ring (1e-8).
+//!   It never leaves the parabola while contacts press: their impulses are part of the start (a helix on a plane,
+//!   1e-2: 17 ms a step instead of 127).
+//! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of
+//!   a linear solve is no use to a direct solver.
 
 use std::collections::HashSet;
 

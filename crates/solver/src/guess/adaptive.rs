@@ -64,7 +64,7 @@ impl StepAdaptive {
         if steps < FIRST[0] + FIRST[1] {
             return steps >= FIRST[0];
         }
-        (self.means[1] < self.means[0]) != (steps % TURN == 0)
+        (self.means[1] < self.means[0]) != steps.is_multiple_of(TURN)
     }
 }
 
