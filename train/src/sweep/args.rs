@@ -26,10 +26,6 @@ pub(crate) enum SweepCommand {
 }
 
 /// What to sweep.
-///
-/// Every cell is trained on the same samples for as many epochs, and measured on scenes that no data set holds. What is
-/// done already is not done again, and a cell that was cut off goes on: give the same command. To measure cells again
-/// without training them, on a quiet machine for instance, delete their files in DIR/cells first.
 #[derive(Args, Debug)]
 pub(crate) struct SweepArgs {
     /// Kinds of scenes: rod, helix.
