@@ -34,6 +34,10 @@ pub(crate) enum Command {
     /// Generate a data set, or a part of it, and train nothing.
     Data(DataArgs),
     /// Train and measure networks of many sizes on equal budgets: the paper's ablation.
+    ///
+    /// Every cell is trained on the same samples for as many epochs, and measured on scenes that no data set holds. What
+    /// is done already is not done again, and a cell that was cut off goes on: give the same command. To measure cells
+    /// again without training them, on a quiet machine for instance, delete their files in DIR/cells first.
     Sweep(SweepCli),
 }
 

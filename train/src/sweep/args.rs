@@ -26,9 +26,6 @@ pub(crate) enum SweepCommand {
 }
 
 /// What to sweep.
-///
-/// Every cell is trained on the same samples for as many epochs, and measured on scenes that no data set holds. What is
-/// done already is not done again, and a cell that was cut off goes on: give the same command.
 #[derive(Args, Debug)]
 pub(crate) struct SweepArgs {
     /// Kinds of scenes: rod, helix.

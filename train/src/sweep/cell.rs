@@ -27,6 +27,8 @@ use crate::run;
 
 /// Trains a cell, or goes on with it where it was cut off, and measures it; `None` where `stopped` came first. After
 /// each measurement on validation scenes `report` hears of it, and of the nodes that were visited in a second.
+///
+/// The training's state stays: times that a busy machine has spoilt can be measured again without training.
 pub(crate) fn run(
     plan: &Plan,
     taught: &Taught,
@@ -61,12 +63,6 @@ pub(crate) fn run(
         git_revision: export::git_revision(),
         rows,
     }))
-}
-
-/// Removes the state of a cell whose outcome is stored.
-pub(crate) fn forget(plan: &Plan) -> Result<()> {
-    let state = with_ending(&plan.out, ".state");
-    fs::remove_file(&state).with_context(|| format!("cannot remove {}", state.display()))
 }
 
 /// Measures the network's guess on held-out scenes beside the zero start, on the same systems in turns; `None` where

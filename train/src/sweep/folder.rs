@@ -3,7 +3,7 @@
 //! ```text
 //! sweep.toml              what the cells are (sealed)
 //! cells/HASH.toml         the outcome of each cell that is done, by the hash of its key
-//! training/NAME.*         checkpoint and curves of each cell; NAME.state while it is under way
+//! training/NAME.*         checkpoint, curves and state of each cell's training
 //! sweep.csv, summary.toml what `train sweep merge` makes of all
 //! ```
 

@@ -97,7 +97,6 @@ fn work(args: &SweepArgs, folder: &Folder, keys: &[Key], say: impl Fn(Arguments<
             return Ok(Outcome::Interrupted);
         };
         folder.cells.put(key, &measured)?;
-        cell::forget(&plan)?;
         left.done += key.cost();
         say(format_args!("  {}, {} left", short(&measured), left.with(0.0)))?;
     }
