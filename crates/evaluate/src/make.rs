@@ -51,6 +51,9 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     }
     progress.finish();
     let page = page(&context, &jobs)?;
+    for part in ["csv", "svg"] {
+        clear(&args.out.join(part), part).context("--out")?;
+    }
     let file = page.write(&args.out).context("--out")?;
     pictures(&page, &args.out.join("svg")).context("--out")?;
     if !args.quiet {
@@ -99,6 +102,21 @@ const LEAD: [&str; 2] = [
      inference and its guards. Comparisons are at equal error, and the strongest rivals, the direct solver and Fischer's \
      projection, always stand beside. Every figure and table has a CSV file.",
 ];
+
+/// Removes what an earlier report left, the files with this ending.
+fn clear(directory: &Path, ending: &str) -> Result<()> {
+    let entries = match std::fs::read_dir(directory) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        entries => entries.with_context(|| format!("cannot read {}", directory.display()))?,
+    };
+    for entry in entries {
+        let file = entry?.path();
+        if file.extension().is_some_and(|own| own == ending) {
+            std::fs::remove_file(&file).with_context(|| format!("cannot remove {}", file.display()))?;
+        }
+    }
+    Ok(())
+}
 
 /// Every figure as a file of its own.
 fn pictures(page: &Page, directory: &Path) -> Result<()> {

@@ -78,7 +78,10 @@ fn damaged_results_and_wrong_flags_are_one_error() {
     fs::write(&cell, text.replace("segments = ", "segments = 1")).expect("written");
     let message = error(&evaluate(folder.path(), &NEEDS));
     let name = cell.file_name().expect("a name").to_string_lossy().into_owned();
-    assert!(message.contains(&name) && message.contains("checksum") && message.starts_with("error: --cells"), "{message}");
+    assert!(
+        message.contains(&name) && message.contains("checksum") && message.starts_with("error: --cells"),
+        "{message}"
+    );
     let message = error(&evaluate(folder.path(), &["report", "--only", "nothing"]));
     assert!(message.contains("nothing") && message.contains("needs"), "{message}");
     fs::write(folder.path().join("file"), "").expect("written");

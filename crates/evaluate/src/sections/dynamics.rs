@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context as _, Result};
 use dataset::Scenario;
-use evaluation::paper::motions::{self, Trace, agreement};
+use evaluation::paper::motions::{self, Agreement, Trace, agreement};
 use report::{
     Aspect, Axis, Block, Charts, Column, Figure, LineChart, LineStyle, Section as PageSection, Series, Table,
 };
@@ -53,8 +53,7 @@ impl Section for Dynamics {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
         let parameters = parameters(key).context("a figure that the supplement does not have")?;
-        let scenario = if matches!(parameters, Parameters::Rod(_)) { Scenario::Rod } else { Scenario::Helix };
-        let (scene, guesses) = (parameters.scene()?, context.library.guesses(scenario)?);
+        let (scene, guesses) = (parameters.scene()?, context.library.guesses(scenario_of(parameters))?);
         let solver = solver(PreconditionerKind::BlockJacobi, 1e-8);
         let traces = with_predictions(&scene, &guesses, &solver, |ways| {
             motions::measure(&motion(&scene, key.steps), &FRAMES, ways, go_on)
@@ -85,11 +84,9 @@ impl Section for Dynamics {
                 conditions: conditions.clone(),
             }));
         }
-        let all: Vec<_> = cells.iter().map(|(_, value)| value.traces.clone()).collect();
-        let ways = agreement(&all);
-        let rows = ways.iter().map(|way| {
+        let rows = agreements(cells).into_iter().map(|(scenario, way)| {
             vec![
-                way.name.as_str().into(),
+                format!("{scenario}, {}", way.name).into(),
                 way.scenes.to_string().into(),
                 spread(way.last_nrmse.as_ref(), 1.0).into(),
                 number(way.distance).into(),
@@ -101,7 +98,7 @@ impl Section for Dynamics {
             title: "How far each way is from the direct solver's motion".to_owned(),
             caption: "Over all scenes of (a) to (g); relative to the rods' mean length.".to_owned(),
             columns: vec![
-                Column::text("way"),
+                Column::text("scenes, way"),
                 Column::number("scenes"),
                 Column::number("error after the last step, median and quartiles"),
                 Column::number("largest distance of any segment"),
@@ -114,10 +111,13 @@ impl Section for Dynamics {
     }
 
     fn claims(&self, _: &Context, cells: &[(&Key, &Value)]) -> Result<BTreeMap<String, String>> {
-        let all: Vec<_> = cells.iter().map(|(_, value)| value.traces.clone()).collect();
-        let ways = agreement(&all);
-        let own = ways.iter().filter(|way| way.name.starts_with("gn") && !way.name.ends_with("end to end"));
-        let words = own.map(|way| format!("{} {}", way.name, number(way.distance))).collect::<Vec<_>>().join("; ");
+        let mut words = Vec::new();
+        for (scenario, way) in agreements(cells) {
+            if way.name.starts_with("gn") && !way.name.ends_with("end to end") {
+                words.push(format!("{scenario}, {}: {}", way.name, number(way.distance)));
+            }
+        }
+        let words = words.join("; ");
         let words =
             format!("largest distance of any segment from the direct solver's motion, relative to the length: {words}");
         Ok([("dynamic-distance".to_owned(), words)].into())
@@ -131,6 +131,23 @@ fn page(blocks: Vec<Block>) -> PageSection {
 const INTRODUCTION: &str = "The supplement's dynamic results: the bending rod at several angles (a), segments (b), lengths \
     (c) and Young's moduli (d), the helix at several shapes (e), segments (f) and moduli (g). The paper shows pictures; here \
     the motion from the network's guess is also compared with the direct solver's, number by number.";
+
+/// How far each way is from the first, for each scenario: planar scenes have more ways.
+fn agreements(cells: &[(&Key, &Value)]) -> Vec<(Scenario, Agreement)> {
+    let mut agreements = Vec::new();
+    for scenario in [Scenario::Rod, Scenario::Helix] {
+        let own = cells
+            .iter()
+            .filter(|(key, _)| parameters(key).is_some_and(|parameters| scenario_of(parameters) == scenario));
+        let all: Vec<_> = own.map(|(_, value)| value.traces.clone()).collect();
+        agreements.extend(agreement(&all).into_iter().map(|way| (scenario, way)));
+    }
+    agreements
+}
+
+fn scenario_of(parameters: Parameters) -> Scenario {
+    if matches!(parameters, Parameters::Rod(_)) { Scenario::Rod } else { Scenario::Helix }
+}
 
 fn parameters(key: &Key) -> Option<Parameters> {
     let (_, scenes) = supplement().into_iter().find(|(figure, _)| key.figure.starts_with(*figure))?;

@@ -87,12 +87,19 @@ impl Section for Scenes {
             id: "needs-stages".to_owned(),
             title: "What a segment costs in a step, stage by stage".to_owned(),
             caption: "Default settings. A stage that a scene does not need takes no time at all.".to_owned(),
-            charts: Charts::Bars(vec![BarChart {
-                label: "time a step and segment [us]".to_owned(),
-                parts: STAGES.map(str::to_owned).to_vec(),
-                bars: default().map(|(key, needs)| bar(&key.scene, needs)).collect(),
-                ..BarChart::default()
-            }]),
+            charts: Charts::Bars(
+                [("without contacts", false), ("with contacts", true)]
+                    .map(|(title, touches)| BarChart {
+                        title: title.to_owned(),
+                        label: "time a step and segment [us]".to_owned(),
+                        parts: STAGES.map(str::to_owned).to_vec(),
+                        bars: default()
+                            .filter(|(_, needs)| (needs.median_us.contact > 0.0) == touches)
+                            .map(|(key, needs)| bar(&key.scene, needs))
+                            .collect(),
+                    })
+                    .to_vec(),
+            ),
             conditions: conditions.clone(),
         }));
         blocks.push(Block::Table(choices(cells, conditions.clone())));

@@ -52,9 +52,9 @@ const INTRODUCTION: &str = "Every scene in every way, at several tolerances (con
     outer iterations). The error is that of the segments' positions, root mean \
     square relative to the rods' mean length, the largest of about ten samples; in scenes with contacts, of those before \
     the first contact, because contacts take the smallest differences apart. A curve that is lower and further left is \
-    better; points on the Pareto front, which no way beats in both, are outlined. Against the *exact* reference, the same \
+    better; points on the Pareto front, which no way beats in both, are outlined. Against the **exact** reference, the same \
     formulation solved to 1e-12 at the same time step, a curve shows what the solver is answerable for; against the \
-    *converged* one, with finer segments and time steps, what the user gets.";
+    **converged** one, with finer segments and time steps, what the user gets.";
 
 fn sheets<'a>(cells: &[(&'a Key, &'a Value)]) -> Vec<Sheet<'a>> {
     let mut sheets: Vec<Sheet<'a>> = Vec::new();
@@ -279,9 +279,9 @@ fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
     }
     Table {
         id: "precision-auto".to_owned(),
-        title: "What `--solver auto` takes, beside the best fixed way at equal error".to_owned(),
+        title: "What auto takes, beside the best fixed way at equal error".to_owned(),
         caption: format!(
-            "Time of auto over that of the fastest fixed way of the same formulation, learned guesses among them. Bold: above \
+            "Time of `--solver auto` over that of the fastest fixed way of the same formulation, learned guesses among them. Bold: above \
              {AUTO_BAR}. Where the best fixed way is what auto chose, the ratio shows how far times are to be trusted."
         ),
         columns: vec![

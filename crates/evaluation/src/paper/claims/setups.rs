@@ -20,7 +20,7 @@ const VARIED: &str = "scene::sampling::supplement";
 const ROD: &str = "phi_0 = 0 deg, N = 30, l = 4 m, Y = 1e5 Pa";
 const HELIX: &str = "HR = 0.5 m, HH = 0.5 m, HW = 2.5, T = 1e5 Pa, N = 60";
 const UNTRAINED: &str = "section 4 gives the trees a training set of their own, and a page later calls the network never \
-                         trained on them; taken: never trained on them, the network of the rods";
+                         trained on them; taken: the training set; the report has the networks of the rods and of the trees";
 const RANDOM: &str = "topologies are random, and how they grow is not in the paper; ours have about as many segments";
 
 pub(super) static CLAIMS: &[Claim] = &[
