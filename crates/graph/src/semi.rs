@@ -241,7 +241,6 @@ pub fn fill_node_targets(graph: &Graph, component: &Component<f64>, scale: f64, 
 
 /// Fills the outputs of the edges that stand for the exact solution `dlambda`: the forces of closing edges where they are
 /// outputs, else 0, for exact turns need nothing added. `[edges, 3]`
-#[expect(clippy::too_many_arguments, reason = "what it reads, then what it writes")]
 pub fn fill_edge_targets(
     semi: &Semi,
     graph: &Graph,

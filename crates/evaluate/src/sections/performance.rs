@@ -14,7 +14,7 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{SEED, motion, solver, with_guesses};
+use crate::sections::paper::{SEED, is_network, motion, solver, with_guesses};
 use crate::show::{band, per_cent};
 
 /// What is varied; all else is drawn as in Table 1.
@@ -68,7 +68,7 @@ impl Section for Performance {
         let mut keys = Vec::new();
         for scenario in [Scenario::Rod, Scenario::Helix] {
             let all = performance::segments(scenario.family());
-            let segments = size.pick(&all[3..=3], all);
+            let segments = size.pick(&all[2..=4], all);
             let moduli: &[f64] = size.pick(&[], &[1e3, 1e4, 1e5, 1e6, 1e7, 1e8]);
             let tolerances: &[f64] = size.pick(&[], &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]);
             let varied = segments.iter().map(|&n| Varied::Segments(n));
@@ -110,7 +110,7 @@ impl Section for Performance {
                 Varied::Tolerance(_) => Parameters::sample(family, key.seed, index),
             };
             let scene = parameters.scene()?;
-            let measured = with_guesses(&scene, &guesses, |named| {
+            let measured = with_guesses(&scene, &guesses, is_network, |named| {
                 performance::measure(&motion(&scene, key.steps), &solver, named, key.repeats, &mut *go_on)
             })?;
             let Some(cell) = measured else { return Ok(None) };
@@ -278,14 +278,14 @@ fn figure(
     ];
     let solver = &key.preconditioner;
     let counts: Vec<String> = cells.iter().map(|(key, _)| key.simulations.to_string()).collect();
-    let simulations = format!("{} a point, from the left,", counts.join(", "));
+    let simulations = format!("{} a point, from the left", counts.join(", "));
     let tolerance = if study == "tolerance" { "varied".to_owned() } else { format!("{:e}", key.tolerance) };
     let conditions = context
         .conditions("linear solves and guesses, features, inference and guards included; whole simulation: all stages")
         .with("solver", format!("conjugate gradients, {solver}, tolerance {tolerance}, formulation xpbd"))
         .with(
             "simulations",
-            format!("{simulations} of {} steps a point, seed {}; medians and quartiles", key.steps, key.seed),
+            format!("{simulations}; {} steps each, seed {}; medians and quartiles", key.steps, key.seed),
         );
     Some(Figure {
         id: format!("performance-{scenario}-{study}-{solver}"),

@@ -17,7 +17,7 @@ use solver::simulation::GuessFactory;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{SEED, motion, solver, with_guesses};
+use crate::sections::paper::{SEED, is_network, motion, solver, with_guesses};
 use crate::show::{number, per_cent, spread};
 use crate::ways::cap;
 
@@ -97,7 +97,7 @@ impl Section for Speedups {
         solver.step.max_halvings = 0;
         let fischer = GuessKind::Fischer(8);
         let build = |model: &_, members: &_, topology: &_| fischer.build(model, members, topology);
-        let run = with_guesses(&scene, &guesses, |named| {
+        let run = with_guesses(&scene, &guesses, is_network, |named| {
             let mut starts: Vec<(&str, Option<GuessFactory<'_>>)> = vec![(ZERO, None)];
             starts.extend(named.iter().map(|(name, factory)| (name.as_str(), Some(*factory))));
             starts.push((FISCHER, Some(&build)));
@@ -202,7 +202,7 @@ fn row(scene: &str, paper: &str, runs: &[Run], way: &Speedup) -> Vec<Cell> {
         median(way.contact_share).into(),
         median(way.step_us).into(),
         median(way.error).into(),
-        (way.not_converged + way.given_up).to_string().into(),
+        way.not_converged.to_string().into(),
     ]
 }
 

@@ -69,9 +69,12 @@ impl Section for Temporal {
         let guesses = context.library.guesses(key.scenario)?;
         let scene = temporal::sample(key.scenario.family(), key.seed, key.simulation).scene()?;
         let solver = solver(key.preconditioner.parse().map_err(anyhow::Error::msg)?, key.tolerance);
-        let cell = with_guesses(&scene, &guesses, |named| {
-            temporal::measure(&motion(&scene, key.steps), &solver, named, key.repeats, go_on)
-        })?;
+        let cell = with_guesses(
+            &scene,
+            &guesses,
+            |_| true,
+            |named| temporal::measure(&motion(&scene, key.steps), &solver, named, key.repeats, go_on),
+        )?;
         Ok(cell.map(|series| Value { series }))
     }
 
