@@ -42,7 +42,7 @@ pub enum Learned {
     Knn(Arc<Knn>),
     /// A network.
     #[cfg(feature = "gn")]
-    Network(Network),
+    Network(Box<Network>),
 }
 
 impl Guess {
@@ -63,7 +63,7 @@ impl Guess {
                 if !training.quiet {
                     say!("{name}: {}", network.origin.network)?;
                 }
-                Self::Learned(Learned::Network(network))
+                Self::Learned(Learned::Network(Box::new(network)))
             }
             #[cfg(not(feature = "gn"))]
             GuessName::Learned(LearnedName::Network(_)) => bail!("--guess {name} needs the cargo feature gn"),
