@@ -1,7 +1,6 @@
 //! From the command line to a scene and settings.
 
 use anyhow::{Result, anyhow, bail};
-use catalogue::GuessName;
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
 use solver::formulation::Formulation;
