@@ -112,6 +112,7 @@ mod tests {
             contact_us: 0.0,
             total_us,
             error: 0.0,
+            by_step: vec![],
         };
         let rows = [row(DIRECT, 0.0, 20.0), row(ZERO, 40.0, 50.0), row(FISCHER, 8.0, 19.0), row(BEST, 20.0, 60.0)];
         assert_eq!(
