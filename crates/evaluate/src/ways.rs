@@ -16,6 +16,7 @@ use solver::simulation::Settings;
 use solver::step::StepParams;
 use solver::topology::Topology;
 
+use crate::context::Size;
 use crate::library::Guesses;
 
 /// Guesses of linear solves without learning.
@@ -75,11 +76,11 @@ pub(crate) struct Ways<'a> {
 }
 
 impl<'a> Ways<'a> {
-    /// All ways of a scene with these learned guesses.
-    pub(crate) fn new(scene: &Scene, guesses: &'a Guesses) -> Self {
+    /// The ways of a scene with these learned guesses; of a quick report the most telling ones.
+    pub(crate) fn new(scene: &Scene, guesses: &'a Guesses, size: Size) -> Self {
         let plane = planar_normal(&scene.model, &scene.state);
         let rows = rows(guesses, plane.is_some());
-        let specs = specs(scene, &rows);
+        let specs = specs(scene, &rows, size);
         Self { rows, model: scene.model.clone(), plane, specs }
     }
 
@@ -106,8 +107,11 @@ impl<'a> Ways<'a> {
     }
 }
 
+/// Segments of the largest scene for nearest neighbours: there a prediction takes a second already.
+const LARGEST_FOR_NEIGHBOURS: usize = 120;
+
 /// All ways by name.
-fn specs(scene: &Scene, rows: &[Row<'_>]) -> Vec<Spec> {
+fn specs(scene: &Scene, rows: &[Row<'_>], size: Size) -> Vec<Spec> {
     let mut specs = Vec::new();
     let mut add = |name: String, kind, formulation, solver, begin| {
         // Where conjugate gradients do not converge, halved steps would take their time to show the same.
@@ -133,9 +137,12 @@ fn specs(scene: &Scene, rows: &[Row<'_>]) -> Vec<Spec> {
     let xpbd = Formulation::Xpbd;
     let cg =
         |preconditioner| SolverKind::Cg(CgParams { preconditioner, max_iterations: cap(scene), ..CgParams::default() });
-    let of_solves = || rows.iter().enumerate().filter(|(_, row)| row.guess_name.helps_solves());
-    for preconditioner in PRECONDITIONERS {
-        for kind in PLAIN {
+    let has_neighbours = size == Size::Full && scene.model.segments.len() <= LARGEST_FOR_NEIGHBOURS;
+    let is_tried = |name: GuessName| name.helps_solves() && (name.recipe().is_some() || has_neighbours);
+    let of_solves = || rows.iter().enumerate().filter(|(_, row)| is_tried(row.guess_name));
+    for &preconditioner in size.pick(&[PreconditionerKind::Raw, PreconditionerKind::BlockJacobi][..], &PRECONDITIONERS)
+    {
+        for &kind in size.pick(&[GuessKind::Zero, GuessKind::Fischer(8)][..], &PLAIN) {
             let name = format!("cg {preconditioner}, {}", GuessName::Plain(kind));
             add(name, kinds::CG, xpbd, cg(preconditioner), Begin::Plain(kind));
         }

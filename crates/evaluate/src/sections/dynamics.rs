@@ -14,7 +14,7 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{motion, solver, with_predictions};
+use crate::sections::paper::{is_network, motion, solver, with_predictions};
 use crate::show::{number, spread};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -55,7 +55,7 @@ impl Section for Dynamics {
         let parameters = parameters(key).context("a figure that the supplement does not have")?;
         let (scene, guesses) = (parameters.scene()?, context.library.guesses(scenario_of(parameters))?);
         let solver = solver(PreconditionerKind::BlockJacobi, 1e-8);
-        let traces = with_predictions(&scene, &guesses, &solver, |ways| {
+        let traces = with_predictions(&scene, &guesses, is_network, &solver, |ways| {
             motions::measure(&motion(&scene, key.steps), &FRAMES, ways, go_on)
         })?;
         Ok(traces.map(|traces| Value { traces }))

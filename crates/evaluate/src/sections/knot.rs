@@ -12,7 +12,7 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{motion, solver, with_predictions};
+use crate::sections::paper::{is_network, motion, solver, with_predictions};
 use crate::show::number;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -46,7 +46,7 @@ impl Section for Knot {
         let scene = scene::builtin("knot")?;
         let guesses = context.library.for_scene(&scene)?;
         let solver = solver(PreconditionerKind::BlockJacobi, 1e-8);
-        let traces = with_predictions(&scene, &guesses, &solver, |ways| {
+        let traces = with_predictions(&scene, &guesses, is_network, &solver, |ways| {
             motions::measure(&motion(&scene, key.steps), &key.frames, ways, go_on)
         })?;
         Ok(traces.map(|traces| Value { traces }))

@@ -14,7 +14,7 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{motion, solver, with_predictions};
+use crate::sections::paper::{is_network, motion, solver, with_predictions};
 use crate::show::number;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ impl Section for LongTerm {
         let guesses = context.library.guesses(Scenario::Rod)?;
         // The paper's: 30 segments, 4 m, level.
         let scene = Parameters::Rod(Rod { youngs_modulus: key.modulus, ..Rod::default() }).scene()?;
-        let curves = with_predictions(&scene, &guesses, &paper_solver(), |ways| {
+        let curves = with_predictions(&scene, &guesses, is_network, &paper_solver(), |ways| {
             stability::measure(&motion(&scene, key.steps), ways, go_on)
         })?;
         Ok(curves.map(|curves| Value { curves }))

@@ -53,9 +53,13 @@ impl Section for Nrmse {
         let guesses = context.library.guesses(key.scenario)?;
         let scene = key.scenario.sample(key.seed, key.simulation).scene()?;
         let solver = solver(PreconditionerKind::BlockJacobi, 1e-6);
-        let traces = with_predictions(&scene, &guesses, &solver, |ways| {
-            motions::measure(&motion(&scene, key.steps), &[], ways, go_on)
-        })?;
+        let traces = with_predictions(
+            &scene,
+            &guesses,
+            |_| true,
+            &solver,
+            |ways| motions::measure(&motion(&scene, key.steps), &[], ways, go_on),
+        )?;
         // Where each tip was is not shown here.
         let thin = |trace: Trace| Trace { tip: Vec::new(), ..trace };
         Ok(traces.map(|traces| Value { traces: traces.into_iter().map(thin).collect() }))

@@ -52,17 +52,19 @@ pub(crate) fn solver(preconditioner: PreconditionerKind, tolerance: f64) -> CgSo
     }
 }
 
-/// Runs `f` with vanilla position-based dynamics (the direct solver), conjugate gradients from each learned guess, and
-/// each learned guess's predictions in the place of all solves.
+/// Runs `f` with vanilla position-based dynamics (the direct solver), conjugate gradients from each learned guess that
+/// `is_shown` has, and its predictions in the place of all solves.
 pub(crate) fn with_predictions<T, E: Into<anyhow::Error>>(
     scene: &Scene,
     guesses: &Guesses,
+    is_shown: fn(GuessName) -> bool,
     solver: &CgSolver,
     f: impl FnOnce(&[Way<'_>]) -> Result<T, E>,
 ) -> Result<T> {
     let plane = planar_normal(&scene.model, &scene.state);
     let rows = rows(guesses, plane.is_some());
-    let of_solves: Vec<_> = rows.iter().filter(|row| row.guess_name.helps_solves()).collect();
+    let is_own = |row: &&Row<'_>| row.guess_name.helps_solves() && is_shown(row.guess_name);
+    let of_solves: Vec<_> = rows.iter().filter(is_own).collect();
     let factories: Vec<_> = of_solves.iter().map(|row| row.factory(plane)).collect();
     let projections: Vec<_> = of_solves.iter().filter_map(|row| Some((row, row.projection(plane)?))).collect();
     let mut ways = vec![Way { name: DIRECT.to_owned(), method: Method::Solve(solver.direct(), None) }];

@@ -92,11 +92,12 @@ impl Section for Precision {
 
     fn keys(&self, context: &Context) -> Result<Vec<Key>> {
         let mut keys = Vec::new();
-        for course in &COURSES {
+        let is_quick = |course: &&Course| context.size == Size::Full || !["tree-20", "tree-70"].contains(&course.scene);
+        for course in COURSES.iter().filter(is_quick) {
             let scene = scene::builtin(course.scene)?;
             let guesses = context.library.for_scene(&scene)?;
             let [quick, full] = course.steps;
-            for spec in &Ways::new(&scene, &guesses).specs {
+            for spec in &Ways::new(&scene, &guesses, context.size).specs {
                 keys.push(Key {
                     scene: course.scene.to_owned(),
                     way: spec.name.clone(),
@@ -122,7 +123,7 @@ impl Section for Precision {
             self.current = current(context, key, go_on)?;
         }
         let Some(Current { scene, guesses, problem }) = &self.current else { return Ok(None) };
-        let ways = Ways::new(scene, guesses);
+        let ways = Ways::new(scene, guesses, context.size);
         let spec = ways.specs.iter().find(|spec| spec.name == key.way).context("a way that the scene does not have")?;
         let curve = ways.with(spec, |way| run_way(problem, way, &key.levels, &key.budget, go_on));
         let Some(curve) = curve.context("a guess that makes no predictions")?? else { return Ok(None) };
