@@ -117,7 +117,8 @@ fn chart(key: &Key, value: &Value) -> LineChart {
     LineChart {
         title: format!("Y = {} Pa", number(key.modulus)),
         x: Axis::linear("step"),
-        y: Axis::log("|l / l0 - 1|"),
+        // Predictions alone may run away as far as numbers go.
+        y: Axis { range: Some([1e-10, 1e3]), ..Axis::log("|l / l0 - 1|") },
         series: series.collect(),
         references: vec![Reference::Vertical { x: TRAINED, label: "training data end".to_owned() }],
         ..LineChart::default()

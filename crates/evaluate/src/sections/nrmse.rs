@@ -124,7 +124,8 @@ fn chart(scenario: Scenario, cells: &[&Value]) -> LineChart {
     LineChart {
         title: scenario.to_string(),
         x: Axis::linear("frame"),
-        y: Axis::log("NRMSE"),
+        // Predictions alone may run away as far as numbers go.
+        y: Axis { range: Some([1e-12, 1e3]), ..Axis::log("NRMSE") },
         series: series.collect(),
         references: vec![Reference::Vertical { x: TRAINED, label: "training data end".to_owned() }],
         ..LineChart::default()

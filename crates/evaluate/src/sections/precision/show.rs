@@ -112,8 +112,11 @@ fn figure(context: &Context, sheet: &Sheet<'_>, against: Against) -> Option<Figu
     let on_front: Vec<_> = front(&places).into_iter().map(|i| places[i]).collect();
     let mut charts = Vec::new();
     for title in std::iter::once(OTHERS).chain(CG_CHARTS) {
-        let of_chart = sheet.curves.iter().zip(&lines).filter(|(curve, _)| chart_of(curve).contains(&title));
-        let series = of_chart.map(|(curve, line)| {
+        let of_chart = || sheet.curves.iter().zip(&lines).filter(|(curve, _)| chart_of(curve).contains(&title));
+        if of_chart().all(|(curve, _)| curve.way == RIVAL) {
+            continue;
+        }
+        let series = of_chart().map(|(curve, line)| {
             let mut places = line.places.clone();
             places.sort_by(|a, b| a.time.total_cmp(&b.time));
             let point = |place: &Place| {
@@ -132,7 +135,7 @@ fn figure(context: &Context, sheet: &Sheet<'_>, against: Against) -> Option<Figu
         charts.push(LineChart {
             title: title.to_owned(),
             x: Axis::log("wall time per simulated second [s]"),
-            y: Axis::log("position error"),
+            y: error_axis(&places),
             series: series.collect(),
             references: floor
                 .map(|y| Reference::Horizontal { y, label: "the reference's own error".to_owned() })
@@ -158,6 +161,14 @@ fn figure(context: &Context, sheet: &Sheet<'_>, against: Against) -> Option<Figu
         charts: report::Charts::Lines(charts),
         conditions: conditions(context, sheet, first),
     })
+}
+
+/// From the smallest error to one at most: predictions alone may run away as far as numbers go.
+fn error_axis(places: &[Place]) -> Axis {
+    let smallest = places.iter().map(|place| place.error).filter(|&error| error > 0.0).fold(1.0, f64::min);
+    let largest = places.iter().map(|place| place.error).fold(0.0, f64::max);
+    let range = (largest > 1.0).then_some([0.5 * smallest, 2.0]);
+    Axis { range, ..Axis::log("position error") }
 }
 
 fn conditions(context: &Context, sheet: &Sheet<'_>, curve: &Curve) -> report::Conditions {
