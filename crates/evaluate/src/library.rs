@@ -12,12 +12,24 @@ use scene::Scene;
 /// Guesses with what they have learned, by name.
 pub(crate) type Guesses = Vec<(GuessName, Guess)>;
 
-/// All learned guesses: nearest neighbours, whose data sets are generated on first use, and the networks.
+/// Guesses that are loaded.
+type Loaded = ((Scenario, Learned), Rc<Guesses>);
+
+/// Which learned guesses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Learned {
+    /// Networks, which are part of the program.
+    Networks,
+    /// Nearest neighbours, whose data set is generated on first use, and networks.
+    All,
+}
+
+/// All learned guesses.
 pub(crate) struct Library {
     /// Folder of the data sets.
     data: PathBuf,
     networks_blake3: String,
-    loaded: RefCell<Vec<(Scenario, Rc<Guesses>)>>,
+    loaded: RefCell<Vec<Loaded>>,
 }
 
 impl Library {
@@ -36,49 +48,39 @@ impl Library {
     }
 
     /// The networks in words and by their hashes, for the page.
-    pub(crate) fn networks(&self) -> Result<Vec<(String, Origin)>> {
-        let mut networks = Vec::new();
+    pub(crate) fn origins(&self) -> Result<Vec<(String, Origin)>> {
+        let mut origins = Vec::new();
         for scenario in Scenario::ALL {
-            for (name, guess) in self.network_guesses(scenario)? {
-                networks.extend(guess.origin().map(|origin| (format!("{scenario}, {name}"), origin.clone())));
+            for (name, guess) in self.guesses(scenario, Learned::Networks)?.iter() {
+                origins.extend(guess.origin().map(|origin| (format!("{scenario}, {name}"), origin.clone())));
             }
         }
-        Ok(networks)
+        Ok(origins)
     }
 
-    /// The networks of a scenario.
-    pub(crate) fn network_guesses(&self, scenario: Scenario) -> Result<Guesses> {
-        self.load(scenario, &networks_of(scenario))
-    }
-
-    /// The learned guesses of a scenario: nearest neighbours, then those networks that there are.
-    pub(crate) fn guesses(&self, scenario: Scenario) -> Result<Rc<Guesses>> {
-        let known = |loaded: &[(Scenario, Rc<Guesses>)]| {
-            loaded.iter().find(|(of, _)| *of == scenario).map(|(_, guesses)| guesses.clone())
+    /// The learned guesses of a scenario; of networks, those that there are.
+    pub(crate) fn guesses(&self, scenario: Scenario, which: Learned) -> Result<Rc<Guesses>> {
+        let known = |loaded: &[Loaded]| {
+            loaded.iter().find(|(of, _)| *of == (scenario, which)).map(|(_, guesses)| guesses.clone())
         };
         if let Some(guesses) = known(&self.loaded.borrow()) {
             return Ok(guesses);
         }
         let mut names = networks_of(scenario);
-        // A data set of trees takes gigabytes.
-        if scenario != Scenario::Tree {
+        let mut sources = Sources::default();
+        if which == Learned::All {
             names.insert(0, GuessName::Learned(LearnedName::Knn));
+            sources.data = Some(self.data.clone());
         }
-        let guesses = Rc::new(self.load(scenario, &names)?);
-        self.loaded.borrow_mut().push((scenario, guesses.clone()));
+        let training = Training::of(&sources, &names, &[scenario], true)?.remove(0);
+        let guesses = Rc::new(catalogue::load(names, &training)?);
+        self.loaded.borrow_mut().push(((scenario, which), guesses.clone()));
         Ok(guesses)
     }
 
-    fn load(&self, scenario: Scenario, names: &[GuessName]) -> Result<Guesses> {
-        let data = names.contains(&GuessName::Learned(LearnedName::Knn)).then(|| self.data.clone());
-        let sources = Sources { data, checkpoint: None };
-        let training = Training::of(&sources, names, &[scenario], true)?.remove(0);
-        catalogue::load(names.iter().copied(), &training)
-    }
-
     /// The learned guesses that fit a scene best.
-    pub(crate) fn for_scene(&self, scene: &Scene) -> Result<Rc<Guesses>> {
-        self.guesses(fitting(scene))
+    pub(crate) fn for_scene(&self, scene: &Scene, which: Learned) -> Result<Rc<Guesses>> {
+        self.guesses(fitting(scene), which)
     }
 }
 

@@ -87,7 +87,7 @@ fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
         .with("machine", provenance.machines.join("; "))
         .with("size", context.size.pick("quick (--quick)", "full"))
         .with("measuring took", format!("{minutes:.0} minutes on one core"));
-    for (name, origin) in context.library.networks()? {
+    for (name, origin) in context.library.origins()? {
         conditions = conditions.with(name, format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3));
     }
     let lead = LEAD.map(str::to_owned).to_vec();

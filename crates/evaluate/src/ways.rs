@@ -107,9 +107,6 @@ impl<'a> Ways<'a> {
     }
 }
 
-/// Segments of the largest scene for nearest neighbours: there a prediction takes a second already.
-const LARGEST_FOR_NEIGHBOURS: usize = 120;
-
 /// All ways by name.
 fn specs(scene: &Scene, rows: &[Row<'_>], size: Size) -> Vec<Spec> {
     let mut specs = Vec::new();
@@ -137,9 +134,7 @@ fn specs(scene: &Scene, rows: &[Row<'_>], size: Size) -> Vec<Spec> {
     let xpbd = Formulation::Xpbd;
     let cg =
         |preconditioner| SolverKind::Cg(CgParams { preconditioner, max_iterations: cap(scene), ..CgParams::default() });
-    let has_neighbours = size == Size::Full && scene.model.segments.len() <= LARGEST_FOR_NEIGHBOURS;
-    let is_tried = |name: GuessName| name.helps_solves() && (name.recipe().is_some() || has_neighbours);
-    let of_solves = || rows.iter().enumerate().filter(|(_, row)| is_tried(row.guess_name));
+    let of_solves = || rows.iter().enumerate().filter(|(_, row)| row.guess_name.helps_solves());
     for &preconditioner in size.pick(&[PreconditionerKind::Raw, PreconditionerKind::BlockJacobi][..], &PRECONDITIONERS)
     {
         for &kind in size.pick(&[GuessKind::Zero, GuessKind::Fischer(8)][..], &PLAIN) {

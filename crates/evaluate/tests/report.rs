@@ -88,3 +88,28 @@ fn damaged_results_and_wrong_flags_are_one_error() {
     let message = error(&evaluate(folder.path(), &["report", "--quick", "--only", "ablation", "--out", "file/report"]));
     assert!(message.contains("--out"), "{message}");
 }
+
+/// Whatever was measured before Ctrl-C is there for the next run.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_report_goes_on() {
+    let folder = TempDir::new().expect("a folder");
+    let arguments = ["report", "--quick", "--only", "performance", "--quiet"];
+    let cells = || fs::read_dir(folder.path().join("data/report/performance")).map_or(0, Iterator::count);
+    let mut first = Command::new(env!("CARGO_BIN_EXE_evaluate"))
+        .args(arguments)
+        .current_dir(folder.path())
+        .spawn()
+        .expect("the program runs");
+    while cells() < 3 {
+        assert!(first.try_wait().expect("a child").is_none(), "it ended before it was interrupted");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let killed = Command::new("kill").args(["-INT", &first.id().to_string()]).status().expect("kill starts");
+    assert!(killed.success());
+    assert_eq!(first.wait().expect("a child").code(), Some(130));
+    let kept = cells();
+    assert!(kept >= 3 && !folder.path().join("report").exists());
+    assert!(evaluate(folder.path(), &arguments).status.success());
+    assert!(cells() > kept && folder.path().join("report/index.html").exists());
+}

@@ -10,6 +10,7 @@ use report::{Block, Cell, Column, Conditions, Section as PageSection, Table};
 use scene::sampling::Tree;
 
 use crate::context::Context;
+use crate::library::Learned;
 
 /// The section, from what the other sections measured.
 pub(crate) fn section(context: &Context, measured: BTreeMap<String, String>) -> Result<PageSection> {
@@ -52,7 +53,7 @@ const INTRODUCTION: &str = "The paper leaves open what decides most of these num
 /// Settings that belong to networks and data sets.
 fn settings(context: &Context) -> Result<BTreeMap<String, String>> {
     let name = GuessName::Learned(LearnedName::Network(Recipe::Paper));
-    let networks = context.library.network_guesses(Scenario::Rod)?;
+    let networks = context.library.guesses(Scenario::Rod, Learned::Networks)?;
     let network = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
     let network = network.context("no network for rods is built in")?;
     let (sizes, training) = (network.sizes(), &network.card().training);
@@ -78,7 +79,7 @@ fn settings(context: &Context) -> Result<BTreeMap<String, String>> {
     let mut settings: BTreeMap<String, String> =
         settings.into_iter().map(|(id, value)| (id.to_owned(), value)).collect();
     for scenario in [Scenario::Rod, Scenario::Helix] {
-        let networks = context.library.network_guesses(scenario)?;
+        let networks = context.library.guesses(scenario, Learned::Networks)?;
         let own = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
         if let Some(network) = own {
             let minutes = network.card().training.seconds / 60.0;

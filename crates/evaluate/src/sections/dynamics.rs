@@ -14,7 +14,8 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{is_network, motion, solver, with_predictions};
+use crate::library::Learned;
+use crate::sections::paper::{motion, solver, with_predictions};
 use crate::show::{number, spread};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -53,9 +54,10 @@ impl Section for Dynamics {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
         let parameters = parameters(key).context("a figure that the supplement does not have")?;
-        let (scene, guesses) = (parameters.scene()?, context.library.guesses(scenario_of(parameters))?);
+        let (scene, guesses) =
+            (parameters.scene()?, context.library.guesses(scenario_of(parameters), Learned::Networks)?);
         let solver = solver(PreconditionerKind::BlockJacobi, 1e-8);
-        let traces = with_predictions(&scene, &guesses, is_network, &solver, |ways| {
+        let traces = with_predictions(&scene, &guesses, &solver, |ways| {
             motions::measure(&motion(&scene, key.steps), &FRAMES, ways, go_on)
         })?;
         Ok(traces.map(|traces| Value { traces }))

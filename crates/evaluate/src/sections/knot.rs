@@ -12,7 +12,8 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{is_network, motion, solver, with_predictions};
+use crate::library::Learned;
+use crate::sections::paper::{motion, solver, with_predictions};
 use crate::show::number;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -44,9 +45,9 @@ impl Section for Knot {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
         let scene = scene::builtin("knot")?;
-        let guesses = context.library.for_scene(&scene)?;
+        let guesses = context.library.for_scene(&scene, Learned::Networks)?;
         let solver = solver(PreconditionerKind::BlockJacobi, 1e-8);
-        let traces = with_predictions(&scene, &guesses, is_network, &solver, |ways| {
+        let traces = with_predictions(&scene, &guesses, &solver, |ways| {
             motions::measure(&motion(&scene, key.steps), &key.frames, ways, go_on)
         })?;
         Ok(traces.map(|traces| Value { traces }))

@@ -14,7 +14,8 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{is_network, motion, solver, with_predictions};
+use crate::library::Learned;
+use crate::sections::paper::{motion, solver, with_predictions};
 use crate::show::number;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -51,10 +52,10 @@ impl Section for LongTerm {
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
-        let guesses = context.library.guesses(Scenario::Rod)?;
+        let guesses = context.library.guesses(Scenario::Rod, Learned::Networks)?;
         // The paper's: 30 segments, 4 m, level.
         let scene = Parameters::Rod(Rod { youngs_modulus: key.modulus, ..Rod::default() }).scene()?;
-        let curves = with_predictions(&scene, &guesses, is_network, &paper_solver(), |ways| {
+        let curves = with_predictions(&scene, &guesses, &paper_solver(), |ways| {
             stability::measure(&motion(&scene, key.steps), ways, go_on)
         })?;
         Ok(curves.map(|curves| Value { curves }))

@@ -12,6 +12,7 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
+use crate::library::Learned;
 use crate::sections::paper::{SEED, motion, solver, with_predictions};
 use crate::show::{band, number};
 
@@ -50,16 +51,12 @@ impl Section for Nrmse {
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
-        let guesses = context.library.guesses(key.scenario)?;
+        let guesses = context.library.guesses(key.scenario, Learned::All)?;
         let scene = key.scenario.sample(key.seed, key.simulation).scene()?;
         let solver = solver(PreconditionerKind::BlockJacobi, 1e-6);
-        let traces = with_predictions(
-            &scene,
-            &guesses,
-            |_| true,
-            &solver,
-            |ways| motions::measure(&motion(&scene, key.steps), &[], ways, go_on),
-        )?;
+        let traces = with_predictions(&scene, &guesses, &solver, |ways| {
+            motions::measure(&motion(&scene, key.steps), &[], ways, go_on)
+        })?;
         // Where each tip was is not shown here.
         let thin = |trace: Trace| Trace { tip: Vec::new(), ..trace };
         Ok(traces.map(|traces| Value { traces: traces.into_iter().map(thin).collect() }))

@@ -1,7 +1,7 @@
 //! What the sections on the paper's figures share.
 
 use anyhow::Result;
-use catalogue::{GuessName, Row, rows};
+use catalogue::rows;
 use evaluation::paper::{CgSolver, DIRECT, Method, Motion, NamedGuess, Way};
 use graph::planar_normal;
 use scene::Scene;
@@ -16,28 +16,20 @@ use crate::library::Guesses;
 /// Seed of random scenes; the data sets have seed 0.
 pub(crate) const SEED: u64 = 1;
 
-/// Whether a guess is a network. Nearest neighbours take milliseconds, and dwarf all else where they are drawn.
-pub(crate) fn is_network(name: GuessName) -> bool {
-    name.recipe().is_some()
-}
-
 /// A scene over so many steps.
 pub(crate) fn motion(scene: &Scene, steps: usize) -> Motion<'_> {
     Motion { model: &scene.model, state: &scene.state, dt: scene.run.dt, steps }
 }
 
-/// Runs `f` with learned guesses of linear solves, those that `is_shown` has; in a planar scene those that know nothing of
-/// planes twice.
+/// Runs `f` with these guesses of linear solves; in a planar scene those that know nothing of planes twice.
 pub(crate) fn with_guesses<T, E: Into<anyhow::Error>>(
     scene: &Scene,
     guesses: &Guesses,
-    is_shown: fn(GuessName) -> bool,
     f: impl FnOnce(&[NamedGuess<'_>]) -> Result<T, E>,
 ) -> Result<T> {
     let plane = planar_normal(&scene.model, &scene.state);
     let rows = rows(guesses, plane.is_some());
-    let is_own = |row: &&Row<'_>| row.guess_name.helps_solves() && is_shown(row.guess_name);
-    let of_solves: Vec<_> = rows.iter().filter(is_own).collect();
+    let of_solves: Vec<_> = rows.iter().filter(|row| row.guess_name.helps_solves()).collect();
     let factories: Vec<_> = of_solves.iter().map(|row| row.factory(plane)).collect();
     let named = of_solves.iter().zip(&factories).map(|(row, factory)| (row.name.clone(), factory as GuessFactory<'_>));
     f(&named.collect::<Vec<_>>()).map_err(Into::into)
@@ -52,19 +44,17 @@ pub(crate) fn solver(preconditioner: PreconditionerKind, tolerance: f64) -> CgSo
     }
 }
 
-/// Runs `f` with vanilla position-based dynamics (the direct solver), conjugate gradients from each learned guess that
-/// `is_shown` has, and its predictions in the place of all solves.
+/// Runs `f` with vanilla position-based dynamics (the direct solver), conjugate gradients from each of these guesses, and
+/// each one's predictions in the place of all solves.
 pub(crate) fn with_predictions<T, E: Into<anyhow::Error>>(
     scene: &Scene,
     guesses: &Guesses,
-    is_shown: fn(GuessName) -> bool,
     solver: &CgSolver,
     f: impl FnOnce(&[Way<'_>]) -> Result<T, E>,
 ) -> Result<T> {
     let plane = planar_normal(&scene.model, &scene.state);
     let rows = rows(guesses, plane.is_some());
-    let is_own = |row: &&Row<'_>| row.guess_name.helps_solves() && is_shown(row.guess_name);
-    let of_solves: Vec<_> = rows.iter().filter(is_own).collect();
+    let of_solves: Vec<_> = rows.iter().filter(|row| row.guess_name.helps_solves()).collect();
     let factories: Vec<_> = of_solves.iter().map(|row| row.factory(plane)).collect();
     let projections: Vec<_> = of_solves.iter().filter_map(|row| Some((row, row.projection(plane)?))).collect();
     let mut ways = vec![Way { name: DIRECT.to_owned(), method: Method::Solve(solver.direct(), None) }];

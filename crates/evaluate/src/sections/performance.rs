@@ -14,7 +14,8 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{SEED, is_network, motion, solver, with_guesses};
+use crate::library::Learned;
+use crate::sections::paper::{SEED, motion, solver, with_guesses};
 use crate::show::{band, per_cent};
 
 /// What is varied; all else is drawn as in Table 1.
@@ -98,7 +99,7 @@ impl Section for Performance {
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Point>> {
-        let guesses = context.library.guesses(key.scenario)?;
+        let guesses = context.library.guesses(key.scenario, Learned::Networks)?;
         let preconditioner = key.preconditioner.parse().map_err(anyhow::Error::msg)?;
         let solver = solver(preconditioner, key.tolerance);
         let mut cells = Vec::new();
@@ -110,7 +111,7 @@ impl Section for Performance {
                 Varied::Tolerance(_) => Parameters::sample(family, key.seed, index),
             };
             let scene = parameters.scene()?;
-            let measured = with_guesses(&scene, &guesses, is_network, |named| {
+            let measured = with_guesses(&scene, &guesses, |named| {
                 performance::measure(&motion(&scene, key.steps), &solver, named, key.repeats, &mut *go_on)
             })?;
             let Some(cell) = measured else { return Ok(None) };

@@ -17,7 +17,8 @@ use solver::simulation::GuessFactory;
 
 use crate::cells::Section;
 use crate::context::Context;
-use crate::sections::paper::{SEED, is_network, motion, solver, with_guesses};
+use crate::library::Learned;
+use crate::sections::paper::{SEED, motion, solver, with_guesses};
 use crate::show::{number, per_cent, spread};
 use crate::ways::cap;
 
@@ -90,14 +91,14 @@ impl Section for Speedups {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
         let scene = scene_of(key)?;
-        let guesses = context.library.for_scene(&scene)?;
+        let guesses = context.library.for_scene(&scene, Learned::Networks)?;
         let mut solver = solver(key.preconditioner.parse().map_err(anyhow::Error::msg)?, key.tolerance);
         solver.cg.max_iterations = cap(&scene);
         // Where conjugate gradients run out, halved steps would take their time to show the same.
         solver.step.max_halvings = 0;
         let fischer = GuessKind::Fischer(8);
         let build = |model: &_, members: &_, topology: &_| fischer.build(model, members, topology);
-        let run = with_guesses(&scene, &guesses, is_network, |named| {
+        let run = with_guesses(&scene, &guesses, |named| {
             let mut starts: Vec<(&str, Option<GuessFactory<'_>>)> = vec![(ZERO, None)];
             starts.extend(named.iter().map(|(name, factory)| (name.as_str(), Some(*factory))));
             starts.push((FISCHER, Some(&build)));
@@ -211,7 +212,7 @@ fn break_evens(context: &Context, cells: &[(&Key, &Value)]) -> Result<Table> {
     let mut rows = Vec::new();
     for (scene, _) in scenes() {
         let Some((key, _)) = cells.iter().find(|(key, _)| key.scene == scene) else { continue };
-        let guesses = context.library.for_scene(&scene_of(key)?)?;
+        let guesses = context.library.for_scene(&scene_of(key)?, Learned::Networks)?;
         for (preconditioner, tolerance) in SOLVERS {
             let runs = runs_of(cells, &scene, preconditioner);
             for (name, guess) in guesses.iter().filter(|(name, _)| name.helps_solves()) {

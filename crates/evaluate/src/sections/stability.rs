@@ -16,6 +16,7 @@ use solver::simulation::{GuessFactory, Settings};
 
 use crate::cells::Section;
 use crate::context::Context;
+use crate::library::Learned;
 use crate::show::number;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -139,7 +140,8 @@ fn run(context: &Context, case: &Case, settings: &Settings, start: &str) -> Resu
         return Ok(stress::run(case, settings, Some(&build))?);
     }
     let is_straight = case.model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
-    let guesses = context.library.guesses(if is_straight { Scenario::Rod } else { Scenario::Helix })?;
+    let guesses =
+        context.library.guesses(if is_straight { Scenario::Rod } else { Scenario::Helix }, Learned::Networks)?;
     let plane = planar_normal(&case.model, &case.state);
     let rows = rows(&guesses, false);
     let guess = rows.iter().find(|row| row.name == start).context("a guess that there is not")?;

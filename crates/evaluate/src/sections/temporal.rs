@@ -12,6 +12,7 @@ use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
+use crate::library::Learned;
 use crate::sections::paper::{SEED, motion, solver, with_guesses};
 use crate::show::per_cent;
 
@@ -66,15 +67,12 @@ impl Section for Temporal {
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
-        let guesses = context.library.guesses(key.scenario)?;
+        let guesses = context.library.guesses(key.scenario, Learned::All)?;
         let scene = temporal::sample(key.scenario.family(), key.seed, key.simulation).scene()?;
         let solver = solver(key.preconditioner.parse().map_err(anyhow::Error::msg)?, key.tolerance);
-        let cell = with_guesses(
-            &scene,
-            &guesses,
-            |_| true,
-            |named| temporal::measure(&motion(&scene, key.steps), &solver, named, key.repeats, go_on),
-        )?;
+        let cell = with_guesses(&scene, &guesses, |named| {
+            temporal::measure(&motion(&scene, key.steps), &solver, named, key.repeats, go_on)
+        })?;
         Ok(cell.map(|series| Value { series }))
     }
 

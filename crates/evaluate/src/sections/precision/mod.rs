@@ -14,7 +14,7 @@ use solver::linear::solvers::SolverKind;
 
 use crate::cells::Section;
 use crate::context::{Context, Size};
-use crate::library::Guesses;
+use crate::library::{Guesses, Learned};
 use crate::ways::{Spec, Ways};
 
 /// A scene, and how long it is run.
@@ -95,7 +95,7 @@ impl Section for Precision {
         let is_quick = |course: &&Course| context.size == Size::Full || !["tree-20", "tree-70"].contains(&course.scene);
         for course in COURSES.iter().filter(is_quick) {
             let scene = scene::builtin(course.scene)?;
-            let guesses = context.library.for_scene(&scene)?;
+            let guesses = context.library.for_scene(&scene, learned(context.size, &scene))?;
             let [quick, full] = course.steps;
             for spec in &Ways::new(&scene, &guesses, context.size).specs {
                 keys.push(Key {
@@ -138,6 +138,15 @@ impl Section for Precision {
     }
 }
 
+/// Segments of the largest scene for nearest neighbours: there a prediction takes a second already.
+const LARGEST_FOR_NEIGHBOURS: usize = 120;
+
+/// The learned guesses of a scene.
+fn learned(size: Size, scene: &Scene) -> Learned {
+    let has_neighbours = size == Size::Full && scene.model.segments.len() <= LARGEST_FOR_NEIGHBOURS;
+    if has_neighbours { Learned::All } else { Learned::Networks }
+}
+
 /// Levels of accuracy of a way.
 fn levels(spec: &Spec, size: Size) -> Vec<Level> {
     if spec.is_end_to_end() {
@@ -155,7 +164,7 @@ fn levels(spec: &Spec, size: Size) -> Vec<Level> {
 /// Simulates the references of a scene.
 fn current(context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Current>> {
     let scene = scene::builtin(&key.scene)?;
-    let guesses = context.library.for_scene(&scene)?;
+    let guesses = context.library.for_scene(&scene, learned(context.size, &scene))?;
     let parts = (scene.model.clone(), scene.state.clone());
     let span = (scene.run.dt, key.steps);
     let Some(mut problem) = Problem::new(&key.scene, parts, span, &Formulation::ALL, &mut *go_on)? else {
