@@ -98,7 +98,7 @@ impl Lesson {
     /// What is measured.
     pub(crate) fn columns(&self) -> Columns {
         match self {
-            Self::Solves(_) => measure::solves::columns(),
+            Self::Solves(dataset) => measure::solves::columns(dataset.manifest().config.scenario),
             Self::Steps(_) => measure::steps::columns(),
         }
     }
