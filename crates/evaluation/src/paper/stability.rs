@@ -8,6 +8,7 @@ use solver::simulation::SimulationError;
 
 use super::Motion;
 use super::ways::{self, Way};
+use crate::precision::metrics::length_ratio;
 
 /// Steps of a full run: forty times the training data.
 pub const STEPS: usize = 2000;
@@ -54,8 +55,6 @@ pub fn measure(
     progress: impl FnMut() -> bool,
 ) -> Result<Option<Cell>, SimulationError> {
     let every = motion.steps.div_ceil(POINTS).max(1);
-    let length = |state: &_| measure::rod_lengths(motion.model, state).iter().sum::<f64>();
-    let first = length(motion.state);
     let curve = |way: &Way<'_>| Curve {
         name: way.name.clone(),
         steps: vec![0],
@@ -67,7 +66,8 @@ pub fn measure(
     };
     let mut curves: Vec<Curve> = ways.iter().map(curve).collect();
     let frame = |step: usize, way: usize, state: &_| {
-        let (ratio, gap) = (length(state) / first, measure::worst_gap(motion.model, state));
+        let ratio = length_ratio(motion.model, state, motion.state);
+        let gap = measure::worst_gap(motion.model, state);
         if !(ratio.is_finite() && gap.is_finite()) {
             return false;
         }
