@@ -100,7 +100,10 @@ fn every_scene_is_taken_and_slack_ones_are_no_strangers() {
     for scene in builtin_names().into_iter().filter(|name| *name != "long-chain") {
         let flags = [scene, "--formulation", "newton", "--guess", "gn-step", "--steps", "3"];
         let summary = json(&flags);
-        assert_eq!(summary["status"], json(&[&flags[..3], &flags[5..]].concat())["status"], "{scene}");
+        let status = |summary: &Value| summary["status"].as_str().expect("text").to_owned();
+        let (own, other) = (status(&summary), status(&json(&[&flags[..3], &flags[5..]].concat())));
+        // Another start may need a shorter step or do without.
+        assert!(own == other || (own.starts_with("converged") && other.starts_with("converged")), "{scene}: {own}");
         assert_eq!(nulls(&summary, ""), [".linear_tolerance"], "{scene}");
     }
     let says = |scene: &str| {
