@@ -155,7 +155,7 @@ fn errors_name_file_key_value_and_what_is_allowed() {
         (
             "scenario = \"rod\"",
             "scenario = \"rope\"",
-            ":8: `scenario = \"rope\"`: unknown variant `rope`, expected `rod` or `helix`",
+            ":8: `scenario = \"rope\"`: unknown variant `rope`, expected one of `rod`, `helix`, `knot`, `tree`",
         ),
         ("steps = 1", "steps = 0", "config.steps = 0, but it must be 1 to 1000000"),
         ("steps = 1", "steps = -3", "`steps = -3`: invalid value: integer `-3`, expected usize"),

@@ -97,7 +97,10 @@ mod tests {
         );
         // Fixed for all versions: data sets are named by seed and index.
         let Knot { loop_diameter, speeds: [start, end], friction } = Knot::sample(0, 0);
-        assert_eq!(format!("{loop_diameter:.6} {start:.6} {end:.6} {friction:.6}"), "");
+        assert_eq!(
+            format!("{loop_diameter:.6} {start:.6} {end:.6} {friction:.6}"),
+            "0.941815 0.669690 0.512712 0.118051"
+        );
     }
 
     #[test]

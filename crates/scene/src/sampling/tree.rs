@@ -121,7 +121,10 @@ mod tests {
         assert_ne!(wind(&a), wind(&b));
         // Fixed for all versions: data sets are named by seed and index.
         let Tree { seed, gust_seed, wind_speed, wind_angle_deg, .. } = Tree::sample(0, 0);
-        assert_eq!(format!("{seed} {gust_seed} {wind_speed:.6} {wind_angle_deg:.6}"), "");
+        assert_eq!(
+            format!("{seed} {gust_seed} {wind_speed:.6} {wind_angle_deg:.6}"),
+            "3045455719 2001118559 14.389719 21.661620"
+        );
     }
 
     #[test]
