@@ -1,6 +1,5 @@
 //! Helpers that the acceptance tests share: beams, static and dynamic runs, observed orders.
 
-pub mod knot;
 pub mod reference;
 
 use std::ops::Range;

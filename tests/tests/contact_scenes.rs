@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
-use acceptance::knot;
 use collision::closest;
+use evaluation::knot;
 use nalgebra::Vector3;
 use rod::{Body, Model, ObstacleShape, State, shape};
 use scene::Scene;

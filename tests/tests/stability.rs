@@ -11,7 +11,7 @@ use solver::step::StepParams;
 fn table(formulation: Formulation) -> Vec<Row> {
     let mut cases = stress::cases();
     cases.retain(|case| case.formulations.contains(&formulation));
-    cases.iter().map(|case| stress::run(case, formulation).expect("a valid case")).collect()
+    cases.iter().map(|case| stress::run(case, &stress::settings(formulation), None).expect("a valid case")).collect()
 }
 
 fn row<'a>(rows: &'a [Row], case: &str) -> &'a Row {
@@ -25,7 +25,7 @@ fn names(rows: &[Row], is: impl Fn(&Row) -> bool) -> Vec<&str> {
 
 /// Finite, without energy from nowhere, of unchanged length, and converged.
 fn stands(row: &Row) -> bool {
-    let converged = ["converged", "converged in substeps"].contains(&row.status);
+    let converged = ["converged", "converged in substeps"].contains(&row.status.as_str());
     converged && row.finite && row.energy_rise.is_none_or(|rise| rise <= 1e-6) && row.length_drift <= 1e-3
 }
 

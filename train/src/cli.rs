@@ -11,6 +11,11 @@ use dataset::{Config, Scenario};
 use graph::Norms;
 use terminal::{positive, threads};
 
+use crate::sweep::args::SweepCli;
+
+/// Epochs between two measurements.
+const MEASURE_EVERY: u64 = 10;
+
 /// Trains COPINGNet: without arguments, the paper's network on the paper's bending rods.
 ///
 /// Data are generated where they are absent. At intervals the network is measured by what counts, the iterations that its
@@ -28,10 +33,16 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Generate a data set, or a part of it, and train nothing.
     Data(DataArgs),
+    /// Train and measure networks of many sizes on equal budgets: the paper's ablation.
+    ///
+    /// Every cell is trained on the same samples for as many epochs, and measured on scenes that no data set holds. What
+    /// is done already is not done again, and a cell that was cut off goes on: give the same command. To measure cells
+    /// again without training them, on a quiet machine for instance, delete their files in DIR/cells first.
+    Sweep(SweepCli),
 }
 
 /// Where a data set is, and how large.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct SetArgs {
     /// Folder of the data sets; that of Table 1 is DIR/SCENARIO, others have their sizes in their names [default: data].
     #[arg(long, value_name = "DIR")]
@@ -157,7 +168,7 @@ pub(crate) struct TrainArgs {
     #[arg(long)]
     pub(crate) force: bool,
     /// Epochs between two measurements.
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = MEASURE_EVERY, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) measure_every: u64,
     /// Goes on with a training that was cut off: the result has the same bits as if it had not been.
     #[arg(long)]
@@ -293,6 +304,36 @@ pub(crate) struct Plan {
 }
 
 impl TrainArgs {
+    /// What the command line without other flags stands for.
+    pub(crate) fn new(scenario: Scenario, recipe: Recipe, set: SetArgs) -> Self {
+        Self {
+            scenario,
+            recipe,
+            gn_blocks: None,
+            mlp_layers: None,
+            width: None,
+            scans: None,
+            features: None,
+            head: None,
+            loss: None,
+            epochs: None,
+            batch: None,
+            learning_rate: None,
+            schedule: None,
+            seed: 0,
+            threads: None,
+            backend: Backend::default(),
+            set,
+            out: None,
+            from: None,
+            force: false,
+            measure_every: MEASURE_EVERY,
+            resume: false,
+            quick: false,
+            quiet: false,
+        }
+    }
+
     /// Fills in the recipe's choices.
     ///
     /// # Errors
@@ -408,12 +449,14 @@ fn place(text: &str) -> Result<PathBuf, String> {
     Ok(path)
 }
 
-fn shard(text: &str) -> Result<(usize, usize), String> {
+/// A part `i/n` of the work.
+pub(crate) fn shard(text: &str) -> Result<(usize, usize), String> {
     let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     parts.filter(|&(i, n)| i < n).ok_or_else(|| "it must be i/n, whole numbers with i from 0 to n - 1".to_owned())
 }
 
-fn whole(text: &str) -> Result<usize, String> {
+/// A whole number from 1 to 65536.
+pub(crate) fn whole(text: &str) -> Result<usize, String> {
     match usize::from_str(text) {
         Ok(value @ 1..=65536) => Ok(value),
         _ => Err("it must be a whole number from 1 to 65536".to_owned()),

@@ -6,8 +6,8 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use plotters::prelude::*;
 
+use crate::course::with_ending;
 use crate::measure::{Columns, Measured};
-use crate::run::with_ending;
 
 /// One measurement.
 #[derive(Clone, Debug, PartialEq)]

@@ -17,6 +17,26 @@ use crate::steps::{self, Recorded};
 /// Every how many training samples one is looked at for the inputs' sizes.
 const WHITENING_EVERY: usize = 10;
 
+/// All that a training takes from its data.
+pub(crate) struct Taught {
+    pub(crate) lesson: Lesson,
+    /// Hash that the data are known by.
+    pub(crate) data_blake3: String,
+    /// What inputs and outputs mean.
+    pub(crate) encoding: Arc<Encoding>,
+    pub(crate) samples: Samples,
+}
+
+impl Taught {
+    /// Gets the data and encodes the training samples.
+    pub(crate) fn prepare(plan: &Plan, set: &SetArgs, quiet: bool) -> Result<Self> {
+        let (mut lesson, data_blake3) = Lesson::prepare(plan, set, quiet)?;
+        let encoding = lesson.encoding(plan);
+        let samples = lesson.samples(&encoding);
+        Ok(Self { lesson, data_blake3, encoding, samples })
+    }
+}
+
 /// A source of samples.
 pub(crate) enum Lesson {
     /// Linear solves, from a data set.
@@ -27,7 +47,7 @@ pub(crate) enum Lesson {
 
 impl Lesson {
     /// Gets the data: reads or makes the data set, or simulates. With them comes the hash that they are known by.
-    pub(crate) fn prepare(plan: &Plan, set: &SetArgs, quiet: bool) -> Result<(Self, String)> {
+    fn prepare(plan: &Plan, set: &SetArgs, quiet: bool) -> Result<(Self, String)> {
         if plan.is_of_steps() {
             let [count, steps] = set.whole_steps();
             let recorded = steps::record(plan.scenario, count, steps, &plan.unwhitened(Norms::default()).into())?;
@@ -41,7 +61,7 @@ impl Lesson {
     }
 
     /// What inputs and outputs mean, by the training samples' sizes.
-    pub(crate) fn encoding(&self, plan: &Plan) -> Arc<Encoding> {
+    fn encoding(&self, plan: &Plan) -> Arc<Encoding> {
         let mut encoding;
         match self {
             Self::Solves(dataset) => {
@@ -58,7 +78,7 @@ impl Lesson {
     }
 
     /// The training samples; whole steps are used up.
-    pub(crate) fn samples(&mut self, encoding: &Arc<Encoding>) -> Samples {
+    fn samples(&mut self, encoding: &Arc<Encoding>) -> Samples {
         match self {
             Self::Solves(dataset) => Samples::of_solves(dataset, encoding),
             Self::Steps(recorded) => Samples::of_steps(std::mem::take(recorded), encoding),

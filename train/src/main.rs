@@ -2,6 +2,7 @@
 
 mod adam;
 mod cli;
+mod course;
 mod curves;
 mod data;
 mod lesson;
@@ -10,6 +11,7 @@ mod objective;
 mod run;
 mod samples;
 mod steps;
+mod sweep;
 mod trainer;
 
 use std::process::ExitCode;
@@ -26,6 +28,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         None => run::run(&cli.train),
         Some(cli::Command::Data(args)) => data::generate_part(args).map(|()| run::Outcome::Done),
+        Some(cli::Command::Sweep(args)) => sweep::run(args),
     };
     match result {
         Ok(run::Outcome::Done) => ExitCode::SUCCESS,

@@ -42,7 +42,7 @@ pub enum Learned {
     Knn(Arc<Knn>),
     /// A network.
     #[cfg(feature = "gn")]
-    Network(Network),
+    Network(Box<Network>),
 }
 
 impl Guess {
@@ -63,7 +63,7 @@ impl Guess {
                 if !training.quiet {
                     say!("{name}: {}", network.origin.network)?;
                 }
-                Self::Learned(Learned::Network(network))
+                Self::Learned(Learned::Network(Box::new(network)))
             }
             #[cfg(not(feature = "gn"))]
             GuessName::Learned(LearnedName::Network(_)) => bail!("--guess {name} needs the cargo feature gn"),
@@ -75,6 +75,15 @@ impl Guess {
         match self {
             #[cfg(feature = "gn")]
             Self::Learned(Learned::Network(network)) => Some(&network.origin),
+            _ => None,
+        }
+    }
+
+    /// The network, if it is one.
+    #[cfg(feature = "gn")]
+    pub fn network(&self) -> Option<&Network> {
+        match self {
+            Self::Learned(Learned::Network(network)) => Some(network),
             _ => None,
         }
     }

@@ -15,7 +15,7 @@ mod training;
 pub use guess::{Guess, Learned, Origin, plane};
 pub use name::{GuessName, LearnedName, Recipe};
 #[cfg(feature = "gn")]
-pub use network::Network;
+pub use network::{Network, built_in};
 pub use rows::{NetworkOf, Row, load, networks, rows};
 pub use sources::Sources;
-pub use training::Training;
+pub use training::{Training, fitting};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use copingnet::{Card, Checkpoint, CheckpointError, Features, GnGuess, GnStepGuess, Head, Trained};
+use copingnet::{Card, Checkpoint, CheckpointError, Features, GnGuess, GnStepGuess, Head, NetworkConfig, Trained};
 use dataset::Scenario;
 use graph::{Graph, Normal};
 use solver::guess::InitialGuess;
@@ -44,9 +44,17 @@ static BUILT_IN: [BuiltIn; 6] = [
     built_in!("helix-step"),
 ];
 
+/// Names ("rod-paper") and weights' files of the networks in the program.
+pub fn built_in() -> impl Iterator<Item = (&'static str, &'static [u8])> {
+    BUILT_IN.iter().map(|built_in| (built_in.name, built_in.weights))
+}
+
 impl Recipe {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Paper, Self::Best, Self::Step];
+
     /// Its name in files.
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
             Self::Best => "best",
@@ -59,8 +67,8 @@ impl Recipe {
 #[derive(Clone, Debug)]
 pub struct Network {
     trained: Trained,
-    scenario: String,
-    recipe: String,
+    sizes: NetworkConfig,
+    card: Card,
     /// Where it comes from.
     pub origin: Origin,
 }
@@ -70,7 +78,9 @@ impl Network {
     /// there is none (starts of whole steps of knots and trees) that of rods.
     pub fn load(recipe: Recipe, training: &Training) -> Result<Self> {
         let (scenario, recipe) = (training.scenario.name(), recipe.name());
-        if let Some(own) = training.own.as_ref().filter(|own| own.scenario == scenario && own.recipe == recipe) {
+        if let Some(own) =
+            training.own.as_ref().filter(|own| own.card.scenario == scenario && own.card.recipe == recipe)
+        {
             return Ok(own.clone());
         }
         let [name, of_rods] = [scenario, Scenario::Rod.name()].map(|scenario| format!("{scenario}-{recipe}"));
@@ -84,8 +94,8 @@ impl Network {
     fn read(name: &Path, card: &[u8], weights: &[u8], place: &str) -> Result<Self, CheckpointError> {
         let weights_blake3 = blake3::hash(weights).to_hex().to_string();
         let Checkpoint { card, encoding, weights } = Checkpoint::from_bytes(name, card, weights)?;
-        let Card { scenario, recipe, training, .. } = card;
-        if (recipe == Recipe::Step.name()) != (encoding.head == Head::Turns) {
+        let Card { scenario, recipe, training, .. } = &card;
+        if (recipe.as_str() == Recipe::Step.name()) != (encoding.head == Head::Turns) {
             let allowed = "\"step\" with head \"turns\", and with no other";
             return Err(CheckpointError::value(name, "recipe", format!("{recipe:?}"), allowed));
         }
@@ -95,7 +105,17 @@ impl Network {
         };
         let network = format!("recipe {recipe}, scenario {scenario}, {trained}, {place}");
         let origin = Origin { network, weights_blake3 };
-        Ok(Self { trained: Trained::new(&weights, encoding), scenario, recipe, origin })
+        Ok(Self { trained: Trained::new(&weights, encoding), sizes: *weights.config(), card, origin })
+    }
+
+    /// What its checkpoint says of it.
+    pub fn card(&self) -> &Card {
+        &self.card
+    }
+
+    /// Its sizes.
+    pub fn sizes(&self) -> &NetworkConfig {
+        &self.sizes
     }
 
     /// Whether what it predicts for a planar scene has the symmetry of the plane, by features in body frames.
@@ -131,17 +151,17 @@ pub(crate) fn own(args: &Sources, names: &[GuessName], scenarios: &[Scenario]) -
     let scenarios: Vec<&str> = scenarios.iter().map(|scenario| scenario.name()).collect();
     let recipes: Vec<&str> = names.iter().filter_map(|name| name.recipe()).map(Recipe::name).collect();
     let path = path.display();
-    if !scenarios.contains(&network.scenario.as_str()) {
+    if !scenarios.contains(&network.card.scenario.as_str()) {
         bail!(
             "--checkpoint {path}: scenario = {:?}, but it must be {} unless --scenario says otherwise",
-            network.scenario,
+            network.card.scenario,
             scenarios.join(" or ")
         );
     }
-    if !recipes.contains(&network.recipe.as_str()) {
+    if !recipes.contains(&network.card.recipe.as_str()) {
         bail!(
             "--checkpoint {path}: recipe = {:?}, but it must be {} (gn takes paper, gn-best best, gn-step step)",
-            network.recipe,
+            network.card.recipe,
             recipes.join(" or ")
         );
     }

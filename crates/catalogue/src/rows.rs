@@ -6,6 +6,7 @@ use rod::Model;
 use serde::Serialize;
 use solver::component::Members;
 use solver::guess::InitialGuess;
+use solver::projection::Projection;
 use solver::topology::Topology;
 
 use crate::guess::{Guess, Origin};
@@ -29,6 +30,23 @@ impl<'a> Row<'a> {
         plane: Option<Normal>,
     ) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + use<'a> {
         self.guess.factory(plane.filter(|_| self.planar))
+    }
+
+    /// The predictions in the projection's place in a scene that stays in this plane, if it stays in one; `None` for a
+    /// guess that is not a learned one of linear solves.
+    pub fn projection(
+        &self,
+        plane: Option<Normal>,
+    ) -> Option<impl Fn(&Model, &Members, &Topology) -> Box<dyn Projection> + use<'a>> {
+        let plane = plane.filter(|_| self.planar);
+        match self.guess {
+            Guess::Learned(learned) if self.guess_name.helps_solves() => {
+                Some(move |model: &Model, members: &Members, topology: &Topology| {
+                    learned.project(plane, model, members, topology)
+                })
+            }
+            _ => None,
+        }
     }
 }
 

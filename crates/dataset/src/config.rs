@@ -44,15 +44,19 @@ impl Scenario {
         matches!(self, Self::Rod | Self::Helix)
     }
 
-    /// Parameters of trajectory `index` of a `seed`.
-    pub fn sample(self, seed: u64, index: u64) -> Parameters {
-        let family = match self {
+    /// The family that its scenes are drawn from.
+    pub fn family(self) -> Family {
+        match self {
             Self::Rod => Family::Rod,
             Self::Helix => Family::Helix,
             Self::Knot => Family::Knot,
             Self::Tree => Family::Tree,
-        };
-        Parameters::sample(family, seed, index)
+        }
+    }
+
+    /// Parameters of trajectory `index` of a `seed`.
+    pub fn sample(self, seed: u64, index: u64) -> Parameters {
+        Parameters::sample(self.family(), seed, index)
     }
 
     /// Range of every parameter, with the unit in its name: Table 1's with what [`scene::defaults`] fixes, and those of

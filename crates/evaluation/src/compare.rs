@@ -2,12 +2,14 @@
 
 use std::time::Duration;
 
-use nalgebra::Vector3;
 use rod::{Model, State};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use solver::counters::{Counters, StageTimes};
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::Status;
+use solver::step::{Status, StepParams};
+
+use crate::precision::metrics::position_error;
+use crate::precision::reference;
 
 /// A way to simulate the scene.
 pub struct Entry<'a> {
@@ -55,8 +57,28 @@ pub struct Row {
     /// Median wall time of a step [us]: all stages.
     pub total_us: f64,
     /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
-    /// the rods' mean length. Contacts take the smallest differences apart: see [`Comparison::first_contact`].
+    /// the rods' mean length. It is taken before the first contact alone: see [`Comparison::first_contact`].
     pub error: f64,
+    /// What each step came to.
+    #[serde(skip)]
+    pub by_step: Vec<Cost>,
+}
+
+/// What a step, or several, came to, over all connected sets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Outer iterations.
+    pub iterations: u64,
+    /// Iterations of the linear solver.
+    pub linear_iterations: u64,
+    /// Wall time of the guesses [s].
+    pub guess_s: f64,
+    /// Wall time of the linear solves [s].
+    pub solve_s: f64,
+    /// Wall time of the contacts [s].
+    pub contact_s: f64,
+    /// Wall time of all stages [s].
+    pub total_s: f64,
 }
 
 /// All ways, and what they were measured against.
@@ -66,26 +88,16 @@ pub struct Comparison {
     pub rows: Vec<Row>,
     /// Steps done.
     pub steps: usize,
-    /// Worst status of any step of the reference; "out of iterations" where its tolerance is below rounding errors.
+    /// Worst status of any step of the reference before its first contact; "out of iterations" where its tolerance is below rounding errors.
     pub reference_status: &'static str,
-    /// The first step of the reference in which segments met an obstacle or each other. From then on its motion says
-    /// little about errors: a contact that one way meets a moment earlier, or beside another segment, sends the rods
-    /// elsewhere.
+    /// The first step of the reference in which segments met an obstacle or each other. There it ends: a contact that one
+    /// way meets a moment earlier, or beside another segment, sends the rods elsewhere, and errors tell chaos from accuracy
+    /// no more.
     pub first_contact: Option<usize>,
 }
 
-/// Outer tolerance of the reference.
-pub const REFERENCE_TOLERANCE: f64 = 1e-12;
-
-/// Contacts' tolerance of the reference, relative to the smaller radius; where segments can touch, the rods' own
-/// constraints go no further down than a hundredth of it.
-pub const REFERENCE_CONTACT_TOLERANCE: f64 = 1e-7;
-
-/// Cap on the reference's outer iterations.
-const REFERENCE_ITERATIONS: usize = 200;
-
 /// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
-/// formulation, solved directly to [`REFERENCE_TOLERANCE`] and [`REFERENCE_CONTACT_TOLERANCE`]. After each step `progress(step)` says whether to go on.
+/// formulation, solved as [`reference::exact_settings`] until its first contact. After each step `progress(step)` says whether to go on.
 ///
 /// # Errors
 /// If the scene or an entry is not valid.
@@ -97,16 +109,8 @@ pub fn run(
     entries: &[Entry<'_>],
     mut progress: impl FnMut(usize) -> bool,
 ) -> Result<Comparison, SimulationError> {
-    let mut exact = Settings::default();
-    if let Some(first) = entries.first() {
-        exact.step = first.settings.step;
-    }
-    exact.step.relative_tolerance = REFERENCE_TOLERANCE;
-    exact.step.absolute_tolerance = REFERENCE_TOLERANCE;
-    exact.step.contact_tolerance = REFERENCE_CONTACT_TOLERANCE;
-    exact.step.max_iterations = REFERENCE_ITERATIONS;
-    // Substeps would be another motion.
-    exact.step.max_halvings = 0;
+    let step = entries.first().map_or(StepParams::default(), |first| first.settings.step);
+    let exact = reference::exact_settings(&step);
     let mut reference = Simulation::new(model, state, &exact, None)?;
     let mut runs = Vec::new();
     for entry in entries {
@@ -121,11 +125,15 @@ pub fn run(
     let (mut expected, mut found) = (state.clone(), state.clone());
     let (mut done, mut reference_status, mut first_contact) = (0, Status::Converged, None);
     while done < steps {
-        reference_status = reference_status.max(reference.step(dt)?.status);
-        if first_contact.is_none() && reference.counters().contact_solves > 0 {
-            first_contact = Some(done + 1);
+        if first_contact.is_none() {
+            let status = reference.step(dt)?.status;
+            if reference.counters().contact_solves > 0 {
+                first_contact = Some(done + 1);
+            } else {
+                reference_status = reference_status.max(status);
+                reference.store(&mut expected);
+            }
         }
-        reference.store(&mut expected);
         for run in runs.iter_mut().filter(|run| run.given_up.is_none()) {
             let before = run.simulation.counters();
             let status = run.simulation.step(dt)?.status;
@@ -135,8 +143,11 @@ pub fn run(
             if status >= Status::OutOfIterations && after.linear_failures > before.linear_failures {
                 run.given_up = Some(done + 1);
             }
+            if first_contact.is_some() {
+                continue;
+            }
             run.simulation.store(&mut found);
-            run.error = run.error.max(position_error(model, &found, &expected));
+            run.error = run.error.max(position_error(model, &found.positions, &expected.positions));
         }
         done += 1;
         if !progress(done) {
@@ -189,12 +200,13 @@ impl Run {
             contact_us,
             total_us,
             error: self.error,
+            by_step: self.costs.iter().map(cost).collect(),
         }
     }
 }
 
 /// What a step cost, by two readings: see [`Run::costs`].
-fn between(before: &Counters, after: &Counters) -> [f64; 10] {
+pub(crate) fn between(before: &Counters, after: &Counters) -> [f64; 10] {
     let us = |time: fn(&StageTimes) -> Duration| (time(&after.times) - time(&before.times)).as_secs_f64() * 1e6;
     let count = |count: fn(&Counters) -> u64| (count(after) - count(before)) as f64;
     [
@@ -211,17 +223,21 @@ fn between(before: &Counters, after: &Counters) -> [f64; 10] {
     ]
 }
 
-/// Median; zero where there is nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+/// A step's costs that are told one by one.
+fn cost(&[_, _, guess_us, _, solve_us, _, contact_us, total_us, iterations, linear_iterations]: &[f64; 10]) -> Cost {
+    Cost {
+        // Whole numbers, exact in an f64.
+        iterations: iterations as u64,
+        linear_iterations: linear_iterations as u64,
+        guess_s: 1e-6 * guess_us,
+        solve_s: 1e-6 * solve_us,
+        contact_s: 1e-6 * contact_us,
+        total_s: 1e-6 * total_us,
+    }
 }
 
-/// Root mean square distance of the segments' centres in two states, relative to the mean length of the rods.
-pub fn position_error(model: &Model, a: &State, b: &State) -> f64 {
-    let distance = |(x, y): (&Vector3<f64>, &Vector3<f64>)| (x - y).norm_squared();
-    let sum: f64 = a.positions.iter().zip(&b.positions).map(distance).sum();
-    let rods = model.segments.iter().map(|s| s.rod).max().map_or(1, |last| last + 1);
-    let length = model.segments.iter().map(|s| s.length).sum::<f64>() / rods as f64;
-    (sum / a.positions.len().max(1) as f64).sqrt() / length
+/// Median; zero where there is nothing.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

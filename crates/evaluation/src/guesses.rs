@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 use rod::{Model, State};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use solver::simulation::{Settings, Simulation, SimulationError};
 
 use crate::starts::{self, Measured, Plan};
@@ -77,8 +77,8 @@ pub fn strike(model: &Model, state: &mut State) {
     }
 }
 
-/// How a number is spread over the simulations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// How a number is spread over simulations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Mean.
     pub mean: f64,

@@ -1,9 +1,16 @@
-//! What is measured across solvers, guesses and scenes: comparisons at equal error, and the stability table.
+//! What is measured across solvers, guesses and scenes: comparisons at equal error, error against run time, the
+//! stability table, and the figures of the paper.
 //!
 //! This crate runs simulations and measures them. It knows no network (guesses come as factories) and prints nothing.
 
+pub mod ablation;
 pub mod compare;
 pub mod guesses;
+pub mod knot;
+pub mod needs;
+pub mod paper;
+pub mod precision;
 pub mod starts;
 pub mod steps;
 pub mod stress;
+pub mod work;

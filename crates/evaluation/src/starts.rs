@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use rod::{Model, State};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use solver::component::{Component, Members};
 use solver::guess::InitialGuess;
 use solver::linear::LinearSolver;
@@ -42,7 +42,7 @@ impl Plan<'_> {
 }
 
 /// Sums over the solves of a bucket.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// Number of solves.
     pub solves: u64,

@@ -12,8 +12,8 @@ use serde::Serialize;
 use solver::counters::Counters;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 
-use crate::compare::position_error;
 use crate::guesses::Spread;
+use crate::precision::metrics::position_error;
 
 /// Steps of a turn.
 const TURN: usize = 10;
@@ -86,7 +86,7 @@ pub fn measure(
             for state in turn.iter() {
                 simulation.step(dt)?;
                 simulation.store(&mut found);
-                *error = error.max(position_error(model, &found, state));
+                *error = error.max(position_error(model, &found.positions, &state.positions));
             }
         }
         done += turn.len();

@@ -28,7 +28,7 @@ pub use file::{write_atomically, write_json};
 pub use layout::TrajectoryInfo;
 pub use machine::machine;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
-pub use results::{Results, ResultsError, Stored};
+pub use results::{Found, Results, ResultsError, Stored};
 pub use revision::git_revision;
 pub use sealed::{SealedError, seal, unseal};
 pub use snapshots::write_snapshots;

@@ -46,6 +46,9 @@ pub struct Stored<K, V> {
     pub value: V,
 }
 
+/// What a file holds, or what is wrong with it.
+pub type Found<K, V> = Result<Stored<K, V>, ResultsError>;
+
 /// A folder of results, one file each, for programs that are cut off, go on, and share their work.
 ///
 /// A file's name is the BLAKE3 hash of its key (as TOML, with the version of the format), so that one looks for a result
@@ -147,7 +150,7 @@ where
     ///
     /// # Errors
     /// If the folder cannot be read.
-    pub fn all(&self) -> Result<Vec<Result<Stored<K, V>, ResultsError>>, ResultsError> {
+    pub fn all(&self) -> Result<Vec<Found<K, V>>, ResultsError> {
         let refused = || ExportError::io("read", &self.directory);
         let entries = match fs::read_dir(&self.directory) {
             Ok(entries) => entries,

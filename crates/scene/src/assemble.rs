@@ -9,6 +9,7 @@ use toml::Spanned;
 
 use crate::error::{Result, Source, short};
 use crate::net::Net;
+use crate::refine::{Refinement, mean};
 use crate::shape::number_or;
 use crate::strands::Strands;
 use crate::tree::Growth;
@@ -19,13 +20,14 @@ const JOIN_TOLERANCE: f64 = 0.01;
 
 /// Rods and their names so far.
 pub(crate) struct Builder {
+    refinement: Refinement,
     assembly: Assembly,
     rods: Vec<RodInfo>,
     by_name: HashMap<String, usize>,
 }
 
-/// The scene that `file` describes.
-pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
+/// The scene that `file` describes, its segments cut into parts.
+pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement) -> Result<Scene> {
     let vector = |value: &format::Vector| source.vector(value, "m/s^2");
     let gravity = file.gravity_m_s2.as_ref().map_or(Ok(Vector3::new(0.0, 0.0, -defaults::GRAVITY)), vector)?;
     let rate = |value: &Option<format::Number>| number_or(value, 0.0, |v| source.not_negative(v, "1/s"));
@@ -37,7 +39,7 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
     if file.rods.is_empty() && file.nets.is_empty() {
         return Err(source.invalid(0, "there must be at least one rod (`rods`) or net (`nets`)".to_owned()));
     }
-    check_size(source, file)?;
+    check_size(source, file, refinement)?;
     let (contacts, obstacles) = contact::contacts(source, file)?;
 
     let mut assembly = Assembly::new(gravity);
@@ -45,7 +47,7 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
     if let Some(air) = &file.air {
         assembly.air(self::air(source, air)?);
     }
-    let mut builder = Builder { assembly, rods: Vec::new(), by_name: HashMap::new() };
+    let mut builder = Builder { refinement, assembly, rods: Vec::new(), by_name: HashMap::new() };
     builder.assembly.model_mut().contacts = contacts;
     // Place in the text of the entry that each rod comes from.
     let mut entry_of = Vec::new();
@@ -55,7 +57,7 @@ pub(crate) fn scene(source: &Source, file: &format::File) -> Result<Scene> {
     }
     for (i, entry) in file.nets.iter().enumerate() {
         let name = builder.new_name(source, &entry.get_ref().name, format!("net-{i}"), entry.span())?;
-        Net::new(source, entry)?.build(&mut builder, &name);
+        Net::new(source, entry, refinement)?.build(&mut builder, &name);
         entry_of.resize(builder.rods.len(), entry.span());
     }
     for join in &file.joins {
@@ -101,10 +103,10 @@ fn wind(source: &Source, wind: &format::Wind) -> Result<Wind> {
 }
 
 /// Checks all counts, so that no later stage allocates more than [`MAX_SEGMENTS`] need.
-fn check_size(source: &Source, file: &format::File) -> Result<()> {
+fn check_size(source: &Source, file: &format::File, refinement: Refinement) -> Result<()> {
     let mut total: usize = 0;
     let mut add = |what: &str, span: Range<usize>, segments: usize| {
-        total = total.saturating_add(segments);
+        total = total.saturating_add(segments.saturating_mul(refinement.0));
         if total > MAX_SEGMENTS {
             let message = format!("with this {what} the scene has {total} segments, but {MAX_SEGMENTS} are the most");
             return source.wrong(span, &message);
@@ -195,7 +197,7 @@ impl Builder {
         let branch_of = rod.branch_of.as_ref().map(|place| self.place(source, place)).transpose()?;
         let spec = self.spec(source, rod, branch_of)?;
         let Some(strands) = &rod.strands else { return self.build(source, entry, name, &spec, branch_of) };
-        let strands = Strands::new(source, strands, rod, &spec)?;
+        let strands = Strands::new(source, strands, rod, &spec, self.refinement)?;
         for (k, nodes) in strands.nodes().enumerate() {
             self.build(source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None)?;
         }
@@ -213,6 +215,7 @@ impl Builder {
     ) -> Result<()> {
         let rod = entry.get_ref();
         let segments = self.add_rod(name, spec, branch_of);
+        let count = self.refinement.count(&segments);
         if spec.closed && !rod.clamp.is_empty() {
             return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
         }
@@ -221,18 +224,21 @@ impl Builder {
                 return source.wrong(clamp.span(), "named twice");
             }
             match clamp.get_ref() {
-                format::Clamp::StartSegment => self.assembly.fix(segments.start),
-                format::Clamp::EndSegment => self.assembly.fix(segments.end - 1),
-                format::Clamp::StartFace => self.assembly.clamp_start(&segments),
-                format::Clamp::EndFace => self.assembly.clamp_end(&segments),
+                format::Clamp::StartSegment => self.fix(&segments, 0),
+                format::Clamp::EndSegment => self.fix(&segments, count - 1),
+                format::Clamp::StartFace => _ = self.assembly.clamp_start(&segments),
+                format::Clamp::EndFace => _ = self.assembly.clamp_end(&segments),
             };
         }
         for segment in &rod.fixed_segments {
-            self.assembly.fix(segments.start + source.index(segment, segments.len())?);
+            self.fix(&segments, source.index(segment, count)?);
         }
         for mass in &rod.masses {
-            let segment = segments.start + source.index(&mass.segment, segments.len())?;
-            self.assembly.add_mass(segment, source.not_negative(&mass.mass_kg, "kg")?);
+            let parts = self.refinement.parts(&segments, source.index(&mass.segment, count)?);
+            let share = source.not_negative(&mass.mass_kg, "kg")? / parts.len() as f64;
+            for part in parts {
+                self.assembly.add_mass(part, share);
+            }
         }
         for load in &rod.loads {
             self.load(source, load, &segments, spec.closed)?;
@@ -245,12 +251,19 @@ impl Builder {
             let length = segments.map(|i| self.segment(i).length).sum();
             let trunk = self.rods[self.rods.len() - 1].clone();
             let growth = Growth::new(source, tree)?;
-            if !growth.grow(self, &trunk, length, spec) {
+            if !growth.grow(self, &trunk, length, spec, self.refinement) {
                 let message = format!("with this tree the scene has more than {MAX_SEGMENTS} segments");
                 return source.wrong(entry.span(), &message);
             }
         }
         Ok(())
+    }
+
+    /// Fixes all parts of the file's segment `index` of a rod.
+    fn fix(&mut self, rod: &Range<usize>, index: usize) {
+        for part in self.refinement.parts(rod, index) {
+            self.assembly.fix(part);
+        }
     }
 
     fn spec(&mut self, source: &Source, rod: &format::Rod, branch_of: Option<(usize, f64)>) -> Result<RodSpec> {
@@ -265,14 +278,16 @@ impl Builder {
         let at = branch_of.map(|(segment, fraction)| self.point(segment, fraction));
         let material =
             properties::material(source, &rod.youngs_modulus_pa, &rod.torsion_modulus_pa, &rod.density_kg_m3)?;
-        let nodes = shape.nodes(source, rod.shape.span(), at)?;
-        let segments = if closed { nodes.len() } else { nodes.len() - 1 };
+        let nodes = shape.nodes(source, rod.shape.span(), at, self.refinement)?;
+        let parts = if closed { nodes.len() } else { nodes.len() - 1 };
+        let segments = self.refinement.count(&(0..parts));
+        let twist = properties::twist(source, &rod.twist_deg, closed, segments)?;
         let longest = nodes.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max);
         Ok(RodSpec {
             closed,
-            radii: properties::radii(source, &rod.radius_m, segments)?,
-            stretch: properties::stretch(source, &rod.stretch)?,
-            twist: properties::twist(source, &rod.twist_deg, closed, segments)?,
+            radii: properties::radii(source, &rod.radius_m, parts)?,
+            stretch: properties::stretch(source, &rod.stretch, self.refinement)?,
+            twist: self.refinement.twist(twist, segments),
             rest: properties::rest(source, &rod.rest, longest)?,
             ..RodSpec::new(nodes, 0.0, material)
         })
@@ -298,8 +313,9 @@ impl Builder {
                 }
             }
             (None, Some(segment)) => {
-                let index = source.index(segment, segments.len())?;
-                (segments.start + index, number_or(fraction, 0.5, |v| check_fraction(source, v))?)
+                let index = source.index(segment, self.refinement.count(segments))?;
+                let fraction = number_or(fraction, 0.5, |v| check_fraction(source, v))?;
+                self.refinement.place(segments, index, fraction)
             }
             _ => return source.wrong(load.span(), "give either `at` or `segment`"),
         };
@@ -335,12 +351,15 @@ impl Builder {
             state.angular_velocities[i] = spin;
         }
         for own in &rod.velocities {
-            let i = segments.start + source.index(&own.segment, segments.len())?;
-            if let Some(velocity) = vector(&own.velocity_m_s, "m/s")? {
-                state.velocities[i] = velocity;
-            }
-            if let Some(angular_velocity) = vector(&own.angular_velocity_rad_s, "rad/s")? {
-                state.angular_velocities[i] = angular_velocity;
+            let parts = self.refinement.parts(segments, source.index(&own.segment, self.refinement.count(segments))?);
+            let centre = mean(&state.positions[parts.clone()]);
+            let velocity = vector(&own.velocity_m_s, "m/s")?;
+            let velocity = velocity.unwrap_or_else(|| mean(&state.velocities[parts.clone()]));
+            let spin = vector(&own.angular_velocity_rad_s, "rad/s")?;
+            let spin = spin.unwrap_or(state.angular_velocities[parts.start]);
+            for i in parts {
+                state.velocities[i] = velocity + spin.cross(&(state.positions[i] - centre));
+                state.angular_velocities[i] = spin;
             }
         }
         Ok(())
@@ -353,7 +372,8 @@ impl Builder {
             return source.wrong(join.span(), "`a` and `b` are the same segment");
         }
         let gap = (self.point(a, fraction_a) - self.point(b, fraction_b)).norm();
-        let most = JOIN_TOLERANCE * self.segment(a).length.min(self.segment(b).length);
+        let whole = self.refinement.0 as f64;
+        let most = JOIN_TOLERANCE * whole * self.segment(a).length.min(self.segment(b).length);
         if gap > most {
             let (gap, most) = (short(gap), short(most));
             let message = format!("`a` and `b` are {gap} m apart, but places to be joined must meet within {most} m");
@@ -378,11 +398,10 @@ impl Builder {
             return source.must_be(place.rod.span(), &allowed);
         };
         let segments = &self.rods[rod].segments;
-        let segment = match &place.segment {
-            Some(segment) => segments.start + source.index(segment, segments.len())?,
-            None => segments.end - 1,
-        };
-        Ok((segment, number_or(&place.fraction, 1.0, |v| check_fraction(source, v))?))
+        let count = self.refinement.count(segments);
+        let index = place.segment.as_ref().map_or(Ok(count - 1), |segment| source.index(segment, count))?;
+        let fraction = number_or(&place.fraction, 1.0, |v| check_fraction(source, v))?;
+        Ok(self.refinement.place(segments, index, fraction))
     }
 }
 

@@ -1,8 +1,10 @@
 //! The scenes that come with the program: the files of `/scenes`, embedded.
 
+use std::num::NonZeroUsize;
+
 use serde::Deserialize;
 
-use crate::{Scene, SceneError, parse};
+use crate::{Scene, SceneError, parse_refined};
 
 /// Name and first words of a builtin scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,8 +72,16 @@ pub fn builtins() -> Vec<Builtin> {
 /// # Errors
 /// There is none of that name; the error lists those that exist.
 pub fn builtin(name: &str) -> Result<Scene, SceneError> {
+    builtin_refined(name, NonZeroUsize::MIN)
+}
+
+/// The builtin scene called `name` with every segment cut into `factor` parts: see [`parse_refined`].
+///
+/// # Errors
+/// As [`builtin`], or it has too many segments.
+pub fn builtin_refined(name: &str, factor: NonZeroUsize) -> Result<Scene, SceneError> {
     match FILES.iter().find(|(known, _)| *known == name) {
-        Some((_, text)) => parse(text, &format!("scenes/{name}.toml")),
+        Some((_, text)) => parse_refined(text, &format!("scenes/{name}.toml"), factor),
         None => {
             let known = FILES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
             Err(SceneError::UnknownBuiltin { name: name.to_owned(), known })

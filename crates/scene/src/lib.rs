@@ -10,6 +10,7 @@
 //! assembled (`assemble`; a topic a file). Whatever is wrong, the first mistake gives one error with file, line, key,
 //! value and what is allowed; no text makes it panic. `docs/scenes.md` documents the format. This crate knows no solver.
 
+use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::Path;
 
@@ -24,13 +25,16 @@ mod format;
 mod net;
 mod properties;
 mod random;
+mod refine;
 pub mod sampling;
 mod shape;
 mod strands;
 mod tree;
 
-pub use builtin::{Builtin, builtin, builtins};
+pub use builtin::{Builtin, builtin, builtin_refined, builtins};
 pub use error::SceneError;
+
+use refine::Refinement;
 
 /// Most segments that a scene may have in all.
 pub const MAX_SEGMENTS: usize = 10_000_000;
@@ -92,7 +96,24 @@ pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
 /// # Errors
 /// The first mistake found, with its line, key and value, and what is allowed.
 pub fn parse(text: &str, file_name: &str) -> Result<Scene, SceneError> {
+    parse_refined(text, file_name, NonZeroUsize::MIN)
+}
+
+/// The scene of [`parse`] with every segment cut into `factor` equal parts: segment i becomes the segments
+/// `factor * i .. factor * (i + 1)`.
+///
+/// What the file says of segments keeps its place in the material: whole segments stay fixed, branches, joints and loads
+/// stay where they are, the parts of a segment share its mass and move as one rigid body at first. Curves are cut where
+/// they are, so that with growing `factor` the scene converges to smooth rods: those of the file's curves and tapers,
+/// clamped over the same length as the file's clamped segments, with rigid knots where branches and ropes are joined.
+/// Errors are of order 1 / `factor`, since a joint beside a clamped segment bends over half of it, too; of order
+/// 1 / `factor`^2 where faces are clamped and nothing branches. `stretch` compliances are of the whole segment. Number and
+/// length of the time steps stay the file's.
+///
+/// # Errors
+/// As [`parse`]; too many segments among them.
+pub fn parse_refined(text: &str, file_name: &str, factor: NonZeroUsize) -> Result<Scene, SceneError> {
     let source = error::Source { file: file_name, text };
     let file: format::File = toml::from_str(text).map_err(|e| source.reader_error(&e))?;
-    assemble::scene(&source, &file)
+    assemble::scene(&source, &file, Refinement(factor.get()))
 }

@@ -8,10 +8,11 @@ use toml::Spanned;
 
 use crate::assemble::Builder;
 use crate::error::{Result, Source};
+use crate::refine::Refinement;
 use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{MAX_SEGMENTS, defaults, format, properties};
 
-/// Number of segments of a net.
+/// Number of segments of a net, uncut.
 pub(crate) fn segments(source: &Source, net: &format::Net) -> Result<usize> {
     let ([x, y], side) = counts(source, net)?;
     let of_side = |meshes: usize, ropes: usize| meshes.saturating_mul(side).saturating_mul(ropes + 1);
@@ -28,7 +29,7 @@ fn counts(source: &Source, net: &format::Net) -> Result<([usize; 2], usize)> {
 /// A checked [`format::Net`].
 pub(crate) struct Net {
     meshes: [usize; 2],
-    /// Segments of a mesh's side.
+    /// Parts of the segments of a mesh's side.
     side: usize,
     /// Where its first ropes cross [m].
     corner: Vector3<f64>,
@@ -39,9 +40,10 @@ pub(crate) struct Net {
 }
 
 impl Net {
-    pub(crate) fn new(source: &Source, entry: &Spanned<format::Net>) -> Result<Self> {
+    pub(crate) fn new(source: &Source, entry: &Spanned<format::Net>, refinement: Refinement) -> Result<Self> {
         let net = entry.get_ref();
-        let (meshes, side) = counts(source, net)?;
+        let (meshes, segments) = counts(source, net)?;
+        let side = segments * refinement.0;
         let mut size = [0.0; 2];
         for ((size, key), meshes) in size.iter_mut().zip(&net.size_m.0).zip(meshes) {
             *size = source.positive(key, "m")?;
@@ -56,7 +58,7 @@ impl Net {
         let radius = number_or(&net.radius_m, defaults::RADIUS, |v| source.positive(v, "m"))?;
         let material =
             properties::material(source, &net.youngs_modulus_pa, &net.torsion_modulus_pa, &net.density_kg_m3)?;
-        let stretch = properties::stretch(source, &net.stretch)?;
+        let stretch = properties::stretch(source, &net.stretch, refinement)?;
         let corner = centre - 0.5 * Vector3::new(size[0], size[1], 0.0);
         Ok(Self { meshes, side, corner, size, rope: RodSpec { stretch, ..RodSpec::new(Vec::new(), radius, material) } })
     }

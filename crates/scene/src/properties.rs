@@ -4,6 +4,7 @@ use rod::{Material, RestShape, Stretch};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
+use crate::refine::Refinement;
 use crate::shape::number_or;
 use crate::tree::taper;
 use crate::{defaults, format};
@@ -23,13 +24,17 @@ pub(crate) fn material(
     })
 }
 
-/// Resistance to stretch.
-pub(crate) fn stretch(source: &Source, stretch: &format::Stretch) -> Result<Stretch> {
-    Ok(match stretch {
+/// Resistance to stretch of a segment's parts.
+pub(crate) fn stretch(source: &Source, stretch: &format::Stretch, refinement: Refinement) -> Result<Stretch> {
+    let of_parts = |whole: Stretch| match whole {
+        Stretch::Compliance(compliance) => Stretch::Compliance(compliance / refinement.0 as f64),
+        Stretch::Physical => Stretch::Physical,
+    };
+    Ok(of_parts(match stretch {
         format::Stretch::Zero => Stretch::ZERO_STRETCH,
         format::Stretch::Physical => Stretch::Physical,
         format::Stretch::Compliance(value) => Stretch::Compliance(source.not_negative(value, "m/N")?),
-    })
+    }))
 }
 
 /// Shape without energy, of a rod whose `longest` segment [m] is that long.

@@ -8,12 +8,13 @@ use rod::shape;
 use crate::MAX_SEGMENTS;
 use crate::error::{Result, Source, short};
 use crate::format::{Arc, Helix, Knot, Number, Polyline, Ring, Shape, Straight, Vector};
+use crate::refine::Refinement;
 
 /// Least and largest distance between neighbouring nodes [m].
 pub(crate) const NODE_DISTANCE: Range<f64> = 1e-12..1e12;
 
 impl Shape {
-    /// Number of segments.
+    /// Number of segments, uncut.
     pub(crate) fn segments(&self, source: &Source) -> Result<usize> {
         let (count, least) = match self {
             Shape::Straight(Straight { segments, .. })
@@ -45,14 +46,15 @@ impl Shape {
         }
     }
 
-    /// Nodes [m]; `at` [m] is where a branch begins. `span` is the shape's place in the text.
+    /// Nodes [m] of the segments' parts; `at` [m] is where a branch begins. `span` is the shape's place in the text.
     pub(crate) fn nodes(
         &self,
         source: &Source,
         span: Range<usize>,
         at: Option<Vector3<f64>>,
+        refinement: Refinement,
     ) -> Result<Vec<Vector3<f64>>> {
-        let count = self.segments(source)?;
+        let count = self.segments(source)? * refinement.0;
         let start = |key: &Option<Vector>| match (at, key) {
             (Some(at), _) => Ok(at),
             (None, Some(key)) => source.vector(key, "m"),
@@ -79,14 +81,21 @@ impl Shape {
                 let nodes = s.nodes_m.get_ref().iter().map(|node| source.vector(node, "m"));
                 let nodes: Vec<_> = nodes.collect::<Result<_>>()?;
                 let shift = at.map_or(Vector3::zeros(), |at| at - nodes[0]);
-                nodes.into_iter().map(|node| node + shift).collect()
+                let nodes: Vec<_> = nodes.into_iter().map(|node| node + shift).collect();
+                refinement.cut(&nodes, s.closed)
             }
         };
-        self.check_distances(source, span, &nodes)?;
+        self.check_distances(source, span, &nodes, refinement)?;
         Ok(nodes)
     }
 
-    fn check_distances(&self, source: &Source, span: Range<usize>, nodes: &[Vector3<f64>]) -> Result<()> {
+    fn check_distances(
+        &self,
+        source: &Source,
+        span: Range<usize>,
+        nodes: &[Vector3<f64>],
+        refinement: Refinement,
+    ) -> Result<()> {
         let count = nodes.len() - usize::from(!self.closed());
         for i in 0..count {
             let next = (i + 1) % nodes.len();
@@ -95,7 +104,10 @@ impl Shape {
                 let Range { start, end } = NODE_DISTANCE;
                 return source.wrong(
                     match self {
-                        Shape::Polyline(polyline) => polyline.nodes_m.get_ref()[next].span(),
+                        Shape::Polyline(polyline) => {
+                            let given = polyline.nodes_m.get_ref();
+                            given[next.div_ceil(refinement.0) % given.len()].span()
+                        }
                         _ => span,
                     },
                     &format!(

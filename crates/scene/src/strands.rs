@@ -10,6 +10,7 @@ use crate::contact::sphere;
 use crate::error::{Result, Source};
 use crate::format::{self, Shape};
 use crate::random::Random;
+use crate::refine::{Refinement, mean_radius};
 use crate::shape::number_or;
 
 impl format::Strands {
@@ -32,13 +33,19 @@ pub(crate) struct Strands {
     seed: u64,
     /// Of each strand [m].
     length: f64,
-    /// Of each strand.
+    /// Parts of the segments of each strand.
     segments: usize,
 }
 
 impl Strands {
     /// Strands of `rod`, of which `spec` is built.
-    pub(crate) fn new(source: &Source, strands: &format::Strands, rod: &format::Rod, spec: &RodSpec) -> Result<Self> {
+    pub(crate) fn new(
+        source: &Source,
+        strands: &format::Strands,
+        rod: &format::Rod,
+        spec: &RodSpec,
+        refinement: Refinement,
+    ) -> Result<Self> {
         let Shape::Straight(shape) = rod.shape.get_ref() else {
             return source.wrong(rod.shape.span(), "strands are straight; give `shape.straight`");
         };
@@ -56,7 +63,7 @@ impl Strands {
         Ok(Self {
             count: strands.count(source)?,
             centre,
-            distance: radius + spec.radii[0] + gap,
+            distance: radius + mean_radius(spec.radii.iter().copied().take(refinement.0)) + gap,
             polar_angle: number_or(&strands.polar_angle_deg, 90.0, angle)?.to_radians(),
             jitter: number_or(&strands.jitter, 0.0, jitter)?,
             seed: strands.seed,

@@ -9,6 +9,7 @@ use crate::assemble::Builder;
 use crate::error::{Result, Source};
 use crate::format::Tree;
 use crate::random::Random;
+use crate::refine::{Refinement, mean_radius};
 use crate::shape::number_or;
 use crate::{MAX_SEGMENTS, RodInfo};
 
@@ -57,7 +58,7 @@ impl Growth {
         }
     }
 
-    /// Segments of all branches, as far as it is known before they grow: the least.
+    /// Segments of all branches, uncut, as far as it is known before they grow: the least.
     pub(crate) fn least_segments(&self) -> usize {
         match self.cut {
             Cut::Segments(segments) => self.branches.saturating_mul(segments),
@@ -75,7 +76,14 @@ impl Growth {
 
     /// Grows all branches on a rod built from `spec`, whose material and stretch they share. Stops and returns `false`
     /// where they would have more than [`MAX_SEGMENTS`] segments.
-    pub(crate) fn grow(&self, builder: &mut Builder, trunk: &RodInfo, trunk_length: f64, spec: &RodSpec) -> bool {
+    pub(crate) fn grow(
+        &self,
+        builder: &mut Builder,
+        trunk: &RodInfo,
+        trunk_length: f64,
+        spec: &RodSpec,
+        refinement: Refinement,
+    ) -> bool {
         let mut room = MAX_SEGMENTS.saturating_sub(trunk.segments.end);
         let mut random = Random::new(self.seed, 0);
         let mut parents = vec![(trunk.segments.clone(), trunk_length)];
@@ -84,13 +92,15 @@ impl Growth {
             let mut level = Vec::with_capacity(count);
             for i in 0..count {
                 let (segments, parent_length) = &parents[i % parents.len()];
-                let on = segments.start + random.whole(segments.len() / 2, segments.len() - 1);
+                let count = refinement.count(segments);
+                let parts = refinement.parts(segments, random.whole(count / 2, count - 1));
+                let on = parts.end - 1;
                 let tilt = self.angle * random.uniform(0.75, 1.25);
                 let (sin, cos) = random.uniform(0.0, TAU).sin_cos();
                 let direction = builder.orientation(on) * Vector3::new(tilt.sin() * cos, tilt.sin() * sin, tilt.cos());
                 let length = parent_length * self.length_ratio * random.uniform(0.8, 1.2);
-                let radius = builder.segment(on).radius * self.radius_ratio;
-                let count = self.segments(length);
+                let radius = mean_radius(parts.map(|i| builder.segment(i).radius)) * self.radius_ratio;
+                let count = self.segments(length).saturating_mul(refinement.0);
                 let Some(left) = room.checked_sub(count) else { return false };
                 room = left;
                 let nodes = shape::straight(builder.point(on, 1.0), direction, length, count);

@@ -8,8 +8,8 @@ use clap::{Args, Parser, Subcommand};
 use dataset::Scenario;
 use solver::formulation::{ContactProjection, Formulation};
 use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
 
+use crate::choice::SolverName;
 use terminal::{positive, threads};
 
 /// What `guesses` compares: all that this program has.
@@ -104,9 +104,11 @@ pub(crate) struct SceneArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct RunArgs {
-    /// Linear solver: direct (block elimination along the rods), sparse (Cholesky), cg (conjugate gradients).
-    #[arg(long, default_value_t = SolverKind::Direct)]
-    pub(crate) solver: SolverKind,
+    /// Linear solver: direct (block elimination along the rods; sparse where they form loops), sparse (Cholesky), cg
+    /// (conjugate gradients), auto (chosen for the scene; the summary says why). With auto, flags that cg alone can use
+    /// ask for cg.
+    #[arg(long, default_value_t = SolverName::Auto)]
+    pub(crate) solver: SolverName,
     /// Preconditioner of cg: raw (none), jacobi, block-jacobi, frozen (the factor of the rest shape) [default:
     /// block-jacobi].
     #[arg(long)]
@@ -115,14 +117,14 @@ pub(crate) struct RunArgs {
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) linear_tolerance: Option<f64>,
     /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer, frozen. Of
-    /// a whole step (with newton): step-previous, step-linear, step-quadratic. Learned, of a linear solve: knn
+    /// a whole step (with newton): step-previous, step-linear, step-quadratic, step-adaptive (that where it saves
+    /// iterations). Learned, of a linear solve: knn
     /// (nearest neighbours in the data set), gn (COPINGNet, trained by the paper's recipe), gn-best (trained by our
-    /// own); of a whole step: gn-step. The networks need the cargo feature gn. [default: step-quadratic for newton where rods do not move in
-    /// groups, else zero]
+    /// own); of a whole step: gn-step. The networks need the cargo feature gn. [default: chosen for the scene]
     #[arg(long)]
     pub(crate) guess: Option<GuessName>,
     /// Let a learned guess replace the solves altogether, with so many predictions a step: the paper's comparison, which
-    /// drifts away. Not for scenes with contacts.
+    /// drifts away. Contacts follow each prediction, as with --contacts alternating.
     #[arg(long, value_name = "PREDICTIONS", num_args = 0..=1, require_equals = true, default_missing_value = "1",
         value_parser = predictions)]
     pub(crate) end_to_end: Option<usize>,

@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use catalogue::{GuessName, NetworkOf, Training, load, networks, rows};
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Comparison, Entry};
+use evaluation::precision::reference;
 use evaluation::starts::{self, Cell, Plan};
 use graph::planar_normal;
 use serde::Serialize;
@@ -27,7 +28,7 @@ pub(crate) const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];
 pub(crate) const PRECONDITIONERS: [PreconditionerKind; 3] =
     [PreconditionerKind::Raw, PreconditionerKind::Jacobi, PreconditionerKind::BlockJacobi];
 /// Guesses that are always shown.
-const OWN: [GuessKind; 10] = [
+const OWN: [GuessKind; 11] = [
     GuessKind::Zero,
     GuessKind::Previous,
     GuessKind::Linear,
@@ -38,6 +39,7 @@ const OWN: [GuessKind; 10] = [
     GuessKind::StepPrevious,
     GuessKind::StepLinear,
     GuessKind::StepQuadratic,
+    GuessKind::StepAdaptive,
 ];
 
 #[derive(Serialize)]
@@ -51,7 +53,7 @@ struct Report {
     outer_tolerance: f64,
     /// Worst status of the reference that errors are measured against.
     reference_status: &'static str,
-    /// Steps of the reference before its first contact; errors after them tell chaos from accuracy no more.
+    /// Steps of the reference before its first contact; errors are those of these steps.
     steps_before_contact: usize,
     contact_tolerance: f64,
     /// The networks among the guesses.
@@ -169,16 +171,15 @@ fn print_runs(report: &Report) -> Result<()> {
          any step, against {} solved to {:e} ({})",
         report.outer_tolerance,
         report.runs.first().map_or("", |row| row.name.split(',').next().unwrap_or("")),
-        compare::REFERENCE_TOLERANCE,
+        reference::TOLERANCE,
         report.reference_status
     )?;
     if report.steps_before_contact < report.steps_done {
         say!(
-            "Contacts from step {} on, to {:e} of a radius, the reference's to {:e}: after them the smallest difference grows,\n\
-             and errors tell chaos from accuracy no more. Fewer --steps compare the motion before.",
+            "Contacts from step {} on, to {:e} of a radius. Errors are those before: after them the smallest difference grows,\n\
+             and would tell chaos from accuracy no more.",
             report.steps_before_contact + 1,
-            report.contact_tolerance,
-            compare::REFERENCE_CONTACT_TOLERANCE
+            report.contact_tolerance
         )?;
     }
     say_stopped(report.steps_done, report.steps)?;

@@ -10,10 +10,11 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings};
 
 use crate::Outcome;
+use crate::choice::way;
 use crate::cli::Cli;
 use crate::compare::{runs_table, say_stopped};
 use crate::run;
-use crate::scenes::{linear_solver, scene, settings};
+use crate::scenes::{scene, settings};
 use terminal::{Progress, say};
 
 /// What is run, as flags: the formulation is the paper's, which networks are trained with.
@@ -37,7 +38,7 @@ pub(crate) fn demo() -> Result<Outcome> {
     let scene = scene(&cli.scene)?;
     let settings = settings(&cli.scene);
     let training = Training::for_scene(&cli.run.learned, cli.run.guess.as_slice(), None, &scene, true)?;
-    let cg = linear_solver(&cli.run)?;
+    let cg = way(&cli.run, &scene.model, &settings.step)?.solver;
     let ways = [
         (DIRECT, SolverKind::Direct, GuessName::Plain(GuessKind::Zero)),
         (ZERO, cg, GuessName::Plain(GuessKind::Zero)),
@@ -111,6 +112,7 @@ mod tests {
             contact_us: 0.0,
             total_us,
             error: 0.0,
+            by_step: vec![],
         };
         let rows = [row(DIRECT, 0.0, 20.0), row(ZERO, 40.0, 50.0), row(FISCHER, 8.0, 19.0), row(BEST, 20.0, 60.0)];
         assert_eq!(

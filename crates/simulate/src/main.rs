@@ -1,5 +1,6 @@
 //! `simulate`: elastic rods on the command line. See `simulate --help`.
 
+mod choice;
 mod cli;
 mod compare;
 #[cfg(feature = "gn")]

@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
-use catalogue::{Guess, GuessName, Learned, Training, plane};
+use anyhow::{Context, Result};
+use catalogue::{Guess, Learned, Training, plane};
 use export::TrajectoryWriter;
 use graph::Normal;
 use rod::{Model, State};
 use scene::Scene;
+use solver::auto::Choice;
 use solver::component::Members;
 use solver::guess::GuessKind;
 use solver::simulation::{GuessFactory, Settings, Simulation};
@@ -15,10 +16,11 @@ use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
 use crate::Outcome;
+use crate::choice::{Way, way};
 use crate::cli::{RunArgs, SceneArgs};
 use crate::files;
 use crate::measured::Measured;
-use crate::scenes::{asked_guess, best_guess, linear_solver, scene, settings, use_threads};
+use crate::scenes::{scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use terminal::{Progress, say};
 
@@ -39,16 +41,9 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let scene = scene(scene_args)?;
     use_threads(scene_args)?;
     let mut settings = settings(scene_args);
-    settings.solver = linear_solver(args)?;
-    let asked = asked_guess(args, &settings)?;
-    if args.end_to_end.is_some() && !scene.model.contacts.is_empty() {
-        bail!("--end-to-end needs a scene without contacts, but {} has some", scene.name);
-    }
+    let Way { solver, guess: name, choice, chosen } = way(args, &scene.model, &settings.step)?;
+    settings.solver = solver;
     let quiet = scene_args.quiet || scene_args.json;
-    let name = match asked {
-        Some(name) => name,
-        None => GuessName::Plain(best_guess(&scene, &settings)?),
-    };
     let training = Training::for_scene(&args.learned, args.guess.as_slice(), args.scenario, &scene, quiet)?;
     // Before the data set is generated, which takes a while.
     let asked_plane = if args.planar { Some(plane(&scene)?) } else { None };
@@ -73,7 +68,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     }
     let mut simulation = match (args.end_to_end, &guess) {
         (Some(predictions), Guess::Learned(learned)) => predicted(&scene, &settings, learned, plane, predictions)?,
-        _ => solved(&scene, &settings, &guess, plane)?,
+        _ => solved(&scene, &settings, &guess, choice.as_ref(), plane)?,
     };
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
@@ -86,6 +81,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
             network: guess.origin().cloned(),
             end_to_end: args.end_to_end.unwrap_or(0),
             planar: plane.is_some(),
+            chosen,
         },
         &simulation,
         &state,
@@ -111,8 +107,17 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
 }
 
 /// A simulation whose solves or steps begin where the guess says.
-fn solved(scene: &Scene, settings: &Settings, guess: &Guess, plane: Option<Normal>) -> Result<Simulation> {
-    let build = |model: &Model, members: &Members, topology: &Topology| guess.build(plane, model, members, topology);
+fn solved(
+    scene: &Scene,
+    settings: &Settings,
+    guess: &Guess,
+    choice: Option<&Choice>,
+    plane: Option<Normal>,
+) -> Result<Simulation> {
+    let build = |model: &Model, members: &Members, topology: &Topology| match choice {
+        Some(choice) => choice.build_guess(model, members, topology),
+        None => guess.build(plane, model, members, topology),
+    };
     let is_zero = matches!(guess, Guess::Plain(GuessKind::Zero));
     let factory: Option<GuessFactory<'_>> = if is_zero { None } else { Some(&build) };
     Ok(Simulation::new(&scene.model, &scene.state, settings, factory)?)

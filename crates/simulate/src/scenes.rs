@@ -1,16 +1,12 @@
 //! From the command line to a scene and settings.
 
 use anyhow::{Result, anyhow, bail};
-use catalogue::GuessName;
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
 use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::linear::cg::CgParams;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation};
+use solver::simulation::Settings;
 
-use crate::cli::{RunArgs, SceneArgs};
+use crate::cli::SceneArgs;
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
@@ -70,72 +66,6 @@ pub(crate) fn settings_for(formulation: Formulation, tolerance: f64) -> Settings
     settings.step.relative_tolerance = tolerance;
     settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * tolerance);
     settings
-}
-
-/// The linear solver of the arguments.
-pub(crate) fn linear_solver(args: &RunArgs) -> Result<SolverKind> {
-    match args.solver {
-        SolverKind::Cg(params) => Ok(SolverKind::Cg(CgParams {
-            preconditioner: args.preconditioner.unwrap_or(params.preconditioner),
-            tolerance: args.linear_tolerance.unwrap_or(params.tolerance),
-            ..params
-        })),
-        other => {
-            for (flag, given) in [
-                ("--preconditioner", args.preconditioner.is_some()),
-                ("--linear-tolerance", args.linear_tolerance.is_some()),
-            ] {
-                if given {
-                    bail!("{flag} needs --solver cg, but the solver is {other}");
-                }
-            }
-            Ok(other)
-        }
-    }
-}
-
-/// The guess that the arguments ask for; `None` for the best one.
-pub(crate) fn asked_guess(args: &RunArgs, settings: &Settings) -> Result<Option<GuessName>> {
-    let name = args.guess.map_or("the default".to_owned(), |kind| kind.to_string());
-    for (flag, given) in [
-        ("--end-to-end", args.end_to_end.is_some()),
-        ("--planar", args.planar),
-        ("--scenario", args.scenario.is_some()),
-    ] {
-        if given && !args.guess.is_some_and(GuessName::is_learned) {
-            bail!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {name}");
-        }
-    }
-    let Some(kind) = args.guess else { return Ok(None) };
-    let (formulation, solver) = (settings.step.formulation, settings.solver);
-    if args.end_to_end.is_some() {
-        if kind.helps_steps() {
-            bail!("--end-to-end needs a guess of linear solves (--guess knn, gn or gn-best), but the guess is {kind}");
-        }
-        if solver != SolverKind::Direct {
-            bail!("--end-to-end replaces all solves, but --solver {solver} asks for them");
-        }
-        return Ok(Some(kind));
-    }
-    if kind.helps_steps() && !formulation.momentum() {
-        bail!("--guess {kind} needs --formulation newton, but the formulation is {formulation}");
-    }
-    if kind.helps_solves() && !matches!(solver, SolverKind::Cg(_)) {
-        bail!("--guess {kind} needs --solver cg, but the solver is {solver}, which has no use for a start");
-    }
-    Ok(Some(kind))
-}
-
-/// The guess for whoever asks for none: the formulation's best, or none at all where most of the scene moves in groups
-/// of alike rods, which a guess would take apart.
-pub(crate) fn best_guess(scene: &Scene, settings: &Settings) -> Result<GuessKind> {
-    let best = GuessKind::best_for(settings.step.formulation);
-    if best == GuessKind::Zero {
-        return Ok(best);
-    }
-    let grouped = Simulation::new(&scene.model, &scene.state, settings, None)?;
-    let alone: usize = grouped.singles().map(|component| component.segments()).sum();
-    Ok(if 2 * alone < scene.model.segments.len() { GuessKind::Zero } else { best })
 }
 
 /// Sets the number of threads for the whole program.

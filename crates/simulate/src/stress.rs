@@ -29,7 +29,7 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
     let mut rows = Vec::new();
     'all: for case in &cases {
         for &formulation in formulations.iter().filter(|f| case.formulations.contains(f)) {
-            rows.push(stress::run(case, formulation)?);
+            rows.push(stress::run(case, &stress::settings(formulation), None)?);
             if !progress.advance() {
                 break 'all;
             }
@@ -80,7 +80,7 @@ fn print(rows: &[stress::Row]) -> Result<()> {
         let finite = if row.finite { "" } else { ", NOT FINITE" };
         table.add_row([
             row.case.clone(),
-            row.formulation.to_owned(),
+            row.formulation.clone(),
             row.segments.to_string(),
             format!("{}{finite}", row.status),
             format!("{:.2}", row.iterations_per_step),

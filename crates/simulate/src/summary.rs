@@ -6,6 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 use catalogue::{GuessName, Origin};
 use comfy_table::Table;
+use evaluation::work::Work;
 use rod::State;
 use scene::Scene;
 use serde::Serialize;
@@ -26,32 +27,6 @@ struct StageSeconds {
     solve: f64,
     update: f64,
     contact: f64,
-}
-
-/// How often something was done; what the scene or the settings lack stays zero.
-#[derive(Debug, Serialize)]
-struct Work {
-    steps: u64,
-    retries: u64,
-    not_converged: u64,
-    non_finite: u64,
-    outer_iterations: u64,
-    segment_iterations: u64,
-    linear_iterations: u64,
-    linear_failures: u64,
-    guesses_used: u64,
-    guesses_dropped: u64,
-    load_evaluations: u64,
-    damping_evaluations: u64,
-    drag_evaluations: u64,
-    branch_eliminations: u64,
-    geometric_evaluations: u64,
-    momentum_evaluations: u64,
-    contact_searches: u64,
-    contact_candidates: u64,
-    contact_evaluations: u64,
-    contact_solves: u64,
-    contact_sweeps: u64,
 }
 
 /// Worst residuals of any step, in scaled units.
@@ -77,6 +52,8 @@ pub(crate) struct Start {
     pub(crate) end_to_end: usize,
     /// Whether it was restricted to a plane.
     pub(crate) planar: bool,
+    /// Which solver and start were chosen for the scene, and why; `None` where both were asked for.
+    pub(crate) chosen: Option<String>,
 }
 
 /// A run's summary.
@@ -90,6 +67,9 @@ pub(crate) struct Summary {
     solver: String,
     linear_tolerance: Option<f64>,
     guess: String,
+    /// Which of the two were chosen for the scene, and why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    chosen: Option<String>,
     /// The guess's network, if it is one.
     #[serde(flatten)]
     network: Option<Origin>,
@@ -154,6 +134,7 @@ impl Summary {
                 _ => None,
             },
             guess: start.name.to_string(),
+            chosen: start.chosen.clone(),
             network: start.network.clone(),
             end_to_end: start.end_to_end,
             planar: start.planar,
@@ -176,29 +157,7 @@ impl Summary {
                 update: seconds(times.update),
                 contact: seconds(times.contact),
             },
-            work: Work {
-                steps: counters.steps,
-                retries: counters.retries,
-                not_converged: counters.not_converged,
-                non_finite: counters.non_finite,
-                outer_iterations: counters.iterations,
-                segment_iterations: counters.segment_iterations,
-                linear_iterations: counters.linear_iterations,
-                linear_failures: counters.linear_failures,
-                guesses_used: counters.guesses_used,
-                guesses_dropped: counters.guesses_dropped,
-                load_evaluations: counters.load_evaluations,
-                damping_evaluations: counters.damping_evaluations,
-                drag_evaluations: counters.drag_evaluations,
-                branch_eliminations: counters.branch_eliminations,
-                geometric_evaluations: counters.geometric_evaluations,
-                momentum_evaluations: counters.momentum_evaluations,
-                contact_searches: counters.contact_searches,
-                contact_candidates: counters.contact_candidates,
-                contact_evaluations: counters.contact_evaluations,
-                contact_solves: counters.contact_solves,
-                contact_sweeps: counters.contact_sweeps,
-            },
+            work: Work::from(&counters),
             worst_residuals: Worst {
                 stretch_per_length: counters.worst_stretch,
                 bend_rad: counters.worst_bend,
@@ -225,6 +184,9 @@ impl Summary {
             String::new()
         };
         say!("formulation {}, solver {}, guess {}{plane}{end}", self.formulation, self.solver, self.guess)?;
+        if let Some(chosen) = &self.chosen {
+            say!("chosen: {chosen}")?;
+        }
         let stopped = if self.interrupted { format!(" of {}, stopped", self.steps_asked) } else { String::new() };
         let speed = self.times_real_time;
         let speed = if speed < 1e6 { format!("{speed:.1}") } else { format!("{speed:.1e}") };

@@ -61,6 +61,12 @@ fn nearest_neighbours_from_the_first_use_on() {
     let text = out(&["--guess", "knn", "--end-to-end=2", "--steps", "5"]);
     assert!(text.contains("solver none, guess knn, end to end with at most 2 a step"), "{text}");
 
+    // Contacts follow the predictions.
+    let touching = summary(&["two-rods", "--guess", "knn", "--end-to-end", "--steps", "60"]);
+    assert_eq!(nulls(&touching, ""), [".linear_tolerance"]);
+    assert!(count(&touching, "contact_solves") > 0);
+    assert_eq!((&touching["status"], count(&touching, "retries")), (&"out of iterations".into(), 0));
+
     // A foreign scene works and says so; the data set may be chosen.
     let text = out(&["helix", "--guess", "knn", "--solver", "cg", "--steps", "2", "--scenario", "rod"]);
     assert!(text.contains("nothing is like this scene: segments = 60.0, not 10.0 to 55.0"), "{text}");

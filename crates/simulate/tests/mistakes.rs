@@ -19,7 +19,8 @@ fn error(arguments: &[&str]) -> String {
 #[test]
 fn flags() {
     let whole = "it must be a whole number from 0 to 18446744073709551615";
-    let guesses = "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic";
+    let guesses =
+        "zero, previous, linear, quadratic, fischer, frozen, step-previous, step-linear, step-quadratic, step-adaptive";
     let learned = |flag, guess| {
         format!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {guess}")
     };
@@ -55,12 +56,20 @@ fn flags() {
             "--guess step-linear needs --formulation newton, but the formulation is xpbd".to_owned(),
         ),
         (
-            "--guess frozen",
+            "--guess frozen --solver direct",
             "--guess frozen needs --solver cg, but the solver is direct, which has no use for a start".to_owned(),
         ),
         (
-            "--guess knn",
-            "--guess knn needs --solver cg, but the solver is direct, which has no use for a start".to_owned(),
+            "--guess knn --solver sparse",
+            "--guess knn needs --solver cg, but the solver is sparse, which has no use for a start".to_owned(),
+        ),
+        (
+            "--solver lu",
+            "invalid value 'lu' for '--solver <SOLVER>': expected one of auto, direct, sparse, cg, cg-raw, cg-jacobi, cg-block-jacobi, cg-frozen".to_owned(),
+        ),
+        (
+            "--guess knn --end-to-end --solver direct",
+            "--end-to-end replaces all solves, but --solver direct asks for them".to_owned(),
         ),
         (
             "--guess knn --end-to-end --solver cg",
@@ -69,10 +78,6 @@ fn flags() {
         (
             "--end-to-end=0",
             "invalid value '0' for '--end-to-end[=<PREDICTIONS>]': it must be a whole number from 1 to 1000".to_owned(),
-        ),
-        (
-            "helix-on-plane --guess knn --end-to-end",
-            "--end-to-end needs a scene without contacts, but helix-on-plane has some".to_owned(),
         ),
         (
             "static net-on-sphere",
@@ -109,7 +114,7 @@ fn flags() {
             "guesses --csv nowhere/at/all.csv",
             "--csv: cannot write nowhere/at/all.csv: there is no directory nowhere/at".to_owned(),
         ),
-        ("--preconditioner jacobi", "--preconditioner needs --solver cg, but the solver is direct".to_owned()),
+        ("--preconditioner jacobi --solver direct", "--preconditioner needs --solver cg, but the solver is direct".to_owned()),
         (
             "--linear-tolerance 1e-3 --solver sparse",
             "--linear-tolerance needs --solver cg, but the solver is sparse".to_owned(),

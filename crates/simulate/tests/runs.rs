@@ -19,7 +19,8 @@ fn without_arguments_it_runs_the_bending_rod() {
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines[0], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
     assert_eq!(lines[1], "formulation xpbd-geometric, solver direct, guess zero");
-    assert!(lines[2].starts_with("converged: 100 steps in "), "{out}");
+    assert!(lines[2].starts_with("chosen: solver direct: ") && lines[2].contains("; guess zero: "), "{out}");
+    assert!(lines[3].starts_with("converged: 100 steps in "), "{out}");
     for stage in ["drag", "predict", "guess", "assemble", "linear solve", "update"] {
         assert!(lines.iter().any(|line| line.trim_start().starts_with(stage)), "{stage}: {out}");
     }
@@ -143,10 +144,10 @@ fn threads_do_not_change_a_bit() {
 }
 
 #[test]
-fn the_default_guess_is_the_best_for_the_formulation_and_leaves_groups_alone() {
+fn the_default_guess_is_chosen_for_the_formulation_and_leaves_lanes_alone() {
     let guess = |arguments: &[&str]| json(&[arguments, &["--steps", "4"]].concat())["guess"].clone();
     assert_eq!(guess(&[]), "zero");
-    assert_eq!(guess(&["--formulation", "newton"]), "step-quadratic");
+    assert_eq!(guess(&["--formulation", "newton"]), "step-adaptive");
     assert_eq!(guess(&["--formulation", "newton", "--guess", "zero"]), "zero");
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("many.toml");
@@ -154,6 +155,41 @@ fn the_default_guess_is_the_best_for_the_formulation_and_leaves_groups_alone() {
     let path = path.to_str().expect("UTF-8");
     assert_eq!(guess(&[path, "--formulation", "newton"]), "zero");
     assert_eq!(guess(&[path, "--formulation", "newton", "--guess", "step-linear"]), "step-linear");
+}
+
+/// What the arguments leave open is chosen and explained; what they say stays.
+#[test]
+fn the_solver_is_chosen_and_the_summary_says_why() {
+    let run = |arguments: &[&str]| {
+        let summary = json(&[arguments, &["--steps", "3"]].concat());
+        let text = |key: &str| summary[key].as_str().unwrap_or_default().to_owned();
+        [text("solver"), text("guess"), text("chosen")]
+    };
+    let [solver, guess, chosen] = run(&[]);
+    assert_eq!((solver.as_str(), guess.as_str()), ("direct", "zero"));
+    assert_eq!(run(&["--solver", "auto"]), [solver, guess, chosen.clone()]);
+    assert!(
+        chosen.starts_with("solver direct: eliminating 1 chain costs less than iterating; guess zero: "),
+        "{chosen}"
+    );
+    assert!(run(&["tree-10"])[2].contains("1 tree"));
+    assert!(run(&["net"])[2].contains("sparse Cholesky of 1 set with loops"));
+    let [solver, guess, chosen] = run(&["--solver", "sparse"]);
+    assert_eq!((solver.as_str(), guess.as_str()), ("sparse", "zero"));
+    assert!(chosen.starts_with("guess zero: "), "{chosen}");
+    assert_eq!(run(&["--solver", "sparse", "--guess", "zero"])[2], "");
+    assert!(run(&["--guess", "zero"])[2].ends_with("costs less than iterating"));
+    for (flag, value, solver) in [
+        ("--guess", "fischer", "cg-block-jacobi"),
+        ("--preconditioner", "jacobi", "cg-jacobi"),
+        ("--linear-tolerance", "1e-3", "cg-block-jacobi"),
+    ] {
+        let [found, guess, chosen] = run(&[flag, value]);
+        assert_eq!(found, solver);
+        assert_eq!(guess, if flag == "--guess" { value } else { "zero" });
+        let name = if flag == "--guess" { "--guess fischer" } else { flag };
+        assert!(chosen.starts_with(&format!("solver {solver}: no other has a use for {name}")), "{chosen}");
+    }
 }
 
 /// What a scene lacks is not counted and takes no time; what it has is.

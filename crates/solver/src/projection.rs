@@ -4,12 +4,16 @@
 //! Line 9 of Algorithm 1 solves nothing here. What a [`Projection`] says goes to poses and multipliers as it is, so that
 //! its errors stay in the motion; residuals are evaluated all the same, and a step's status is as bad as they are. There
 //! are no substeps: a shorter step would be another prediction, not a better one.
+//!
+//! Where segments can touch, contacts follow each prediction with the bodies' own masses (line 11 of Algorithm 1): how the
+//! rods would answer them is what is predicted, and not known.
 
 use rod::Model;
 
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
-use crate::step::{Attempt, Interval, Start, Status, StepParams, evaluate, is_finite, predict, target};
+use crate::formulation::Formulation;
+use crate::step::{Interval, NoGuess, Status, StepParams, begin, evaluate, is_finite};
 use crate::system::Six;
 use crate::topology::Topology;
 use crate::unit::{accept, finish};
@@ -25,62 +29,74 @@ pub trait Projection: Send {
 /// Makes the projection of one connected set of segments.
 pub type ProjectionFactory<'a> = &'a dyn Fn(&Model, &Members, &Topology) -> Box<dyn Projection>;
 
-/// One connected set of segments that moves as predicted.
-pub(crate) struct Projected {
-    pub(crate) component: Component<f64>,
-    pub(crate) members: Members,
+/// A projection with the memory for what it predicts.
+pub(crate) struct Predictor {
     projection: Box<dyn Projection>,
     dp: Vec<Six<f64>>,
-    pub(crate) counters: Counters,
-    pub(crate) status: Status,
 }
 
-impl Projected {
-    pub(crate) fn new(component: Component<f64>, members: Members, projection: Box<dyn Projection>) -> Self {
-        let dp = vec![Six::zero(); component.poses.len()];
-        Self { component, members, projection, dp, counters: Counters::default(), status: Status::Converged }
+impl Predictor {
+    /// A predictor for a set of so many bodies.
+    pub(crate) fn new(projection: Box<dyn Projection>, bodies: usize) -> Self {
+        Self { projection, dp: vec![Six::zero(); bodies] }
     }
 
-    /// Steps over `interval` with at most `params.max_iterations` predictions, fewer where the tolerance is met before.
-    pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) {
-        let Self { component, projection, dp, counters, .. } = self;
+    /// Steps `component` over `interval` with at most `params.max_iterations` predictions, fewer where the tolerance is met
+    /// before.
+    pub(crate) fn advance(
+        &mut self,
+        component: &mut Component<f64>,
+        interval: Interval,
+        params: &StepParams,
+        counters: &mut Counters,
+    ) -> Status {
         let formulation = params.formulation;
-        let mut watch = Stopwatch::start();
-        predict(component, interval, formulation, &mut watch, counters);
-        let mut residuals = evaluate(component, formulation, counters);
-        let target = target(&residuals, params);
-        watch.mark(&mut counters.times.assemble);
+        let mut result = begin(component, interval, params, &mut NoGuess, counters);
         for iteration in 0..params.max_iterations {
-            if !residuals.check.is_finite() || residuals.worst() <= target {
+            if !result.residuals.check.is_finite() || result.residuals.worst() <= result.target {
                 break;
             }
-            let mut dlambda = std::mem::take(&mut component.dlambda);
-            dlambda.fill(Six::zero());
-            dp.fill(Six::zero());
-            projection.project(component, iteration, dp, &mut dlambda);
-            let finite = dp[..component.segments()].iter().chain(&dlambda).all(is_finite);
-            if !finite {
-                dlambda.fill(Six::zero());
-                dp.fill(Six::zero());
-            }
-            counters.guesses_used += u64::from(finite);
-            counters.guesses_dropped += u64::from(!finite);
-            component.dlambda = dlambda;
-            watch.mark(&mut counters.times.guess);
-            component.correct(formulation, dp);
-            watch.mark(&mut counters.times.update);
-            counters.iterations += 1;
-            counters.segment_iterations += component.segments() as u64;
-            residuals = evaluate(component, formulation, counters);
+            self.project(component, iteration, formulation, counters);
+            let mut watch = Stopwatch::start();
+            result.residuals = evaluate(component, formulation, counters);
             watch.mark(&mut counters.times.assemble);
         }
-        let result = Attempt { residuals, target, unsolved: component.unsolved, start: Start::Prediction };
-        self.status = result.status(0);
         accept(&result, 0, counters);
-        if self.status == Status::NonFinite {
+        let status = result.status(0);
+        if status == Status::NonFinite {
             component.roll_back();
         } else {
             finish(component, formulation, 1.0, counters);
         }
+        status
+    }
+
+    /// Predicts outer iteration `iteration` and moves `component` by it. What is not finite is dropped.
+    pub(crate) fn project(
+        &mut self,
+        component: &mut Component<f64>,
+        iteration: usize,
+        formulation: Formulation,
+        counters: &mut Counters,
+    ) {
+        let Self { projection, dp } = self;
+        let mut watch = Stopwatch::start();
+        let mut dlambda = std::mem::take(&mut component.dlambda);
+        dlambda.fill(Six::zero());
+        dp.fill(Six::zero());
+        projection.project(component, iteration, dp, &mut dlambda);
+        let finite = dp[..component.segments()].iter().chain(&dlambda).all(is_finite);
+        if !finite {
+            dlambda.fill(Six::zero());
+            dp.fill(Six::zero());
+        }
+        counters.guesses_used += u64::from(finite);
+        counters.guesses_dropped += u64::from(!finite);
+        component.dlambda = dlambda;
+        watch.mark(&mut counters.times.guess);
+        component.correct(formulation, dp);
+        watch.mark(&mut counters.times.update);
+        counters.iterations += 1;
+        counters.segment_iterations += component.segments() as u64;
     }
 }

@@ -1,26 +1,24 @@
 //! Many connected sets of segments, stepped side by side: the entry point of this crate.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use rod::{Model, ModelError, State};
 use thiserror::Error;
 
-use crate::component::{Component, Members, split};
+use crate::component::{Alike, Component, Members, split, split_alike};
 use crate::counters::Counters;
+use crate::formulation::ContactProjection;
 use crate::guess::InitialGuess;
 use crate::linear::solvers::SolverKind;
-use crate::projection::{Projected, ProjectionFactory};
+use crate::projection::{Predictor, ProjectionFactory};
 use crate::step::{Interval, Status, StepParams};
 use crate::topology::Topology;
 use crate::touching::Touching;
-use crate::unit::{Group, Single, Unit};
+use crate::unit::{Group, Line9, Single, Unit};
 
 /// Rods that move side by side in one vector register.
 pub const GROUP: usize = 8;
-/// Fewer rods than this do not fill a group's lanes well enough.
-const SMALLEST_GROUP: usize = 3;
 /// Below this many segments in all, threads cost more than they bring.
 pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 
@@ -92,7 +90,7 @@ pub struct StepReport {
 
 impl Simulation {
     /// A simulation of `model` from `state`. Rods with the same connectivity are stepped in groups, one a lane, where
-    /// the solver is direct and no guess is asked for.
+    /// the solver is direct and no guess is made for any of them.
     ///
     /// # Errors
     /// If model, state or settings do not fit together.
@@ -103,55 +101,38 @@ impl Simulation {
         guess: Option<GuessFactory<'_>>,
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
-        let mut sets: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
-        let mut alike: Vec<(Arc<Topology>, Vec<Members>)> = Vec::new();
-        for (members, topology) in split(model) {
-            let key = (topology.joints.clone(), topology.fixed.clone());
-            let index = *sets.entry(key).or_insert_with(|| {
-                alike.push((Arc::new(topology), Vec::new()));
-                alike.len() - 1
-            });
-            alike[index].1.push(members);
-        }
         let touches = !model.contacts.is_empty();
-        let grouping = guess.is_none() && settings.solver == SolverKind::Direct && !touches;
+        let grouping = settings.solver == SolverKind::Direct && !touches;
         let mut units = Vec::new();
         let mut singles = Vec::new();
-        for (topology, sets) in alike {
-            let mut sets = sets.into_iter().peekable();
-            while sets.peek().is_some() {
-                let chunk: Vec<Members> = sets.by_ref().take(GROUP).collect();
-                if grouping && chunk.len() >= SMALLEST_GROUP && topology.elimination.is_some() {
-                    units.push(Unit::Group(Box::new(Group::new(model, state, &topology, chunk))));
-                    continue;
-                }
-                for members in chunk {
-                    let guess = guess.and_then(|factory| factory(model, &members, &topology));
-                    if let Some(guess) = &guess
-                        && guess.helps_steps()
-                        && !settings.step.formulation.momentum()
-                    {
-                        return Err(SimulationError::StepGuess(settings.step.formulation));
-                    }
-                    let component = Component::new(model, state, topology.clone(), &[&members]);
-                    let solver = settings.solver.build(model, &members, &topology)?;
-                    singles.push(Single::new(component, members, solver, guess));
-                }
+        for alike in split_alike(model) {
+            let guess_of = |members: &Members| guess.and_then(|factory| factory(model, members, &alike.topology));
+            let guesses: Vec<_> = alike.sets.iter().map(guess_of).collect();
+            let helps_steps = guesses.iter().flatten().any(|guess| guess.helps_steps());
+            if helps_steps && !settings.step.formulation.momentum() {
+                return Err(SimulationError::StepGuess(settings.step.formulation));
+            }
+            let Alike { topology, sets } = &alike;
+            if grouping && alike.fill_lanes() && guesses.iter().all(Option::is_none) {
+                units.push(Unit::Group(Box::new(Group::new(model, state, topology, sets.clone()))));
+                continue;
+            }
+            for (members, guess) in alike.sets.into_iter().zip(guesses) {
+                let component = Component::new(model, state, alike.topology.clone(), &[&members]);
+                let solver = settings.solver.build(model, &members, &alike.topology)?;
+                singles.push(Single::new(component, members, Line9::Solved { solver, guess }));
             }
         }
-        if touches {
-            units.push(Unit::Touching(Box::new(Touching::new(model, singles, settings.step.contact_projection)?)));
-        } else {
-            units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
-        }
-        Ok(Self { units, params: settings.step, segments: model.segments.len(), time: 0.0 })
+        Self::of(model, units, singles, settings.step)
     }
 
     /// A simulation whose constraint projections are predicted instead of solved: the paper's end-to-end comparison.
-    /// Each step has at most `params.max_iterations` predictions, and no substeps.
+    /// Each step has at most `params.max_iterations` predictions, and no substeps. Contacts follow each prediction, with the
+    /// bodies' own masses, as in Algorithm 1 ([`ContactProjection::Alternating`]): nothing says how the rods would answer
+    /// them.
     ///
     /// # Errors
-    /// If model and state do not fit together, or the model has contacts.
+    /// If model and state do not fit together.
     pub fn end_to_end(
         model: &Model,
         state: &State,
@@ -159,14 +140,30 @@ impl Simulation {
         projection: ProjectionFactory<'_>,
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
-        without_contacts(model, "an end-to-end prediction")?;
-        let unit = |(members, topology): (Members, Topology)| {
+        let single = |(members, topology): (Members, Topology)| {
             let projection = projection(model, &members, &topology);
             let component = Component::new(model, state, Arc::new(topology), &[&members]);
-            Unit::Projected(Box::new(Projected::new(component, members, projection)))
+            let predictor = Predictor::new(projection, component.poses.len());
+            Single::new(component, members, Line9::Predicted(predictor))
         };
-        let units = split(model).into_iter().map(unit).collect();
-        Ok(Self { units, params: *params, segments: model.segments.len(), time: 0.0 })
+        let singles = split(model).into_iter().map(single).collect();
+        let contact_projection = ContactProjection::Alternating;
+        Self::of(model, Vec::new(), singles, StepParams { contact_projection, max_halvings: 0, ..*params })
+    }
+
+    /// A simulation of these units and sets, which go in step where they can touch.
+    fn of(
+        model: &Model,
+        mut units: Vec<Unit>,
+        singles: Vec<Single>,
+        params: StepParams,
+    ) -> Result<Self, SimulationError> {
+        if model.contacts.is_empty() {
+            units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
+        } else {
+            units.push(Unit::Touching(Box::new(Touching::new(model, singles, params.contact_projection)?)));
+        }
+        Ok(Self { units, params, segments: model.segments.len(), time: 0.0 })
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
@@ -180,8 +177,7 @@ impl Simulation {
         }
         let params = self.params;
         let interval = Interval { time: self.time, dt };
-        let parallel = self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1;
-        if parallel {
+        if self.shares_units() {
             self.units.par_iter_mut().for_each(|unit| unit.advance(interval, &params));
         } else {
             self.units.iter_mut().for_each(|unit| unit.advance(interval, &params));
@@ -189,6 +185,23 @@ impl Simulation {
         self.time += dt;
         let status = self.units.iter().map(Unit::status).max().unwrap_or(Status::Converged);
         Ok(StepReport { status })
+    }
+
+    /// Whether units are stepped side by side on several threads.
+    fn shares_units(&self) -> bool {
+        self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+    }
+
+    /// Threads that share a step: those of rayon's current pool where there is more than one piece to step and enough of
+    /// it, else 1.
+    pub fn threads(&self) -> usize {
+        let shares_sets = |unit: &Unit| matches!(unit, Unit::Touching(touching) if touching.is_parallel());
+        if self.shares_units() || self.units.iter().any(shares_sets) { rayon::current_num_threads() } else { 1 }
+    }
+
+    /// Number of connected sets that move in the lanes of vector registers.
+    pub fn in_lanes(&self) -> usize {
+        self.components() - self.singles().count()
     }
 
     /// Time since the start [s].
@@ -230,7 +243,6 @@ impl Simulation {
         self.units.iter().flat_map(|unit| {
             let (one, many) = match unit {
                 Unit::Single(single) => (Some(&single.component), [].as_slice()),
-                Unit::Projected(projected) => (Some(&projected.component), [].as_slice()),
                 Unit::Touching(touching) => (None, touching.units.as_slice()),
                 Unit::Group(_) => (None, [].as_slice()),
             };

@@ -236,6 +236,7 @@ pub(crate) fn solve<T: Real>(
         guess.observe_solve(component, iteration);
         watch.mark(&mut counters.times.guess);
     }
+    component.solves += 1;
     counters.iterations += lanes;
     counters.segment_iterations += lanes * component.segments() as u64;
     count_solve(component, &info, lanes, solver.uses_start(), counters);
@@ -292,6 +293,7 @@ pub(crate) fn evaluate<T: Real>(
     formulation: Formulation,
     counters: &mut Counters,
 ) -> Residuals<T> {
+    component.evaluations += 1;
     let segments = (component.segments() * component.used) as u64;
     counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
     counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };

@@ -15,7 +15,7 @@ use crate::step::{
     Attempt, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
 };
 use crate::system::Six;
-use crate::unit::{Single, accept, finish};
+use crate::unit::{Line9, Single, accept, finish};
 
 /// Residual of the rods' own constraints that is always good enough, relative to the tolerance of contacts.
 const RODS: f64 = 0.01;
@@ -99,7 +99,7 @@ impl Touching {
         self.status = self.advance_halved(interval, 0, params);
         for unit in &mut self.units {
             let mut watch = Stopwatch::start();
-            if let Some(guess) = &mut unit.guess {
+            if let Line9::Solved { guess: Some(guess), .. } = &mut unit.line9 {
                 guess.observe_step(&unit.component);
                 watch.mark(&mut unit.counters.times.guess);
             }
@@ -198,9 +198,11 @@ impl Touching {
     fn begin(&mut self, interval: Interval, params: &StepParams, guessing: bool) {
         let first = |unit: &mut Single| {
             unit.component.pushed.fill(Six::zero());
-            let Single { component, guess, counters, .. } = unit;
-            let attempt = match guess {
-                Some(guess) if guessing => begin(component, interval, params, guess, counters),
+            let Single { component, line9, counters, .. } = unit;
+            let attempt = match line9 {
+                Line9::Solved { guess: Some(guess), .. } if guessing => {
+                    begin(component, interval, params, guess, counters)
+                }
                 _ => begin(component, interval, params, &mut NoGuess, counters),
             };
             Turn { attempt, takes_part: true }
@@ -217,7 +219,7 @@ impl Touching {
     /// the rods' answer to them, and the solution with both. Returns false where there are too many contacts.
     fn couple(&mut self, iteration: usize, contact: f64, guessed: bool, params: &StepParams) -> bool {
         let formulation = params.formulation;
-        self.project(iteration);
+        self.project(iteration, formulation);
         let solved = self.with_stage(|stage, units, counters| {
             stage.correct(units, formulation);
             if iteration == 0 && !guessed && stage.is_far() {
@@ -230,8 +232,8 @@ impl Touching {
         });
         self.mark_pushed();
         self.each(|unit, turn| {
-            let Single { component, solver, counters, .. } = unit;
-            if turn.takes_part {
+            let Single { component, line9, counters, .. } = unit;
+            if let (true, Line9::Solved { solver, .. }) = (turn.takes_part, line9) {
                 let mut watch = Stopwatch::start();
                 component.answer_pushes();
                 let has_start = solver.uses_start();
@@ -247,9 +249,11 @@ impl Touching {
     /// An outer iteration as in Algorithm 1: the rods, then (line 11) the contacts with the bodies' own masses alone.
     fn alternate(&mut self, iteration: usize, contact: f64, params: &StepParams) -> bool {
         let formulation = params.formulation;
-        self.project(iteration);
+        self.project(iteration, formulation);
         self.each(|unit, _| {
-            update(&mut unit.component, formulation, 1.0, &mut unit.counters);
+            if let Line9::Solved { .. } = unit.line9 {
+                update(&mut unit.component, formulation, 1.0, &mut unit.counters);
+            }
             unit.component.dlambda.fill(Six::zero());
         });
         self.observe(params, iteration);
@@ -266,17 +270,23 @@ impl Touching {
         solved
     }
 
-    /// The rods' own linear solves, of those that have not converged or that contacts have pushed.
-    fn project(&mut self, iteration: usize) {
+    /// The rods' own linear solves, of those that have not converged or that contacts have pushed; predictions in their
+    /// place move the rods at once.
+    fn project(&mut self, iteration: usize, formulation: Formulation) {
         self.each(|unit, turn| {
-            let Single { component, solver, guess, counters, .. } = unit;
+            let Single { component, line9, counters, .. } = unit;
             if !turn.takes_part && turn.attempt.residuals.worst() <= turn.attempt.target {
                 component.dlambda.fill(Six::zero());
                 return;
             }
-            match guess {
-                Some(guess) => solve(component, iteration, 1, solver.as_mut(), guess, counters),
-                None => solve(component, iteration, 1, solver.as_mut(), &mut NoGuess, counters),
+            match line9 {
+                Line9::Solved { solver, guess: Some(guess) } => {
+                    solve(component, iteration, 1, solver.as_mut(), guess, counters);
+                }
+                Line9::Solved { solver, guess: None } => {
+                    solve(component, iteration, 1, solver.as_mut(), &mut NoGuess, counters);
+                }
+                Line9::Predicted(predictor) => predictor.project(component, iteration, formulation, counters),
             }
         });
     }
@@ -319,7 +329,8 @@ impl Touching {
         self.turns.iter().any(|turn| turn.attempt.start != Start::Prediction)
     }
 
-    fn is_parallel(&self) -> bool {
+    /// Whether sets are worked on side by side on several threads.
+    pub(crate) fn is_parallel(&self) -> bool {
         self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
     }
 

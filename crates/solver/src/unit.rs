@@ -12,7 +12,7 @@ use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
-use crate::projection::Projected;
+use crate::projection::Predictor;
 use crate::simulation::GROUP;
 use crate::step::{Attempt, Interval, NoGuess, Start, Status, StepGuess, StepParams, attempt};
 use crate::topology::Topology;
@@ -22,7 +22,6 @@ use crate::touching::Touching;
 pub(crate) enum Unit {
     Single(Box<Single>),
     Group(Box<Group>),
-    Projected(Box<Projected>),
     Touching(Box<Touching>),
 }
 
@@ -31,7 +30,6 @@ impl Unit {
         match self {
             Unit::Single(single) => single.advance(interval, params),
             Unit::Group(group) => group.advance(interval, params),
-            Unit::Projected(projected) => projected.advance(interval, params),
             Unit::Touching(touching) => touching.advance(interval, params),
         }
     }
@@ -40,7 +38,6 @@ impl Unit {
         match self {
             Unit::Single(single) => single.status,
             Unit::Group(group) => group.status,
-            Unit::Projected(projected) => projected.status,
             Unit::Touching(touching) => touching.status,
         }
     }
@@ -49,7 +46,6 @@ impl Unit {
         match self {
             Unit::Single(single) => single.store(state),
             Unit::Group(group) => group.store(state),
-            Unit::Projected(projected) => projected.component.store_state(state, &projected.members, 0),
             Unit::Touching(touching) => touching.units.iter().for_each(|unit| unit.store(state)),
         }
     }
@@ -62,7 +58,6 @@ impl Unit {
                     group.component.set_velocities(state, members, lane);
                 }
             }
-            Unit::Projected(projected) => projected.component.set_velocities(state, &projected.members, 0),
             Unit::Touching(touching) => touching.units.iter_mut().for_each(|unit| unit.set_velocities(state)),
         }
     }
@@ -71,26 +66,32 @@ impl Unit {
         match self {
             Unit::Single(single) => single.counters,
             Unit::Group(group) => group.counters,
-            Unit::Projected(projected) => projected.counters,
             Unit::Touching(touching) => touching.counters(),
         }
     }
 
     pub(crate) fn lanes(&self) -> usize {
         match self {
-            Unit::Single(_) | Unit::Projected(_) => 1,
+            Unit::Single(_) => 1,
             Unit::Group(group) => group.members.len(),
             Unit::Touching(touching) => touching.units.len(),
         }
     }
 }
 
-/// One connected set of segments with its solver and guess.
+/// What line 9 of Algorithm 1 is for one connected set of segments.
+pub(crate) enum Line9 {
+    /// A linear solve, from a start or from zero.
+    Solved { solver: Box<dyn LinearSolver>, guess: Option<Box<dyn InitialGuess>> },
+    /// A prediction in its place.
+    Predicted(Predictor),
+}
+
+/// One connected set of segments with what projects its constraints.
 pub(crate) struct Single {
     pub(crate) component: Component<f64>,
     pub(crate) members: Members,
-    pub(crate) solver: Box<dyn LinearSolver>,
-    pub(crate) guess: Option<Box<dyn InitialGuess>>,
+    pub(crate) line9: Line9,
     pub(crate) counters: Counters,
     status: Status,
 }
@@ -104,26 +105,24 @@ impl Single {
         self.component.set_velocities(state, &self.members, 0);
     }
 
-    pub(crate) fn new(
-        component: Component<f64>,
-        members: Members,
-        solver: Box<dyn LinearSolver>,
-        guess: Option<Box<dyn InitialGuess>>,
-    ) -> Self {
-        Self { component, members, solver, guess, counters: Counters::default(), status: Status::Converged }
+    pub(crate) fn new(component: Component<f64>, members: Members, line9: Line9) -> Self {
+        Self { component, members, line9, counters: Counters::default(), status: Status::Converged }
     }
 
     fn advance(&mut self, interval: Interval, params: &StepParams) {
-        let Self { component, solver, guess, counters, .. } = self;
-        self.status = match guess {
-            Some(guess) => {
+        let Self { component, line9, counters, .. } = self;
+        self.status = match line9 {
+            Line9::Solved { solver, guess: Some(guess) } => {
                 let status = advance(component, interval, 0, params, solver.as_mut(), guess, counters);
                 let mut watch = Stopwatch::start();
                 guess.observe_step(component);
                 watch.mark(&mut counters.times.guess);
                 status
             }
-            None => advance(component, interval, 0, params, solver.as_mut(), &mut NoGuess, counters),
+            Line9::Solved { solver, guess: None } => {
+                advance(component, interval, 0, params, solver.as_mut(), &mut NoGuess, counters)
+            }
+            Line9::Predicted(predictor) => predictor.advance(component, interval, params, counters),
         };
     }
 }

@@ -146,7 +146,8 @@ fn distance(a: &State, b: &State) -> f64 {
 
 const SOLVE_GUESSES: [GuessKind; 5] =
     [GuessKind::Previous, GuessKind::Linear, GuessKind::Quadratic, GuessKind::Fischer(8), GuessKind::Frozen];
-const STEP_GUESSES: [GuessKind; 3] = [GuessKind::StepPrevious, GuessKind::StepLinear, GuessKind::StepQuadratic];
+const STEP_GUESSES: [GuessKind; 4] =
+    [GuessKind::StepPrevious, GuessKind::StepLinear, GuessKind::StepQuadratic, GuessKind::StepAdaptive];
 
 #[test]
 fn guesses_of_solves_save_iterations_and_leave_the_motion_alone() {
@@ -180,8 +181,30 @@ fn guesses_of_steps_save_outer_iterations_and_leave_the_motion_alone() {
     }
     let best = run(GuessKind::StepQuadratic).1;
     assert!(10 * best.iterations < 9 * plain.iterations, "{} {}", best.iterations, plain.iterations);
-    assert_eq!(GuessKind::best_for(Formulation::Newton), GuessKind::StepQuadratic);
-    assert_eq!(GuessKind::best_for(Formulation::Xpbd), GuessKind::Zero);
+}
+
+/// The parabola where it saves iterations, and next to none where there are none to save; the motion is the same.
+#[test]
+fn the_adaptive_start_follows_the_cheaper_one() {
+    let swings = rod(3.0, 30, 0.05, material(1e5, 100.0));
+    let (mut model, state) = rod(3.0, 30, 0.05, material(1e5, 100.0));
+    model.gravity.fill(0.0);
+    for (scene, pays) in [(swings, true), ((model, state), false)] {
+        let run = |guess| simulated(&scene, SolverKind::Direct, Formulation::Newton, guess, &|_| DT);
+        let [(exact, zero), (_, parabola), (end, adaptive)] =
+            [GuessKind::Zero, GuessKind::StepQuadratic, GuessKind::StepAdaptive].map(run);
+        assert!(distance(&exact, &end) < 1e-5);
+        let tried = adaptive.guesses_used + adaptive.guesses_dropped;
+        let iterations = [zero.iterations, parabola.iterations, adaptive.iterations];
+        println!("from zero, the parabola, the cheaper: {iterations:?} iterations, {tried} tried");
+        if pays {
+            assert!(parabola.iterations < zero.iterations && tried > 15, "{iterations:?}, {tried}");
+            assert!(2 * adaptive.iterations < zero.iterations + parabola.iterations, "{iterations:?}");
+        } else {
+            // Two in the beginning, and one turn of twelve steps.
+            assert_eq!((iterations, tried), ([0; 3], 4));
+        }
+    }
 }
 
 #[test]

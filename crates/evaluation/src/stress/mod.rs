@@ -7,9 +7,9 @@ mod trees;
 use std::time::Instant;
 
 use rod::{Assembly, Model, State, measure};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
-use solver::simulation::{Settings, Simulation, SimulationError};
+use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::Status;
 
 pub use contact::PILE_RODS;
@@ -31,18 +31,18 @@ pub struct Case {
 }
 
 /// A row of the table: one case in one formulation.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Name of the case.
     pub case: String,
     /// Formulation.
-    pub formulation: &'static str,
+    pub formulation: String,
     /// Number of segments.
     pub segments: usize,
     /// Number of steps asked for.
     pub steps: usize,
     /// Worst status of any step.
-    pub status: &'static str,
+    pub status: String,
     /// Whether every number of every frame is finite.
     pub finite: bool,
     /// Outer iterations per step and connected set, taken-back steps included.
@@ -76,26 +76,31 @@ pub const RELATIVE_TOLERANCE: f64 = 1e-9;
 /// Absolute tolerance of the outer iterations.
 pub const ABSOLUTE_TOLERANCE: f64 = 1e-10;
 
-/// Runs a case.
-///
-/// # Errors
-/// If the case is not valid.
-pub fn run(case: &Case, formulation: Formulation) -> Result<Row, SimulationError> {
+/// The table's settings in a formulation: direct solves to [`RELATIVE_TOLERANCE`] and [`ABSOLUTE_TOLERANCE`].
+pub fn settings(formulation: Formulation) -> Settings {
     let mut settings = Settings::default();
     settings.step.formulation = formulation;
     settings.step.relative_tolerance = RELATIVE_TOLERANCE;
     settings.step.absolute_tolerance = ABSOLUTE_TOLERANCE;
-    let mut simulation = Simulation::new(&case.model, &case.state, &settings, None)?;
+    settings
+}
+
+/// Runs a case, from a guess or from zero.
+///
+/// # Errors
+/// If the case is not valid, or the guess does not fit the settings.
+pub fn run(case: &Case, settings: &Settings, guess: Option<GuessFactory<'_>>) -> Result<Row, SimulationError> {
+    let mut simulation = Simulation::new(&case.model, &case.state, settings, guess)?;
     let mut state = case.state.clone();
     let first = measure::energy(&case.model, &state);
     let lengths = measure::rod_lengths(&case.model, &state);
     let every = case.steps.div_ceil(MEASURED_FRAMES);
     let mut row = Row {
         case: case.name.clone(),
-        formulation: formulation.name(),
+        formulation: settings.step.formulation.name().to_owned(),
         segments: case.model.segments.len(),
         steps: case.steps,
-        status: "",
+        status: String::new(),
         finite: true,
         iterations_per_step: 0.0,
         retries: 0,
@@ -127,7 +132,7 @@ pub fn run(case: &Case, formulation: Formulation) -> Result<Row, SimulationError
         row.length_drift = row.length_drift.max(drift);
     }
     let counters = simulation.counters();
-    row.status = worst.name();
+    row.status = worst.name().to_owned();
     if case.model.air.is_none() {
         row.energy_rise = Some(if highest > rounding(&case.model) { highest / at_stake } else { 0.0 });
     }

@@ -190,6 +190,8 @@ impl<T: Real> Component<T> {
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
             drag: self.drag.as_ref().map(|drag| Box::new(drag.pick(lane))),
+            solves: self.solves,
+            evaluations: self.evaluations,
             torques_wait: false,
             segments: self.segments,
             gravity: pick(self.gravity, lane),

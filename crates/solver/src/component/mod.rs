@@ -22,6 +22,7 @@ use crate::topology::Topology;
 
 pub(crate) use lanes::{copy_six, pick_six};
 pub use split::split;
+pub(crate) use split::{Alike, split_alike};
 
 /// Position and orientation of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,6 +127,10 @@ pub struct Component<T> {
     pub(crate) pushes: Vec<Six<T>>,
     /// Per body: those that all updates of this step have added, with the current arms; empty like `pushes`.
     pub(crate) pushed: Vec<Six<T>>,
+    /// Linear solves since the start, those of steps that were taken back included.
+    pub solves: u64,
+    /// Evaluations since the start, likewise.
+    pub evaluations: u64,
     /// Not 0 where a segment spins by more than half a turn in this step, a lane each.
     pub unsolved: T,
     /// Lanes that hold a set of their own; the others repeat the first.
@@ -176,6 +181,8 @@ impl<T: Real> Component<T> {
             held: vec![Vec3::zero(); bodies],
             pushes: Vec::new(),
             pushed: Vec::new(),
+            solves: 0,
+            evaluations: 0,
             unsolved: zero,
             used: sets.len().min(T::LANES),
             pulls_hold: false,

@@ -5,6 +5,13 @@ use crate::formulation::Formulation;
 use crate::kernel::lane::Real;
 use crate::system::Six;
 
+impl Component<f64> {
+    /// Whether contacts pressed on any body at the end of the last step. Known with a momentum residual alone.
+    pub(crate) fn is_pressed(&self) -> bool {
+        self.pushed.iter().any(|pushed| *pushed != Six::zero())
+    }
+}
+
 impl<T: Real> Component<T> {
     /// The corrections dp of `dlambda` alone, one entry a body: what the next update would do.
     pub(crate) fn corrections(&self, formulation: Formulation, out: &mut Vec<Six<T>>) {
@@ -39,12 +46,13 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Moves the bodies by `M^-1 pushes` at once, without an answer of the joints.
+    /// Moves the bodies by `M^-1 pushes` at once, without an answer of the joints; no update adds them again.
     pub(crate) fn push(&mut self) {
         for i in 0..self.segments {
             let correction = self.system.correction(i, self.pushes[i]);
             let Pose { x, q } = self.poses[i];
             self.poses[i] = Pose { x: x + correction.stretch, q: q.turned(correction.bend) };
         }
+        self.pushes.fill(Six::zero());
     }
 }

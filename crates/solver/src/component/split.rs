@@ -1,9 +1,49 @@
 //! Splitting a model into its connected sets of segments.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use rod::{Body, Model};
 
 use super::Members;
+use crate::simulation::GROUP;
 use crate::topology::Topology;
+
+/// Fewer sets than this do not fill a register's lanes well enough.
+const FEWEST_IN_LANES: usize = 3;
+
+/// Connected sets with the same connectivity, at most [`GROUP`] of them.
+pub(crate) struct Alike {
+    pub(crate) topology: Arc<Topology>,
+    pub(crate) sets: Vec<Members>,
+}
+
+impl Alike {
+    /// Whether they can be solved side by side, one a lane: enough of them, and none with a loop.
+    pub(crate) fn fill_lanes(&self) -> bool {
+        self.sets.len() >= FEWEST_IN_LANES && self.topology.elimination.is_some()
+    }
+}
+
+/// Splits a model into its connected sets, alike ones together, in the order in which the first of each kind comes.
+pub(crate) fn split_alike(model: &Model) -> Vec<Alike> {
+    let mut kinds: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
+    let mut by_kind: Vec<(Arc<Topology>, Vec<Members>)> = Vec::new();
+    for (members, topology) in split(model) {
+        let key = (topology.joints.clone(), topology.fixed.clone());
+        let index = *kinds.entry(key).or_insert_with(|| {
+            by_kind.push((Arc::new(topology), Vec::new()));
+            by_kind.len() - 1
+        });
+        by_kind[index].1.push(members);
+    }
+    let chunks = by_kind.into_iter().flat_map(|(topology, sets)| {
+        let chunks: Vec<Alike> =
+            sets.chunks(GROUP).map(|sets| Alike { topology: topology.clone(), sets: sets.to_vec() }).collect();
+        chunks
+    });
+    chunks.collect()
+}
 
 /// Splits a model into connected sets and gives each its connectivity.
 pub fn split(model: &Model) -> Vec<(Members, Topology)> {

@@ -5,9 +5,8 @@ use std::str::FromStr;
 
 use rod::Model;
 
-use super::{Extrapolation, Fischer, FrozenGuess, InitialGuess, StepExtrapolation};
+use super::{Extrapolation, Fischer, FrozenGuess, InitialGuess, StepAdaptive, StepExtrapolation};
 use crate::component::Members;
-use crate::formulation::Formulation;
 use crate::linear::precondition::Frozen;
 use crate::topology::Topology;
 
@@ -33,11 +32,13 @@ pub enum GuessKind {
     StepLinear,
     /// Steps at the parabola through what the last three added.
     StepQuadratic,
+    /// Steps at that parabola where it saves outer iterations, else at the prediction.
+    StepAdaptive,
 }
 
 impl GuessKind {
     /// All of them, with the default depths.
-    pub const ALL: [GuessKind; 9] = [
+    pub const ALL: [GuessKind; 10] = [
         Self::Zero,
         Self::Previous,
         Self::Linear,
@@ -47,6 +48,7 @@ impl GuessKind {
         Self::StepPrevious,
         Self::StepLinear,
         Self::StepQuadratic,
+        Self::StepAdaptive,
     ];
 
     /// Its name in files and flags, without the depth of a projection.
@@ -61,19 +63,13 @@ impl GuessKind {
             Self::StepPrevious => "step-previous",
             Self::StepLinear => "step-linear",
             Self::StepQuadratic => "step-quadratic",
+            Self::StepAdaptive => "step-adaptive",
         }
     }
 
     /// Whether it starts whole steps, which formulation `newton` alone can use.
     pub fn helps_steps(self) -> bool {
-        matches!(self, Self::StepPrevious | Self::StepLinear | Self::StepQuadratic)
-    }
-
-    /// What serves a formulation best, rod by rod: `newton` needs about two thirds of the outer iterations from the
-    /// parabola (to 1e-6: 1.6 for 2.4 on a slack rod, 4.0 for 6.1 on a soft helix); the others solve directly, where a
-    /// start is no use. Rods alike enough to be stepped in groups are better off without a guess.
-    pub fn best_for(formulation: Formulation) -> Self {
-        if formulation.momentum() { Self::StepQuadratic } else { Self::Zero }
+        matches!(self, Self::StepPrevious | Self::StepLinear | Self::StepQuadratic | Self::StepAdaptive)
     }
 
     /// Sets the guess up for one connected set of segments; `None` for a zero start.
@@ -89,6 +85,7 @@ impl GuessKind {
             Self::StepPrevious => Box::new(StepExtrapolation::new(0, bodies, joints)),
             Self::StepLinear => Box::new(StepExtrapolation::new(1, bodies, joints)),
             Self::StepQuadratic => Box::new(StepExtrapolation::new(2, bodies, joints)),
+            Self::StepAdaptive => Box::new(StepAdaptive::new(bodies, joints)),
         })
     }
 }

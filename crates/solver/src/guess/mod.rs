@@ -5,6 +5,7 @@
 //! from it. The start of a *whole step* is where the outer iteration begins (p0, lambda0); only a formulation with a
 //! momentum residual corrects it, so it is not offered elsewhere.
 
+mod adaptive;
 mod extrapolate;
 mod fischer;
 mod frozen;
@@ -15,6 +16,7 @@ mod step;
 use crate::component::{Component, Pose};
 use crate::system::{Six, System};
 
+pub use adaptive::StepAdaptive;
 pub use extrapolate::Extrapolation;
 pub use fischer::Fischer;
 pub use frozen::FrozenGuess;

@@ -33,6 +33,17 @@ impl StepExtrapolation {
         let values = vec![Six::zero(); size];
         Self { order, ring: Ring::new(size, order + 1), values, steps: 0, attempts: 0 }
     }
+
+    /// Lets a step pass that no start will follow soon enough to need it.
+    pub(crate) fn pass_step(&mut self) {
+        self.steps += 1;
+        self.attempts = 0;
+    }
+
+    /// Counts an attempt at a step that begins elsewhere.
+    pub(crate) fn stand_back(&mut self) {
+        self.attempts += 1;
+    }
 }
 
 impl InitialGuess for StepExtrapolation {

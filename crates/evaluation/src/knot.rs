@@ -50,6 +50,9 @@ fn closed(nodes: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 /// It is a minor of the matrix of Fox's colourings: one arc from each passage below to the next, and at each crossing
 /// twice the colour of the arc above is the sum of those below.
 pub fn determinant(nodes: &[Vector3<f64>]) -> f64 {
+    if nodes.len() < 3 {
+        return 1.0;
+    }
     let crossings = crossings(&closed(nodes));
     let n = crossings.len();
     if n < 2 {

@@ -1,0 +1,176 @@
+//! What is measured, cell by cell: kept in files, so that a report that was cut off goes on.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::Result;
+use export::Results;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use terminal::Progress;
+
+use crate::context::Context;
+
+/// Version of what a cell means; older ones are measured anew.
+const SCHEMA_VERSION: u32 = 1;
+
+/// A section of the report: what is measured for it, and how it is shown.
+pub(crate) trait Section {
+    /// All that a cell depends on, beside the program and the networks.
+    type Key: Serialize + DeserializeOwned;
+    /// What is measured.
+    type Value: Serialize + DeserializeOwned;
+    /// Its anchor in the page, and the name of its folder.
+    const ID: &'static str;
+
+    /// The cells, in the order in which they are measured.
+    fn keys(&self, context: &Context) -> Result<Vec<Self::Key>>;
+
+    /// How long a cell takes, about [s]: for the estimate of the time left.
+    fn seconds(&self, key: &Self::Key) -> f64;
+
+    /// Measures a cell. `go_on` says now and then whether to go on; `None` if not.
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &Self::Key,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Self::Value>>;
+
+    /// The section of the page.
+    fn show(&self, context: &Context, cells: &[(&Self::Key, &Self::Value)]) -> Result<report::Section>;
+
+    /// What we measure where the paper says a number, by the names of [`evaluation::paper::claims`].
+    fn claims(&self, _: &Context, _: &[(&Self::Key, &Self::Value)]) -> Result<BTreeMap<String, String>> {
+        Ok(BTreeMap::new())
+    }
+}
+
+/// What a file is named by.
+#[derive(Serialize, Deserialize)]
+struct FullKey<K> {
+    section: String,
+    /// Of all networks' weights.
+    networks_blake3: String,
+    cell: K,
+}
+
+/// What stands in a file.
+#[derive(Serialize, Deserialize)]
+struct Record<V> {
+    machine: String,
+    /// Of the program's source.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    revision: Option<String>,
+    /// How long it took.
+    seconds: f64,
+    value: V,
+}
+
+/// Where the cells of all sections were measured.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Provenance {
+    pub(crate) machines: Vec<String>,
+    pub(crate) revisions: Vec<String>,
+    /// Time of all measurements [s].
+    pub(crate) seconds: f64,
+}
+
+/// A section with its cells, whatever they are made of.
+pub(crate) trait Job {
+    /// Reads what was measured before. Returns how long the rest takes, about [s].
+    fn prepare(&mut self, context: &Context) -> Result<f64>;
+    /// Measures the rest. Returns whether it was not interrupted.
+    fn run(&mut self, context: &Context, progress: &Progress) -> Result<bool>;
+    /// The section of the page.
+    fn show(&self, context: &Context) -> Result<report::Section>;
+    /// What we measure where the paper says a number.
+    fn claims(&self, context: &Context) -> Result<BTreeMap<String, String>>;
+    /// Adds where its cells were measured.
+    fn add_to(&self, provenance: &mut Provenance);
+}
+
+/// A [`Job`] of a [`Section`].
+pub(crate) struct Cells<S: Section> {
+    section: S,
+    cells: Vec<Cell<S>>,
+}
+
+struct Cell<S: Section> {
+    key: FullKey<S::Key>,
+    record: Option<Record<S::Value>>,
+}
+
+impl<S: Section> Cells<S> {
+    pub(crate) fn new(section: S) -> Self {
+        Self { section, cells: Vec::new() }
+    }
+
+    fn measured(&self) -> Vec<(&S::Key, &S::Value)> {
+        self.cells.iter().filter_map(|cell| Some((&cell.key.cell, &cell.record.as_ref()?.value))).collect()
+    }
+}
+
+impl<S: Section> Job for Cells<S> {
+    fn prepare(&mut self, context: &Context) -> Result<f64> {
+        let results = results::<S>(&context.cells);
+        let mut rest = 0.0;
+        for cell in self.section.keys(context)? {
+            let networks_blake3 = context.library.networks_blake3().to_owned();
+            let key = FullKey { section: S::ID.to_owned(), networks_blake3, cell };
+            let record = results.get(&key)?;
+            if record.is_none() {
+                rest += self.section.seconds(&key.cell);
+            }
+            self.cells.push(Cell { key, record });
+        }
+        Ok(rest)
+    }
+
+    fn run(&mut self, context: &Context, progress: &Progress) -> Result<bool> {
+        let Self { section, cells } = self;
+        let results = results::<S>(&context.cells);
+        for Cell { key, record } in cells.iter_mut().filter(|cell| cell.record.is_none()) {
+            let begin = Instant::now();
+            let mut go_on = || !progress.stopped();
+            let value = if go_on() { section.measure(context, &key.cell, &mut go_on)? } else { None };
+            let Some(value) = value else { return Ok(false) };
+            let (machine, revision) = (context.machine.clone(), context.revision.clone());
+            let record = record.insert(Record { machine, revision, seconds: begin.elapsed().as_secs_f64(), value });
+            results.put(key, record)?;
+            progress.advance_by(ticks(section.seconds(&key.cell)));
+        }
+        Ok(true)
+    }
+
+    fn show(&self, context: &Context) -> Result<report::Section> {
+        self.section.show(context, &self.measured())
+    }
+
+    fn claims(&self, context: &Context) -> Result<BTreeMap<String, String>> {
+        self.section.claims(context, &self.measured())
+    }
+
+    fn add_to(&self, provenance: &mut Provenance) {
+        for record in self.cells.iter().filter_map(|cell| cell.record.as_ref()) {
+            if !provenance.machines.contains(&record.machine) {
+                provenance.machines.push(record.machine.clone());
+            }
+            let revision = record.revision.as_deref().unwrap_or("unknown");
+            if !provenance.revisions.iter().any(|known| known == revision) {
+                provenance.revisions.push(revision.to_owned());
+            }
+            provenance.seconds += record.seconds;
+        }
+    }
+}
+
+fn results<S: Section>(directory: &Path) -> Results<FullKey<S::Key>, Record<S::Value>> {
+    Results::new(directory.join(S::ID), SCHEMA_VERSION)
+}
+
+/// Seconds as ticks of the progress bar.
+pub(crate) fn ticks(seconds: f64) -> usize {
+    (1e3 * seconds) as usize
+}

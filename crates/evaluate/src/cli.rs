@@ -1,0 +1,56 @@
+//! Flags and subcommands.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::sections::Name;
+
+/// Measures solvers, guesses and networks, and makes a report of it: one HTML page and its numbers as CSV files.
+#[derive(Debug, Parser)]
+#[command(version)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Measure whatever is not measured yet, and write the report.
+    Report(ReportArgs),
+    /// Look for faults in a report: broken links, figures without conditions or numbers.
+    Check(CheckArgs),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ReportArgs {
+    /// Fewer scenes, simulations and steps: done in under ten minutes on two cores. The full report takes an hour or two;
+    /// it may be interrupted, and goes on where it stopped.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Folder of the report: index.html, csv/ and svg/.
+    #[arg(long, default_value = "report", value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Only these sections.
+    #[arg(long, value_delimiter = ',', value_name = "SECTIONS", value_enum)]
+    pub(crate) only: Vec<Name>,
+    /// Folder of what was measured so far, a file a cell; delete it to measure anew.
+    #[arg(long, default_value = "data/report", value_name = "DIR")]
+    pub(crate) cells: PathBuf,
+    /// Folder of the data sets that nearest neighbours look into; generated on first use.
+    #[arg(long, default_value = "data", value_name = "DIR")]
+    pub(crate) data: PathBuf,
+    /// Summary of the ablation sweep, which `train sweep merge` writes.
+    #[arg(long, default_value = "data/sweep.toml", value_name = "FILE")]
+    pub(crate) sweep: PathBuf,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CheckArgs {
+    /// Folder of the report.
+    #[arg(default_value = "report", value_name = "DIR")]
+    pub(crate) report: PathBuf,
+}

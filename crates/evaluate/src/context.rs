@@ -1,0 +1,46 @@
+//! What all sections share.
+
+use std::path::PathBuf;
+
+use report::Conditions;
+
+use crate::library::Library;
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Size {
+    /// Done in minutes.
+    Quick,
+    /// The report's.
+    Full,
+}
+
+impl Size {
+    /// The first of the two for a quick report, the second for a full one.
+    pub(crate) fn pick<T>(self, quick: T, full: T) -> T {
+        match self {
+            Self::Quick => quick,
+            Self::Full => full,
+        }
+    }
+}
+
+/// What all sections share.
+pub(crate) struct Context {
+    pub(crate) size: Size,
+    /// Folder of the cells.
+    pub(crate) cells: PathBuf,
+    /// Summary of the sweep.
+    pub(crate) sweep: PathBuf,
+    pub(crate) library: Library,
+    pub(crate) machine: String,
+    pub(crate) revision: Option<String>,
+}
+
+impl Context {
+    /// Conditions that begin with what a time includes, to which a section adds its own.
+    pub(crate) fn conditions(&self, time: &str) -> Conditions {
+        let conditions = Conditions::new("time", time).with("machine", &self.machine).with("threads", "1");
+        conditions.with("networks", &self.library.networks_blake3()[..12])
+    }
+}

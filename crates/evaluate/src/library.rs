@@ -1,0 +1,94 @@
+//! The guesses of all scenarios, loaded when they are first asked for.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use anyhow::Result;
+use catalogue::{Guess, GuessName, LearnedName, Origin, Recipe, Sources, Training, built_in, fitting};
+use dataset::Scenario;
+use scene::Scene;
+
+/// Guesses with what they have learned, by name.
+pub(crate) type Guesses = Vec<(GuessName, Guess)>;
+
+/// Guesses that are loaded.
+type Loaded = ((Scenario, Learned), Rc<Guesses>);
+
+/// Which learned guesses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Learned {
+    /// Networks, which are part of the program.
+    Networks,
+    /// Nearest neighbours, whose data set is generated on first use, and networks.
+    All,
+}
+
+/// All learned guesses.
+pub(crate) struct Library {
+    /// Folder of the data sets.
+    data: PathBuf,
+    networks_blake3: String,
+    loaded: RefCell<Vec<Loaded>>,
+}
+
+impl Library {
+    pub(crate) fn new(data: &Path) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        for (name, weights) in built_in() {
+            hasher.update(name.as_bytes()).update(blake3::hash(weights).as_bytes());
+        }
+        let networks_blake3 = hasher.finalize().to_hex().to_string();
+        Self { data: data.to_owned(), networks_blake3, loaded: RefCell::default() }
+    }
+
+    /// Hash of all networks.
+    pub(crate) fn networks_blake3(&self) -> &str {
+        &self.networks_blake3
+    }
+
+    /// The networks in words and by their hashes, for the page.
+    pub(crate) fn origins(&self) -> Result<Vec<(String, Origin)>> {
+        let mut origins = Vec::new();
+        for scenario in Scenario::ALL {
+            for (name, guess) in self.guesses(scenario, Learned::Networks)?.iter() {
+                origins.extend(guess.origin().map(|origin| (format!("{scenario}, {name}"), origin.clone())));
+            }
+        }
+        Ok(origins)
+    }
+
+    /// The learned guesses of a scenario; of networks, those that there are.
+    pub(crate) fn guesses(&self, scenario: Scenario, which: Learned) -> Result<Rc<Guesses>> {
+        let known = |loaded: &[Loaded]| {
+            loaded.iter().find(|(of, _)| *of == (scenario, which)).map(|(_, guesses)| guesses.clone())
+        };
+        if let Some(guesses) = known(&self.loaded.borrow()) {
+            return Ok(guesses);
+        }
+        let mut names = networks_of(scenario);
+        let mut sources = Sources::default();
+        if which == Learned::All {
+            names.insert(0, GuessName::Learned(LearnedName::Knn));
+            sources.data = Some(self.data.clone());
+        }
+        let training = Training::of(&sources, &names, &[scenario], true)?.remove(0);
+        let guesses = Rc::new(catalogue::load(names, &training)?);
+        self.loaded.borrow_mut().push(((scenario, which), guesses.clone()));
+        Ok(guesses)
+    }
+
+    /// The learned guesses that fit a scene best.
+    pub(crate) fn for_scene(&self, scene: &Scene, which: Learned) -> Result<Rc<Guesses>> {
+        self.guesses(fitting(scene), which)
+    }
+}
+
+/// Names of a scenario's networks, as far as there are some.
+fn networks_of(scenario: Scenario) -> Vec<GuessName> {
+    let is_there = |recipe: &Recipe| {
+        let name = format!("{scenario}-{}", recipe.name());
+        built_in().any(|(built_in, _)| built_in == name)
+    };
+    Recipe::ALL.into_iter().filter(is_there).map(|recipe| GuessName::Learned(LearnedName::Network(recipe))).collect()
+}

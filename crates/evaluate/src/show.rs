@@ -1,0 +1,32 @@
+//! Numbers as text, the same way in all sections.
+
+use evaluation::guesses::Spread;
+use report::{NumberFormat, Point, Series};
+
+/// A number with three digits.
+pub(crate) fn number(value: f64) -> String {
+    NumberFormat::Significant(3).format(value)
+}
+
+/// A median with its quartiles; a dash where nothing was measured.
+pub(crate) fn spread(value: Option<&Spread>, scale: f64) -> String {
+    value.map_or("-".to_owned(), |Spread { lower, median, upper, .. }| {
+        let [lower, median, upper] = [lower, median, upper].map(|x| number(x * scale));
+        format!("{median} ({lower} to {upper})")
+    })
+}
+
+/// A share as per cent.
+pub(crate) fn per_cent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// A curve of medians with a band of quartiles.
+pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, Option<Spread>)>, scale: f64) -> Series {
+    let point = |(x, spread): (f64, Option<Spread>)| {
+        let spread = spread?;
+        let band = Some([spread.lower * scale, spread.upper * scale]);
+        Some(Point { x, y: spread.median * scale, band, ..Point::default() })
+    };
+    Series::new(name, values.filter_map(point))
+}

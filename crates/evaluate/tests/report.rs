@@ -1,0 +1,115 @@
+//! The report as a user makes it: one section of it, small.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+/// Runs `evaluate` with these arguments in a folder.
+fn evaluate(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_evaluate")).args(arguments).current_dir(folder).output().expect("the program runs")
+}
+
+/// The smallest report with measured numbers.
+const NEEDS: [&str; 5] = ["report", "--quick", "--only", "needs", "--quiet"];
+
+fn error(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+fn make(folder: &Path) -> String {
+    let output = evaluate(folder, &NEEDS);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    fs::read_to_string(folder.join("report/index.html")).expect("a page")
+}
+
+/// Lines of a table's file without the columns whose names begin with "time".
+fn without_times(folder: &Path, table: &str) -> Vec<Vec<String>> {
+    let text = fs::read_to_string(folder.join("report/csv").join(table)).expect("a table");
+    let mut lines = csv::ReaderBuilder::new().has_headers(false).from_reader(text.as_bytes()).into_records();
+    let head = lines.next().expect("a head").expect("a record");
+    let kept: Vec<usize> = (0..head.len()).filter(|&k| !head[k].starts_with("time")).collect();
+    let line = |record: csv::StringRecord| kept.iter().map(|&k| record[k].to_owned()).collect();
+    lines.map(|record| line(record.expect("a record"))).collect()
+}
+
+#[test]
+fn a_report_is_whole_names_its_conditions_and_is_kept() {
+    let folder = TempDir::new().expect("a folder");
+    let page = make(folder.path());
+    for condition in ["machine", "revision", "threads", "networks", "weights BLAKE3", "steps"] {
+        assert!(page.contains(condition), "no {condition}");
+    }
+    let checked = evaluate(folder.path(), &["check"]);
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    // Nothing is measured twice: the same bytes, times and all.
+    assert_eq!(make(folder.path()), page);
+    // Measured anew, all but times is the same.
+    let again = TempDir::new().expect("a folder");
+    make(again.path());
+    for table in ["needs-choices.csv", "needs-left-out.csv"] {
+        let first = without_times(folder.path(), table);
+        assert!(first.len() > 10);
+        assert_eq!(first, without_times(again.path(), table));
+    }
+}
+
+#[test]
+fn faults_of_a_report_are_found() {
+    let folder = TempDir::new().expect("a folder");
+    make(folder.path());
+    fs::remove_file(folder.path().join("report/csv/needs-choices.csv")).expect("a file");
+    let checked = evaluate(folder.path(), &["check"]);
+    assert_eq!(checked.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&checked.stderr).contains("needs-choices.csv"));
+    let nowhere = error(&evaluate(folder.path(), &["check", "nowhere"]));
+    assert!(nowhere.contains("nowhere"), "{nowhere}");
+}
+
+#[test]
+fn damaged_results_and_wrong_flags_are_one_error() {
+    let folder = TempDir::new().expect("a folder");
+    make(folder.path());
+    let cells = folder.path().join("data/report/needs");
+    let cell = fs::read_dir(cells).expect("cells").next().expect("a cell").expect("an entry").path();
+    let text = fs::read_to_string(&cell).expect("text");
+    fs::write(&cell, text.replace("segments = ", "segments = 1")).expect("written");
+    let message = error(&evaluate(folder.path(), &NEEDS));
+    let name = cell.file_name().expect("a name").to_string_lossy().into_owned();
+    assert!(
+        message.contains(&name) && message.contains("checksum") && message.starts_with("error: --cells"),
+        "{message}"
+    );
+    let message = error(&evaluate(folder.path(), &["report", "--only", "nothing"]));
+    assert!(message.contains("nothing") && message.contains("needs"), "{message}");
+    fs::write(folder.path().join("file"), "").expect("written");
+    let message = error(&evaluate(folder.path(), &["report", "--quick", "--only", "ablation", "--out", "file/report"]));
+    assert!(message.contains("--out"), "{message}");
+}
+
+/// Whatever was measured before Ctrl-C is there for the next run.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_report_goes_on() {
+    let folder = TempDir::new().expect("a folder");
+    let arguments = ["report", "--quick", "--only", "performance", "--quiet"];
+    let cells = || fs::read_dir(folder.path().join("data/report/performance")).map_or(0, Iterator::count);
+    let mut first = Command::new(env!("CARGO_BIN_EXE_evaluate"))
+        .args(arguments)
+        .current_dir(folder.path())
+        .spawn()
+        .expect("the program runs");
+    while cells() < 3 {
+        assert!(first.try_wait().expect("a child").is_none(), "it ended before it was interrupted");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let killed = Command::new("kill").args(["-INT", &first.id().to_string()]).status().expect("kill starts");
+    assert!(killed.success());
+    assert_eq!(first.wait().expect("a child").code(), Some(130));
+    let kept = cells();
+    assert!(kept >= 3 && !folder.path().join("report").exists());
+    assert!(evaluate(folder.path(), &arguments).status.success());
+    assert!(cells() > kept && folder.path().join("report/index.html").exists());
+}

@@ -1,0 +1,379 @@
+//! The ablation sweep: what networks of other sizes are worth after equal budgets of training (paper, supplement,
+//! section "Architecture" and Fig. 11).
+//!
+//! These are its numbers, as they stand in files; the program `train` makes them.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::guesses::Spread;
+use crate::starts::{Measured, Plan};
+
+/// Version of [`Key`], [`Outcome`], [`Sweep`] and [`Summary`] in files.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// File of a sweep's folder that says what its cells are: a sealed [`Sweep`].
+pub const SWEEP: &str = "sweep.toml";
+/// Folder of a sweep's folder with an [`Outcome`] for each cell that is done, in files named by their [`Key`]s.
+pub const CELLS: &str = "cells";
+/// File with all cells together: a sealed [`Summary`].
+pub const SUMMARY: &str = "summary.toml";
+
+/// Sizes that are varied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Architecture {
+    /// GN blocks M.
+    pub gn_blocks: u16,
+    /// Linear layers of every perceptron.
+    pub mlp_layers: u16,
+    /// Latent size l.
+    pub width: u16,
+}
+
+impl Architecture {
+    /// The paper's benchmark architecture.
+    pub const BENCHMARK: Self = Self { gn_blocks: 3, mlp_layers: 2, width: 32 };
+}
+
+impl fmt::Display for Architecture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} GN blocks, {} layers, width {}", self.gn_blocks, self.mlp_layers, self.width)
+    }
+}
+
+/// Which architectures: GN blocks x width at the benchmark's layers, and layers at the benchmark.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// GN blocks, each with each width.
+    pub gn_blocks: Vec<u16>,
+    /// Widths.
+    pub widths: Vec<u16>,
+    /// Layers, at the benchmark.
+    pub mlp_layers: Vec<u16>,
+    /// The architecture around which one varies.
+    pub benchmark: Architecture,
+}
+
+impl Grid {
+    /// Each architecture once.
+    pub fn architectures(&self) -> Vec<Architecture> {
+        let benchmark = self.benchmark;
+        let of =
+            |&gn_blocks: &u16| self.widths.iter().map(move |&width| Architecture { gn_blocks, width, ..benchmark });
+        let mut all: Vec<Architecture> = self.gn_blocks.iter().flat_map(of).collect();
+        for &mlp_layers in &self.mlp_layers {
+            let own = Architecture { mlp_layers, ..benchmark };
+            if !all.contains(&own) {
+                all.push(own);
+            }
+        }
+        all
+    }
+}
+
+/// Scenes of one kind, and the data set of them that is learned from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// Kind of scenes.
+    pub scenario: String,
+    /// BLAKE3 hash of the hashes of the data set's files.
+    pub data_blake3: String,
+    /// Samples that are learned from.
+    pub samples: u64,
+    /// Nodes of all of them: one epoch visits so many.
+    pub nodes: u64,
+}
+
+/// How every network is trained.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// Recipe, which stands for the following where they are not given.
+    pub recipe: String,
+    /// Inputs.
+    pub features: String,
+    /// Outputs.
+    pub head: String,
+    /// Loss.
+    pub loss: String,
+    /// Scans along the rod in each block.
+    pub scans: usize,
+    /// Times through the samples.
+    pub epochs: u64,
+    /// Samples in a batch.
+    pub batch: usize,
+    /// Step size of Adam.
+    pub learning_rate: f64,
+    /// How the step size goes on.
+    pub schedule: String,
+    /// Epochs between two measurements on validation scenes, of which the best weights are kept.
+    pub measure_every: u64,
+    /// Validation scenes.
+    pub validation_scenes: usize,
+    /// What computed the tensors.
+    pub backend: String,
+}
+
+/// What the networks are measured on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Test {
+    /// Seed of the scenes, none of which is in the data sets.
+    pub seed: u64,
+    /// Simulations.
+    pub simulations: u64,
+    /// Steps of each.
+    pub steps: usize,
+}
+
+/// A whole sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sweep {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Seeds of the networks.
+    pub seeds: Vec<u64>,
+    /// The architectures.
+    pub grid: Grid,
+    /// Training.
+    pub budget: Budget,
+    /// Measurement.
+    pub test: Test,
+    /// The kinds of scenes.
+    pub sources: Vec<Source>,
+}
+
+/// A cell of a sweep: all that its outcome depends on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Key {
+    /// Seed of the parameters and of the samples' order.
+    pub seed: u64,
+    /// The network's sizes.
+    pub architecture: Architecture,
+    /// Training.
+    pub budget: Budget,
+    /// Measurement.
+    pub test: Test,
+    /// Scenes and data.
+    pub source: Source,
+}
+
+impl Sweep {
+    /// All cells: by seed, then kind of scenes, then cost, the most expensive first.
+    pub fn keys(&self) -> Vec<Key> {
+        let mut keys = Vec::new();
+        for &seed in &self.seeds {
+            for source in &self.sources {
+                let key = |architecture| Key {
+                    seed,
+                    architecture,
+                    budget: self.budget.clone(),
+                    test: self.test,
+                    source: source.clone(),
+                };
+                let mut own: Vec<Key> = self.grid.architectures().into_iter().map(key).collect();
+                own.sort_by(|a, b| b.cost().total_cmp(&a.cost()));
+                keys.extend(own);
+            }
+        }
+        keys
+    }
+}
+
+impl Key {
+    /// Nodes that the training visits.
+    pub fn node_visits(&self) -> u64 {
+        self.source.nodes * self.budget.epochs
+    }
+
+    /// What the training takes beside other cells of the sweep, about: multiplications, and overheads of each layer.
+    pub fn cost(&self) -> f64 {
+        /// Overhead of a layer for one node, in multiplications; measured for rods with the backend flex.
+        const OVERHEAD: f64 = 1500.0;
+        let Architecture { gn_blocks, mlp_layers, width } = self.architecture;
+        let [blocks, layers, width] = [gn_blocks, mlp_layers, width].map(f64::from);
+        // A block's two perceptrons take three times the width; encoder and decoder are like half a block each.
+        let per_block = 2.0 * width * width * (layers + 2.0) + 2.0 * layers * OVERHEAD;
+        self.node_visits() as f64 * (blocks + 1.0) * per_block
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}, seed {}", self.source.scenario, self.architecture, self.seed)
+    }
+}
+
+/// A guess with one preconditioner and tolerance, in later steps, over the simulations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// [`FREE`] or [`PLANAR`].
+    pub guess: String,
+    /// Preconditioner of conjugate gradients.
+    pub preconditioner: String,
+    /// Tolerance, relative to the right-hand side.
+    pub tolerance: f64,
+    /// Solves of all simulations.
+    pub solves: u64,
+    /// Those whose start was dropped.
+    pub dropped: u64,
+    /// Iterations relative to the zero start's.
+    pub iteration_ratio: Option<Spread>,
+    /// Time of the zero start's solve over that of the guess and its solve.
+    pub speed_up: Option<Spread>,
+    /// Time of the zero start's solve [us].
+    pub zero_us: Option<Spread>,
+    /// Time of the guess, features and network, for one solve [us].
+    pub inference_us: Option<Spread>,
+}
+
+/// Name of the network's guess as it is.
+pub const FREE: &str = "free";
+/// Name of the network's guess restricted to the plane that the scene stays in.
+pub const PLANAR: &str = "planar";
+
+/// What came of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Outcome {
+    /// Parameters of the network.
+    pub parameters: usize,
+    /// BLAKE3 hash of its weights' file.
+    pub weights_blake3: String,
+    /// Epochs after which the weights were the best on validation scenes: these were measured.
+    pub best_epoch: u64,
+    /// Mean loss since the measurement before the end.
+    pub final_loss: f64,
+    /// Nodes visited in training.
+    pub node_visits: u64,
+    /// Time of the training, measurements on validation scenes included [s].
+    pub training_s: f64,
+    /// Time of the measurement on held-out scenes [s].
+    pub measuring_s: f64,
+    /// Processor and cores.
+    pub machine: String,
+    /// Threads.
+    pub threads: usize,
+    /// Version of the program.
+    pub program_version: String,
+    /// Revision of its source, where it was found.
+    pub git_revision: Option<String>,
+    /// One for each guess, preconditioner and tolerance.
+    pub rows: Vec<Row>,
+}
+
+/// A cell that is done.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// Kind of scenes.
+    pub scenario: String,
+    /// The network's sizes.
+    pub architecture: Architecture,
+    /// Its seed.
+    pub seed: u64,
+    /// What came of it.
+    pub outcome: Outcome,
+}
+
+/// All cells of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Summary {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Cells that are missing, in words.
+    pub lost: Vec<String>,
+    /// What was swept.
+    pub sweep: Sweep,
+    /// Those that are there, in the order of [`Sweep::keys`].
+    pub cells: Vec<Cell>,
+}
+
+/// Place of the later steps among [`crate::guesses::buckets`].
+const LATER: usize = 4;
+
+/// The steps that are measured: of [`crate::guesses::buckets`] the later ones alone.
+pub fn buckets(steps: usize) -> Vec<Option<usize>> {
+    crate::guesses::buckets(steps).into_iter().map(|bucket| bucket.filter(|&bucket| bucket == LATER)).collect()
+}
+
+/// One row for each guess but the first, which must be the zero start, and for each column of the plan.
+pub fn rows(plan: &Plan<'_>, simulations: &[Measured]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (g, (guess, _)) in plan.guesses.iter().enumerate().skip(1) {
+        for (column, (preconditioner, tolerance)) in plan.columns().enumerate() {
+            let own = || simulations.iter().map(move |measured| measured.tally(LATER, g, column));
+            let pairs = || simulations.iter().map(move |measured| measured.tally(LATER, 0, column)).zip(own());
+            let per_solve = |seconds: f64, solves: u64| 1e6 * seconds / solves as f64;
+            rows.push(Row {
+                guess: guess.clone(),
+                preconditioner: preconditioner.name().to_owned(),
+                tolerance,
+                solves: own().map(|own| own.solves).sum(),
+                dropped: own().map(|own| own.dropped).sum(),
+                iteration_ratio: Spread::of(pairs().map(|(zero, own)| own.iterations as f64 / zero.iterations as f64)),
+                speed_up: Spread::of(pairs().map(|(zero, own)| zero.solve_s / (own.guess_s + own.solve_s))),
+                zero_us: Spread::of(pairs().map(|(zero, _)| per_solve(zero.solve_s, zero.solves))),
+                inference_us: Spread::of(own().map(|own| per_solve(own.guess_s, own.solves))),
+            });
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use solver::guess::GuessKind;
+    use solver::linear::precondition::PreconditionerKind;
+    use solver::simulation::{GuessFactory, Settings};
+
+    use super::*;
+    use crate::guesses;
+
+    #[test]
+    fn rows_say_of_later_steps_what_the_table_of_guesses_says() {
+        let mut assembly = rod::Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        let nodes = rod::shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 12);
+        let material = rod::Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let rod = assembly.rod(&rod::RodSpec::new(nodes, 0.05, material));
+        assembly.fix(rod.start);
+        let (model, state) = assembly.finish();
+        let fischer = |model: &_, members: &_, topology: &_| GuessKind::Fischer(8).build(model, members, topology);
+        let plan = Plan {
+            guesses: vec![("zero".to_owned(), None), (FREE.to_owned(), Some(&fischer as GuessFactory<'_>))],
+            preconditioners: vec![PreconditionerKind::Raw, PreconditionerKind::BlockJacobi],
+            tolerances: vec![1e-2, 1e-4],
+            max_iterations: None,
+            buckets: buckets(30),
+        };
+        let measured = guesses::measure(&model, &state, 0.02, &Settings::default(), &plan, || true).unwrap();
+        let rows = rows(&plan, std::slice::from_ref(&measured));
+        assert_eq!(rows.len(), 4);
+        let table = guesses::table(&plan, &[measured]);
+        for row in rows {
+            let is_own = |cell: &&guesses::Cell| {
+                cell.bucket == "later steps"
+                    && (cell.preconditioner, cell.tolerance) == (row.preconditioner.as_str(), row.tolerance)
+            };
+            let [zero, own] =
+                ["zero", FREE].map(|name| table.iter().filter(is_own).find(|cell| cell.guess == name).unwrap());
+            // Steps 15, 20, 25 and 30.
+            assert_eq!((row.solves, own.solves, row.dropped), (4, 4, own.dropped));
+            assert_eq!(row.iteration_ratio, own.iteration_ratio);
+            assert!(row.iteration_ratio.unwrap().median < 1.0);
+            assert_eq!(row.zero_us, zero.time_us);
+            let median = |spread: Option<Spread>| spread.unwrap().median;
+            assert!((median(row.speed_up) * median(own.time_ratio) - 1.0).abs() < 1e-12);
+            assert!(median(row.inference_us) > 0.0 && median(row.inference_us) < median(own.time_us));
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! What a scene needs: the cost of each stage, and what is left out because the scene has no use for it.
+
+use rod::{Model, State};
+use serde::{Deserialize, Serialize};
+use solver::auto;
+use solver::component::{Members, split};
+use solver::formulation::Formulation;
+use solver::guess::GuessKind;
+use solver::linear::solvers::SolverKind;
+use solver::simulation::{Settings, Simulation, SimulationError};
+use solver::step::{Status, StepParams};
+use solver::topology::Topology;
+
+use crate::compare::{between, median};
+use crate::work::Work;
+
+/// What a scene needs of the solver that is chosen for it ([`auto::choose`]).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Needs {
+    /// Formulation.
+    pub formulation: String,
+    /// Linear solver.
+    pub solver: String,
+    /// Start of steps.
+    pub guess: String,
+    /// Why that solver and that start.
+    pub reason: String,
+    /// Number of segments.
+    pub segments: usize,
+    /// Number of joints.
+    pub joints: usize,
+    /// Number of connected sets of segments.
+    pub sets: usize,
+    /// Number of those that move in the lanes of vector registers.
+    pub sets_in_lanes: usize,
+    /// Threads that share the steps.
+    pub threads: usize,
+    /// Steps done.
+    pub steps: usize,
+    /// Time step [s].
+    pub dt_s: f64,
+    /// Worst status of any step.
+    pub status: String,
+    /// Median wall time of each stage of a step.
+    pub median_us: Stages,
+    /// What was done in all steps.
+    pub work: Work,
+    /// What the scene does not need.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Wall time of each stage of a step [us], summed over threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stages {
+    /// Wind and drag.
+    pub drag: f64,
+    /// Prediction and velocities.
+    pub predict: f64,
+    /// Starts, what they learn included.
+    pub guess: f64,
+    /// Constraints, residuals, Jacobians, mass matrices.
+    pub assemble: f64,
+    /// Linear solves.
+    pub solve: f64,
+    /// Update of multipliers and poses.
+    pub update: f64,
+    /// Contacts.
+    pub contact: f64,
+    /// All of them; its median is not the sum of theirs.
+    pub total: f64,
+}
+
+/// Something that a scene does not need.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// What.
+    pub what: String,
+    /// Why.
+    pub why: String,
+    /// How often it was done all the same; anything but 0 is a mistake of the solver.
+    pub count: u64,
+}
+
+/// Runs `steps` steps of `dt` [s] and says what they needed. After each step `progress(step)` says whether to go on.
+///
+/// # Errors
+/// If model, state, time step or `params` do not fit together.
+pub fn measure(
+    model: &Model,
+    state: &State,
+    (dt, steps): (f64, usize),
+    params: &StepParams,
+    mut progress: impl FnMut(usize) -> bool,
+) -> Result<Needs, SimulationError> {
+    let choice = auto::choose(model, params, None);
+    let settings = Settings { step: *params, solver: choice.solver };
+    let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);
+    let mut simulation = Simulation::new(model, state, &settings, Some(&build))?;
+    let (mut costs, mut status) = (Vec::with_capacity(steps), Status::Converged);
+    while costs.len() < steps {
+        let before = simulation.counters();
+        status = status.max(simulation.step(dt)?.status);
+        costs.push(between(&before, &simulation.counters()));
+        if !progress(costs.len()) {
+            break;
+        }
+    }
+    let of = |stage: usize| median(costs.iter().map(|costs| costs[stage]).collect());
+    let [drag, predict, guess, assemble, solve, update, contact, total] = std::array::from_fn(of);
+    let work = Work::from(&simulation.counters());
+    let mut needs = Needs {
+        formulation: params.formulation.to_string(),
+        solver: choice.solver.to_string(),
+        guess: choice.guess.to_string(),
+        reason: choice.reason(),
+        segments: model.segments.len(),
+        joints: model.joints.len(),
+        sets: simulation.components(),
+        sets_in_lanes: simulation.in_lanes(),
+        threads: simulation.threads(),
+        steps: costs.len(),
+        dt_s: dt,
+        status: status.name().to_owned(),
+        median_us: Stages { drag, predict, guess, assemble, solve, update, contact, total },
+        work,
+        left_out: Vec::new(),
+    };
+    needs.left_out = left_out(model, params.formulation, choice.solver, choice.guess, &needs);
+    Ok(needs)
+}
+
+/// What the model has no use for, by the model itself; the counts are what the solver did all the same.
+fn left_out(
+    model: &Model,
+    formulation: Formulation,
+    solver: SolverKind,
+    guess: GuessKind,
+    needs: &Needs,
+) -> Vec<LeftOut> {
+    let work = &needs.work;
+    let contacts = work.contact_searches
+        + work.contact_candidates
+        + work.contact_evaluations
+        + work.contact_solves
+        + work.contact_sweeps;
+    let is_damped = model.damping.linear != 0.0 || model.damping.angular != 0.0;
+    let branches = || split(model).iter().any(|(_, topology)| topology.branches > 0);
+    let parts = [
+        ("drag", model.air.is_none(), "there is no air", work.drag_evaluations),
+        ("loads", model.loads.is_empty(), "nothing is loaded", work.load_evaluations),
+        ("damping", !is_damped, "nothing is damped", work.damping_evaluations),
+        ("contacts", model.contacts.is_empty(), "nothing can touch", contacts),
+        ("branches", !branches(), "no segment has three joints", work.branch_eliminations),
+        ("geometric stiffness", !formulation.geometric(), "not in this formulation", work.geometric_evaluations),
+        ("momentum residual", !formulation.momentum(), "not in this formulation", work.momentum_evaluations),
+        ("start", guess == GuessKind::Zero, "steps begin at the prediction", work.guesses_used + work.guesses_dropped),
+        (
+            "linear iterations",
+            !matches!(solver, SolverKind::Cg(_)),
+            "the linear solver is direct",
+            work.linear_iterations,
+        ),
+        ("lanes", needs.sets_in_lanes == 0, "too few alike sets that cannot touch", 0),
+        ("threads", needs.threads == 1, "too little to share", 0),
+    ];
+    let left_out = parts.into_iter().filter(|(_, is_left_out, ..)| *is_left_out);
+    left_out.map(|(what, _, why, count)| LeftOut { what: what.to_owned(), why: why.to_owned(), count }).collect()
+}

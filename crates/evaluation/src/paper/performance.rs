@@ -1,0 +1,193 @@
+//! Performance over the number of segments N (paper, section 4, figure on performance).
+//!
+//! Two readings of one simulation. On the *same systems*, those of the exact motion's first outer iterations
+//! ([`crate::starts::run`]), each start's iterations and times differ by the start alone: the paper's ratio of iterations, its
+//! ratio of inference to vanilla CG's time, and its speed-up of the constraint projection. *Whole runs* in lockstep to the
+//! same tolerance ([`speedup::measure`]) give the speed-up of the entire simulation, with the error of each.
+//!
+//! Fischer's projection and the direct solver stand beside the guesses as rivals.
+
+use scene::sampling::{Family, Helix, Parameters, Rod};
+use serde::{Deserialize, Serialize};
+use solver::simulation::SimulationError;
+
+use super::speedup::{self, Run, Speedup, speedups};
+use super::{CgSolver, DIRECT, Motion, NamedGuess, saved, starts, systems};
+use crate::compare::Entry;
+use crate::guesses::Spread;
+use crate::starts::Tally;
+
+/// Simulations of a point of the figure (paper: averaged over 50).
+pub const SIMULATIONS: usize = 50;
+/// Steps of each (paper: 100).
+pub const STEPS: usize = 100;
+
+/// Values of N: below, within and beyond those of the training (rods 10 to 55, helices 45 to 105).
+pub fn segments(family: Family) -> &'static [usize] {
+    match family {
+        Family::Rod => &[5, 10, 20, 30, 40, 55, 80, 110],
+        Family::Helix => &[20, 30, 45, 60, 80, 105, 150, 200],
+        // The figure has none.
+        Family::Knot | Family::Tree => &[],
+    }
+}
+
+/// Simulation `index` of the point at N = `segments`: a sample of Table 1 with that N. Others keep theirs.
+pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Parameters {
+    match Parameters::sample(family, seed, index) {
+        Parameters::Rod(rod) => Parameters::Rod(Rod { segments, ..rod }),
+        Parameters::Helix(helix) => Parameters::Helix(Helix { segments, ..helix }),
+        other => other,
+    }
+}
+
+/// A cell: one simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Starts on the same systems: zero, the guesses, Fischer's projection.
+    pub starts: Vec<Start>,
+    /// The direct solver on the same systems: time [s].
+    pub direct_s: f64,
+    /// Whole runs: conjugate gradients from the same starts, then the direct solver.
+    pub runs: Run,
+}
+
+/// A start on all systems of a simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    /// Name of the guess.
+    pub name: String,
+    /// Its sums.
+    pub tally: Tally,
+}
+
+/// Simulates for either reading, `repeats` times each; after each step, `2 repeats motion.steps` in all, `progress()` says
+/// whether to go on. `None` where it said stop.
+///
+/// # Errors
+/// If the scene or the settings are not valid.
+pub fn measure(
+    motion: &Motion<'_>,
+    solver: &CgSolver,
+    guesses: &[NamedGuess<'_>],
+    repeats: usize,
+    mut progress: impl FnMut() -> bool,
+) -> Result<Option<Cell>, SimulationError> {
+    let Some(mut ways) = systems::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
+    let direct_s = ways.pop().map_or(0.0, |(_, tallies)| systems::sum(&tallies).solve_s);
+    let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
+    let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
+    let entries: Vec<Entry<'_>> = starts(guesses).into_iter().map(entry).chain([direct]).collect();
+    let Some(runs) = speedup::measure(motion, &entries, repeats, progress)? else { return Ok(None) };
+    let start = |(name, tallies): (String, Vec<Tally>)| Start { name, tally: systems::sum(&tallies) };
+    Ok(Some(Cell { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
+}
+
+/// A point of the figure: all simulations of one N.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// One entry a start, zero first, on the same systems.
+    pub starts: Vec<StartPoint>,
+    /// Share of the solves' time that the direct solver saves, relative to the zero start.
+    pub direct_projection: Option<Spread>,
+    /// Whole runs, one entry a start and the direct solver last.
+    pub runs: Vec<Speedup>,
+}
+
+/// A start over all simulations of one N, relative to the zero start of each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StartPoint {
+    /// Name of the guess.
+    pub name: String,
+    /// Iterations of conjugate gradients, relative (black curve).
+    pub iteration_ratio: Option<Spread>,
+    /// Time of the guess over that of the zero start's solves, t_infer / t_CG (purple curve).
+    pub inference_ratio: Option<Spread>,
+    /// Share of the projection's time saved, the guess's own time taken off (red curve).
+    pub projection: Option<Spread>,
+    /// Starts that were dropped, of all.
+    pub dropped: f64,
+}
+
+/// Merges the simulations of one N, which have the same guesses. The whole simulation's speed-up (pink curve) is
+/// [`Speedup::total`] of the runs.
+pub fn point(cells: &[Cell]) -> Point {
+    let count = cells.first().map_or(0, |cell| cell.starts.len());
+    let runs: Vec<Run> = cells.iter().map(|cell| cell.runs.clone()).collect();
+    let direct = cells.iter().filter_map(|cell| Some(saved(cell.starts.first()?.tally.solve_s, cell.direct_s)));
+    Point {
+        starts: (0..count).map(|start| start_point(cells, start)).collect(),
+        direct_projection: Spread::of(direct),
+        runs: speedups(&runs),
+    }
+}
+
+fn start_point(cells: &[Cell], start: usize) -> StartPoint {
+    let pairs = || cells.iter().filter_map(|cell| Some((cell.starts.first()?.tally, cell.starts.get(start)?.tally)));
+    let spread = |value: fn(Tally, Tally) -> f64| Spread::of(pairs().map(|(zero, own)| value(zero, own)));
+    let sum = |count: fn(&Tally) -> u64| pairs().map(|(_, own)| count(&own)).sum::<u64>() as f64;
+    StartPoint {
+        name: cells.first().map_or_else(String::new, |cell| cell.starts[start].name.clone()),
+        iteration_ratio: spread(|zero, own| own.iterations as f64 / zero.iterations as f64),
+        inference_ratio: spread(|zero, own| own.guess_s / zero.solve_s),
+        projection: spread(|zero, own| saved(zero.solve_s, own.solve_s + own.guess_s)),
+        dropped: sum(|tally| tally.dropped) / sum(|tally| tally.solves).max(1.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::example::{CG, bending, motion, quadratic, stored};
+    use super::*;
+
+    #[test]
+    fn a_point_is_relative_to_the_zero_start() {
+        let start = |name: &str, iterations, solve_s, guess_s| Start {
+            name: name.to_owned(),
+            tally: Tally { solves: 10, dropped: u64::from(guess_s > 0.0), iterations, solve_s, guess_s },
+        };
+        let run = Run { steps: 1, segments: 1, reference_status: String::new(), first_contact: None, ways: Vec::new() };
+        let cell = |iterations, solve_s| Cell {
+            starts: vec![start("zero", 100, 4.0, 0.0), start("net", iterations, solve_s, 1.0)],
+            direct_s: 0.4,
+            runs: run.clone(),
+        };
+        let point = point(&[cell(50, 2.0), cell(70, 3.0), cell(20, 1.0)]);
+        let net = &point.starts[1];
+        assert_eq!((net.name.as_str(), net.dropped), ("net", 0.1));
+        assert_eq!(net.iteration_ratio.unwrap().median, 0.5);
+        assert_eq!(net.inference_ratio.unwrap().median, 0.25);
+        // 1 - 3/4, 1 - 4/4 and 1 - 2/4.
+        assert_eq!(net.projection.unwrap(), Spread { mean: 0.25, lower: 0.125, median: 0.25, upper: 0.375 });
+        assert!((point.direct_projection.unwrap().median - 0.9).abs() < 1e-12);
+        assert_eq!(
+            (point.starts[0].iteration_ratio.unwrap().mean, point.starts[0].projection.unwrap().mean),
+            (1.0, 0.0)
+        );
+    }
+
+    #[test]
+    fn a_simulation_has_both_readings_of_all_rivals() {
+        let scene = bending(6);
+        let guesses = [("net".to_owned(), &quadratic as _)];
+        let mut ticks = 0;
+        let cell = measure(&motion(&scene, 8), &CG, &guesses, 2, || {
+            ticks += 1;
+            true
+        });
+        let cell = cell.unwrap().unwrap();
+        assert_eq!(ticks, 32);
+        assert_eq!(stored(&cell), cell);
+        let names: Vec<&str> = cell.starts.iter().map(|start| start.name.as_str()).collect();
+        assert_eq!(names, ["zero", "net", "fischer"]);
+        let ways: Vec<&str> = cell.runs.ways.iter().map(|way| way.name.as_str()).collect();
+        assert_eq!(ways, ["zero", "net", "fischer", "direct"]);
+        assert!(cell.starts.iter().all(|start| start.tally.solves == 8 && start.tally.iterations > 0));
+        assert!(cell.starts[0].tally.guess_s == 0.0 && cell.starts[1].tally.guess_s > 0.0 && cell.direct_s > 0.0);
+        let point = point(&[cell]);
+        // A smooth motion's parabola helps, and the direct solver has no linear iterations.
+        assert!(point.starts[1].iteration_ratio.unwrap().median < 1.0);
+        assert_eq!(point.runs[3].iteration_ratio.unwrap().median, 0.0);
+        assert!(measure(&motion(&scene, 8), &CG, &guesses, 2, || false).unwrap().is_none());
+    }
+}

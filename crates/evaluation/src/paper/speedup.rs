@@ -1,0 +1,259 @@
+//! Total speed-ups (paper, section 4, "Collisions" and "Complex Scenarios"; supplement: the knot): a helix on the plane,
+//! two rods, a knot, trees in wind, or any other scene, simulated in several ways.
+//!
+//! All ways run in lockstep to the same tolerance, and the error of each against a tight reference at the same time step
+//! stands beside its times ([`compare::run`]). Speed-ups are relative to the first way of the same run; over repeated runs
+//! or topologies their spread is told.
+
+use serde::{Deserialize, Serialize};
+use solver::simulation::SimulationError;
+use solver::step::Status;
+
+use super::{Motion, saved};
+use crate::compare::{self, Comparison, Cost, Entry, Row};
+use crate::guesses::Spread;
+
+/// Topologies of a size of trees (paper, section 4).
+pub const TOPOLOGIES: usize = 30;
+
+/// A cell: one run of one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Steps.
+    pub steps: usize,
+    /// Segments.
+    pub segments: usize,
+    /// Worst status of any step of the reference.
+    pub reference_status: String,
+    /// The first step of the reference with a contact, after which errors tell chaos from accuracy no more.
+    pub first_contact: Option<usize>,
+    /// What each way came to, in the order of the entries.
+    pub ways: Vec<Way>,
+}
+
+/// What a way came to in one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Way {
+    /// Name of the way.
+    pub name: String,
+    /// Worst status of any step.
+    pub status: String,
+    /// The step in which it was given up, because its linear solver had run out of iterations.
+    pub given_up: Option<usize>,
+    /// Iterations and times, summed over the steps; of each step the quickest repeat.
+    pub sums: Cost,
+    /// Largest error of any step's positions, relative to the rods' mean length; `None` if not finite.
+    pub error: Option<f64>,
+}
+
+impl Way {
+    /// Time of the constraint projection [s]: linear solves and guesses.
+    pub fn projection_s(&self) -> f64 {
+        self.sums.solve_s + self.sums.guess_s
+    }
+
+    /// Whether every step reached the tolerance.
+    pub fn converged(&self) -> bool {
+        [Status::Converged, Status::ConvergedInSubsteps].iter().any(|status| self.status == status.name())
+    }
+}
+
+/// Runs the scene in all ways, `repeats` times; the first way is what the others are compared to. After each step of each
+/// repeat `progress()` says whether to go on; `None` where it said stop.
+///
+/// # Errors
+/// If the scene or an entry is not valid.
+pub fn measure(
+    motion: &Motion<'_>,
+    entries: &[Entry<'_>],
+    repeats: usize,
+    mut progress: impl FnMut() -> bool,
+) -> Result<Option<Run>, SimulationError> {
+    let mut quietest: Option<Comparison> = None;
+    for _ in 0..repeats.max(1) {
+        let mut go_on = true;
+        let comparison = compare::run(motion.model, motion.state, motion.dt, motion.steps, entries, |_| {
+            go_on = progress();
+            go_on
+        })?;
+        if !go_on {
+            return Ok(None);
+        }
+        match &mut quietest {
+            Some(quietest) => take_quicker(quietest, &comparison),
+            None => quietest = Some(comparison),
+        }
+    }
+    let way = |row: Row| Way {
+        name: row.name,
+        status: row.status.to_owned(),
+        given_up: row.given_up,
+        sums: sum(&row.by_step),
+        error: Some(row.error).filter(|error| error.is_finite()),
+    };
+    Ok(quietest.map(|comparison| Run {
+        steps: comparison.steps,
+        segments: motion.model.segments.len(),
+        reference_status: comparison.reference_status.to_owned(),
+        first_contact: comparison.first_contact,
+        ways: comparison.rows.into_iter().map(way).collect(),
+    }))
+}
+
+/// Takes the steps that were quicker in a repeat. They are compared as wholes, so that their parts go together.
+fn take_quicker(quietest: &mut Comparison, repeat: &Comparison) {
+    for (row, again) in quietest.rows.iter_mut().zip(&repeat.rows) {
+        for (step, again) in row.by_step.iter_mut().zip(&again.by_step) {
+            if again.total_s < step.total_s {
+                *step = *again;
+            }
+        }
+    }
+}
+
+fn sum(steps: &[Cost]) -> Cost {
+    steps.iter().fold(Cost::default(), |sum, step| Cost {
+        iterations: sum.iterations + step.iterations,
+        linear_iterations: sum.linear_iterations + step.linear_iterations,
+        guess_s: sum.guess_s + step.guess_s,
+        solve_s: sum.solve_s + step.solve_s,
+        contact_s: sum.contact_s + step.contact_s,
+        total_s: sum.total_s + step.total_s,
+    })
+}
+
+/// A way over several runs, relative to the first way of each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Speedup {
+    /// Name of the way.
+    pub name: String,
+    /// Runs.
+    pub runs: usize,
+    /// Those in which it was given up; they are left out of what follows, as are those in which the first way was.
+    pub given_up: usize,
+    /// Those in which some step did not reach the tolerance.
+    pub not_converged: usize,
+    /// Share of the total time saved.
+    pub total: Option<Spread>,
+    /// Share of the time of linear solves and guesses saved.
+    pub projection: Option<Spread>,
+    /// Linear iterations, relative.
+    pub iteration_ratio: Option<Spread>,
+    /// Outer iterations, relative.
+    pub outer_ratio: Option<Spread>,
+    /// Time of the contacts, of the way's own total.
+    pub contact_share: Option<Spread>,
+    /// Time of the guess, of the way's own total.
+    pub guess_share: Option<Spread>,
+    /// Total time a step [us].
+    pub step_us: Option<Spread>,
+    /// Largest error of a run.
+    pub error: Option<Spread>,
+}
+
+/// One entry a way, over runs that have the same ways.
+pub fn speedups(runs: &[Run]) -> Vec<Speedup> {
+    let ways = runs.first().map_or(0, |run| run.ways.len());
+    (0..ways).map(|way| speedup(runs, way)).collect()
+}
+
+fn speedup(runs: &[Run], way: usize) -> Speedup {
+    let pairs = || runs.iter().filter_map(|run| Some((run, run.ways.first()?, run.ways.get(way)?)));
+    let spread = |value: &dyn Fn(&Run, &Way, &Way) -> f64| {
+        let complete = pairs().filter(|(_, base, own)| base.given_up.is_none() && own.given_up.is_none());
+        Spread::of(complete.map(|(run, base, own)| value(run, base, own)))
+    };
+    let ratio = |own: u64, base: u64| own as f64 / base as f64;
+    Speedup {
+        name: runs.first().map_or_else(String::new, |run| run.ways[way].name.clone()),
+        runs: pairs().count(),
+        given_up: pairs().filter(|(.., own)| own.given_up.is_some()).count(),
+        not_converged: pairs().filter(|(.., own)| !own.converged()).count(),
+        total: spread(&|_, base, own| saved(base.sums.total_s, own.sums.total_s)),
+        projection: spread(&|_, base, own| saved(base.projection_s(), own.projection_s())),
+        iteration_ratio: spread(&|_, base, own| ratio(own.sums.linear_iterations, base.sums.linear_iterations)),
+        outer_ratio: spread(&|_, base, own| ratio(own.sums.iterations, base.sums.iterations)),
+        contact_share: spread(&|_, _, own| own.sums.contact_s / own.sums.total_s),
+        guess_share: spread(&|_, _, own| own.sums.guess_s / own.sums.total_s),
+        step_us: spread(&|run, _, own| 1e6 * own.sums.total_s / run.steps as f64),
+        error: spread(&|_, _, own| own.error.unwrap_or(f64::NAN)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::example::{CG, bending, motion, quadratic, stored};
+    use super::*;
+
+    fn way(name: &str, linear_iterations: u64, [guess_s, solve_s, total_s]: [f64; 3]) -> Way {
+        Way {
+            name: name.to_owned(),
+            status: Status::Converged.name().to_owned(),
+            given_up: None,
+            sums: Cost { iterations: 10, linear_iterations, guess_s, solve_s, contact_s: 0.5, total_s },
+            error: Some(1e-6),
+        }
+    }
+
+    fn run_of(ways: Vec<Way>) -> Run {
+        Run { steps: 100, segments: 5, reference_status: "converged".to_owned(), first_contact: None, ways }
+    }
+
+    #[test]
+    fn shares_of_time_are_told_relative_to_the_first_way() {
+        let run = |total: f64| run_of(vec![way("zero", 200, [0.0, 4.0, 5.0]), way("net", 100, [1.0, 2.0, total])]);
+        let mut failed = run(1.0);
+        failed.ways[1].given_up = Some(3);
+        failed.ways[1].status = Status::OutOfIterations.name().to_owned();
+        let found = speedups(&[run(4.0), run(3.0), run(6.0), failed]);
+        assert_eq!(found.len(), 2);
+        let net = &found[1];
+        assert_eq!((net.runs, net.given_up, net.not_converged), (4, 1, 1));
+        // Saved 20 %, 40 % and -20 %: what was given up has no say.
+        let total = net.total.unwrap();
+        assert!((total.median - 0.2).abs() < 1e-12 && (total.lower - 0.0).abs() < 1e-12);
+        assert!((total.upper - 0.3).abs() < 1e-12);
+        assert_eq!((net.projection.unwrap().median, net.iteration_ratio.unwrap().median), (0.25, 0.5));
+        assert_eq!((net.contact_share.unwrap().median, net.step_us.unwrap().median), (0.125, 4e4));
+        assert_eq!((found[0].total.unwrap().mean, found[0].not_converged), (0.0, 0));
+        assert!(speedups(&[]).is_empty());
+    }
+
+    #[test]
+    fn of_each_step_the_quickest_repeat_counts() {
+        let comparison = |times: [f64; 3]| {
+            let cost = |total_s: f64| Cost { iterations: 2, guess_s: 0.5 * total_s, total_s, ..Cost::default() };
+            let scene = bending(3);
+            let entry = Entry { name: "zero".to_owned(), settings: CG.direct(), guess: None };
+            let mut comparison = compare::run(&scene.model, &scene.state, 0.02, 1, &[entry], |_| true).unwrap();
+            comparison.rows[0].by_step = times.map(cost).into();
+            comparison
+        };
+        let mut quietest = comparison([1.0, 9.0, 2.0]);
+        take_quicker(&mut quietest, &comparison([2.0, 3.0, 8.0]));
+        let sum = sum(&quietest.rows[0].by_step);
+        assert_eq!((sum.iterations, sum.total_s, sum.guess_s), (6, 6.0, 3.0));
+    }
+
+    #[test]
+    fn a_run_counts_and_can_be_stored() {
+        let scene = bending(6);
+        let entry = |name: &str, guess| Entry { name: name.to_owned(), settings: CG.settings(), guess };
+        let entries = [entry("zero", None), entry("parabola", Some(&quadratic as _))];
+        let measured = || measure(&motion(&scene, 5), &entries, 2, || true).unwrap().unwrap();
+        let (run, again) = (measured(), measured());
+        assert_eq!(stored(&run), run);
+        assert_eq!((run.steps, run.segments, run.first_contact), (5, 6, None));
+        for (way, same) in run.ways.iter().zip(&again.ways) {
+            assert!(way.converged() && way.error.unwrap() < 1e-4);
+            assert_eq!((way.sums.linear_iterations, way.error), (same.sums.linear_iterations, same.error));
+            assert!(way.projection_s() < way.sums.total_s && way.sums.linear_iterations > 5);
+        }
+        let mut steps = 0;
+        let stopped = measure(&motion(&scene, 5), &entries, 2, || {
+            steps += 1;
+            steps < 2
+        });
+        assert!(stopped.unwrap().is_none() && steps == 2);
+    }
+}

@@ -1,0 +1,184 @@
+//! Iterations and times over the steps of a simulation (paper, section 4, figure on temporal evolution).
+//!
+//! At each step all starts are held against each other on the same system, the first outer iteration's of the exact
+//! motion ([`crate::starts::run`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
+
+use scene::sampling::{Family, Helix, Parameters, Rod};
+use serde::{Deserialize, Serialize};
+use solver::simulation::SimulationError;
+
+use super::{CgSolver, Motion, NamedGuess, systems};
+use crate::guesses::Spread;
+use crate::starts::Tally;
+
+/// Simulations of the figure (paper: averaged over 20).
+pub const SIMULATIONS: usize = 20;
+/// Frames over which curves are smoothed (paper: 10).
+pub const WINDOW: usize = 10;
+/// Steps of the training data, a dashed vertical line in the figure.
+pub const TRAINED_STEPS: usize = scene::sampling::STEPS;
+
+/// The figure's rod: 3 m, else the defaults.
+pub fn rod() -> Parameters {
+    Parameters::Rod(Rod { length: 3.0, ..Rod::default() })
+}
+
+/// The figure's helix.
+pub fn helix() -> Parameters {
+    Parameters::Helix(Helix::default())
+}
+
+/// Simulation `index` of the figure. The first is the figure's scene. Twenty times that would be twenty times the same, so
+/// that the others keep its N and its modulus, and draw the rest from Table 1. Other families are drawn altogether.
+pub fn sample(family: Family, seed: u64, index: u64) -> Parameters {
+    match (family, index) {
+        (Family::Rod, 0) => rod(),
+        (Family::Helix, 0) => helix(),
+        _ => match Parameters::sample(family, seed, index) {
+            Parameters::Rod(drawn) => {
+                let Rod { segments, youngs_modulus, .. } = Rod::default();
+                Parameters::Rod(Rod { segments, youngs_modulus, ..drawn })
+            }
+            Parameters::Helix(drawn) => {
+                let Helix { segments, torsion_modulus, .. } = Helix::default();
+                Parameters::Helix(Helix { segments, torsion_modulus, ..drawn })
+            }
+            other => other,
+        },
+    }
+}
+
+/// A cell: one simulation, a series for each start: zero, the guesses, Fischer's projection, and the direct solver, which
+/// has no iterations.
+pub type Cell = Vec<Series>;
+
+/// A start in all steps of a simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Series {
+    /// Name of the guess.
+    pub name: String,
+    /// Iterations of conjugate gradients, by step.
+    pub iterations: Vec<u64>,
+    /// Time of the solve and of the guess [s], by step.
+    pub time_s: Vec<f64>,
+}
+
+/// Simulates and measures, `repeats` times; after each step of each repeat `progress()` says whether to go on. `None` where it said stop.
+///
+/// # Errors
+/// If the scene or the settings are not valid.
+pub fn measure(
+    motion: &Motion<'_>,
+    solver: &CgSolver,
+    guesses: &[NamedGuess<'_>],
+    repeats: usize,
+    mut progress: impl FnMut() -> bool,
+) -> Result<Option<Cell>, SimulationError> {
+    let ways = systems::measure(motion, solver, guesses, repeats, &mut progress)?;
+    let series = |(name, tallies): (String, Vec<Tally>)| Series {
+        name,
+        iterations: tallies.iter().map(|tally| tally.iterations).collect(),
+        time_s: tallies.iter().map(|tally| tally.solve_s + tally.guess_s).collect(),
+    };
+    Ok(ways.map(|ways| ways.into_iter().map(series).collect()))
+}
+
+/// A curve of the figure: a start over all simulations, relative to the zero start of each, smoothed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// Name of the guess.
+    pub name: String,
+    /// Iterations, by step; `None` where there are none to compare to. All zero for the direct solver.
+    pub iterations: Vec<Option<Spread>>,
+    /// Time, by step.
+    pub time: Vec<Option<Spread>>,
+}
+
+/// Merges simulations that have the same guesses and steps, smoothed over a window of so many frames (see [`WINDOW`]).
+///
+/// A value is the sum over the window about its step, relative to the zero start's; at the ends, the window is cut. Then
+/// mean and quartiles are taken over the simulations.
+pub fn curves(cells: &[Cell], window: usize) -> Vec<Curve> {
+    let ways = cells.first().map_or(0, Vec::len);
+    let merge = |way: usize, values: &dyn Fn(&Series) -> Vec<f64>| -> Vec<Option<Spread>> {
+        let ratios: Vec<Vec<f64>> = cells
+            .iter()
+            .filter_map(|cell| Some(ratios(&values(cell.get(way)?), &values(cell.first()?), window)))
+            .collect();
+        let steps = ratios.iter().map(Vec::len).max().unwrap_or(0);
+        (0..steps).map(|step| Spread::of(ratios.iter().filter_map(|ratios| ratios.get(step).copied()))).collect()
+    };
+    let curve = |way: usize| Curve {
+        name: cells.first().map_or_else(String::new, |cell| cell[way].name.clone()),
+        iterations: merge(way, &|series| series.iterations.iter().map(|&n| n as f64).collect()),
+        time: merge(way, &|series| series.time_s.clone()),
+    };
+    (0..ways).map(curve).collect()
+}
+
+/// Sums over windows, relative to those of `zero`.
+fn ratios(own: &[f64], zero: &[f64], window: usize) -> Vec<f64> {
+    let before = window / 2;
+    let ratio = |step: usize| {
+        let range = step.saturating_sub(before)..(step + window.max(1) - before).min(own.len());
+        own[range.clone()].iter().sum::<f64>() / zero[range].iter().sum::<f64>()
+    };
+    (0..own.len()).map(ratio).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::example::{CG, bending, motion, quadratic, stored};
+    use super::*;
+
+    #[test]
+    fn windows_are_centred_and_cut_at_the_ends() {
+        let own: Vec<f64> = (0..6).map(f64::from).collect();
+        // Window 4: two steps before, this one and one after.
+        assert_eq!(ratios(&own, &[1.0; 6], 4), [0.5, 1.0, 1.5, 2.5, 3.5, 4.0]);
+        assert_eq!(ratios(&own, &[2.0; 6], 1), [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]);
+        assert_eq!(ratios(&own, &[1.0; 6], 0), own);
+    }
+
+    #[test]
+    fn curves_are_relative_to_zero_with_quartiles_over_simulations() {
+        let series = |name: &str, iterations: u64| Series {
+            name: name.to_owned(),
+            iterations: vec![iterations; 3],
+            time_s: vec![iterations as f64 * 1e-6; 3],
+        };
+        let cells: Vec<Cell> = [10, 20, 30].map(|n| vec![series("zero", 40), series("net", n)]).into();
+        let curves = curves(&cells, WINDOW);
+        assert_eq!(curves[1].name, "net");
+        let expected = Spread { mean: 0.5, lower: 0.375, median: 0.5, upper: 0.625 };
+        assert_eq!(curves[1].iterations, [Some(expected); 3]);
+        assert!((curves[1].time[1].unwrap().upper - 0.625).abs() < 1e-12);
+        assert_eq!(curves[0].iterations[2].unwrap().mean, 1.0);
+    }
+
+    #[test]
+    fn samples_keep_n_and_modulus() {
+        assert_eq!((sample(Family::Rod, 7, 0), sample(Family::Helix, 7, 0)), (rod(), helix()));
+        for index in 1..20 {
+            let Parameters::Rod(p) = sample(Family::Rod, 7, index) else { panic!("a rod") };
+            assert_eq!((p.segments, p.youngs_modulus, p.length), (30, 1e5, Rod::sample(7, index).length));
+            let Parameters::Helix(p) = sample(Family::Helix, 7, index) else { panic!("a helix") };
+            assert_eq!((p.segments, p.torsion_modulus, p.winding), (60, 1e5, Helix::sample(7, index).winding));
+        }
+    }
+
+    #[test]
+    fn every_step_of_every_start_is_told() {
+        let scene = bending(6);
+        let guesses = [("net".to_owned(), &quadratic as _)];
+        let cell = measure(&motion(&scene, 12), &CG, &guesses, 2, || true).unwrap().unwrap();
+        assert_eq!(stored(&cell), cell);
+        let names: Vec<&str> = cell.iter().map(|series| series.name.as_str()).collect();
+        assert_eq!(names, ["zero", "net", "fischer", "direct"]);
+        assert!(cell.iter().all(|series| series.iterations.len() == 12 && series.time_s.iter().all(|&t| t > 0.0)));
+        // Nothing is known before the first step, and the parabola helps later.
+        assert_eq!(cell[1].iterations[0], cell[0].iterations[0]);
+        let curves = curves(&[cell], 1);
+        assert!(curves[1].iterations[11].unwrap().mean < 1.0 && curves[3].iterations[11].unwrap().mean == 0.0);
+    }
+}

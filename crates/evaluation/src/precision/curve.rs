@@ -1,0 +1,129 @@
+//! What a way came to, level by level. Files may hold it: all but the times is the same on every run.
+
+use serde::{Deserialize, Serialize};
+
+use super::pareto::{Line, Place};
+use super::run::Level;
+use crate::guesses::Spread;
+
+/// What an error is measured against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Against {
+    /// The same formulation at the same time step, solved to rounding errors.
+    Exact,
+    /// The reference that is converged in time step and segment length.
+    Converged,
+}
+
+/// Which part of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Part {
+    /// Before the first contact.
+    BeforeContact,
+    /// All of it.
+    All,
+}
+
+/// Position errors at the samples: see [`super::metrics::position_error`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Errors(pub Vec<f64>);
+
+impl Errors {
+    /// The largest of the first `count` samples; `None` where there is none.
+    pub fn largest(&self, count: usize) -> Option<f64> {
+        self.0.iter().take(count).copied().reduce(f64::max)
+    }
+}
+
+/// Why a level was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum GivenUp {
+    /// It took more than its budget of time.
+    OverBudget,
+    /// A step did not converge, and its linear solver had run out of iterations.
+    LinearSolver,
+    /// The numbers were not finite.
+    NotFinite,
+}
+
+/// A way at one level of accuracy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Level.
+    pub level: Level,
+    /// Worst status of any step; "out of iterations" is what a fixed number of iterations ends with.
+    pub status: String,
+    /// The step, from 1, in which it was given up, and why; its errors are those of the samples before.
+    pub given_up: Option<(usize, GivenUp)>,
+    /// Time per simulated second [s/s], over the repetitions; `None` where it was given up.
+    pub time: Option<Spread>,
+    /// The same relative to the yardstick's median.
+    pub ratio: Option<Spread>,
+    /// Outer iterations per step of the problem's (substeps together) and connected set.
+    pub outer_per_step: f64,
+    /// Iterations of the linear solver per step and connected set; 0 for direct solvers.
+    pub linear_per_step: f64,
+    /// Errors against the exact reference of the way's formulation; `None` where the problem has none, and with substeps,
+    /// which are another motion.
+    pub exact: Option<Errors>,
+    /// Errors against the converged reference; `None` where the problem has none.
+    pub converged: Option<Errors>,
+    /// Length of all rods relative to the first, at the samples: see [`super::metrics::length_ratio`].
+    pub length_ratio: Vec<f64>,
+}
+
+/// A way at all its levels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the way.
+    pub way: String,
+    /// What sort of way it is.
+    pub kind: String,
+    /// Time step [s].
+    pub dt: f64,
+    /// Number of steps.
+    pub steps: usize,
+    /// Steps, from 1, after which errors were measured.
+    pub samples: Vec<usize>,
+    /// How many of them come before the first contact in any of the references.
+    pub samples_before_contact: usize,
+    /// Time of the yardstick per simulated second [s/s], over the repetitions; see [`super::yardstick`].
+    pub yardstick: Option<Spread>,
+    /// One point a level.
+    pub points: Vec<Point>,
+}
+
+impl Curve {
+    /// The largest error of a point at any sample of a part of the run; `None` where it was given up, or nothing was
+    /// measured.
+    pub fn error(&self, point: &Point, against: Against, part: Part) -> Option<f64> {
+        let errors = match against {
+            Against::Exact => point.exact.as_ref(),
+            Against::Converged => point.converged.as_ref(),
+        };
+        let count = match part {
+            Part::BeforeContact => self.samples_before_contact,
+            Part::All => self.samples.len(),
+        };
+        errors.filter(|_| point.given_up.is_none())?.largest(count)
+    }
+
+    /// Median time of the yardstick [s/s] over all cells of a problem; `None` where there are none.
+    pub fn common_yardstick<'a>(curves: impl IntoIterator<Item = &'a Self>) -> Option<f64> {
+        let medians = curves.into_iter().filter_map(|curve| curve.yardstick.map(|yardstick| yardstick.median));
+        Spread::of(medians).map(|spread| spread.median)
+    }
+
+    /// Error and time of each point that has both; times are relative to the yardstick's. Divided steps are another
+    /// motion than the exact one at the same time step, and are held against the converged one alone.
+    pub fn line(&self, against: Against, part: Part) -> Line {
+        let counts = |point: &&Point| against == Against::Converged || point.level.substeps == 1;
+        let place = |point: &Point| {
+            Some(Place { error: self.error(point, against, part)?, time: point.ratio.as_ref()?.median })
+        };
+        let places = self.points.iter().filter(counts).filter_map(place).collect();
+        Line { way: self.way.clone(), kind: self.kind.clone(), places }
+    }
+}

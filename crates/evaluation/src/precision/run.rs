@@ -1,0 +1,332 @@
+//! Runs a way at several levels of accuracy, beside a yardstick.
+
+use rod::State;
+use serde::{Deserialize, Serialize};
+use solver::linear::cg::CgParams;
+use solver::linear::solvers::SolverKind;
+use solver::projection::ProjectionFactory;
+use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use solver::step::{Status, StepParams};
+
+use super::clock::{Moment, Turns};
+use super::curve::{Curve, Errors, GivenUp, Point};
+use super::metrics::{length_ratio, position_error};
+use super::problem::Problem;
+use crate::guesses::Spread;
+
+/// Steps that one simulation does before the next has its turn: they share the machine's moods, not its caches.
+const TURN: usize = 25;
+
+/// Where a way's solves begin, or what takes their place.
+#[derive(Clone, Copy)]
+pub enum Start<'a> {
+    /// At zero.
+    Zero,
+    /// At a guess.
+    Guess(GuessFactory<'a>),
+    /// Predictions in the place of all solves: the paper's end-to-end comparison.
+    EndToEnd(ProjectionFactory<'a>),
+}
+
+/// A way to simulate a scene.
+#[derive(Clone)]
+pub struct Way<'a> {
+    /// Its name.
+    pub name: String,
+    /// What sort of way it is: those of one kind are no rivals of each other where the second-fastest kind is asked for.
+    pub kind: String,
+    /// Formulation, linear solver and caps; a [`Level`] replaces the tolerances.
+    pub settings: Settings,
+    /// Where solves begin.
+    pub start: Start<'a>,
+}
+
+/// When the outer iterations of a step end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Outer {
+    /// At this residual, relative to the prediction's: see [`StepParams::relative_tolerance`].
+    Tolerance(f64),
+    /// After so many, converged or not, without substeps.
+    Iterations(usize),
+}
+
+/// A level of accuracy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// When outer iterations end.
+    pub outer: Outer,
+    /// Tolerance of conjugate gradients; `None` leaves it as it is.
+    pub linear: Option<f64>,
+    /// Into how many steps each of the problem's is divided; at least 1.
+    pub substeps: usize,
+}
+
+impl Level {
+    /// Levels at these outer tolerances. Where `solver` iterates, its tolerance is the same: looser solves, to the square
+    /// root of the outer tolerance, were dominated throughout (bending rod and helix, block-Jacobi, at equal error).
+    pub fn of_tolerances(solver: SolverKind, tolerances: &[f64]) -> Vec<Self> {
+        let linear = |tolerance| matches!(solver, SolverKind::Cg(_)).then_some(tolerance);
+        let level =
+            |&tolerance: &f64| Self { outer: Outer::Tolerance(tolerance), linear: linear(tolerance), substeps: 1 };
+        tolerances.iter().map(level).collect()
+    }
+
+    /// The settings at this level. The absolute tolerance goes down with the relative one, as far as a thousandth of it;
+    /// so does the contacts', from that of the settings on, in proportion to their relative tolerance.
+    pub fn settings(&self, base: &Settings) -> Settings {
+        let step = match self.outer {
+            Outer::Tolerance(tolerance) => {
+                let contact = base.step.contact_tolerance;
+                let tied = contact * tolerance / base.step.relative_tolerance;
+                StepParams {
+                    relative_tolerance: tolerance,
+                    absolute_tolerance: base.step.absolute_tolerance.min(1e-3 * tolerance),
+                    contact_tolerance: contact.min(tied.max(super::reference::CONTACT_TOLERANCE)),
+                    ..base.step
+                }
+            }
+            Outer::Iterations(count) => StepParams {
+                relative_tolerance: 0.0,
+                absolute_tolerance: 0.0,
+                max_iterations: count,
+                max_halvings: 0,
+                ..base.step
+            },
+        };
+        let solver = match (base.solver, self.linear) {
+            (SolverKind::Cg(params), Some(tolerance)) => SolverKind::Cg(CgParams { tolerance, ..params }),
+            (solver, _) => solver,
+        };
+        Settings { step, solver }
+    }
+}
+
+/// How much time a level may take.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Budget {
+    /// Time of a level [s]. One whose first run takes longer is given up, and nothing is repeated beyond it.
+    pub seconds: f64,
+    /// Runs of each level; at least one.
+    pub repetitions: usize,
+}
+
+/// What runs beside each way: the default settings, that is direct solves to 1e-6, from zero.
+pub fn yardstick() -> Settings {
+    Settings::default()
+}
+
+/// Runs a way at all levels, in turns of some steps with the yardstick, several times. After each turn `go_on()` says
+/// whether to go on; `None` if not.
+///
+/// Times are those of rayon's current pool, which should have one thread: see the module. Levels that are given up are
+/// recorded as such; whether one is over its budget depends on the machine, all else but times does not.
+///
+/// # Errors
+/// If the settings do not fit the model.
+pub fn run_way(
+    problem: &Problem,
+    way: &Way<'_>,
+    levels: &[Level],
+    budget: &Budget,
+    mut go_on: impl FnMut() -> bool,
+) -> Result<Option<Curve>, SimulationError> {
+    let mut runs: Vec<Run> = levels.iter().map(|level| Run::new(problem, way, level)).collect();
+    let mut found = problem.state.clone();
+    let mut yardstick = Turns::default();
+    for repetition in 0..budget.repetitions.max(1) {
+        let mut beside = Simulation::new(&problem.model, &problem.state, &self::yardstick(), None)?;
+        let mut beside_turns = Vec::new();
+        let mut simulations = Vec::new();
+        for run in runs.iter_mut().filter(|run| run.is_due(repetition, budget)) {
+            let simulation = way.simulation(problem, &run.level)?;
+            simulations.push((run, simulation));
+        }
+        let mut done = 0;
+        while done < problem.steps {
+            let until = problem.steps.min(done + TURN);
+            let mut turn = 0.0;
+            for _ in done..until {
+                turn += timed(&mut beside, problem.dt)?.1;
+            }
+            beside_turns.push(turn);
+            for (run, simulation) in &mut simulations {
+                run.turn(problem, simulation, (done, until), (repetition, budget), &mut found)?;
+            }
+            done = until;
+            if !go_on() {
+                return Ok(None);
+            }
+        }
+        yardstick.push(beside_turns);
+        for (run, _) in simulations {
+            let turns = std::mem::take(&mut run.turns);
+            if run.given_up.is_none() {
+                run.times.push(turns);
+            }
+        }
+    }
+    let simulated = problem.steps as f64 * problem.dt;
+    let yardstick = yardstick.spread(simulated);
+    Ok(Some(Curve {
+        scene: problem.scene.clone(),
+        way: way.name.clone(),
+        kind: way.kind.clone(),
+        dt: problem.dt,
+        steps: problem.steps,
+        samples: problem.samples.clone(),
+        samples_before_contact: problem.samples_before_contact(),
+        yardstick,
+        points: runs.into_iter().map(|run| run.point(simulated, yardstick)).collect(),
+    }))
+}
+
+/// Steps, and tells the time of all stages [s], without that in which the thread did not run.
+fn timed(simulation: &mut Simulation, dt: f64) -> Result<(Status, f64), SimulationError> {
+    let before = simulation.counters().times.total();
+    let start = Moment::now();
+    let status = simulation.step(dt)?.status;
+    let share = start.share();
+    Ok((status, share * (simulation.counters().times.total() - before).as_secs_f64()))
+}
+
+impl Way<'_> {
+    fn simulation(&self, problem: &Problem, level: &Level) -> Result<Simulation, SimulationError> {
+        let (model, state, settings) = (&problem.model, &problem.state, level.settings(&self.settings));
+        match self.start {
+            Start::Zero => Simulation::new(model, state, &settings, None),
+            Start::Guess(factory) => Simulation::new(model, state, &settings, Some(factory)),
+            Start::EndToEnd(factory) => Simulation::end_to_end(model, state, &settings.step, factory),
+        }
+    }
+}
+
+/// A level being run.
+struct Run {
+    level: Level,
+    status: Status,
+    given_up: Option<(usize, GivenUp)>,
+    /// Time of all repetitions [s].
+    spent: f64,
+    /// Times of the turns of the repetition that is running [s].
+    turns: Vec<f64>,
+    times: Turns,
+    outer_per_step: f64,
+    linear_per_step: f64,
+    /// Index of the way's exact reference among the problem's.
+    reference: Option<usize>,
+    exact: Option<Errors>,
+    converged: Option<Errors>,
+    length_ratio: Vec<f64>,
+}
+
+impl Run {
+    fn new(problem: &Problem, way: &Way<'_>, level: &Level) -> Self {
+        let formulation = way.settings.step.formulation;
+        let reference = problem.exact.iter().position(|exact| exact.formulation == formulation);
+        let reference = reference.filter(|_| level.substeps == 1);
+        Self {
+            level: *level,
+            status: Status::Converged,
+            given_up: None,
+            spent: 0.0,
+            turns: Vec::new(),
+            times: Turns::default(),
+            outer_per_step: 0.0,
+            linear_per_step: 0.0,
+            reference,
+            exact: reference.map(|_| Errors(Vec::new())),
+            converged: problem.converged.as_ref().map(|_| Errors(Vec::new())),
+            length_ratio: Vec::new(),
+        }
+    }
+
+    /// Whether another repetition, as long as those before, fits into the budget.
+    fn is_due(&self, repetition: usize, budget: &Budget) -> bool {
+        let after = self.spent * (repetition + 1) as f64 / repetition.max(1) as f64;
+        self.given_up.is_none()
+            && self.times.repetitions() == repetition
+            && (repetition == 0 || after <= budget.seconds)
+    }
+
+    /// Steps from `done` until `until`; the first repetition is measured.
+    fn turn(
+        &mut self,
+        problem: &Problem,
+        simulation: &mut Simulation,
+        (done, until): (usize, usize),
+        (repetition, budget): (usize, &Budget),
+        found: &mut State,
+    ) -> Result<(), SimulationError> {
+        let substeps = self.level.substeps.max(1);
+        let mut turn = 0.0;
+        for step in done + 1..=until {
+            if self.given_up.is_some() {
+                return Ok(());
+            }
+            let failures = simulation.counters().linear_failures;
+            let mut status = Status::Converged;
+            for _ in 0..substeps {
+                let (of_substep, time) = timed(simulation, problem.dt / substeps as f64)?;
+                status = status.max(of_substep);
+                turn += time;
+                self.spent += time;
+            }
+            if repetition > 0 {
+                continue;
+            }
+            self.status = self.status.max(status);
+            let counters = simulation.counters();
+            let steps = (step * simulation.components()).max(1) as f64;
+            self.outer_per_step = counters.iterations as f64 / steps;
+            self.linear_per_step = counters.linear_iterations as f64 / steps;
+            let has_failed = status >= Status::OutOfIterations && counters.linear_failures > failures;
+            let is_finite = status != Status::NonFinite && self.measure(problem, simulation, step, found);
+            let reason = if !is_finite {
+                Some(GivenUp::NotFinite)
+            } else if has_failed && matches!(self.level.outer, Outer::Tolerance(_)) {
+                Some(GivenUp::LinearSolver)
+            } else {
+                (self.spent > budget.seconds).then_some(GivenUp::OverBudget)
+            };
+            self.given_up = reason.map(|reason| (step, reason));
+        }
+        self.turns.push(turn);
+        Ok(())
+    }
+
+    /// Takes the errors, if `step` is a sample. Returns whether they are finite.
+    fn measure(&mut self, problem: &Problem, simulation: &Simulation, step: usize, found: &mut State) -> bool {
+        let Ok(sample) = problem.samples.binary_search(&step) else { return true };
+        simulation.store(found);
+        let against = |expected| position_error(&problem.model, &found.positions, expected);
+        let exact = self.reference.map(|index| against(&problem.exact[index].frames[sample]));
+        let converged = problem.converged.as_ref().map(|converged| against(&converged.frames[sample]));
+        let ratio = length_ratio(&problem.model, found, &problem.state);
+        if !exact.into_iter().chain(converged).chain([ratio]).all(f64::is_finite) {
+            return false;
+        }
+        for (errors, error) in [(&mut self.exact, exact), (&mut self.converged, converged)] {
+            if let (Some(Errors(samples)), Some(error)) = (errors, error) {
+                samples.push(error);
+            }
+        }
+        self.length_ratio.push(ratio);
+        true
+    }
+
+    /// The point, of a run of `simulated` seconds [s] beside a yardstick.
+    fn point(self, simulated: f64, yardstick: Option<Spread>) -> Point {
+        Point {
+            level: self.level,
+            status: self.status.name().to_owned(),
+            given_up: self.given_up,
+            time: self.times.spread(simulated),
+            ratio: yardstick.and_then(|yardstick| self.times.spread(simulated * yardstick.median)),
+            outer_per_step: self.outer_per_step,
+            linear_per_step: self.linear_per_step,
+            exact: self.exact,
+            converged: self.converged,
+            length_ratio: self.length_ratio,
+        }
+    }
+}

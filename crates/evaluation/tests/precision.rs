@@ -1,0 +1,234 @@
+//! Error against run time: levels, references, cells.
+
+use std::num::NonZeroUsize;
+
+use evaluation::precision::{
+    Against, Budget, Converged, Curve, GivenUp, Level, Outer, Part, Problem, Refined, Start, Way, run_way,
+};
+use rod::Model;
+use solver::component::Members;
+use solver::formulation::Formulation;
+use solver::guess::{GuessKind, InitialGuess};
+use solver::linear::cg::CgParams;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
+use solver::projection::Projection;
+use solver::simulation::Settings;
+use solver::step::StepParams;
+use solver::topology::Topology;
+
+const PLENTY: Budget = Budget { seconds: 100.0, repetitions: 1 };
+
+const ROD: &str = "[[rods]]\nclamp = [\"start-segment\"]\nshape.straight = { length_m = 2, segments = 10 }";
+
+/// A rod of ten segments that falls, 20 steps.
+fn rod(formulations: &[Formulation]) -> Problem {
+    let scene = scene::parse(ROD, "rod.toml").unwrap();
+    Problem::new("rod", (scene.model, scene.state), (0.02, 20), formulations, || true).unwrap().unwrap()
+}
+
+fn refined_rod(factor: usize) -> Refined {
+    let scene = scene::parse_refined(ROD, "rod.toml", NonZeroUsize::new(factor).unwrap()).unwrap();
+    Refined { factor, model: scene.model, state: scene.state }
+}
+
+fn refined(name: &str, factors: &[usize]) -> Vec<Refined> {
+    let of = |&factor: &usize| {
+        let scene = scene::builtin_refined(name, NonZeroUsize::new(factor).unwrap()).unwrap();
+        Refined { factor, model: scene.model, state: scene.state }
+    };
+    factors.iter().map(of).collect()
+}
+
+fn way(name: &str, formulation: Formulation, solver: SolverKind) -> Way<'static> {
+    let settings = Settings { step: StepParams { formulation, ..StepParams::default() }, solver };
+    Way { name: name.to_owned(), kind: solver.name().to_owned(), settings, start: Start::Zero }
+}
+
+fn curve(problem: &Problem, way: &Way<'_>, levels: &[Level]) -> Curve {
+    run_way(problem, way, levels, &PLENTY, || true).unwrap().unwrap()
+}
+
+fn errors(curve: &Curve) -> Vec<f64> {
+    curve.points.iter().map(|point| curve.error(point, Against::Exact, Part::All).unwrap()).collect()
+}
+
+/// Rounding errors of a run, relative to the rods' length.
+const ROUNDING: f64 = 1e-11;
+
+/// Errors of a run's steps partly cancel each other: where a tighter tolerance costs some of the steps another iteration,
+/// the others' errors may stand out a little more (2 % were seen).
+const MIXED: f64 = 1.2;
+
+#[test]
+fn tighter_tolerances_do_not_err_more() {
+    let problem = rod(&Formulation::ALL);
+    let tolerances = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
+    for formulation in Formulation::ALL {
+        for solver in [SolverKind::Direct, SolverKind::cg(PreconditionerKind::BlockJacobi)] {
+            // Both tolerances go down together.
+            let levels: Vec<Level> = tolerances
+                .map(|t| Level {
+                    outer: Outer::Tolerance(t),
+                    linear: (solver != SolverKind::Direct).then_some(t),
+                    substeps: 1,
+                })
+                .to_vec();
+            let curve = curve(&problem, &way("w", formulation, solver), &levels);
+            let errors = errors(&curve);
+            for pair in errors.windows(2) {
+                assert!(pair[1] <= MIXED * pair[0] + ROUNDING, "{formulation}, {solver}: {errors:?}");
+            }
+            assert!(errors[6] < 1e-9 && errors[0] > 1e-6, "{formulation}, {solver}: {errors:?}");
+            assert!(curve.points.iter().all(|point| point.given_up.is_none() && point.status == "converged"));
+        }
+    }
+}
+
+#[test]
+fn more_iterations_do_not_err_more() {
+    let problem = rod(&[Formulation::XpbdGeometric]);
+    let levels: Vec<Level> =
+        [1, 2, 3, 5, 8].map(|count| Level { outer: Outer::Iterations(count), linear: None, substeps: 1 }).to_vec();
+    let curve = curve(&problem, &way("direct", Formulation::XpbdGeometric, SolverKind::Direct), &levels);
+    let errors = errors(&curve);
+    for (pair, level) in errors.windows(2).zip(&levels) {
+        assert!(pair[1] <= pair[0] + ROUNDING, "after {level:?}: {errors:?}");
+    }
+    assert!(errors[0] > 1e-6 && errors[4] < ROUNDING, "{errors:?}");
+    let outer: Vec<f64> = curve.points.iter().map(|point| point.outer_per_step).collect();
+    assert_eq!(outer, [1.0, 2.0, 3.0, 5.0, 8.0]);
+}
+
+#[test]
+fn cells_repeat_bit_by_bit_but_for_their_times() {
+    let mut problem = rod(&[Formulation::Newton]);
+    problem.converged = problem.converge(&[1, 2].map(refined_rod), || true).unwrap();
+    let guess = |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
+        GuessKind::Fischer(4).build(model, members, topology)
+    };
+    let solver = SolverKind::cg(PreconditionerKind::Jacobi);
+    let way = Way { start: Start::Guess(&guess), ..way("fischer", Formulation::Newton, solver) };
+    let levels = Level::of_tolerances(solver, &[1e-2, 1e-6]);
+    let budget = Budget { repetitions: 3, ..PLENTY };
+    let run = || run_way(&problem, &way, &levels, &budget, || true).unwrap().unwrap();
+    let (first, again) = (run(), run());
+    for point in &first.points {
+        let (time, ratio) = (point.time.unwrap(), point.ratio.unwrap());
+        assert!(time.median > 0.0 && ratio.lower <= ratio.median && ratio.median <= ratio.upper);
+        assert!(point.linear_per_step > point.outer_per_step && point.outer_per_step >= 1.0);
+        assert_eq!(point.length_ratio.len(), problem.samples.len());
+        assert_eq!(point.converged.as_ref().unwrap().0.len(), problem.samples.len());
+    }
+    // Both survive a file, up to the last bit of a number.
+    let read: Curve = serde_json::from_str(&serde_json::to_string(&first).unwrap()).unwrap();
+    for (read, point) in read.points.iter().zip(&first.points) {
+        assert_eq!((read.level, &read.status, read.given_up), (point.level, &point.status, point.given_up));
+        assert!((read.time.unwrap().median / point.time.unwrap().median - 1.0).abs() < 1e-14);
+    }
+    assert_eq!((read.points.len(), &read.samples), (first.points.len(), &problem.samples));
+    let converged = problem.converged.as_ref().unwrap();
+    let read: Converged = serde_json::from_str(&serde_json::to_string(converged).unwrap()).unwrap();
+    let positions = |converged: &Converged| converged.frames.iter().flatten().copied().collect::<Vec<_>>();
+    let pairs: Vec<_> = positions(&read).into_iter().zip(positions(converged)).collect();
+    assert_eq!((read.factors.as_slice(), pairs.len()), ([1, 2].as_slice(), 100));
+    assert!(pairs.iter().all(|(read, written)| (read - written).norm() < 1e-14));
+    let timeless = |mut curve: Curve| {
+        curve.yardstick = None;
+        for point in &mut curve.points {
+            (point.time, point.ratio) = (None, None);
+        }
+        curve
+    };
+    assert_eq!(timeless(first), timeless(again));
+}
+
+#[test]
+fn ways_that_run_out_are_given_up() {
+    let problem = rod(&[Formulation::XpbdGeometric]);
+    let params = CgParams { preconditioner: PreconditionerKind::Raw, max_iterations: Some(3), ..CgParams::default() };
+    let base = way("raw", Formulation::XpbdGeometric, SolverKind::Cg(params));
+    let settings =
+        Settings { step: StepParams { max_iterations: 2, max_halvings: 0, ..base.settings.step }, ..base.settings };
+    let way = Way { settings, ..base };
+    let levels = [
+        Level { outer: Outer::Tolerance(1e-8), linear: Some(1e-8), substeps: 1 },
+        Level { outer: Outer::Iterations(2), linear: Some(1e-8), substeps: 1 },
+    ];
+    let curve = curve(&problem, &way, &levels);
+    assert_eq!(curve.points[0].given_up, Some((1, GivenUp::LinearSolver)));
+    assert_eq!((curve.points[0].time, curve.error(&curve.points[0], Against::Exact, Part::All)), (None, None));
+    assert_eq!(curve.points[1].given_up, None, "so many iterations are what was asked for");
+    assert!(curve.error(&curve.points[1], Against::Exact, Part::All).unwrap() > 1e-6);
+    assert_eq!(curve.line(Against::Exact, Part::All).places.len(), 1);
+
+    let no_time = Budget { seconds: 0.0, repetitions: 3 };
+    let direct = self::way("direct", Formulation::XpbdGeometric, SolverKind::Direct);
+    let levels = Level::of_tolerances(SolverKind::Direct, &[1e-4]);
+    let curve = run_way(&problem, &direct, &levels, &no_time, || true).unwrap().unwrap();
+    assert_eq!(curve.points[0].given_up, Some((1, GivenUp::OverBudget)));
+    assert!(run_way(&problem, &direct, &levels, &PLENTY, || false).unwrap().is_none());
+}
+
+#[test]
+fn substeps_come_nearer_to_the_converged_reference() {
+    let mut problem = rod(&[Formulation::Newton]);
+    problem.converged = problem.converge(&[1, 2, 4].map(refined_rod), || true).unwrap();
+    let levels = [1, 2, 4, 8].map(|substeps| Level { outer: Outer::Tolerance(1e-8), linear: None, substeps }).to_vec();
+    let curve = curve(&problem, &way("direct", Formulation::Newton, SolverKind::Direct), &levels);
+    let error = |index: usize| curve.error(&curve.points[index], Against::Converged, Part::All).unwrap();
+    assert!((1..4).all(|index| error(index) < error(index - 1)), "{:?}", [0, 1, 2, 3].map(error));
+    let is_same_motion = |index: usize| curve.error(&curve.points[index], Against::Exact, Part::All).is_some();
+    assert_eq!([0, 1, 2, 3].map(is_same_motion), [true, false, false, false]);
+}
+
+#[test]
+fn predictions_in_the_place_of_solves_are_a_way() {
+    struct Nothing;
+    impl Projection for Nothing {
+        fn project(
+            &mut self,
+            _: &solver::component::Component<f64>,
+            _: usize,
+            _: &mut [solver::system::Six<f64>],
+            _: &mut [solver::system::Six<f64>],
+        ) {
+        }
+    }
+    let problem = rod(&[Formulation::Xpbd]);
+    let nothing = |_: &Model, _: &Members, _: &Topology| -> Box<dyn Projection> { Box::new(Nothing) };
+    let way = Way { start: Start::EndToEnd(&nothing), ..way("nothing", Formulation::Xpbd, SolverKind::Direct) };
+    let curve = curve(&problem, &way, &[Level { outer: Outer::Iterations(1), linear: None, substeps: 1 }]);
+    // Without solves the segments fall freely: g t^2 / 2, and a little more for symplectic Euler, but the clamped one.
+    let (t, n) = (0.4, 20.0);
+    let fallen = 9.81 * t * t / 2.0 * (1.0 + 1.0 / n);
+    let point = &curve.points[0];
+    assert!((point.length_ratio[0] - 1.0).abs() < 1e-9, "along d3 nothing opens");
+    let error = curve.error(point, Against::Exact, Part::All).unwrap();
+    assert!(error > 0.1 * fallen / 2.0 && error < fallen / 2.0, "{error}");
+    assert_eq!(point.outer_per_step, 1.0);
+}
+
+/// Position error at the end of each refinement against the next.
+fn differences(name: &str, steps: usize, factors: &[usize]) -> Vec<f64> {
+    let scene = scene::builtin(name).unwrap();
+    let problem = Problem::new(name, (scene.model, scene.state), (scene.run.dt, steps), &[], || true).unwrap().unwrap();
+    let converged = problem.converge(&refined(name, factors), || true).unwrap().unwrap();
+    assert_eq!((converged.status.as_str(), converged.first_contact), ("converged", None));
+    assert_eq!(converged.frames.len(), problem.samples.len());
+    assert_eq!(converged.error(), converged.differences.last().unwrap());
+    converged.differences.iter().map(|errors| *errors.last().unwrap()).collect()
+}
+
+#[test]
+fn references_converge() {
+    // Each refinement by two leaves a half of the clamped segment's error, and a quarter of the time step's.
+    for (name, steps, factors) in [("bending-rod", 25, [1, 2, 4, 8].as_slice()), ("tree-10", 5, &[1, 2, 4])] {
+        let differences = differences(name, steps, factors);
+        println!("{name}: {differences:?}");
+        for pair in differences.windows(2) {
+            let order = (pair[0] / pair[1]).log2();
+            assert!((0.9..2.3).contains(&order), "{name}: order {order}, {differences:?}");
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Linear solver and start of a run: what the arguments ask for, and what is chosen where they leave it open.
+
+use std::fmt;
+use std::str::FromStr;
+
+use anyhow::{Result, bail};
+use catalogue::GuessName;
+use rod::Model;
+use solver::auto::{self, Choice};
+use solver::formulation::Formulation;
+use solver::linear::cg::CgParams;
+use solver::linear::solvers::SolverKind;
+use solver::step::StepParams;
+
+use crate::cli::RunArgs;
+
+/// A linear solver as it stands on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum SolverName {
+    /// Chosen for the scene.
+    #[default]
+    Auto,
+    /// This one.
+    Fixed(SolverKind),
+}
+
+impl fmt::Display for SolverName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Fixed(kind) => kind.fmt(f),
+        }
+    }
+}
+
+impl FromStr for SolverName {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        if name == "auto" {
+            return Ok(Self::Auto);
+        }
+        let kind: Result<SolverKind, String> = name.parse();
+        kind.map(Self::Fixed).map_err(|expected| expected.replacen("one of ", "one of auto, ", 1))
+    }
+}
+
+/// How a scene is solved.
+#[derive(Debug)]
+pub(crate) struct Way {
+    /// Linear solver.
+    pub(crate) solver: SolverKind,
+    /// Start of solves or steps.
+    pub(crate) guess: GuessName,
+    /// What was chosen, where the start was left open: it knows of sets that move in lanes.
+    pub(crate) choice: Option<Choice>,
+    /// What was left open, what it became, and why, in one line; `None` where the arguments say it all.
+    pub(crate) chosen: Option<String>,
+}
+
+/// The way that the arguments ask for; what they leave open is chosen for `model`.
+///
+/// # Errors
+/// If flags do not go together.
+pub(crate) fn way(args: &RunArgs, model: &Model, step: &StepParams) -> Result<Way> {
+    check_guess(args, step.formulation)?;
+    let (asked, why_cg) = asked_solver(args)?;
+    if let Some(guess) = args.guess
+        && args.end_to_end.is_some()
+    {
+        if args.solver != SolverName::Auto {
+            bail!("--end-to-end replaces all solves, but --solver {} asks for them", args.solver);
+        }
+        return Ok(Way { solver: SolverKind::Direct, guess, choice: None, chosen: None });
+    }
+    let mut choice = auto::choose(model, step, asked);
+    choice.why_solver = why_cg.or(choice.why_solver);
+    let solver = choice.solver;
+    let Some(guess) = args.guess else {
+        let (guess, chosen) = (GuessName::Plain(choice.guess), Some(choice.reason()));
+        return Ok(Way { solver, guess, choice: Some(choice), chosen });
+    };
+    if guess.helps_solves() && !matches!(solver, SolverKind::Cg(_)) {
+        bail!("--guess {guess} needs --solver cg, but the solver is {solver}, which has no use for a start");
+    }
+    Ok(Way { solver, guess, choice: None, chosen: choice.reason_of_solver() })
+}
+
+/// The solver that the arguments ask for. Flags that conjugate gradients alone can use ask for these where the solver is
+/// left open; then there is also a line that says so.
+fn asked_solver(args: &RunArgs) -> Result<(Option<SolverKind>, Option<String>)> {
+    let params =
+        [("--preconditioner", args.preconditioner.is_some()), ("--linear-tolerance", args.linear_tolerance.is_some())];
+    let of_cg = |params: CgParams| {
+        SolverKind::Cg(CgParams {
+            preconditioner: args.preconditioner.unwrap_or(params.preconditioner),
+            tolerance: args.linear_tolerance.unwrap_or(params.tolerance),
+            ..params
+        })
+    };
+    match args.solver {
+        SolverName::Fixed(SolverKind::Cg(params)) => Ok((Some(of_cg(params)), None)),
+        SolverName::Fixed(other) => {
+            if let Some((flag, _)) = params.iter().find(|(_, given)| *given) {
+                bail!("{flag} needs --solver cg, but the solver is {other}");
+            }
+            Ok((Some(other), None))
+        }
+        SolverName::Auto => {
+            let guess = args.guess.filter(|guess| guess.helps_solves()).map(|guess| format!("--guess {guess}"));
+            let flag = params.iter().find(|(_, given)| *given).map(|(flag, _)| (*flag).to_owned());
+            let why = guess.or(flag).map(|flag| format!("no other has a use for {flag}"));
+            Ok((why.is_some().then(|| of_cg(CgParams::default())), why))
+        }
+    }
+}
+
+fn check_guess(args: &RunArgs, formulation: Formulation) -> Result<()> {
+    let name = args.guess.map_or("the default".to_owned(), |guess| guess.to_string());
+    for (flag, given) in [
+        ("--end-to-end", args.end_to_end.is_some()),
+        ("--planar", args.planar),
+        ("--scenario", args.scenario.is_some()),
+    ] {
+        if given && !args.guess.is_some_and(GuessName::is_learned) {
+            bail!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {name}");
+        }
+    }
+    if args.guess.is_some_and(GuessName::helps_steps) {
+        if args.end_to_end.is_some() {
+            bail!("--end-to-end needs a guess of linear solves (--guess knn, gn or gn-best), but the guess is {name}");
+        }
+        if !formulation.momentum() {
+            bail!("--guess {name} needs --formulation newton, but the formulation is {formulation}");
+        }
+    }
+    Ok(())
+}

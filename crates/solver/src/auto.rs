@@ -1,0 +1,135 @@
+//! Which linear solver and which start to take: rules that measurements support.
+//!
+//! The formulation is not chosen: it says which problem is to be solved. All the rest changes the time alone. What
+//! was measured on builtin scenes, at outer tolerances from 1e-2 to 1e-8, on one thread, the sum over steps of each
+//! step's fastest of four runs: direct, sparse, and conjugate gradients with each preconditioner, linear tolerances
+//! from 1e-1 to 1e-6, from each start.
+//!
+//! - **The solver is direct.** At equal error no other was faster by a tenth in `xpbd` formulations. The nearest
+//!   conjugate gradients take three times as long on a rod of 30 segments (1e-4: 43 us a step and 13 us); on a net
+//!   of 48 segments none stayed below one and a half times its time. The same name is sparse Cholesky for sets with
+//!   loops ([`crate::linear::looped`]), set by set; on trees that is two to three times slower (206 segments: 334
+//!   us and 136 us).
+//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own: it saves a
+//!   third of the iterations at best, and lanes more.
+//! - **`newton` starts steps at the parabola through the last three where that pays.** On a rod that swings (30
+//!   segments, 1e-6) it takes 24 us a step instead of 32; on an elastica that creeps to rest 54 instead of 46
+//!   (1e-4), on a column that buckles 31 instead of 23 (1e-2). [`GuessKind::StepAdaptive`] counts iterations and
+//!   finds out. It learns late where steps differ: in a fifth of the cells it was more than a tenth behind the best
+//!   fixed start, a fifth on a branched rod (1e-4) and a net (1e-2), two fifths on a tree (1e-6) and a ring (1e-8).
+//!   It never leaves the parabola while contacts press: their impulses are part of the start (a helix on a plane,
+//!   1e-2: 17 ms a step instead of 127).
+//! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of
+//!   a linear solve is no use to a direct solver.
+
+use std::collections::HashSet;
+
+use rod::Model;
+
+use crate::component::{Members, split_alike};
+use crate::guess::{GuessKind, InitialGuess};
+use crate::linear::solvers::SolverKind;
+use crate::step::StepParams;
+use crate::topology::Topology;
+
+/// What was chosen, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Linear solver of all connected sets.
+    pub solver: SolverKind,
+    /// Start of the sets that are stepped one by one; [`GuessKind::Zero`] where all move in lanes.
+    pub guess: GuessKind,
+    /// Number of connected sets that move in lanes.
+    pub in_lanes: usize,
+    /// Why this solver; `None` where it was asked for.
+    pub why_solver: Option<String>,
+    /// Why this start.
+    pub why_guess: String,
+    /// First segments of the sets that move in lanes.
+    lanes: HashSet<usize>,
+}
+
+impl Choice {
+    /// The solver and why, in words; `None` where it was asked for.
+    pub fn reason_of_solver(&self) -> Option<String> {
+        self.why_solver.as_ref().map(|why| format!("solver {}: {why}", self.solver))
+    }
+
+    /// What was chosen and why, in one line.
+    pub fn reason(&self) -> String {
+        let guess = format!("guess {}: {}", self.guess, self.why_guess);
+        self.reason_of_solver().into_iter().chain([guess]).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Whether a connected set of segments moves in a lane, which has no place for a start.
+    pub fn is_in_lane(&self, members: &Members) -> bool {
+        members.segments.first().is_some_and(|first| self.lanes.contains(first))
+    }
+
+    /// The start of one connected set of segments: a [`crate::simulation::GuessFactory`].
+    pub fn build_guess(&self, model: &Model, members: &Members, topology: &Topology) -> Option<Box<dyn InitialGuess>> {
+        if self.is_in_lane(members) { None } else { self.guess.build(model, members, topology) }
+    }
+}
+
+/// Chooses the linear solver and the start for steps of `model`; `asked` is the solver where that is not to be chosen.
+pub fn choose(model: &Model, step: &StepParams, asked: Option<SolverKind>) -> Choice {
+    let solver = asked.unwrap_or(SolverKind::Direct);
+    let touches = !model.contacts.is_empty();
+    let mut census = Census::default();
+    let mut lanes = HashSet::new();
+    let mut alone = 0;
+    for alike in split_alike(model) {
+        census.add(&alike.topology, alike.sets.len());
+        if solver == SolverKind::Direct && !touches && alike.fill_lanes() {
+            lanes.extend(alike.sets.iter().filter_map(|members| members.segments.first()));
+        } else {
+            alone += alike.sets.len();
+        }
+    }
+    let (guess, why_guess) = match (step.formulation.momentum(), alone) {
+        (false, _) => (GuessKind::Zero, format!("{} would keep the error of a start", step.formulation)),
+        (true, 0) => (GuessKind::Zero, "alike sets move in lanes, which costs less than any start saves".to_owned()),
+        (true, _) => (GuessKind::StepAdaptive, "it saves outer iterations, or stands back".to_owned()),
+    };
+    let in_lanes = lanes.len();
+    let why_solver = if asked.is_none() { Some(census.reason(in_lanes)) } else { None };
+    Choice { solver, guess, in_lanes, why_solver, why_guess, lanes }
+}
+
+/// How many connected sets there are of each shape.
+#[derive(Default)]
+struct Census {
+    chains: usize,
+    trees: usize,
+    looped: usize,
+}
+
+impl Census {
+    fn add(&mut self, topology: &Topology, sets: usize) {
+        match (topology.elimination.is_some(), topology.branches) {
+            (false, _) => self.looped += sets,
+            (true, 0) => self.chains += sets,
+            (true, _) => self.trees += sets,
+        }
+    }
+
+    fn reason(&self, in_lanes: usize) -> String {
+        let count = |n: usize, one: &str, many: &str| match n {
+            0 => None,
+            1 => Some(format!("1 {one}")),
+            n => Some(format!("{n} {many}")),
+        };
+        let open = [count(self.chains, "chain", "chains"), count(self.trees, "tree", "trees")];
+        let open: Vec<String> = open.into_iter().flatten().collect();
+        let mut parts = Vec::new();
+        if !open.is_empty() {
+            let lanes = if in_lanes > 0 { format!(", {in_lanes} in lanes,") } else { String::new() };
+            parts.push(format!("eliminating {}{lanes} costs less than iterating", open.join(" and ")));
+        }
+        if let Some(looped) = count(self.looped, "set with loops", "sets with loops") {
+            parts.push(format!("sparse Cholesky of {looped} costs less than iterating"));
+        }
+        if parts.is_empty() { "there is nothing to solve".to_owned() } else { parts.join(" and ") }
+    }
+}

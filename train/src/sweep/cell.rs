@@ -1,0 +1,131 @@
+//! One cell: a training, and the measurement of what came of it.
+
+use std::fs;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
+use dataset::Scenario;
+use evaluation::ablation::{self, FREE, Key, Outcome, PLANAR, Row, Test};
+use evaluation::guesses;
+use evaluation::starts::{Measured, Plan as Starts};
+use graph::{Graph, Normal, planar_normal};
+use rod::Model;
+use scene::Scene;
+use solver::component::Members;
+use solver::formulation::Formulation;
+use solver::guess::InitialGuess;
+use solver::linear::precondition::PreconditionerKind;
+use solver::simulation::{GuessFactory, Settings};
+use solver::topology::Topology;
+
+use crate::cli::Plan;
+use crate::course::{Course, with_ending};
+use crate::lesson::Taught;
+use crate::run;
+
+/// Trains a cell, or goes on with it where it was cut off, and measures it; `None` where `stopped` came first. After
+/// each measurement on validation scenes `report` hears of it, and of the nodes that were visited in a second.
+///
+/// The training's state stays: times that a busy machine has spoilt can be measured again without training.
+pub(crate) fn run(
+    plan: &Plan,
+    taught: &Taught,
+    key: &Key,
+    stopped: &AtomicBool,
+    report: impl FnMut(&Course<'_>, f64) -> Result<()>,
+) -> Result<Option<Outcome>> {
+    let mut course = Course::new(plan, taught);
+    if course.state_file().exists() {
+        course.resume()?;
+    }
+    if matches!(course.train(stopped, report)?, run::Outcome::Interrupted) {
+        return Ok(None);
+    }
+    let training_s = course.seconds();
+    let weights = course.checkpoint()?.weights;
+    let begin = Instant::now();
+    let Some(rows) = measure(plan.scenario, &key.test, &weights, &taught.encoding, stopped)? else { return Ok(None) };
+    let file = with_ending(&plan.out, ".safetensors");
+    let bytes = fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    Ok(Some(Outcome {
+        parameters: weights.values().len(),
+        weights_blake3: blake3::hash(&bytes).to_hex().to_string(),
+        best_epoch: course.best_row().map_or(0, |row| row.epoch),
+        final_loss: course.rows.last().map_or(f64::NAN, |row| row.loss),
+        node_visits: key.node_visits(),
+        training_s,
+        measuring_s: begin.elapsed().as_secs_f64(),
+        machine: export::machine(),
+        threads: plan.threads,
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        git_revision: export::git_revision(),
+        rows,
+    }))
+}
+
+/// Measures the network's guess on held-out scenes beside the zero start, on the same systems in turns; `None` where
+/// `stopped` came first.
+fn measure(
+    scenario: Scenario,
+    test: &Test,
+    weights: &Weights,
+    encoding: &Encoding,
+    stopped: &AtomicBool,
+) -> Result<Option<Vec<Row>>> {
+    let trained = Trained::new(weights, encoding.clone());
+    let scene = |index| Ok(scenario.sample(test.seed, index).scene()?);
+    let scenes = (0..test.simulations).map(scene).collect::<Result<Vec<Scene>>>()?;
+    let planes: Vec<_> = scenes.iter().map(|scene| planar_normal(&scene.model, &scene.state)).collect();
+    let are_planar = planes.iter().all(Option::is_some);
+    // Features in body frames have the plane's symmetry by themselves, where there is one.
+    let is_free = !are_planar || encoding.features == Features::Paper;
+    let guesses: Vec<(&str, bool)> =
+        [(FREE, is_free), (PLANAR, are_planar)].into_iter().filter(|(_, is_wanted)| *is_wanted).collect();
+    let mut measured = Vec::new();
+    for (scene, plane) in scenes.iter().zip(planes) {
+        let guesses: Vec<_> = guesses.iter().map(|&(name, _)| (name, plane.filter(|_| name == PLANAR))).collect();
+        measured.push(simulate(scene, &trained, &guesses, test.steps, stopped)?);
+        if stopped.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+    }
+    // The names and columns are all that the rows take of a plan.
+    let names = guesses.iter().map(|(name, _)| ((*name).to_owned(), None));
+    Ok(Some(ablation::rows(&starts(names, test.steps), &measured)))
+}
+
+/// The zero start, and the network in each plane.
+fn simulate(
+    scene: &Scene,
+    trained: &Trained,
+    planes: &[(&str, Option<Normal>)],
+    steps: usize,
+    stopped: &AtomicBool,
+) -> Result<Measured> {
+    let factory = |plane: Option<Normal>| {
+        move |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
+            Some(Box::new(GnGuess::new(trained, Graph::new(model, members, topology), plane)))
+        }
+    };
+    let factories: Vec<_> = planes.iter().map(|&(_, plane)| factory(plane)).collect();
+    let guesses =
+        planes.iter().zip(&factories).map(|((name, _), own)| ((*name).to_owned(), Some(own as GuessFactory<'_>)));
+    // The paper's formulation, and the data sets'.
+    let mut settings = Settings::default();
+    settings.step.formulation = Formulation::Xpbd;
+    let dt = scene.run.dt;
+    let is_on = || !stopped.load(Ordering::Relaxed);
+    Ok(guesses::measure(&scene.model, &scene.state, dt, &settings, &starts(guesses, steps), is_on)?)
+}
+
+fn starts<'a>(guesses: impl Iterator<Item = (String, Option<GuessFactory<'a>>)>, steps: usize) -> Starts<'a> {
+    Starts {
+        guesses: std::iter::once(("zero".to_owned(), None)).chain(guesses).collect(),
+        preconditioners: vec![PreconditionerKind::Raw, PreconditionerKind::BlockJacobi],
+        tolerances: vec![1e-2, 1e-4],
+        max_iterations: None,
+        buckets: ablation::buckets(steps),
+    }
+}

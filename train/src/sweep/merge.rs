@@ -1,0 +1,189 @@
+//! `train sweep merge`: the cells of all shards together.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use evaluation::ablation::{Cell, Key, Outcome, SCHEMA_VERSION, SUMMARY, Summary, Sweep};
+use evaluation::guesses::Spread;
+use export::{Stored, seal, write_atomically};
+use terminal::say;
+
+use super::args::MergeArgs;
+use super::folder::{Folder, difference};
+use super::tables;
+
+/// File with all rows as comma-separated values.
+const CSV: &str = "sweep.csv";
+/// Lost cells that an error names.
+const NAMED: usize = 5;
+
+/// Puts the cells together, writes sweep.csv and summary.toml, and prints the tables.
+///
+/// # Errors
+/// If folders are of different sweeps; if a cell is there twice with different weights; if cells are lost or damaged and
+/// `args` does not allow for it.
+pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
+    let sweep = common(&args.folders)?;
+    let gathered = Gathered::new(&sweep, &args.folders)?;
+    for damaged in &gathered.damaged {
+        say!("damaged: {damaged}")?;
+    }
+    let all = gathered.outcomes.len();
+    let lost: Vec<String> =
+        gathered.outcomes.iter().filter(|(_, outcome)| outcome.is_none()).map(|(key, _)| key.to_string()).collect();
+    say!(
+        "{} of {all} cells; {} doubled with the same weights; {} lost, {} files damaged",
+        all - lost.len(),
+        gathered.doubled,
+        lost.len(),
+        gathered.damaged.len()
+    )?;
+    if !lost.is_empty() && !args.partial {
+        let more = if lost.len() > NAMED { "; ..." } else { "" };
+        let named = lost.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join("; ");
+        let damaged = gathered.damaged.first().map_or(String::new(), |first| format!("; damaged: {first}"));
+        bail!("{} of {all} cells are lost (--partial leaves them out): {named}{more}{damaged}", lost.len());
+    }
+    let cell = |(key, outcome): (Key, Option<Outcome>)| {
+        let Key { seed, architecture, source, .. } = key;
+        outcome.map(|outcome| Cell { scenario: source.scenario, architecture, seed, outcome })
+    };
+    let cells = gathered.outcomes.into_iter().filter_map(cell).collect();
+    let summary = Summary { schema_version: SCHEMA_VERSION, lost, sweep, cells };
+    let out = args.out();
+    fs::create_dir_all(out).with_context(|| format!("--out: cannot make the folder {}", out.display()))?;
+    let [table, sealed] = [csv(&summary), seal(&summary)?];
+    write_atomically(&out.join(CSV), |file| file.write_all(table.as_bytes()))?;
+    write_atomically(&out.join(SUMMARY), |file| file.write_all(sealed.as_bytes()))?;
+    tables::print(&summary)?;
+    say!("wrote {} and {}", out.join(CSV).display(), out.join(SUMMARY).display())
+}
+
+/// The sweep that all folders are of.
+fn common(folders: &[PathBuf]) -> Result<Sweep> {
+    let mut first: Option<(PathBuf, Sweep)> = None;
+    for folder in folders {
+        let folder = Folder::new(folder);
+        let file = folder.sweep_file();
+        let Some(sweep) = folder.sweep()? else {
+            bail!("{} is not there: this is no folder of a sweep", file.display())
+        };
+        match &first {
+            Some((other, same)) if *same != sweep => {
+                let difference = difference(&sweep, same)?;
+                bail!("{} is of another sweep than {}, {difference}", file.display(), other.display())
+            }
+            Some(_) => {}
+            None => first = Some((file, sweep)),
+        }
+    }
+    Ok(first.context("no folder is given")?.1)
+}
+
+/// What is in the folders.
+struct Gathered {
+    /// All cells of the sweep, in its order.
+    outcomes: Vec<(Key, Option<Outcome>)>,
+    /// What is wrong with files.
+    damaged: Vec<String>,
+    /// Cells that were there once more.
+    doubled: usize,
+}
+
+impl Gathered {
+    fn new(sweep: &Sweep, folders: &[PathBuf]) -> Result<Self> {
+        let (mut found, mut damaged, mut doubled) = (BTreeMap::<String, Stored<Key, Outcome>>::new(), Vec::new(), 0);
+        for folder in folders {
+            for stored in Folder::new(folder).cells.all()? {
+                let stored = match stored {
+                    Ok(stored) => stored,
+                    Err(error) => {
+                        damaged.push(error.to_string());
+                        continue;
+                    }
+                };
+                // The name is the key's hash.
+                let name = name(&stored.file);
+                match found.get(&name) {
+                    None => drop(found.insert(name, stored)),
+                    Some(other) if other.value.weights_blake3 == stored.value.weights_blake3 => doubled += 1,
+                    Some(other) => bail!(
+                        "{} and {} are the same cell ({}) with different weights: delete one of them",
+                        other.file.display(),
+                        stored.file.display(),
+                        stored.key
+                    ),
+                }
+            }
+        }
+        // Keys are alike in all folders, wherever they are.
+        let cells = Folder::new(Path::new("")).cells;
+        let take = |key: Key| Ok((found.remove(&name(&cells.file(&key)?)).map(|stored| stored.value), key));
+        let outcomes = sweep.keys().into_iter().map(take).collect::<Result<Vec<_>>>()?;
+        if let Some(foreign) = found.values().next() {
+            bail!("{}: {} is no cell of this sweep", foreign.file.display(), foreign.key);
+        }
+        Ok(Self { outcomes: outcomes.into_iter().map(|(outcome, key)| (key, outcome)).collect(), damaged, doubled })
+    }
+}
+
+fn name(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// One line a cell, guess, preconditioner and tolerance; empty where nothing was counted.
+fn csv(summary: &Summary) -> String {
+    let spreads = ["iteration_ratio", "speed_up", "zero_us", "inference_us"];
+    let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
+    let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
+    let mut text = format!(
+        "scenario,recipe,gn_blocks,mlp_layers,width,seed,epochs,batch,node_visits,parameters,best_epoch,final_loss,\
+         training_s,weights_blake3,machine,threads,program_version,git_revision,\
+         guess,preconditioner,tolerance,solves,dropped,{}\n",
+        names.join(",")
+    );
+    let budget = &summary.sweep.budget;
+    for Cell { scenario, architecture, seed, outcome } in &summary.cells {
+        let start = format!(
+            "{scenario},{},{},{},{},{seed},{},{},{},{},{},{:e},{:.1},{},\"{}\",{},{},{}",
+            budget.recipe,
+            architecture.gn_blocks,
+            architecture.mlp_layers,
+            architecture.width,
+            budget.epochs,
+            budget.batch,
+            outcome.node_visits,
+            outcome.parameters,
+            outcome.best_epoch,
+            outcome.final_loss,
+            outcome.training_s,
+            outcome.weights_blake3,
+            outcome.machine.replace('"', "\"\""),
+            outcome.threads,
+            outcome.program_version,
+            outcome.git_revision.as_deref().unwrap_or_default()
+        );
+        for row in &outcome.rows {
+            // Writing to a string cannot fail.
+            let _ = write!(
+                text,
+                "{start},{},{},{:e},{},{}",
+                row.guess, row.preconditioner, row.tolerance, row.solves, row.dropped
+            );
+            for spread in [row.iteration_ratio, row.speed_up, row.zero_us, row.inference_us] {
+                text.push_str(&spread.map_or(",,,,".to_owned(), |Spread { mean, lower, median, upper }| {
+                    format!(",{mean:.6e},{lower:.6e},{median:.6e},{upper:.6e}")
+                }));
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests;
