@@ -125,8 +125,8 @@ pub(crate) struct TrainArgs {
     /// Inputs: paper (world axes), body-frame (body axes, with the right-hand side) [default: the recipe's].
     #[arg(long, value_enum)]
     pub(crate) features: Option<FeaturesArg>,
-    /// Outputs: full (dp and dlambda), semi (turns, from which statics makes the rest, and for knots, which are held at
-    /// both ends, a force; body-frame only) [default: the recipe's].
+    /// Outputs: full (dp and dlambda), semi (turns, from which statics makes the rest; body-frame only, and not for knots,
+    /// which are held at both ends) [default: the recipe's].
     #[arg(long, value_enum)]
     pub(crate) head: Option<HeadArg>,
     /// mse: MSE(V) + MSE(E). cg: logarithm of the residual after six iterations of block-Jacobi conjugate gradients from
@@ -136,7 +136,7 @@ pub(crate) struct TrainArgs {
     /// Times through the training samples [default: 600; recipe step: 100].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) epochs: Option<u64>,
-    /// Samples in a batch [default: 128; 16 trees, which have a thousand nodes each].
+    /// Samples in a batch [default: 128; 32 knots, 16 trees].
     #[arg(long, value_parser = whole)]
     pub(crate) batch: Option<usize>,
     /// Step size of Adam [default: 1e-3; recipes best and step: 2e-3].
@@ -346,13 +346,11 @@ impl TrainArgs {
             (Some(FeaturesArg::Paper), _) | (None, Recipe::Paper) => Features::Paper,
             (Some(FeaturesArg::BodyFrame), _) | (None, Recipe::Best) => Features::BodyFrame,
         };
+        let is_knot = self.scenario == Scenario::Knot;
         let head = match (self.head, features) {
             (None, Features::History) => Head::Turns,
             (Some(HeadArg::Full), _) | (None, Features::Paper) => Head::Full,
-            // A rope that is held at both ends is not statically determined.
-            (Some(HeadArg::Semi), _) | (None, Features::BodyFrame) if self.scenario == Scenario::Knot => {
-                Head::SemiClosed
-            }
+            (None, Features::BodyFrame) if is_knot => Head::Full,
             (Some(HeadArg::Semi), _) | (None, Features::BodyFrame) => Head::Semi,
         };
         if recipe == Recipe::Step && !self.scenario.teaches_steps() {
@@ -366,6 +364,11 @@ impl TrainArgs {
         }
         if let (Recipe::Step, Some(data)) = (recipe, &self.set.data) {
             bail!("--data {}: recipe step has no data set, it simulates what it learns from", data.display());
+        }
+        if is_knot && head == Head::Semi {
+            bail!(
+                "--head semi needs rods that are held at one place, but a knot is held at both ends; use --head full"
+            );
         }
         if !head.fits(features) {
             bail!("--head {} needs --features body-frame, but the features are the paper's", head.name());
@@ -407,7 +410,12 @@ impl TrainArgs {
             network,
             loss,
             epochs: self.epochs.unwrap_or(if self.quick { epochs / 15 } else { epochs }),
-            batch: self.batch.unwrap_or(if self.scenario == Scenario::Tree { 16 } else { 128 }),
+            // Few knots and large trees: smaller batches make more steps of them.
+            batch: self.batch.unwrap_or(match self.scenario {
+                Scenario::Rod | Scenario::Helix => 128,
+                Scenario::Knot => 32,
+                Scenario::Tree => 16,
+            }),
             learning_rate: self.learning_rate.unwrap_or(if is_paper { 1e-3 } else { 2e-3 }),
             schedule: self.schedule.unwrap_or(default_schedule),
             seed: self.seed,

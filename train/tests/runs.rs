@@ -151,6 +151,7 @@ fn mistakes_get_one_error_that_says_what_is_allowed() {
         (&["--backend", "torch"], &["--backend", "ndarray"]),
         (&["data", "--shard", "3/3"], &["--shard", "n - 1"]),
         (&["--features", "paper", "--head", "semi"], &["--head semi", "body-frame"]),
+        (&["--scenario", "knot", "--recipe", "best", "--head", "semi"], &["--head semi", "held at both ends"]),
         (&["--recipe", "step", "--features", "paper"], &["--features and --head", "recipe is step"]),
         (&["--recipe", "step", "--data", "d"], &["--data d", "recipe step has no data set"]),
         (&["--recipe", "step", "--loss", "cg"], &["--loss cg", "use log or mse"]),

@@ -127,7 +127,7 @@ impl Network {
     pub fn guess(&self, graph: Graph, plane: Option<Normal>) -> Box<dyn InitialGuess> {
         match self.trained.encoding().head {
             Head::Turns => Box::new(GnStepGuess::new(&self.trained, graph, plane)),
-            Head::Full | Head::Semi | Head::SemiClosed => Box::new(self.projection(graph, plane)),
+            Head::Full | Head::Semi => Box::new(self.projection(graph, plane)),
         }
     }
 

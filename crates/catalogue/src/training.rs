@@ -51,7 +51,7 @@ impl Training {
         Ok(scenarios.iter().map(training).collect())
     }
 
-    /// For a scene: of the scenario asked for, else of the one that is most like it ([`fitting`]).
+    /// For a scene: of the scenario asked for, else of the one that is most like it.
     ///
     /// # Errors
     /// As [`Self::of`].
@@ -116,7 +116,7 @@ impl Training {
 
 /// The scenario that is most like a scene: trees where rods hang together without loops, knots where a single rod that can
 /// touch itself is held at both ends, else helices where joints are bent or twisted at rest, else rods.
-pub fn fitting(scene: &Scene) -> Scenario {
+fn fitting(scene: &Scene) -> Scenario {
     let model = &scene.model;
     let rod_of = |body: Body| match body {
         Body::Segment(segment) => Some(model.segments[segment].rod),
@@ -165,4 +165,31 @@ fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Option<String>
         .iter()
         .flat_map(|j| [("youngs_modulus_pa", j.youngs_modulus), ("torsion_modulus_pa", j.torsion_modulus)]);
     whole.into_iter().chain(of_segments).chain(of_joints).find_map(|(name, value)| outside(name, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_fit_the_scenario_that_they_are_like() {
+        for scenario in Scenario::ALL {
+            let scene = scenario.sample(3, 1).scene().unwrap();
+            assert_eq!((fitting(&scene), foreign(&scene, &scenario.ranges())), (scenario, None));
+        }
+        for (name, scenario) in [
+            ("bending-rod", Scenario::Rod),
+            ("clamped-ends", Scenario::Rod),
+            ("two-rods", Scenario::Rod),
+            ("hair", Scenario::Rod),
+            ("net", Scenario::Rod),
+            ("helix-on-plane", Scenario::Helix),
+            ("knot", Scenario::Knot),
+            ("branch", Scenario::Tree),
+            ("tree", Scenario::Tree),
+            ("tree-10", Scenario::Tree),
+        ] {
+            assert_eq!(fitting(&scene::builtin(name).unwrap()), scenario, "{name}");
+        }
+    }
 }

@@ -31,8 +31,6 @@ pub enum Head {
     /// Turns and a part of the moments, 3 a node and 3 an edge, from which kinematics, statics and the bend-twist rows
     /// make the rest ([`graph::semi`]); with body-frame features only.
     Semi,
-    /// The same, and the forces of edges that close a loop or a way between two fixed bodies ([`graph::semi`]).
-    SemiClosed,
     /// Turns of a whole step, 3 a node, added to the last steps' ([`graph::turns`]), from which a whole state is made
     /// ([`graph::Lift`]); with history features only.
     Turns,
@@ -40,14 +38,13 @@ pub enum Head {
 
 impl Head {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Full, Self::Semi, Self::SemiClosed, Self::Turns];
+    pub const ALL: [Self; 3] = [Self::Full, Self::Semi, Self::Turns];
 
     /// Its name in files and flags.
     pub fn name(self) -> &'static str {
         match self {
             Self::Full => "full",
             Self::Semi => "semi",
-            Self::SemiClosed => "semi-closed",
             Self::Turns => "turns",
         }
     }
@@ -56,7 +53,7 @@ impl Head {
     pub fn outputs(self) -> [usize; 2] {
         match self {
             Self::Full => [paper::NODE_TARGET, paper::EDGE_TARGET],
-            Self::Semi | Self::SemiClosed => [semi::NODE_OUTPUT, semi::EDGE_OUTPUT],
+            Self::Semi => [semi::NODE_OUTPUT, semi::EDGE_OUTPUT],
             Self::Turns => [turns::NODE_OUTPUT, 0],
         }
     }
@@ -269,7 +266,7 @@ pub(crate) fn mask_outputs(head: Head, normal: Option<Normal>, nodes: &mut [f32]
                 mask(&body_frame::NODE_TARGET_CHANNELS, normal, nodes);
                 mask(&body_frame::EDGE_TARGET_CHANNELS, normal, edges);
             }
-            Head::Semi | Head::SemiClosed => {
+            Head::Semi => {
                 mask(&semi::NODE_OUTPUT_CHANNELS, normal, nodes);
                 mask(&semi::EDGE_OUTPUT_CHANNELS, normal, edges);
             }
@@ -283,13 +280,7 @@ impl Encoder {
     pub fn new(encoding: Arc<Encoding>, graph: Graph, normal: Option<Normal>) -> Self {
         let body_frame = (encoding.features == Features::BodyFrame).then(|| BodyFrame {
             features: body_frame::Features::new(&graph),
-            semi: match encoding.head {
-                Head::Semi => Some(Semi::new(&graph)),
-                // In a mirror forces do not turn as the moments do that outputs stand for elsewhere.
-                Head::SemiClosed if normal.is_some() => Some(Semi::new(&graph)),
-                Head::SemiClosed => Some(Semi::closed(&graph)),
-                Head::Full | Head::Turns => None,
-            },
+            semi: (encoding.head == Head::Semi).then(|| Semi::new(&graph)),
             outputs: [
                 vec![0.0; encoding.head.outputs()[0] * graph.nodes().len()],
                 vec![0.0; encoding.head.outputs()[1] * graph.edges().len()],
@@ -352,9 +343,10 @@ impl Encoder {
                         features.fill_node_targets(graph, component, *scale, dp, nodes);
                         features.fill_edge_targets(graph, component, *scale, dlambda, edges);
                     }
-                    Some(semi) => {
+                    Some(_) => {
                         semi::fill_node_targets(graph, component, *scale, dp, nodes);
-                        semi::fill_edge_targets(semi, graph, component, features, *scale, dlambda, edges);
+                        // The rows give the moments of exact turns exactly.
+                        edges.fill(0.0);
                     }
                 }
                 mask_outputs(encoding.head, *normal, nodes, edges);

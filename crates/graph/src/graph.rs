@@ -142,13 +142,6 @@ impl Graph {
         &self.visits
     }
 
-    /// The edges that are on nobody's way: each closes a loop, or a way between two fixed bodies.
-    pub fn closing(&self) -> Vec<u32> {
-        let mut is_open = vec![true; self.edges.len()];
-        self.visits.iter().for_each(|visit| is_open[visit.edge as usize] = false);
-        (0..self.edges.len() as u32).filter(|&edge| is_open[edge as usize]).collect()
-    }
-
     /// Whether a body is fixed.
     pub fn is_fixed(&self, node: usize) -> bool {
         !self.nodes[node].free[0]

@@ -11,15 +11,12 @@
 //!
 //! The exact solution's turns need nothing added. Moments are not taken from the forces (statics), because forces sum up
 //! the turns' errors, which the bend-twist rows keep local: conjugate gradients remove local errors first. Of a set
-//! without a fixed body the mean shift is taken out, because no force acts on it from outside.
-//!
-//! An edge that closes a loop, or a way between two fixed bodies ([`Graph::closing`]), leaves statics undetermined by its
-//! force. It carries none, unless the network is asked for it ([`Semi::closed`]): its outputs are that force then, and
-//! the other edges' forces go with it.
+//! without a fixed body the mean shift is taken out, because no force acts on it from outside. Edges that close a loop, or
+//! a way between two fixed bodies, carry no force: what else they carry, statics does not say.
 //!
 //! Inputs here are outputs of a network: dphi in the node's own frame, in s / l, and what it adds to bend-twist
-//! multipliers in the sender's frame, in m n s l^2 (forces of closing edges in m n s), as in [`crate::body_frame`]. The map
-//! is affine: [`Semi::adjoint`] takes gradients back through it.
+//! multipliers in the sender's frame, in m n s l^2, as in [`crate::body_frame`]. The map is affine: [`Semi::adjoint`]
+//! takes gradients back through it.
 
 use solver::component::Component;
 use solver::kernel::math::Vec3;
@@ -31,8 +28,7 @@ use crate::{Channel, Graph, put};
 
 /// Outputs a node: dphi in its own frame.
 pub const NODE_OUTPUT: usize = 3;
-/// Outputs an edge: what is added to the bend-twist multipliers, or the force of one that closes a way; in the sender's
-/// frame.
+/// Outputs an edge: what is added to the bend-twist multipliers, in the sender's frame.
 pub const EDGE_OUTPUT: usize = 3;
 /// Least compliance of bending and of twist that moments are derived with, alpha~ m l^4 in the scale of the edge's rod.
 const LEAST_COMPLIANCE: f64 = 1e-12;
@@ -51,9 +47,6 @@ pub struct Semi {
     shifts: Vec<Vec3<f64>>,
     /// Whether nothing holds the set.
     is_free: bool,
-    /// Edges whose force is an output, and the gradients with respect to them.
-    closing: Vec<u32>,
-    forces: Vec<Vec3<f64>>,
 }
 
 /// +1 for an edge's sender, -1 for its receiver.
@@ -69,13 +62,7 @@ impl Semi {
     /// Memory for a graph.
     pub fn new(graph: &Graph) -> Self {
         let zero = vec![Vec3::zero(); graph.nodes().len()];
-        Self { turns: zero.clone(), shifts: zero, is_free: graph.is_free(), closing: Vec::new(), forces: Vec::new() }
-    }
-
-    /// Memory for a graph whose closing edges' outputs are their forces.
-    pub fn closed(graph: &Graph) -> Self {
-        let closing = graph.closing();
-        Self { forces: vec![Vec3::zero(); closing.len()], closing, ..Self::new(graph) }
+        Self { turns: zero.clone(), shifts: zero, is_free: graph.is_free() }
     }
 
     /// The multipliers that outputs of the nodes `[nodes, 3]` and of the edges `[edges, 3]` stand for, one entry an edge,
@@ -97,12 +84,6 @@ impl Semi {
         for (k, row) in edge_outputs.chunks_exact(EDGE_OUTPUT).enumerate() {
             let [_, unit] = features.multiplier_units(k, 1.0);
             dlambda[k] = Six { stretch: Vec3::zero(), bend: vec3(row) * (scale / unit) };
-        }
-        for &k in &self.closing {
-            let (k, row) = (k as usize, &edge_outputs[EDGE_OUTPUT * k as usize..]);
-            let [unit, _] = features.multiplier_units(k, 1.0);
-            let q_a = component.poses[graph.senders()[k] as usize].q;
-            dlambda[k] = Six { stretch: q_a.rotate(vec3(row)) * (scale / unit), bend: Vec3::zero() };
         }
         self.add_derived(graph, &component.system, dlambda);
     }
@@ -128,17 +109,11 @@ impl Semi {
             let [_, unit] = features.multiplier_units(k, 1.0);
             put(row, (gradient[k].bend * (scale / unit)).0);
         }
-        for (&k, &force) in self.closing.iter().zip(&self.forces) {
-            let k = k as usize;
-            let [unit, _] = features.multiplier_units(k, 1.0);
-            let q_a = component.poses[graph.senders()[k] as usize].q;
-            put(&mut edge_gradient[EDGE_OUTPUT * k..], q_a.rotate_back(force * (scale / unit)).0);
-        }
     }
 
     /// Adds to `dlambda` what follows from `turns`.
     fn add_derived(&mut self, graph: &Graph, system: &System<f64>, dlambda: &mut [Six<f64>]) {
-        let Self { turns, shifts, is_free, closing, .. } = self;
+        let Self { turns, shifts, is_free } = self;
         shifts.fill(Vec3::zero());
         for visit in graph.visits() {
             let (node, parent, edge) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
@@ -153,12 +128,6 @@ impl Semi {
         for (node, shift) in shifts.iter_mut().enumerate() {
             *shift = *shift * mass(system, node);
         }
-        for &k in closing.iter() {
-            let force = dlambda[k as usize].stretch;
-            let [a, b] = system.topology.joints[k as usize];
-            shifts[a as usize] -= force;
-            shifts[b as usize] += force;
-        }
         for visit in graph.visits().iter().rev() {
             let force = shifts[visit.node as usize];
             dlambda[visit.edge as usize].stretch += force * sign(visit.is_sender);
@@ -172,18 +141,14 @@ impl Semi {
         }
     }
 
-    /// The adjoint of [`Self::add_derived`]: from `gradient` to `turns` and to `forces`.
+    /// The adjoint of [`Self::add_derived`]: from `gradient` to `turns`.
     fn derived_adjoint(&mut self, graph: &Graph, system: &System<f64>, gradient: &[Six<f64>]) {
-        let Self { turns, shifts, is_free, closing, forces } = self;
+        let Self { turns, shifts, is_free } = self;
         turns.fill(Vec3::zero());
         shifts.fill(Vec3::zero());
         for visit in graph.visits() {
             let own = gradient[visit.edge as usize].stretch * sign(visit.is_sender);
             shifts[visit.node as usize] = shifts[visit.parent as usize] + own;
-        }
-        for (&k, force) in closing.iter().zip(forces) {
-            let [a, b] = system.topology.joints[k as usize];
-            *force = gradient[k as usize].stretch - shifts[a as usize] + shifts[b as usize];
         }
         // Of (1 - 1 m^T / sum m), then m, the adjoint is m, then (1 - m 1^T / sum m): m (1 - 1 m^T / sum m) again.
         if *is_free {
@@ -230,32 +195,12 @@ fn scaled(x: Vec3<f64>, k: Vec3<f64>) -> Vec3<f64> {
 }
 
 /// Fills the outputs of the nodes that stand for the corrections `dp` of the exact solution, at the scale s [m] of its
-/// inputs. `[nodes, 3]`
+/// inputs; those of the edges are 0. `[nodes, 3]`
 pub fn fill_node_targets(graph: &Graph, component: &Component<f64>, scale: f64, dp: &[Six<f64>], targets: &mut [f32]) {
     let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
     for (i, (row, dp)) in targets.chunks_exact_mut(NODE_OUTPUT).zip(dp).enumerate() {
         let unit = graph.nodes()[i].rod_scale[1] * inverse;
         put(row, component.poses[i].q.rotate_back(dp.bend * unit).0);
-    }
-}
-
-/// Fills the outputs of the edges that stand for the exact solution `dlambda`: the forces of closing edges where they are
-/// outputs, else 0, for exact turns need nothing added. `[edges, 3]`
-pub fn fill_edge_targets(
-    semi: &Semi,
-    graph: &Graph,
-    component: &Component<f64>,
-    features: &Features,
-    scale: f64,
-    dlambda: &[Six<f64>],
-    targets: &mut [f32],
-) {
-    targets.fill(0.0);
-    let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
-    for k in semi.closing.iter().map(|&k| k as usize) {
-        let [unit, _] = features.multiplier_units(k, inverse);
-        let q_a = component.poses[graph.senders()[k] as usize].q;
-        put(&mut targets[EDGE_OUTPUT * k..], q_a.rotate_back(dlambda[k].stretch * unit).0);
     }
 }
 
@@ -269,7 +214,7 @@ mod tests {
 
     #[test]
     fn the_walks_are_each_others_transpose() {
-        for (is_held, is_closed) in [(true, false), (false, false), (true, true)] {
+        for is_held in [true, false] {
             let material = Material { youngs_modulus: 1e5, torsion_modulus: 3e4, density: 300.0 };
             let mut assembly = Assembly::new(Vector3::zeros());
             let trunk = assembly.rod(&RodSpec::new(shape::helix(Vector3::zeros(), 0.3, 0.5, 1.0, 9), 0.03, material));
@@ -278,9 +223,6 @@ mod tests {
             assembly.branch(trunk.start + 4, 0.5, &branch);
             if is_held {
                 assembly.clamp_start(&trunk);
-            }
-            if is_closed {
-                assembly.clamp_end(&trunk);
             }
             let (model, state) = assembly.finish();
             let (members, topology) = split(&model).swap_remove(0);
@@ -291,23 +233,17 @@ mod tests {
             // The linear part alone.
             component.system.joints.iter_mut().for_each(|joint| joint.rhs = Six::zero());
 
-            let mut semi = if is_closed { Semi::closed(&graph) } else { Semi::new(&graph) };
-            assert_eq!(semi.closing.len(), usize::from(is_closed));
+            let mut semi = Semi::new(&graph);
             let vector = |i: usize, seed: f64| Vec3([0.0, 1.0, 2.0].map(|k| (7.0 * i as f64 + 2.3 * k + seed).sin()));
             let turns: Vec<_> = (0..graph.nodes().len()).map(|i| vector(i, 1.0)).collect();
             let weights: Vec<_> =
                 (0..graph.edges().len()).map(|k| Six { stretch: vector(k, 2.0), bend: vector(k, 3.0) }).collect();
             let mut dlambda = vec![Six::zero(); graph.edges().len()];
             semi.turns.clone_from(&turns);
-            let forces: Vec<_> = (0..semi.closing.len()).map(|i| vector(i, 4.0)).collect();
-            for (&k, &force) in semi.closing.iter().zip(&forces) {
-                dlambda[k as usize].stretch = force;
-            }
             semi.add_derived(&graph, &component.system, &mut dlambda);
             let forwards: f64 = dlambda.iter().zip(&weights).map(|(x, y)| x.dot(*y)).sum();
             semi.derived_adjoint(&graph, &component.system, &weights);
-            let products =
-                || semi.turns.iter().chain(&semi.forces).zip(turns.iter().chain(&forces)).map(|(x, y)| x.dot(*y));
+            let products = || semi.turns.iter().zip(&turns).map(|(x, y)| x.dot(*y));
             let (back, size): (f64, f64) = (products().sum(), products().map(f64::abs).sum());
             assert!((forwards - back).abs() < 1e-13 * size && size > 0.0, "{forwards} {back} of {size}");
         }
