@@ -51,7 +51,7 @@ impl Training {
         Ok(scenarios.iter().map(training).collect())
     }
 
-    /// For a scene: of the scenario asked for, else of the one that is most like it.
+    /// For a scene: of the scenario asked for, else of the one that is most like it ([`fitting`]).
     ///
     /// # Errors
     /// As [`Self::of`].
@@ -116,7 +116,7 @@ impl Training {
 
 /// The scenario that is most like a scene: trees where rods hang together without loops, knots where a single rod that can
 /// touch itself is held at both ends, else helices where joints are bent or twisted at rest, else rods.
-fn fitting(scene: &Scene) -> Scenario {
+pub fn fitting(scene: &Scene) -> Scenario {
     let model = &scene.model;
     let rod_of = |body: Body| match body {
         Body::Segment(segment) => Some(model.segments[segment].rod),
