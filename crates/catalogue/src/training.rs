@@ -51,7 +51,7 @@ impl Training {
         Ok(scenarios.iter().map(training).collect())
     }
 
-    /// For a scene: of the scenario asked for, else of the one that is most like it.
+    /// For a scene: of the scenario asked for, else of the one that is most like it ([`fitting`]).
     ///
     /// # Errors
     /// As [`Self::of`].
