@@ -132,7 +132,9 @@ pub fn fitting(scene: &Scene) -> Scenario {
     if scene.rods.len() == 1 && model.contacts.between_segments.is_some() && is_held {
         return Scenario::Knot;
     }
-    let is_straight = model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
+    // Where ropes of a net cross, joints are turned at rest.
+    let own = model.joints.iter().filter(|joint| !branches(joint));
+    let is_straight = own.map(|joint| joint.rest_darboux.norm() * joint.length).all(|angle| angle < 1e-9);
     if is_straight { Scenario::Rod } else { Scenario::Helix }
 }
 

@@ -16,7 +16,7 @@ static STOPPED: AtomicBool = AtomicBool::new(false);
 pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// A [`bar`](crate::bar). Ctrl-C asks to stop and keeps the results; once more, after [`PATIENCE`], gives them up.
+    /// A [`bar`](crate::bar). Ctrl-C asks to stop and keeps the results; once more, after a second, gives them up.
     pub fn new(length: usize, unit: &str, quiet: bool) -> Result<Self> {
         let bar = crate::bar(length, unit, quiet)?;
         let mut first: Option<Instant> = None;
