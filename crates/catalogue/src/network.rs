@@ -35,13 +35,17 @@ macro_rules! built_in {
 }
 
 /// One a scenario and recipe, by both names.
-static BUILT_IN: [BuiltIn; 6] = [
+static BUILT_IN: [BuiltIn; 10] = [
     built_in!("rod-paper"),
     built_in!("rod-best"),
     built_in!("rod-step"),
     built_in!("helix-paper"),
     built_in!("helix-best"),
     built_in!("helix-step"),
+    built_in!("knot-paper"),
+    built_in!("knot-best"),
+    built_in!("tree-paper"),
+    built_in!("tree-best"),
 ];
 
 /// Names ("rod-paper") and weights' files of the networks in the program.

@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use terminal::Progress;
 
+use crate::agreement::Agreement;
 use crate::context::Context;
 
 /// Version of what a cell means; older ones are measured anew.
@@ -87,6 +88,8 @@ pub(crate) trait Job {
     fn show(&self, context: &Context) -> Result<report::Section>;
     /// What we measure where the paper says a number.
     fn claims(&self, context: &Context) -> Result<BTreeMap<String, String>>;
+    /// Compares what two runs have measured, in these folders; `None` where a section measures nothing itself.
+    fn compare(&self, folders: [&Path; 2]) -> Result<Option<Agreement>>;
     /// Adds where its cells were measured.
     fn add_to(&self, provenance: &mut Provenance);
 }
@@ -152,6 +155,19 @@ impl<S: Section> Job for Cells<S> {
         self.section.claims(context, &self.measured())
     }
 
+    fn compare(&self, folders: [&Path; 2]) -> Result<Option<Agreement>> {
+        let mut agreement = Agreement::default();
+        let mut second = all::<S>(folders[1])?;
+        for (name, value) in all::<S>(folders[0])? {
+            match second.remove(&name) {
+                Some(other) => agreement.add(&format!("{}/{name}", S::ID), [&value, &other])?,
+                None => agreement.add_alone(),
+            }
+        }
+        second.values().for_each(|_| agreement.add_alone());
+        Ok(Some(agreement))
+    }
+
     fn add_to(&self, provenance: &mut Provenance) {
         for record in self.cells.iter().filter_map(|cell| cell.record.as_ref()) {
             if !provenance.machines.contains(&record.machine) {
@@ -168,6 +184,17 @@ impl<S: Section> Job for Cells<S> {
 
 fn results<S: Section>(directory: &Path) -> Results<FullKey<S::Key>, Record<S::Value>> {
     Results::new(directory.join(S::ID), SCHEMA_VERSION)
+}
+
+/// What was measured, by the files' names.
+fn all<S: Section>(directory: &Path) -> Result<BTreeMap<String, S::Value>> {
+    let stored = results::<S>(directory).all()?.into_iter();
+    let named = stored.map(|found| {
+        let stored = found?;
+        let name = stored.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok((name, stored.value.value))
+    });
+    named.collect()
 }
 
 /// Seconds as ticks of the progress bar.

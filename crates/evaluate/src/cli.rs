@@ -20,6 +20,8 @@ pub(crate) enum Command {
     Report(ReportArgs),
     /// Look for faults in a report: broken links, figures without conditions or numbers.
     Check(CheckArgs),
+    /// Hold what two runs have measured against each other: all but times must be the same; of times, their order is.
+    Compare(CompareArgs),
 }
 
 #[derive(Args, Debug)]
@@ -53,4 +55,14 @@ pub(crate) struct CheckArgs {
     /// Folder of the report.
     #[arg(default_value = "report", value_name = "DIR")]
     pub(crate) report: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CompareArgs {
+    /// Folder of what the first run has measured: its --cells.
+    #[arg(value_name = "FIRST")]
+    pub(crate) first: PathBuf,
+    /// That of the second.
+    #[arg(value_name = "SECOND")]
+    pub(crate) second: PathBuf,
 }

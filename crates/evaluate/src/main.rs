@@ -1,5 +1,6 @@
 //! `evaluate`: measures and makes the report. See `evaluate --help`.
 
+mod agreement;
 mod cells;
 mod cli;
 mod context;
@@ -15,7 +16,7 @@ use clap::Parser;
 
 use crate::cli::{Cli, Command};
 
-/// Exit code of a report with faults.
+/// Exit code of a report with faults, and of runs that differ.
 const FAILED: u8 = 1;
 /// Exit code of bad input: flags, places to write to, damaged results.
 const BAD_INPUT: u8 = 2;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Report(args) => make::report(&args),
         Command::Check(args) => make::check(&args.report),
+        Command::Compare(args) => make::compare([&args.first, &args.second]),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use anyhow::{Context as _, Result};
+use clap::ValueEnum;
 use report::{Conditions, Page};
 use terminal::{Progress, say};
 
@@ -13,7 +14,10 @@ use crate::cells::{Job, Provenance, ticks};
 use crate::cli::ReportArgs;
 use crate::context::{Context, Size};
 use crate::library::Library;
-use crate::sections;
+use crate::sections::{self, Name};
+
+/// Differences of a section that are shown.
+const SHOWN: usize = 10;
 
 /// Measures what is missing, and writes the page.
 pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
@@ -69,6 +73,26 @@ pub(crate) fn check(directory: &Path) -> Result<Outcome> {
         terminal::complain(format_args!("{fault}"));
     }
     Ok(if faults.is_empty() { Outcome::Done } else { Outcome::Faulty })
+}
+
+/// Says whether two runs agree, section by section.
+pub(crate) fn compare(folders: [&Path; 2]) -> Result<Outcome> {
+    for folder in folders {
+        std::fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
+    }
+    let mut outcome = Outcome::Done;
+    for (name, job) in Name::value_variants().iter().zip(sections::jobs(&[])) {
+        let Some(agreement) = job.compare(folders)? else { continue };
+        let name = name.to_possible_value();
+        say!("{}: {agreement}", name.as_ref().map_or("", |name| name.get_name()))?;
+        for difference in agreement.differences().iter().take(SHOWN) {
+            terminal::complain(format_args!("{difference}"));
+        }
+        if !agreement.differences().is_empty() {
+            outcome = Outcome::Faulty;
+        }
+    }
+    Ok(outcome)
 }
 
 fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {

@@ -38,11 +38,11 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_delimiter = ',', default_value = "0,1", allow_hyphen_values = true,
         value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(crate) seed: Vec<u64>,
-    /// Times through the training samples, for every cell [default: 6].
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    pub(crate) epochs: Option<u64>,
-    /// Samples in a batch. Small ones make the most of a small budget.
-    #[arg(long, default_value_t = 32, value_parser = whole)]
+    /// Times through the training samples, for every cell.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub(crate) epochs: u64,
+    /// Samples in a batch. Small ones make the most of a small budget: two epochs of 8 reach what six of 32 do.
+    #[arg(long, default_value_t = 8, value_parser = whole)]
     pub(crate) batch: usize,
     /// Simulations of 100 steps to measure on, for each cell [default: 20].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]

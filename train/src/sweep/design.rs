@@ -60,16 +60,15 @@ impl SweepArgs {
     /// # Errors
     /// If a data set cannot be read or made.
     pub(crate) fn sweep(&self) -> Result<Sweep> {
-        let epochs = self.epochs.unwrap_or(if self.quick { 2 } else { 6 });
         let sources = self.scenario.iter().map(|&scenario| self.source(scenario)).collect::<Result<_>>()?;
-        let plan = self.settings(self.recipe, epochs).plan()?;
+        let plan = self.settings(self.recipe, self.epochs).plan()?;
         let budget = Budget {
             recipe: self.recipe.name().to_owned(),
             features: plan.features.name().to_owned(),
             head: plan.head.name().to_owned(),
             loss: plan.loss.name().to_owned(),
             scans: plan.network.scans,
-            epochs,
+            epochs: self.epochs,
             batch: plan.batch,
             learning_rate: plan.learning_rate,
             schedule: plan.schedule.name().to_owned(),

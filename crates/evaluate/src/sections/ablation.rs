@@ -9,6 +9,7 @@ use evaluation::guesses::Spread;
 use report::{Block, Charts, ColourScale, Column, Figure, HeatMap, NumberFormat, Scale, Section as PageSection, Table};
 use terminal::Progress;
 
+use crate::agreement::Agreement;
 use crate::cells::{Job, Provenance};
 use crate::context::Context;
 use crate::show::number;
@@ -29,6 +30,10 @@ impl Job for Ablation {
 
     fn run(&mut self, _: &Context, _: &Progress) -> Result<bool> {
         Ok(true)
+    }
+
+    fn compare(&self, _: [&Path; 2]) -> Result<Option<Agreement>> {
+        Ok(None)
     }
 
     fn show(&self, _: &Context) -> Result<PageSection> {

@@ -27,13 +27,13 @@ struct Course {
 }
 
 /// Each scene, from the paper's two rods to its trees. Helices leave the range in which finer segments agree after 40
-/// steps; nets and the helix on the plane are run just beyond their first contact, which takes errors apart.
+/// steps; what touches is run just beyond its first contact, which takes errors apart.
 const COURSES: [Course; 11] = [
     Course { scene: "bending-rod", steps: [50, 100], factors: &[1, 2, 4, 8] },
     Course { scene: "helix", steps: [40, 40], factors: &[1, 2, 4, 8] },
     Course { scene: "helix-on-plane", steps: [12, 15], factors: &[1, 2] },
-    Course { scene: "two-rods", steps: [40, 100], factors: &[1, 2, 4] },
-    Course { scene: "knot", steps: [40, 200], factors: &[1, 2] },
+    Course { scene: "two-rods", steps: [40, 40], factors: &[1, 2, 4] },
+    Course { scene: "knot", steps: [40, 100], factors: &[1, 2] },
     Course { scene: "tree-10", steps: [10, 40], factors: &[1, 2, 4] },
     Course { scene: "tree-20", steps: [5, 40], factors: &[1, 2, 4] },
     Course { scene: "tree-40", steps: [3, 20], factors: &[1, 2] },
