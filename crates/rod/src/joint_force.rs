@@ -1,0 +1,104 @@
+//! What a joint transmits, and what one reads off it: tension, curvature, residual.
+
+use nalgebra::Vector3;
+
+use crate::darboux::darboux;
+use crate::measure::{bend_strain, stretch_gap};
+use crate::{Joint, Model, State};
+
+/// What a joint transmits: its multipliers lambda over dt^2, so that it does not depend on the time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointForce {
+    /// Force of body b on body a at the joint, in world axes [N]: the stretch-shear multiplier over dt^2.
+    pub force: Vector3<f64>,
+    /// The bend-twist multiplier over dt^2, in the frame of body a [N m^2]; over the joint's length it is the torque of
+    /// body b on body a [N m].
+    pub couple: Vector3<f64>,
+}
+
+impl Default for JointForce {
+    fn default() -> Self {
+        Self { force: Vector3::zeros(), couple: Vector3::zeros() }
+    }
+}
+
+impl JointForce {
+    /// Pull along the axis d3 of body a [N]; negative where the joint is pressed.
+    pub fn tension(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
+        self.force.dot(&axis(model, state, joint))
+    }
+
+    /// How far the joint is from its constraints, `max(|C_s + alpha~ lambda_s| / l, |C_b + alpha~ lambda_b| l)`: the gap in
+    /// lengths of the joint, or the angle [rad].
+    pub fn residual(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
+        let axis = axis(model, state, joint);
+        let along = axis * axis.dot(&self.force);
+        let across = self.force - along;
+        let gap = stretch_gap(model, state, joint) + along * joint.stretch_compliance + across * joint.shear_compliance;
+        let (bend, twist) = (joint.bend_compliance, joint.twist_compliance);
+        let strain = bend_strain(model, state, joint) + self.couple.component_mul(&Vector3::new(bend, bend, twist));
+        (gap.norm() / joint.length).max(strain.norm() * joint.length)
+    }
+}
+
+/// Curvature of the rod at a joint [1/m]: the Darboux vector without its twist.
+pub fn curvature(model: &Model, state: &State, joint: &Joint) -> f64 {
+    let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
+    darboux(&a.orientation, &b.orientation, joint.length).xy().norm()
+}
+
+/// Axis d3 of a joint's body a.
+fn axis(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
+    model.pose(joint.a, state).orientation * Vector3::z()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::straight;
+    use crate::{Assembly, Material, RodSpec};
+
+    /// A weightless rod along x, pulled apart: its segments have moved by so much each.
+    fn pulled(by: f64) -> (Model, State) {
+        let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 1e3 };
+        let nodes = straight(Vector3::zeros(), Vector3::x(), 1.0, 2);
+        let mut assembly = Assembly::new(Vector3::zeros());
+        assembly.rod(&RodSpec::new(nodes, 0.01, material));
+        let (model, mut state) = assembly.finish();
+        state.positions[1].x += by;
+        (model, state)
+    }
+
+    #[test]
+    fn a_joint_that_is_pulled_is_in_tension_and_at_rest_where_it_answers_as_hooke_says() {
+        let (model, state) = pulled(1e-3);
+        let joint = &model.joints[0];
+        let hooke = 1e-3 / joint.stretch_compliance;
+        let answer = JointForce { force: Vector3::x() * hooke, ..JointForce::default() };
+        assert!((answer.tension(&model, &state, joint) - hooke).abs() < 1e-9 * hooke);
+        assert!(answer.residual(&model, &state, joint) < 1e-12);
+        let none = JointForce::default().residual(&model, &state, joint);
+        assert!((none - 1e-3 / joint.length).abs() < 1e-12);
+    }
+
+    #[test]
+    fn curvature_is_one_over_the_radius() {
+        let radius = 2.0;
+        let angle: f64 = 0.1;
+        let (model, mut state) = pulled(0.0);
+        let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+        state.orientations[1] = turn * state.orientations[1];
+        let joint = Joint { length: radius * angle, ..model.joints[0] };
+        // Darboux vectors are made of sin(angle / 2).
+        let expected = 2.0 * (0.5 * angle).sin() / (radius * angle);
+        assert!((curvature(&model, &state, &joint) - expected).abs() < 1e-12);
+        let couple = -bend_strain(&model, &state, &joint).component_div(&Vector3::new(
+            joint.bend_compliance,
+            joint.bend_compliance,
+            joint.twist_compliance,
+        ));
+        // The gap that turning about the centre leaves is the force's business.
+        let force = -stretch_gap(&model, &state, &joint) / joint.shear_compliance;
+        assert!(JointForce { force, couple }.residual(&model, &state, &joint) < 1e-9);
+    }
+}
