@@ -10,6 +10,7 @@ mod name;
 mod network;
 mod rows;
 mod sources;
+mod start;
 mod training;
 
 pub use guess::{Guess, Learned, Origin, plane};
@@ -18,4 +19,5 @@ pub use name::{GuessName, LearnedName, Recipe};
 pub use network::{Network, built_in};
 pub use rows::{NetworkOf, Row, load, networks, rows};
 pub use sources::Sources;
+pub use start::learned_start;
 pub use training::{Training, fitting};

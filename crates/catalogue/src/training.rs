@@ -139,7 +139,7 @@ pub fn fitting(scene: &Scene) -> Scenario {
 }
 
 /// What makes a scene unlike all that was learned from, in words.
-fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Option<String> {
+pub(crate) fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Option<String> {
     let model = &scene.model;
     // Rods are held by their first segment, trees by an anchor.
     let trees = ranges.get("rods");

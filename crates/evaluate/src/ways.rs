@@ -1,6 +1,6 @@
 //! Ways to simulate a scene, by name: every solver with every guess, and predictions alone.
 
-use catalogue::{GuessName, Row, rows};
+use catalogue::{GuessName, Row, learned_start, rows};
 use evaluation::precision::{Start, Way};
 use graph::{Normal, planar_normal};
 use rod::Model;
@@ -121,7 +121,10 @@ fn specs(scene: &Scene, rows: &[Row<'_>], size: Size) -> Vec<Spec> {
         add(format!("{formulation}, direct"), kinds::DIRECT, formulation, SolverKind::Direct, zero);
         let step = StepParams { formulation, ..StepParams::DEFAULT };
         let solver = auto::choose(&scene.model, &step, None).solver;
-        add(format!("{formulation}, {AUTO}"), kinds::AUTO, formulation, solver, Begin::Auto);
+        let learned = learned_start(scene, formulation);
+        let place = learned.and_then(|(name, _)| rows.iter().position(|row| row.guess_name == name));
+        let begin = place.map_or(Begin::Auto, Begin::Learned);
+        add(format!("{formulation}, {AUTO}"), kinds::AUTO, formulation, solver, begin);
     }
     let newton = Formulation::Newton;
     let parabola = GuessKind::StepQuadratic;

@@ -4,8 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
-use catalogue::GuessName;
-use rod::Model;
+use catalogue::{GuessName, learned_start};
+use scene::Scene;
 use solver::auto::{self, Choice};
 use solver::formulation::Formulation;
 use solver::linear::cg::CgParams;
@@ -58,11 +58,11 @@ pub(crate) struct Way {
     pub(crate) chosen: Option<String>,
 }
 
-/// The way that the arguments ask for; what they leave open is chosen for `model`.
+/// The way that the arguments ask for; what they leave open is chosen for the scene.
 ///
 /// # Errors
 /// If flags do not go together.
-pub(crate) fn way(args: &RunArgs, model: &Model, step: &StepParams) -> Result<Way> {
+pub(crate) fn way(args: &RunArgs, scene: &Scene, step: &StepParams) -> Result<Way> {
     check_guess(args, step.formulation)?;
     let (asked, why_cg) = asked_solver(args)?;
     if let Some(guess) = args.guess
@@ -73,10 +73,14 @@ pub(crate) fn way(args: &RunArgs, model: &Model, step: &StepParams) -> Result<Wa
         }
         return Ok(Way { solver: SolverKind::Direct, guess, choice: None, chosen: None });
     }
-    let mut choice = auto::choose(model, step, asked);
+    let mut choice = auto::choose(&scene.model, step, asked);
     choice.why_solver = why_cg.or(choice.why_solver);
     let solver = choice.solver;
     let Some(guess) = args.guess else {
+        if let Some((guess, why)) = learned_start(scene, step.formulation) {
+            let reasons = choice.reason_of_solver().into_iter().chain([why]);
+            return Ok(Way { solver, guess, choice: None, chosen: Some(reasons.collect::<Vec<_>>().join("; ")) });
+        }
         let (guess, chosen) = (GuessName::Plain(choice.guess), Some(choice.reason()));
         return Ok(Way { solver, guess, choice: Some(choice), chosen });
     };

@@ -38,7 +38,7 @@ pub(crate) fn demo() -> Result<Outcome> {
     let scene = scene(&cli.scene)?;
     let settings = settings(&cli.scene);
     let training = Training::for_scene(&cli.run.learned, cli.run.guess.as_slice(), None, &scene, true)?;
-    let cg = way(&cli.run, &scene.model, &settings.step)?.solver;
+    let cg = way(&cli.run, &scene, &settings.step)?.solver;
     let ways = [
         (DIRECT, SolverKind::Direct, GuessName::Plain(GuessKind::Zero)),
         (ZERO, cg, GuessName::Plain(GuessKind::Zero)),

@@ -41,7 +41,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let scene = scene(scene_args)?;
     use_threads(scene_args)?;
     let mut settings = settings(scene_args);
-    let Way { solver, guess: name, choice, chosen } = way(args, &scene.model, &settings.step)?;
+    let Way { solver, guess: name, choice, chosen } = way(args, &scene, &settings.step)?;
     settings.solver = solver;
     let quiet = scene_args.quiet || scene_args.json;
     let training = Training::for_scene(&args.learned, args.guess.as_slice(), args.scenario, &scene, quiet)?;

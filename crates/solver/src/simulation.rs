@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use rod::{Model, ModelError, State};
+use rod::{JointForce, Model, ModelError, State};
 use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
@@ -213,6 +213,14 @@ impl Simulation {
     pub fn store(&self, state: &mut State) {
         for unit in &self.units {
             unit.store(state);
+        }
+    }
+
+    /// Copies what each joint transmits at the end of the last step to `forces`, which must have an entry for each joint of
+    /// the model.
+    pub fn store_joint_forces(&self, forces: &mut [JointForce]) {
+        for unit in &self.units {
+            unit.store_joint_forces(forces);
         }
     }
 

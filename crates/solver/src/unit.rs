@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rod::{Model, State};
+use rod::{JointForce, Model, State};
 
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
@@ -47,6 +47,21 @@ impl Unit {
             Unit::Single(single) => single.store(state),
             Unit::Group(group) => group.store(state),
             Unit::Touching(touching) => touching.units.iter().for_each(|unit| unit.store(state)),
+        }
+    }
+
+    pub(crate) fn store_joint_forces(&self, forces: &mut [JointForce]) {
+        let of_single = |single: &Single, forces: &mut [JointForce]| {
+            single.component.store_joint_forces(forces, &single.members, 0);
+        };
+        match self {
+            Unit::Single(single) => of_single(single, forces),
+            Unit::Group(group) => {
+                for (lane, members) in group.members.iter().enumerate() {
+                    group.component.store_joint_forces(forces, members, lane);
+                }
+            }
+            Unit::Touching(touching) => touching.units.iter().for_each(|single| of_single(single, forces)),
         }
     }
 

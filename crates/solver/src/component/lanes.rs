@@ -1,7 +1,7 @@
 //! Filling the lanes of a component from a model and its state, and taking one lane out.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Model, State};
+use rod::{JointForce, Model, State};
 
 use super::{BodyConstants, BodyLoad, Component, JointConstants, Members, Pose};
 use crate::kernel::lane::Real;
@@ -164,6 +164,17 @@ impl<T: Real> Component<T> {
             state.orientations[index] = get_quat(self.poses[k].q, lane);
             state.velocities[index] = get(self.velocities[k].stretch, lane);
             state.angular_velocities[index] = get(self.velocities[k].bend, lane);
+        }
+    }
+
+    /// Copies what one lane's joints transmit, the multipliers of its last step over that step's dt^2, to `forces`; zero
+    /// before the first step.
+    pub fn store_joint_forces(&self, forces: &mut [JointForce], members: &Members, lane: usize) {
+        let dt = self.last_dt.lane(lane);
+        let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
+        for (lambda, &index) in self.lambda.iter().zip(&members.joints) {
+            forces[index] =
+                JointForce { force: get(lambda.stretch, lane) * share, couple: get(lambda.bend, lane) * share };
         }
     }
 

@@ -1,0 +1,60 @@
+//! What joints transmit, as the multipliers of the last step say.
+
+mod common;
+
+use common::{DT, GRAVITY, material};
+use nalgebra::Vector3;
+use rod::{Assembly, JointForce, Model, RodSpec, State, shape};
+use solver::formulation::Formulation;
+use solver::simulation::{Settings, Simulation};
+use solver::step::StepParams;
+
+/// Rods that hang side by side from clamps, each heavier than the last.
+fn hanging(rods: usize) -> (Model, State) {
+    let mut assembly = Assembly::new(GRAVITY);
+    for k in 0..rods {
+        let nodes = shape::straight(Vector3::x() * k as f64, -Vector3::z(), 1.0, 5);
+        let rod = assembly.rod(&RodSpec::new(nodes, 0.01, material(1e7, 1000.0 * (1 + k) as f64)));
+        assembly.clamp_start(&rod);
+    }
+    assembly.finish()
+}
+
+fn forces_after(model: &Model, state: &State, settings: &Settings, dt: f64, steps: usize) -> Vec<JointForce> {
+    let mut simulation = Simulation::new(model, state, settings, None).unwrap();
+    let mut forces = vec![JointForce { force: Vector3::repeat(f64::NAN), ..JointForce::default() }; model.joints.len()];
+    simulation.store_joint_forces(&mut forces);
+    assert!(forces.iter().all(|force| *force == JointForce::default()), "nothing is known before the first step");
+    for _ in 0..steps {
+        simulation.step(dt).unwrap();
+    }
+    simulation.store_joint_forces(&mut forces);
+    forces
+}
+
+#[test]
+fn joints_of_a_hanging_rod_carry_what_is_below_them() {
+    // Alone, and in the lanes of a group; the forces do not depend on the time step.
+    for rods in [1, 8] {
+        let (model, state) = hanging(rods);
+        for (dt, steps) in [(DT, 50), (0.5 * DT, 100)] {
+            for formulation in Formulation::ALL {
+                let step = StepParams { formulation, relative_tolerance: 1e-10, ..StepParams::DEFAULT };
+                let forces = forces_after(&model, &state, &Settings { step, ..Settings::default() }, dt, steps);
+                for (force, joint) in forces.iter().zip(&model.joints) {
+                    let lower = match (joint.a, joint.b) {
+                        (rod::Body::Segment(i), rod::Body::Segment(k)) => i.max(k),
+                        (rod::Body::Segment(i), _) | (_, rod::Body::Segment(i)) => i,
+                        _ => unreachable!("a joint holds a segment"),
+                    };
+                    let rod = model.segments[lower].rod;
+                    let below = model.segments[lower..].iter().filter(|segment| segment.rod == rod);
+                    let weight = below.map(|segment| segment.mass()).sum::<f64>() * 9.81;
+                    let tension = force.tension(&model, &state, joint);
+                    assert!((tension - weight).abs() < 1e-3 * weight, "{formulation}, {dt}: {tension} N, not {weight} N");
+                    assert!(force.couple.norm() < 1e-9, "nothing bends");
+                }
+            }
+        }
+    }
+}
