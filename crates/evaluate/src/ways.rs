@@ -70,7 +70,6 @@ impl Spec {
 /// The ways of a scene.
 pub(crate) struct Ways<'a> {
     rows: Vec<Row<'a>>,
-    model: Model,
     plane: Option<Normal>,
     pub(crate) specs: Vec<Spec>,
 }
@@ -81,7 +80,7 @@ impl<'a> Ways<'a> {
         let plane = planar_normal(&scene.model, &scene.state);
         let rows = rows(guesses, plane.is_some());
         let specs = specs(scene, &rows, size);
-        Self { rows, model: scene.model.clone(), plane, specs }
+        Self { rows, plane, specs }
     }
 
     /// Runs `f` with a way; `None` where it cannot be had.
@@ -94,13 +93,7 @@ impl<'a> Ways<'a> {
                     |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
                 Some(f(&way(Start::Guess(&factory))))
             }
-            Begin::Auto => {
-                let choice = auto::choose(&self.model, &spec.settings.step, None);
-                let factory = |model: &Model, members: &Members, topology: &Topology| {
-                    choice.build_guess(model, members, topology)
-                };
-                Some(f(&way(Start::Guess(&factory))))
-            }
+            Begin::Auto => Some(f(&way(Start::Auto))),
             Begin::Learned(row) => Some(f(&way(Start::Guess(&self.rows[row].factory(self.plane))))),
             Begin::EndToEnd(row) => Some(f(&way(Start::EndToEnd(&self.rows[row].projection(self.plane)?)))),
         }

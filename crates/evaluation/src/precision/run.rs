@@ -1,12 +1,15 @@
 //! Runs a way at several levels of accuracy, beside a yardstick.
 
-use rod::State;
+use rod::{Model, State};
 use serde::{Deserialize, Serialize};
+use solver::auto;
+use solver::component::Members;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::projection::ProjectionFactory;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
+use solver::topology::Topology;
 
 use super::clock::{Moment, Turns};
 use super::curve::{Curve, Errors, GivenUp, Point};
@@ -24,6 +27,8 @@ pub enum Start<'a> {
     Zero,
     /// At a guess.
     Guess(GuessFactory<'a>),
+    /// Where [`auto::choose`] says for each level.
+    Auto,
     /// Predictions in the place of all solves: the paper's end-to-end comparison.
     EndToEnd(ProjectionFactory<'a>),
 }
@@ -195,6 +200,13 @@ impl Way<'_> {
         match self.start {
             Start::Zero => Simulation::new(model, state, &settings, None),
             Start::Guess(factory) => Simulation::new(model, state, &settings, Some(factory)),
+            Start::Auto => {
+                let choice = auto::choose(model, &settings.step, Some(settings.solver));
+                let factory = |model: &Model, members: &Members, topology: &Topology| {
+                    choice.build_guess(model, members, topology)
+                };
+                Simulation::new(model, state, &settings, Some(&factory))
+            }
             Start::EndToEnd(factory) => Simulation::end_to_end(model, state, &settings.step, factory),
         }
     }

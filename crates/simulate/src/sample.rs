@@ -1,0 +1,75 @@
+//! Single frames of a run in numbers: energy, length, what their steps cost.
+
+use rod::measure::{self, Energy};
+use rod::{Model, State};
+use solver::counters::{Counters, StageTimes};
+use solver::simulation::Simulation;
+
+/// Names of the stages, in the order of [`Sample::stages_us`].
+pub(crate) const STAGES: [&str; 7] = ["drag", "predict", "guess", "assemble", "linear solve", "update", "contact"];
+
+/// Frames that are sampled, at most, beside the first.
+const MOST: usize = 1000;
+
+/// A frame in numbers. Of steps, the mean since the sample before.
+#[derive(Clone, Debug)]
+pub(crate) struct Sample {
+    /// Time [s].
+    pub(crate) time: f64,
+    pub(crate) energy: Energy,
+    /// Length of all rods together over that of the start.
+    pub(crate) length_ratio: f64,
+    /// Outer iterations a step and connected set.
+    pub(crate) iterations: f64,
+    /// Time of each stage a step [us].
+    pub(crate) stages_us: [f64; STAGES.len()],
+}
+
+/// Takes samples of a run.
+pub(crate) struct Sampler {
+    every: usize,
+    first_length: f64,
+    step: usize,
+    counters: Counters,
+}
+
+impl Sampler {
+    /// For a run of so many `steps` from `state`, with the sample of its start.
+    pub(crate) fn new(model: &Model, state: &State, steps: usize) -> (Self, Sample) {
+        let first_length = length(model, state);
+        let sampler = Self { every: steps.div_ceil(MOST).max(1), first_length, step: 0, counters: Counters::default() };
+        let energy = measure::energy(model, state);
+        let start = Sample { time: 0.0, energy, length_ratio: 1.0, iterations: 0.0, stages_us: Default::default() };
+        (sampler, start)
+    }
+
+    /// Whether the frame after so many steps is one to sample.
+    pub(crate) fn wants(&self, step: usize) -> bool {
+        step.is_multiple_of(self.every)
+    }
+
+    /// The sample after so many steps, of which `state` is the end.
+    pub(crate) fn sample(&mut self, model: &Model, state: &State, simulation: &Simulation, step: usize) -> Sample {
+        let counters = simulation.counters();
+        let steps = (step - std::mem::replace(&mut self.step, step)).max(1) as f64;
+        let before = std::mem::replace(&mut self.counters, counters);
+        let (now, then) = (stages(&counters.times), stages(&before.times));
+        Sample {
+            time: simulation.time(),
+            energy: measure::energy(model, state),
+            length_ratio: length(model, state) / self.first_length,
+            iterations: (counters.iterations - before.iterations) as f64 / (steps * simulation.components() as f64),
+            stages_us: std::array::from_fn(|k| 1e6 * (now[k] - then[k]) / steps),
+        }
+    }
+}
+
+fn length(model: &Model, state: &State) -> f64 {
+    measure::rod_lengths(model, state).iter().sum()
+}
+
+/// Seconds of each stage.
+fn stages(times: &StageTimes) -> [f64; STAGES.len()] {
+    [times.drag, times.predict, times.guess, times.assemble, times.solve, times.update, times.contact]
+        .map(|duration| duration.as_secs_f64())
+}
