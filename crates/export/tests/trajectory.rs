@@ -26,9 +26,9 @@ fn state(segments: usize, frame: usize) -> State {
 }
 
 fn write(directory: &Path, segments: usize, frames: usize) -> std::path::PathBuf {
-    let mut writer = TrajectoryWriter::create(directory, segments, info()).unwrap();
+    let mut writer = TrajectoryWriter::create(directory, segments, 0, info()).unwrap();
     for frame in 0..frames {
-        writer.push(&state(segments, frame), frame as f64 * 0.3).unwrap();
+        writer.push(&state(segments, frame), &[], frame as f64 * 0.3).unwrap();
     }
     assert_eq!(writer.frames(), frames);
     writer.finish().unwrap()
@@ -141,9 +141,9 @@ fn a_dropped_writer_leaves_nothing_and_keeps_the_old_file() {
     let directory = tempfile::tempdir().unwrap();
     let path = write(directory.path(), 2, 3);
     let old = fs::read(&path).unwrap();
-    let mut writer = TrajectoryWriter::create(directory.path(), 2, info()).unwrap();
+    let mut writer = TrajectoryWriter::create(directory.path(), 2, 0, info()).unwrap();
     for frame in 0..20_000 {
-        writer.push(&state(2, frame), 0.0).unwrap();
+        writer.push(&state(2, frame), &[], 0.0).unwrap();
     }
     drop(writer);
     assert_eq!(names(directory.path()), ["trajectory.safetensors"]);
@@ -153,12 +153,12 @@ fn a_dropped_writer_leaves_nothing_and_keeps_the_old_file() {
 #[test]
 fn a_state_that_does_not_fit_is_refused_and_the_rest_kept() {
     let directory = tempfile::tempdir().unwrap();
-    let mut writer = TrajectoryWriter::create(directory.path(), 2, info()).unwrap();
-    writer.push(&state(2, 0), 0.0).unwrap();
+    let mut writer = TrajectoryWriter::create(directory.path(), 2, 0, info()).unwrap();
+    writer.push(&state(2, 0), &[], 0.0).unwrap();
     let mut ragged = state(2, 1);
     ragged.velocities.pop();
     for wrong in [state(3, 1), ragged] {
-        assert!(matches!(writer.push(&wrong, 0.1), Err(ExportError::Segments { expected: 2, .. })));
+        assert!(matches!(writer.push(&wrong, &[], 0.1), Err(ExportError::Segments { expected: 2, .. })));
     }
     assert_eq!(read_trajectory(&writer.finish().unwrap()).unwrap().states, [state(2, 0)]);
 }
@@ -168,13 +168,13 @@ fn impossible_places_are_named_before_the_run() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("file");
     fs::write(&file, "").unwrap();
-    let error = TrajectoryWriter::create(&file, 2, info()).unwrap_err().to_string();
+    let error = TrajectoryWriter::create(&file, 2, 0, info()).unwrap_err().to_string();
     assert_eq!(error, format!("cannot create the directory {}: not a directory", file.display()));
-    let error = TrajectoryWriter::create(&file.join("below"), 2, info()).unwrap_err().to_string();
+    let error = TrajectoryWriter::create(&file.join("below"), 2, 0, info()).unwrap_err().to_string();
     assert!(error.starts_with(&format!("cannot create the directory {}", file.join("below").display())), "{error}");
     let taken = directory.path().join("trajectory.safetensors");
     fs::create_dir(&taken).unwrap();
-    let error = TrajectoryWriter::create(directory.path(), 2, info()).unwrap_err().to_string();
+    let error = TrajectoryWriter::create(directory.path(), 2, 0, info()).unwrap_err().to_string();
     assert_eq!(error, format!("cannot write {}: is a directory", taken.display()));
 }
 
