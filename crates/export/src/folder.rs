@@ -102,3 +102,19 @@ fn replaceable(path: &Path, extension: &str) -> io::Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_in_the_order_of_frames() {
+        let directory = tempfile::tempdir().unwrap();
+        let names = |frames: usize| {
+            let folder = Folder::stage(&directory.path().join("obj"), frames, "obj").unwrap();
+            [0, 9, frames - 1].map(|frame| folder.name(frame)).join(" ")
+        };
+        assert_eq!(names(10_000), "frame_0000.obj frame_0009.obj frame_9999.obj");
+        assert_eq!(names(10_001), "frame_00000.obj frame_00009.obj frame_10000.obj");
+    }
+}

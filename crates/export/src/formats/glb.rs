@@ -64,7 +64,7 @@ pub(super) fn write(
         tube.write(writer)?;
         write_floats(writer, inverse_bind(&first.state).flatten())?;
         write_floats(writer, times)?;
-        write_motion(writer, trajectory, segments)
+        write_motion(writer, trajectory, POSES_AT_ONCE / POSE)
     })?;
     Ok(vec![file.publish()?])
 }
@@ -115,11 +115,11 @@ fn write_floats(writer: &mut impl Write, values: impl IntoIterator<Item = f32>) 
 }
 
 /// Writes translations and rotations of one segment after the other, over all frames. The trajectory has one frame after
-/// the other, so that as many frames are turned at once as fit into memory.
-fn write_motion(writer: &mut BufWriter<&File>, trajectory: &mut TrajectoryReader, segments: usize) -> io::Result<()> {
-    let frames = trajectory.frames();
+/// the other: as many frames are turned at once as have `poses` poses.
+fn write_motion(writer: &mut BufWriter<&File>, trajectory: &mut TrajectoryReader, poses: usize) -> io::Result<()> {
+    let (frames, segments) = (trajectory.frames(), trajectory.segments());
     let start = writer.stream_position()?;
-    let at_once = (POSES_AT_ONCE / (POSE * segments)).clamp(1, frames);
+    let at_once = (poses / segments).clamp(1, frames);
     let mut tracks = vec![(Vec::new(), Vec::new()); segments];
     let mut last: Vec<Quaternion<f64>> = Vec::new();
     let mut state = State::default();
@@ -151,7 +151,40 @@ fn write_motion(writer: &mut BufWriter<&File>, trajectory: &mut TrajectoryReader
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
     use super::*;
+    use crate::{TrajectoryInfo, TrajectoryWriter, write_atomically};
+
+    #[test]
+    fn motions_in_parts_are_those_in_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let info = TrajectoryInfo { scene: String::new(), dt: 1.0 };
+        let (segments, frames) = (3, 7);
+        let mut writer = TrajectoryWriter::create(directory.path(), segments, 0, info).unwrap();
+        for frame in 0..frames {
+            let vectors: Vec<_> = (0..segments).map(|i| Vector3::new(frame as f64, i as f64, 0.5)).collect();
+            let state = State {
+                orientations: vectors.iter().map(|v| UnitQuaternion::from_scaled_axis(*v)).collect(),
+                positions: vectors.clone(),
+                velocities: vectors.clone(),
+                angular_velocities: vectors,
+            };
+            writer.push(&state, &[], frame as f64).unwrap();
+        }
+        let mut trajectory = TrajectoryReader::open(&writer.finish().unwrap()).unwrap();
+        let path = directory.path().join("motion");
+        let mut bytes = |poses: usize| {
+            let write = |writer: &mut BufWriter<&File>| write_motion(writer, &mut trajectory, poses);
+            write_atomically(&path, write).unwrap();
+            std::fs::read(&path).unwrap()
+        };
+        let whole = bytes(usize::MAX);
+        assert_eq!(whole.len(), segments * frames * POSE);
+        for poses in [0, 3, 6, 8, 20, 21] {
+            assert!(bytes(poses) == whole, "{poses}");
+        }
+    }
 
     #[test]
     fn what_does_not_fit_is_one_clear_error() {
