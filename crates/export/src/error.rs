@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::Format;
+
 /// Why a file was not written or not read.
 #[derive(Debug, Error)]
 pub enum ExportError {
@@ -34,6 +36,22 @@ pub enum ExportError {
         found: usize,
         /// Segments expected.
         expected: usize,
+    },
+    /// The joints given are not as many as those whose forces the trajectory keeps.
+    #[error("{found} joints for a trajectory with the forces of {expected}")]
+    Joints {
+        /// Joints found.
+        found: usize,
+        /// Joints expected.
+        expected: usize,
+    },
+    /// A format cannot hold what is to be exported.
+    #[error("{format} cannot hold this: {reason}")]
+    Format {
+        /// The format.
+        format: Format,
+        /// What is too large or missing, and what is allowed.
+        reason: String,
     },
     /// There is no such frame.
     #[error("frame {frame} does not exist, the trajectory has {frames}")]

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use tempfile::NamedTempFile;
@@ -21,6 +21,52 @@ pub(crate) fn temporary(directory: &Path, prefix: &str) -> io::Result<NamedTempF
     file.map_err(|error| error.kind().into())
 }
 
+/// A file that is complete and on the disk under a temporary name beside its own; removed when dropped.
+pub(crate) struct Staged {
+    path: PathBuf,
+    file: NamedTempFile,
+}
+
+/// Writes a file under a temporary name in the directory of `path`.
+///
+/// # Errors
+/// [`ExportError::Io`] with `path`, for an error of the system or of `write`, or if `path` cannot be replaced by a file.
+pub(crate) fn stage(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<Staged, ExportError> {
+    let attempt = || {
+        let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+        if path.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        let directory = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let file = temporary(directory, &format!(".{}-", name.to_string_lossy()))?;
+        write_whole(file.as_file(), write)?;
+        Ok(Staged { path: path.to_owned(), file })
+    };
+    attempt().map_err(ExportError::io("write", path))
+}
+
+impl Staged {
+    /// Gives the file its own name, which is returned.
+    pub(crate) fn publish(self) -> Result<PathBuf, ExportError> {
+        match self.file.persist(&self.path) {
+            Ok(_) => Ok(self.path),
+            Err(error) => Err(ExportError::io("write", &self.path)(error.error)),
+        }
+    }
+}
+
+/// Fills an empty file and waits until all of it is on the disk.
+pub(crate) fn write_whole(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<()> {
+    let mut writer = BufWriter::with_capacity(CHUNK, file);
+    write(&mut writer)?;
+    writer.flush()?;
+    drop(writer);
+    file.sync_all()
+}
+
 /// Writes a file under a temporary name in the same directory, and renames it to `path` when it is complete and on the
 /// disk. A file that was there is replaced; after an error it is still there, untouched, and nothing else is left
 /// behind.
@@ -31,19 +77,8 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<(), ExportError> {
-    let attempt = || {
-        let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
-        let directory = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = temporary(directory, &format!(".{}-", name.to_string_lossy()))?;
-        let mut writer = BufWriter::with_capacity(CHUNK, file.as_file());
-        write(&mut writer)?;
-        writer.flush()?;
-        drop(writer);
-        file.as_file().sync_all()?;
-        file.persist(path)?;
-        Ok(())
-    };
-    attempt().map_err(ExportError::io("write", path))
+    stage(path, write)?.publish()?;
+    Ok(())
 }
 
 /// Writes `value` as indented JSON. A number that is not finite becomes `null`.

@@ -17,17 +17,11 @@ pub(crate) const FILE_NAME: &str = "trajectory.safetensors";
 /// Bytes of a value.
 pub(crate) const VALUE: usize = size_of::<f64>();
 
-/// Names of the tensors in the order of the file, with the components that each has for a segment; `time` has one for a
-/// frame.
-const TENSORS: [(&str, Option<usize>); 5] = [
-    ("time", None),
-    ("positions", Some(3)),
-    ("orientations", Some(4)),
-    ("velocities", Some(3)),
-    ("angular_velocities", Some(3)),
-];
+/// Name of the tensor that only a trajectory with the forces of joints has.
+pub(crate) const JOINT_FORCES: &str = "joint_forces";
 
 const UNITS: &str = "s, m, m/s, rad/s; orientations are quaternions x, y, z, w; vectors are in world axes";
+const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then couples [N m^2] in the frame of the joint's body a";
 
 const CHECKSUM_KEY: &str = "\"checksum\":\"";
 const CHECKSUM_DIGITS: usize = 16;
@@ -46,28 +40,42 @@ pub struct TrajectoryInfo {
 pub(crate) struct Layout {
     pub(crate) frames: usize,
     pub(crate) segments: usize,
+    /// Joints whose forces are kept; 0 leaves their tensor out.
+    pub(crate) joints: usize,
 }
 
 impl Layout {
-    /// Values that each tensor has for one frame, in the order of the file.
-    pub(crate) fn widths(self) -> [usize; TENSORS.len()] {
-        TENSORS.map(|(_, components)| components.map_or(1, |n| n * self.segments))
+    /// Names of the tensors in the order of the file, with the sizes that each has in one frame.
+    fn parts(self) -> impl Iterator<Item = (&'static str, Vec<usize>)> {
+        let of_segments = |components| vec![self.segments, components];
+        [
+            ("time", vec![]),
+            ("positions", of_segments(3)),
+            ("orientations", of_segments(4)),
+            ("velocities", of_segments(3)),
+            ("angular_velocities", of_segments(3)),
+            (JOINT_FORCES, vec![self.joints, 6]),
+        ]
+        .into_iter()
+        .filter(move |&(name, _)| name != JOINT_FORCES || self.joints > 0)
+    }
+
+    /// Names of the tensors in the order of the file, with the bytes that each has for one frame.
+    pub(crate) fn widths(self) -> impl Iterator<Item = (&'static str, usize)> {
+        self.parts().map(|(name, sizes)| (name, VALUE * sizes.iter().product::<usize>()))
     }
 
     /// Bytes of one frame in all tensors.
     pub(crate) fn frame_bytes(self) -> usize {
-        VALUE * self.widths().iter().sum::<usize>()
+        self.widths().map(|(_, bytes)| bytes).sum()
     }
 
     /// The tensors' entries in the header, or `None` if the trajectory is too large for the address space.
     pub(crate) fn tensors(self) -> Option<BTreeMap<&'static str, TensorInfo>> {
         let mut tensors = BTreeMap::new();
         let mut start = 0_usize;
-        for (name, components) in TENSORS {
-            let shape = match components {
-                None => vec![self.frames],
-                Some(n) => vec![self.frames, self.segments, n],
-            };
+        for (name, sizes) in self.parts() {
+            let shape = [vec![self.frames], sizes].concat();
             let end = shape.iter().try_fold(VALUE, |bytes, &n| bytes.checked_mul(n))?.checked_add(start)?;
             tensors.insert(name, TensorInfo { dtype: Dtype::F64, shape, data_offsets: (start, end) });
             start = end;
@@ -86,7 +94,7 @@ impl Layout {
         let __metadata__ = BTreeMap::from([
             ("scene", info.scene.clone()),
             ("dt", format!("{:?}", info.dt)),
-            ("units", UNITS.to_owned()),
+            ("units", [UNITS, if self.joints > 0 { UNITS_OF_FORCES } else { "" }].concat()),
             ("checksum", "0".repeat(CHECKSUM_DIGITS)),
         ]);
         let tensors = self.tensors().ok_or(io::ErrorKind::FileTooLarge)?;

@@ -7,11 +7,15 @@
 //! Text that must not change unseen is sealed: TOML with its checksum in front ([`seal`], [`unseal`]). Results that took
 //! long are sealed in files named by what they depend on ([`Results`]).
 //!
+//! [`write_format`] turns a trajectory into files for other programs: ParaView, Blender, spreadsheets.
+//!
 //! This crate sees states and segments of the crate `rod`. It knows no solver and no scene file.
 
 mod centreline;
 mod error;
 mod file;
+mod folder;
+mod formats;
 mod layout;
 mod machine;
 mod reader;
@@ -25,6 +29,7 @@ mod writer;
 pub use centreline::write_centreline;
 pub use error::ExportError;
 pub use file::{write_atomically, write_json};
+pub use formats::{Format, write_format};
 pub use layout::TrajectoryInfo;
 pub use machine::machine;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};

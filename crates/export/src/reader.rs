@@ -1,16 +1,16 @@
 //! Reading a trajectory back.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Quaternion, Unit, Vector3};
-use rod::State;
+use rod::{JointForce, State};
 use safetensors::tensor::Metadata;
 
 use crate::ExportError;
 use crate::file::CHUNK;
-use crate::layout::{Checksum, Layout, TrajectoryInfo, VALUE, checksum_digits};
+use crate::layout::{Checksum, JOINT_FORCES, Layout, TrajectoryInfo, VALUE, checksum_digits};
 
 /// The header's length in bytes is at most this, as in the safetensors crate.
 const MAX_HEADER: u64 = 100_000_000;
@@ -24,6 +24,8 @@ pub struct Trajectory {
     pub time: Vec<f64>,
     /// State at each frame, `[frames]`.
     pub states: Vec<State>,
+    /// What each joint transmits at each frame, `[frames][joints]`; no joints where their forces were not kept.
+    pub forces: Vec<Vec<JointForce>>,
 }
 
 /// Reads the whole of a trajectory; the numbers are, bit for bit, those that were written.
@@ -33,8 +35,13 @@ pub struct Trajectory {
 pub fn read_trajectory(path: &Path) -> Result<Trajectory, ExportError> {
     let mut reader = TrajectoryReader::open(path)?;
     let mut states = vec![State::default(); reader.frames()];
-    let time = states.iter_mut().enumerate().map(|(i, s)| reader.read_frame(i, s)).collect::<Result<_, _>>()?;
-    Ok(Trajectory { info: reader.info, time, states })
+    let mut forces = vec![Vec::new(); reader.frames()];
+    let mut time = Vec::with_capacity(reader.frames());
+    for (frame, (state, forces)) in states.iter_mut().zip(&mut forces).enumerate() {
+        time.push(reader.read_frame(frame, state)?);
+        reader.read_forces(frame, forces)?;
+    }
+    Ok(Trajectory { info: reader.info, time, states, forces })
 }
 
 /// A trajectory's file, read one frame at a time.
@@ -114,10 +121,21 @@ impl TrajectoryReader {
         self.layout.segments
     }
 
+    /// Number of joints whose forces were kept; 0 if none were.
+    pub fn joints(&self) -> usize {
+        self.layout.joints
+    }
+
     /// Checks that the trajectory is of `found` segments.
     pub(crate) fn expect_segments(&self, found: usize) -> Result<(), ExportError> {
         let expected = self.segments();
         if found == expected { Ok(()) } else { Err(ExportError::Segments { found, expected }) }
+    }
+
+    /// Checks that the trajectory is of a model of `found` joints, as far as it knows of any.
+    pub(crate) fn expect_joints(&self, found: usize) -> Result<(), ExportError> {
+        let expected = self.joints();
+        if [0, found].contains(&expected) { Ok(()) } else { Err(ExportError::Joints { found, expected }) }
     }
 
     /// Reads a frame into `state`, whose arrays are resized if need be, and returns its time [s].
@@ -125,33 +143,58 @@ impl TrajectoryReader {
     /// # Errors
     /// [`ExportError::NoFrame`], or [`ExportError::Io`] if the file cannot be read.
     pub fn read_frame(&mut self, frame: usize, state: &mut State) -> Result<f64, ExportError> {
+        let time = self.part("time", frame)?.iter().map(|&bytes| f64::from_le_bytes(bytes)).sum();
+        set(&mut state.positions, self.part("positions", frame)?, Vector3::from);
+        let unit = |q: [f64; 4]| Unit::new_unchecked(Quaternion::from(q));
+        set(&mut state.orientations, self.part("orientations", frame)?, unit);
+        set(&mut state.velocities, self.part("velocities", frame)?, Vector3::from);
+        set(&mut state.angular_velocities, self.part("angular_velocities", frame)?, Vector3::from);
+        Ok(time)
+    }
+
+    /// Reads what each joint transmits in a frame into `forces` `[joints]`, which is left empty if no forces were kept.
+    ///
+    /// # Errors
+    /// As [`TrajectoryReader::read_frame`].
+    pub fn read_forces(&mut self, frame: usize, forces: &mut Vec<JointForce>) -> Result<(), ExportError> {
+        let joint = |[fx, fy, fz, cx, cy, cz]: [f64; 6]| JointForce {
+            force: Vector3::new(fx, fy, fz),
+            couple: Vector3::new(cx, cy, cz),
+        };
+        set(forces, self.part(JOINT_FORCES, frame)?, joint);
+        Ok(())
+    }
+
+    /// Times of all frames [s], `[frames]`.
+    ///
+    /// # Errors
+    /// [`ExportError::Io`] if the file cannot be read.
+    pub fn times(&mut self) -> Result<Vec<f64>, ExportError> {
+        (0..self.frames())
+            .map(|frame| Ok(self.part("time", frame)?.iter().map(|&t| f64::from_le_bytes(t)).sum()))
+            .collect()
+    }
+
+    /// Values of `tensor` in a frame; none if the trajectory has no such tensor.
+    fn part(&mut self, tensor: &str, frame: usize) -> Result<&[[u8; VALUE]], ExportError> {
         let frames = self.layout.frames;
         if frame >= frames {
             return Err(ExportError::NoFrame { frame, frames });
         }
-        self.read_values(frame, state).map_err(ExportError::io("read", &self.path))
-    }
-
-    fn read_values(&mut self, frame: usize, state: &mut State) -> io::Result<f64> {
-        let widths = self.layout.widths();
-        let mut time = 0.0;
-        let mut tensor = self.data_start;
-        for (index, width) in widths.into_iter().enumerate() {
-            let part = (VALUE * width) as u64;
-            self.file.seek(SeekFrom::Start(tensor + part * frame as u64))?;
-            self.bytes.resize(VALUE * width, 0);
-            self.file.read_exact(&mut self.bytes)?;
-            tensor += part * self.layout.frames as u64;
-            let values = self.bytes.as_chunks::<VALUE>().0;
-            match index {
-                0 => time = values.iter().map(|&bytes| f64::from_le_bytes(bytes)).sum(),
-                1 => set(&mut state.positions, values, Vector3::from),
-                2 => set(&mut state.orientations, values, |q: [f64; 4]| Unit::new_unchecked(Quaternion::from(q))),
-                3 => set(&mut state.velocities, values, Vector3::from),
-                _ => set(&mut state.angular_velocities, values, Vector3::from),
+        let mut start = self.data_start;
+        let mut width = 0;
+        for (name, bytes) in self.layout.widths() {
+            if name == tensor {
+                start += (bytes * frame) as u64;
+                width = bytes;
+                break;
             }
+            start += (bytes * frames) as u64;
         }
-        Ok(time)
+        self.bytes.resize(width, 0);
+        let read = self.file.seek(SeekFrom::Start(start)).and_then(|_| self.file.read_exact(&mut self.bytes));
+        read.map_err(ExportError::io("read", &self.path))?;
+        Ok(self.bytes.as_chunks().0)
     }
 }
 
@@ -175,7 +218,12 @@ fn parse(json: &[u8]) -> Result<(TrajectoryInfo, Layout, usize), String> {
     let Some(&[frames, segments, _]) = shape else {
         return Err("it has no positions [frames, segments, 3]".to_owned());
     };
-    let layout = Layout { frames, segments };
+    let joints = match metadata.info(JOINT_FORCES).map(|tensor| tensor.shape.as_slice()) {
+        None => 0,
+        Some(&[_, joints, _]) if joints > 0 => joints,
+        Some(_) => return Err("its joint_forces are not [frames, joints, 6]".to_owned()),
+    };
+    let layout = Layout { frames, segments, joints };
     let expected = layout.tensors().ok_or_else(|| "its size is impossible".to_owned())?;
     for (name, tensor) in &expected {
         let fits = metadata.info(name).is_some_and(|found| {

@@ -4,18 +4,19 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use rod::State;
+use rod::{JointForce, State};
 use tempfile::NamedTempFile;
 
 use crate::ExportError;
 use crate::file::{CHUNK, temporary, write_atomically};
-use crate::layout::{Checksum, FILE_NAME, Layout, TrajectoryInfo, VALUE};
+use crate::layout::{Checksum, FILE_NAME, Layout, TrajectoryInfo};
 
 /// Collects frames in a temporary file and turns them into `trajectory.safetensors` at the end, in constant memory.
 ///
 /// The file has the tensors `time` `[frames]` [s], `positions` `[frames, segments, 3]` [m], `orientations`
 /// `[frames, segments, 4]` (x, y, z, w), `velocities` `[frames, segments, 3]` [m/s] and `angular_velocities`
-/// `[frames, segments, 3]` [rad/s], all F64, and the strings `scene`, `dt`, `units` and `checksum`.
+/// `[frames, segments, 3]` [rad/s], all F64, with the forces of joints also `joint_forces` `[frames, joints, 6]`
+/// ([`JointForce`]: force [N], then couple [N m^2]), and the strings `scene`, `dt`, `units` and `checksum`.
 ///
 /// A run that is interrupted finishes with the frames it has. A writer that is dropped leaves nothing behind. While it
 /// works, the trajectory needs its size on the disk twice.
@@ -33,11 +34,12 @@ pub struct TrajectoryWriter {
 }
 
 impl TrajectoryWriter {
-    /// Begins a trajectory of `segments` segments in `directory`, which is created if it does not exist.
+    /// Begins a trajectory of `segments` segments in `directory`, which is created if it does not exist. The forces of
+    /// `joints` joints are kept, of none with 0.
     ///
     /// # Errors
     /// [`ExportError::Io`] if the directory cannot be created or written to, or a directory stands in the file's place.
-    pub fn create(directory: &Path, segments: usize, info: TrajectoryInfo) -> Result<Self, ExportError> {
+    pub fn create(directory: &Path, segments: usize, joints: usize, info: TrajectoryInfo) -> Result<Self, ExportError> {
         if directory.exists() && !directory.is_dir() {
             return Err(ExportError::io("create the directory", directory)(io::ErrorKind::NotADirectory.into()));
         }
@@ -47,27 +49,32 @@ impl TrajectoryWriter {
             return Err(ExportError::io("write", &path)(io::ErrorKind::IsADirectory.into()));
         }
         let spool = temporary(directory, ".trajectory-spool-").map_err(ExportError::io("write into", directory))?;
-        let layout = Layout { frames: 0, segments };
+        let layout = Layout { frames: 0, segments, joints };
         Ok(Self { path, info, layout, spool, pending: Vec::with_capacity(CHUNK), spooled: 0 })
     }
 
-    /// Adds a frame at `time` [s].
+    /// Adds a frame at `time` [s] with the forces of the joints, `[joints]` as given to [`TrajectoryWriter::create`].
     ///
     /// # Errors
-    /// [`ExportError::Segments`] if the state does not fit: the frame is not taken. [`ExportError::Io`] if the disk
+    /// [`ExportError::Segments`] or [`ExportError::Joints`] if something does not fit: the frame is not taken. [`ExportError::Io`] if the disk
     /// does not take the frames: they are kept, and the next call tries again.
-    pub fn push(&mut self, state: &State, time: f64) -> Result<(), ExportError> {
+    pub fn push(&mut self, state: &State, forces: &[JointForce], time: f64) -> Result<(), ExportError> {
         let State { positions, orientations, velocities, angular_velocities } = state;
         let expected = self.layout.segments;
         let sizes = [positions.len(), orientations.len(), velocities.len(), angular_velocities.len()];
         if let Some(&found) = sizes.iter().find(|&&n| n != expected) {
             return Err(ExportError::Segments { found, expected });
         }
+        let (found, expected) = (forces.len(), self.layout.joints);
+        if found != expected {
+            return Err(ExportError::Joints { found, expected });
+        }
         let values = std::iter::once(&time)
             .chain(positions.iter().flatten())
             .chain(orientations.iter().flat_map(|q| q.coords.iter()))
             .chain(velocities.iter().flatten())
-            .chain(angular_velocities.iter().flatten());
+            .chain(angular_velocities.iter().flatten())
+            .chain(forces.iter().flat_map(|joint| joint.force.iter().chain(&joint.couple)));
         self.pending.extend(values.flat_map(|value| value.to_le_bytes()));
         self.layout.frames += 1;
         if self.pending.len() >= CHUNK { self.spill() } else { Ok(()) }
@@ -111,8 +118,8 @@ impl TrajectoryWriter {
         let frames_at_once = (CHUNK / frame_bytes).max(1);
         let mut chunk = vec![0; frames_at_once * frame_bytes];
         let mut start = 0;
-        for width in self.layout.widths() {
-            let part = start..start + VALUE * width;
+        for (_, bytes) in self.layout.widths() {
+            let part = start..start + bytes;
             start = part.end;
             let mut spool = self.spool.as_file();
             spool.seek(SeekFrom::Start(0))?;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use export::{ExportError, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, read_trajectory, write_centreline};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Segment, State};
+use rod::{JointForce, Segment, State};
 use safetensors::{Dtype, SafeTensors};
 
 fn info() -> TrajectoryInfo {
@@ -26,11 +26,26 @@ fn state(segments: usize, frame: usize) -> State {
 }
 
 fn write(directory: &Path, segments: usize, frames: usize) -> std::path::PathBuf {
-    let mut writer = TrajectoryWriter::create(directory, segments, info()).unwrap();
+    let mut writer = TrajectoryWriter::create(directory, segments, 0, info()).unwrap();
     for frame in 0..frames {
-        writer.push(&state(segments, frame), frame as f64 * 0.3).unwrap();
+        writer.push(&state(segments, frame), &[], frame as f64 * 0.3).unwrap();
     }
     assert_eq!(writer.frames(), frames);
+    writer.finish().unwrap()
+}
+
+/// Forces in which every number is another one.
+fn forces(joints: usize, frame: usize) -> Vec<JointForce> {
+    let value = |i: usize, k: usize| ((frame * 977 + i * 17 + k) as f64).cbrt() - 3.0;
+    let vector = |i: usize, k: usize| Vector3::from_fn(|c, _| value(i, k + c));
+    (0..joints).map(|i| JointForce { force: vector(i, 0), couple: vector(i, 3) }).collect()
+}
+
+fn write_with_forces(directory: &Path, segments: usize, joints: usize, frames: usize) -> std::path::PathBuf {
+    let mut writer = TrajectoryWriter::create(directory, segments, joints, info()).unwrap();
+    for frame in 0..frames {
+        writer.push(&state(segments, frame), &forces(joints, frame), frame as f64 * 0.3).unwrap();
+    }
     writer.finish().unwrap()
 }
 
@@ -50,10 +65,65 @@ fn what_is_written_is_read() {
         assert_eq!(trajectory.info, info());
         assert_eq!(trajectory.time, (0..frames).map(|f| f as f64 * 0.3).collect::<Vec<_>>());
         assert_eq!(trajectory.states.len(), frames);
+        assert!(trajectory.forces.len() == frames && trajectory.forces.iter().all(Vec::is_empty));
         for (frame, found) in trajectory.states.iter().enumerate() {
             assert!(*found == state(segments, frame), "{segments} segments, frame {frame}");
         }
     }
+}
+
+#[test]
+fn forces_of_joints_are_read_as_written() {
+    for (segments, joints, frames) in [(1, 1, 1), (3, 2, 7), (4, 5, 0), (5, 4, 9000), (12_000, 11_999, 3)] {
+        let directory = tempfile::tempdir().unwrap();
+        let path = write_with_forces(directory.path(), segments, joints, frames);
+        let mut reader = TrajectoryReader::open(&path).unwrap();
+        assert_eq!((reader.joints(), reader.segments(), reader.frames()), (joints, segments, frames));
+        assert_eq!(reader.times().unwrap(), (0..frames).map(|f| f as f64 * 0.3).collect::<Vec<_>>());
+        let trajectory = read_trajectory(&path).unwrap();
+        for frame in 0..frames {
+            assert!(trajectory.states[frame] == state(segments, frame), "{segments} segments, frame {frame}");
+            assert!(trajectory.forces[frame] == forces(joints, frame), "{joints} joints, frame {frame}");
+        }
+        let bytes = fs::read(&path).unwrap();
+        let tensors = SafeTensors::deserialize(&bytes).unwrap();
+        let tensor = tensors.tensor("joint_forces").unwrap();
+        assert_eq!((tensor.dtype(), tensor.shape()), (Dtype::F64, [frames, joints, 6].as_slice()));
+        let written = (0..frames).flat_map(|frame| forces(joints, frame));
+        let values = written.flat_map(|joint| joint.force.iter().chain(&joint.couple).copied().collect::<Vec<_>>());
+        assert!(tensor.data().iter().copied().eq(values.flat_map(f64::to_le_bytes)));
+    }
+}
+
+#[test]
+fn without_forces_the_file_is_what_it_was_before_there_were_any() {
+    let directory = tempfile::tempdir().unwrap();
+    let info = TrajectoryInfo { scene: "rod".to_owned(), dt: 0.01 };
+    let mut writer = TrajectoryWriter::create(directory.path(), 1, 0, info).unwrap();
+    let state = state(1, 2);
+    writer.push(&state, &[], 0.5).unwrap();
+    let bytes = fs::read(writer.finish().unwrap()).unwrap();
+    let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let header = str::from_utf8(&bytes[8..8 + length]).unwrap();
+    let (before, rest) = header.split_once("\"checksum\":\"").unwrap();
+    assert_eq!(before, "{\"__metadata__\":{");
+    assert_eq!(
+        rest[16..].trim_end(),
+        "\",\"dt\":\"0.01\",\"scene\":\"rod\",\"units\":\"s, m, m/s, rad/s; orientations are quaternions x, y, z, w; \
+         vectors are in world axes\"},\"angular_velocities\":{\"dtype\":\"F64\",\"shape\":[1,1,3],\"data_offsets\":[88,\
+         112]},\"orientations\":{\"dtype\":\"F64\",\"shape\":[1,1,4],\"data_offsets\":[32,64]},\"positions\":{\"dtype\":\
+         \"F64\",\"shape\":[1,1,3],\"data_offsets\":[8,32]},\"time\":{\"dtype\":\"F64\",\"shape\":[1],\"data_offsets\":[0,\
+         8]},\"velocities\":{\"dtype\":\"F64\",\"shape\":[1,1,3],\"data_offsets\":[64,88]}}"
+    );
+    let vectors = |v: &[Vector3<f64>]| v[0].iter().copied().collect::<Vec<_>>();
+    let values = [
+        vec![0.5],
+        vectors(&state.positions),
+        state.orientations[0].coords.iter().copied().collect(),
+        vectors(&state.velocities),
+        vectors(&state.angular_velocities),
+    ];
+    assert_eq!(bytes[8 + length..], values.concat().iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>());
 }
 
 #[test]
@@ -97,9 +167,14 @@ fn the_same_run_gives_the_same_bytes() {
 #[test]
 fn a_flipped_bit_and_a_cut_anywhere_is_one_clear_error() {
     let directory = tempfile::tempdir().unwrap();
-    let path = write(directory.path(), 2, 3);
-    let bytes = fs::read(&path).unwrap();
-    let damaged = directory.path().join("damaged.safetensors");
+    for path in [write(&directory.path().join("a"), 2, 3), write_with_forces(&directory.path().join("b"), 2, 1, 3)] {
+        any_damage_is_one_clear_error(directory.path(), &path);
+    }
+}
+
+fn any_damage_is_one_clear_error(directory: &Path, path: &Path) {
+    let bytes = fs::read(path).unwrap();
+    let damaged = directory.join("damaged.safetensors");
     let check = |content: &[u8], what: &str| {
         fs::write(&damaged, content).unwrap();
         match read_trajectory(&damaged) {
@@ -141,9 +216,9 @@ fn a_dropped_writer_leaves_nothing_and_keeps_the_old_file() {
     let directory = tempfile::tempdir().unwrap();
     let path = write(directory.path(), 2, 3);
     let old = fs::read(&path).unwrap();
-    let mut writer = TrajectoryWriter::create(directory.path(), 2, info()).unwrap();
+    let mut writer = TrajectoryWriter::create(directory.path(), 2, 0, info()).unwrap();
     for frame in 0..20_000 {
-        writer.push(&state(2, frame), 0.0).unwrap();
+        writer.push(&state(2, frame), &[], 0.0).unwrap();
     }
     drop(writer);
     assert_eq!(names(directory.path()), ["trajectory.safetensors"]);
@@ -153,14 +228,24 @@ fn a_dropped_writer_leaves_nothing_and_keeps_the_old_file() {
 #[test]
 fn a_state_that_does_not_fit_is_refused_and_the_rest_kept() {
     let directory = tempfile::tempdir().unwrap();
-    let mut writer = TrajectoryWriter::create(directory.path(), 2, info()).unwrap();
-    writer.push(&state(2, 0), 0.0).unwrap();
+    let mut writer = TrajectoryWriter::create(directory.path(), 2, 0, info()).unwrap();
+    writer.push(&state(2, 0), &[], 0.0).unwrap();
     let mut ragged = state(2, 1);
     ragged.velocities.pop();
     for wrong in [state(3, 1), ragged] {
-        assert!(matches!(writer.push(&wrong, 0.1), Err(ExportError::Segments { expected: 2, .. })));
+        assert!(matches!(writer.push(&wrong, &[], 0.1), Err(ExportError::Segments { expected: 2, .. })));
     }
+    assert!(matches!(
+        writer.push(&state(2, 1), &forces(1, 1), 0.1),
+        Err(ExportError::Joints { found: 1, expected: 0 })
+    ));
     assert_eq!(read_trajectory(&writer.finish().unwrap()).unwrap().states, [state(2, 0)]);
+
+    let mut writer = TrajectoryWriter::create(directory.path(), 2, 1, info()).unwrap();
+    assert!(matches!(writer.push(&state(2, 0), &[], 0.0), Err(ExportError::Joints { found: 0, expected: 1 })));
+    writer.push(&state(2, 1), &forces(1, 1), 0.1).unwrap();
+    let kept = read_trajectory(&writer.finish().unwrap()).unwrap();
+    assert_eq!((kept.states, kept.forces), (vec![state(2, 1)], vec![forces(1, 1)]));
 }
 
 #[test]
@@ -168,13 +253,13 @@ fn impossible_places_are_named_before_the_run() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("file");
     fs::write(&file, "").unwrap();
-    let error = TrajectoryWriter::create(&file, 2, info()).unwrap_err().to_string();
+    let error = TrajectoryWriter::create(&file, 2, 0, info()).unwrap_err().to_string();
     assert_eq!(error, format!("cannot create the directory {}: not a directory", file.display()));
-    let error = TrajectoryWriter::create(&file.join("below"), 2, info()).unwrap_err().to_string();
+    let error = TrajectoryWriter::create(&file.join("below"), 2, 0, info()).unwrap_err().to_string();
     assert!(error.starts_with(&format!("cannot create the directory {}", file.join("below").display())), "{error}");
     let taken = directory.path().join("trajectory.safetensors");
     fs::create_dir(&taken).unwrap();
-    let error = TrajectoryWriter::create(directory.path(), 2, info()).unwrap_err().to_string();
+    let error = TrajectoryWriter::create(directory.path(), 2, 0, info()).unwrap_err().to_string();
     assert_eq!(error, format!("cannot write {}: is a directory", taken.display()));
 }
 

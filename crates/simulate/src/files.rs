@@ -15,14 +15,14 @@ const SUMMARY: &str = "summary.json";
 /// The trajectory in `directory`, its first frame written, after a look at whether the other files can follow.
 pub(crate) fn open(directory: &Path, scene: &Scene, dt: f64) -> Result<TrajectoryWriter> {
     let info = TrajectoryInfo { scene: scene.name.clone(), dt };
-    let mut writer = TrajectoryWriter::create(directory, scene.state.len(), info)?;
+    let mut writer = TrajectoryWriter::create(directory, scene.state.len(), 0, info)?;
     for file in [CENTRELINE, SNAPSHOTS, SUMMARY] {
         let path = directory.join(file);
         if path.is_dir() {
             bail!("cannot write {}: is a directory", path.display());
         }
     }
-    writer.push(&scene.state, 0.0)?;
+    writer.push(&scene.state, &[], 0.0)?;
     Ok(writer)
 }
 

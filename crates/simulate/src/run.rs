@@ -166,7 +166,7 @@ fn go(
         }
         std::mem::swap(state, &mut next);
         if let Some(writer) = writer {
-            writer.push(state, simulation.time())?;
+            writer.push(state, &[], simulation.time())?;
         }
     }
     Ok(Course { steps, status, interrupted: progress.finish(), wall })

@@ -62,7 +62,7 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
     };
     if let Some(directory) = &args.out {
         let mut writer = files::open(directory, &scene, 1.0).context("--out")?;
-        writer.push(&state, 1.0)?;
+        writer.push(&state, &[], 1.0)?;
         files::close(writer, directory, &scene, &report)?;
     }
     if args.json {

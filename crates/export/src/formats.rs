@@ -1,0 +1,105 @@
+//! A recorded run in the formats of other programs.
+
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use rod::{JointForce, Model, State};
+
+use crate::{ExportError, TrajectoryReader};
+
+mod centrelines;
+mod csv;
+mod glb;
+mod obj;
+mod vtp;
+
+/// A format of other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// ParaView and VTK: `vtp/` with one file a frame, and `run.pvd`, which lists them with their times.
+    Vtp,
+    /// Blender, browsers and game engines: binary glTF 2.0, `run.glb`, a skinned tube with its animation.
+    Glb,
+    /// Spreadsheets and scripts: the tables `segments.csv` and `joints.csv`.
+    Csv,
+    /// Anything with lines: `obj/` with one file of polylines a frame.
+    Obj,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Format; 4] = [Format::Vtp, Format::Glb, Format::Csv, Format::Obj];
+
+    /// Its name in flags.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Vtp => "vtp",
+            Format::Glb => "glb",
+            Format::Csv => "csv",
+            Format::Obj => "obj",
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Format {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let names = || Self::ALL.map(Format::name).join(", ");
+        Self::ALL.into_iter().find(|f| f.name() == name).ok_or_else(|| format!("expected one of {}", names()))
+    }
+}
+
+/// Writes a trajectory of `model` into `directory`, which is created if it does not exist, and returns the files and
+/// folders made. One frame is in memory at a time (of `glb`, some tens of MiB). What an earlier export left is replaced
+/// when the new files are complete.
+///
+/// World axes and units are the trajectory's (SI); `glb` turns z up into glTF's y up.
+///
+/// # Errors
+/// [`ExportError::Segments`] or [`ExportError::Joints`] if the trajectory is not one of `model`;
+/// [`ExportError::Format`] if the format cannot hold it; [`ExportError::Io`] if the trajectory cannot be read or the
+/// files cannot be written, or if a file or folder is in the way that no export wrote. Then nothing is left behind, and
+/// files that were there stay.
+pub fn write_format(
+    format: Format,
+    directory: &Path,
+    trajectory: &mut TrajectoryReader,
+    model: &Model,
+) -> Result<Vec<PathBuf>, ExportError> {
+    trajectory.expect_segments(model.segments.len())?;
+    trajectory.expect_joints(model.joints.len())?;
+    fs::create_dir_all(directory).map_err(ExportError::io("create the directory", directory))?;
+    match format {
+        Format::Vtp => vtp::write(directory, trajectory, model),
+        Format::Glb => glb::write(directory, trajectory, model),
+        Format::Csv => csv::write(directory, trajectory, model),
+        Format::Obj => obj::write(directory, trajectory, model),
+    }
+}
+
+/// A frame of a trajectory.
+#[derive(Default)]
+struct Frame {
+    /// Time [s].
+    time: f64,
+    state: State,
+    /// What each joint transmits; empty where that was not kept.
+    forces: Vec<JointForce>,
+}
+
+impl Frame {
+    /// Reads frame `index` in place of the last one.
+    fn read(&mut self, trajectory: &mut TrajectoryReader, index: usize) -> Result<(), ExportError> {
+        self.time = trajectory.read_frame(index, &mut self.state)?;
+        trajectory.read_forces(index, &mut self.forces)
+    }
+}

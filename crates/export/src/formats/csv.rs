@@ -1,0 +1,90 @@
+//! Tables of segments and of joints, numbers with all their digits.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use rod::{Body, Model, curvature};
+
+use super::Frame;
+use crate::file::stage;
+use crate::{ExportError, TrajectoryReader};
+
+const SEGMENTS: &str = "frame,time_s,rod,segment,x_m,y_m,z_m,q_x,q_y,q_z,q_w,v_x_m_per_s,v_y_m_per_s,v_z_m_per_s,\
+                        w_x_rad_per_s,w_y_rad_per_s,w_z_rad_per_s";
+const JOINTS: &str = "frame,time_s,joint,a,b,curvature_per_m";
+/// Columns that only a trajectory with the forces of joints has.
+const FORCES: &str = ",tension_n,force_x_n,force_y_n,force_z_n,couple_x_n_m2,couple_y_n_m2,couple_z_n_m2";
+
+/// Writes `segments.csv`, one row for each segment of each frame, and `joints.csv`, one for each joint of each frame.
+/// The bodies `a` and `b` of a joint are indices of segments, or "anchor 0" and so on.
+pub(super) fn write(
+    directory: &Path,
+    trajectory: &mut TrajectoryReader,
+    model: &Model,
+) -> Result<Vec<PathBuf>, ExportError> {
+    let segments = stage(&directory.join("segments.csv"), |writer| {
+        writeln!(writer, "{SEGMENTS}")?;
+        each_frame(trajectory, |index, frame| write_segments(writer, model, index, frame))
+    })?;
+    let joints = stage(&directory.join("joints.csv"), |writer| {
+        writeln!(writer, "{JOINTS}{}", if trajectory.joints() > 0 { FORCES } else { "" })?;
+        each_frame(trajectory, |index, frame| write_joints(writer, model, index, frame))
+    })?;
+    Ok(vec![segments.publish()?, joints.publish()?])
+}
+
+fn each_frame(
+    trajectory: &mut TrajectoryReader,
+    mut write: impl FnMut(usize, &Frame) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut frame = Frame::default();
+    for index in 0..trajectory.frames() {
+        frame.read(trajectory, index).map_err(io::Error::other)?;
+        write(index, &frame)?;
+    }
+    Ok(())
+}
+
+fn write_segments(writer: &mut impl Write, model: &Model, index: usize, frame: &Frame) -> io::Result<()> {
+    let Frame { time, state, .. } = frame;
+    for (i, segment) in model.segments.iter().enumerate() {
+        write!(writer, "{index},{time:?},{},{i}", segment.rod)?;
+        let values = state.positions[i].iter().chain(state.orientations[i].coords.iter());
+        write_values(writer, values.chain(&state.velocities[i]).chain(&state.angular_velocities[i]))?;
+    }
+    Ok(())
+}
+
+fn write_joints(writer: &mut impl Write, model: &Model, index: usize, frame: &Frame) -> io::Result<()> {
+    let Frame { time, state, forces } = frame;
+    let name = |body| match body {
+        Body::Segment(i) => i.to_string(),
+        Body::Anchor(i) => format!("anchor {i}"),
+    };
+    for (i, joint) in model.joints.iter().enumerate() {
+        write!(
+            writer,
+            "{index},{time:?},{i},{},{},{:?}",
+            name(joint.a),
+            name(joint.b),
+            curvature(model, state, joint)
+        )?;
+        match forces.get(i) {
+            None => writeln!(writer)?,
+            Some(transmitted) => {
+                let tension = transmitted.tension(model, state, joint);
+                let parts = transmitted.force.iter().chain(&transmitted.couple);
+                write_values(writer, std::iter::once(&tension).chain(parts))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The rest of a row.
+fn write_values<'a>(writer: &mut impl Write, values: impl Iterator<Item = &'a f64>) -> io::Result<()> {
+    for value in values {
+        write!(writer, ",{value:?}")?;
+    }
+    writeln!(writer)
+}

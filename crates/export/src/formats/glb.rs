@@ -1,0 +1,204 @@
+//! Binary glTF 2.0: a tube that a skin bends, one glTF joint a segment, and its animation.
+//!
+//! The specification is Khronos' "glTF 2.0 Specification"; section numbers are its.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Matrix4, Quaternion};
+use rod::{Model, State};
+
+use super::Frame;
+use super::centrelines::Centrelines;
+use crate::file::stage;
+use crate::{ExportError, Format, TrajectoryReader};
+
+mod document;
+mod tube;
+
+use document::Document;
+use tube::Tube;
+
+/// Joints are numbered in 16 bits in vertices (section 3.7.3.3).
+const MAX_SEGMENTS: usize = u16::MAX as usize;
+/// Bytes of a segment's pose in a frame: translation and rotation in f32.
+const POSE: usize = 28;
+/// Bytes of poses that are turned from frames to segments at once.
+const POSES_AT_ONCE: usize = 64 << 20;
+/// Magic number and version (section 4.4.2), and the types of the two chunks.
+const MAGIC: &[u8; 8] = b"glTF\x02\0\0\0";
+const JSON: &[u8; 4] = b"JSON";
+const BINARY: &[u8; 4] = b"BIN\0";
+/// Bytes of the file's header and of the headers of its two chunks.
+const HEADERS: usize = 12 + 2 * 8;
+
+/// Writes `run.glb`. Its rest shape is the first frame's; the root node turns z up into y up.
+pub(super) fn write(
+    directory: &Path,
+    trajectory: &mut TrajectoryReader,
+    model: &Model,
+) -> Result<Vec<PathBuf>, ExportError> {
+    let (frames, segments) = (trajectory.frames(), model.segments.len());
+    check(frames, segments).map_err(refused)?;
+    let times = increasing(&trajectory.times()?);
+    let mut first = Frame::default();
+    first.read(trajectory, 0)?;
+    let tube = Tube::new(model, &Centrelines::new(model), &first.state);
+    let document = Document::new(&trajectory.info().scene, &tube, &first.state, &times);
+    let mut json = serde_json::to_vec(&document).map_err(|error| refused(error.to_string()))?;
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let binary = document.bytes();
+    let total = fits(HEADERS + json.len() + binary).map_err(refused)?;
+
+    let file = stage(&directory.join("run.glb"), |writer| {
+        writer.write_all(MAGIC)?;
+        writer.write_all(&total.to_le_bytes())?;
+        for (length, kind) in [(json.len(), JSON), (binary, BINARY)] {
+            writer.write_all(&(length as u32).to_le_bytes())?;
+            writer.write_all(kind)?;
+            if kind == JSON {
+                writer.write_all(&json)?;
+            }
+        }
+        tube.write(writer)?;
+        write_floats(writer, inverse_bind(&first.state).flatten())?;
+        write_floats(writer, times)?;
+        write_motion(writer, trajectory, POSES_AT_ONCE / POSE)
+    })?;
+    Ok(vec![file.publish()?])
+}
+
+fn refused(reason: String) -> ExportError {
+    ExportError::Format { format: Format::Glb, reason }
+}
+
+/// Checks that the format can hold so many frames of so many segments.
+fn check(frames: usize, segments: usize) -> Result<(), String> {
+    if frames == 0 || segments == 0 {
+        return Err(format!("{frames} frames of {segments} segments, but there must be at least one of both"));
+    }
+    if segments > MAX_SEGMENTS {
+        return Err(format!("{segments} segments, but at most {MAX_SEGMENTS} are allowed"));
+    }
+    fits(frames.saturating_mul(segments).saturating_mul(POSE)).map(drop)
+}
+
+/// The size of a file in 32 bits.
+fn fits(bytes: usize) -> Result<u32, String> {
+    let gib = bytes as f64 / (1_u64 << 30) as f64;
+    u32::try_from(bytes).map_err(|_| format!("{gib:.1} GiB, but at most 4 GiB are allowed: keep fewer frames"))
+}
+
+/// Times in f32, each above the one before, as they must be (section 3.11): where f32 cannot tell two of them apart, the
+/// later one is moved by a rounding error.
+fn increasing(times: &[f64]) -> Vec<f32> {
+    let mut last = f32::NEG_INFINITY;
+    let above = |&time: &f64| {
+        last = (time as f32).max(last.next_up());
+        last
+    };
+    times.iter().map(above).collect()
+}
+
+/// From the world to the frame of each segment in `state`, column by column.
+fn inverse_bind(state: &State) -> impl Iterator<Item = [f32; 16]> {
+    state.positions.iter().zip(&state.orientations).map(|(x, q)| {
+        let inverse = q.inverse();
+        let matrix = Matrix4::new_translation(&-(inverse * x)) * inverse.to_homogeneous();
+        std::array::from_fn(|i| matrix.as_slice()[i] as f32)
+    })
+}
+
+fn write_floats(writer: &mut impl Write, values: impl IntoIterator<Item = f32>) -> io::Result<()> {
+    values.into_iter().try_for_each(|value| writer.write_all(&value.to_le_bytes()))
+}
+
+/// Writes translations and rotations of one segment after the other, over all frames. The trajectory has one frame after
+/// the other: as many frames are turned at once as have `poses` poses.
+fn write_motion(writer: &mut BufWriter<&File>, trajectory: &mut TrajectoryReader, poses: usize) -> io::Result<()> {
+    let (frames, segments) = (trajectory.frames(), trajectory.segments());
+    let start = writer.stream_position()?;
+    let at_once = (poses / segments).clamp(1, frames);
+    let mut tracks = vec![(Vec::new(), Vec::new()); segments];
+    let mut last: Vec<Quaternion<f64>> = Vec::new();
+    let mut state = State::default();
+    for begin in (0..frames).step_by(at_once) {
+        for frame in begin..frames.min(begin + at_once) {
+            trajectory.read_frame(frame, &mut state).map_err(io::Error::other)?;
+            last.resize(segments, Quaternion::identity());
+            for (i, (translations, rotations)) in tracks.iter_mut().enumerate() {
+                // q and -q are the same rotation: the one that is nearer the last, for the short way between them.
+                let q = state.orientations[i].into_inner();
+                let q = if frame > 0 && q.dot(&last[i]) < 0.0 { -q } else { q };
+                last[i] = q;
+                translations.extend(state.positions[i].iter().flat_map(|&x| (x as f32).to_le_bytes()));
+                rotations.extend(q.coords.iter().flat_map(|&x| (x as f32).to_le_bytes()));
+            }
+        }
+        for (i, (translations, rotations)) in tracks.iter_mut().enumerate() {
+            let track = start + (i * frames * POSE) as u64;
+            writer.seek(SeekFrom::Start(track + (begin * 12) as u64))?;
+            writer.write_all(translations)?;
+            writer.seek(SeekFrom::Start(track + (frames * 12 + begin * 16) as u64))?;
+            writer.write_all(rotations)?;
+            translations.clear();
+            rotations.clear();
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
+    use crate::{TrajectoryInfo, TrajectoryWriter, write_atomically};
+
+    #[test]
+    fn motions_in_parts_are_those_in_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let info = TrajectoryInfo { scene: String::new(), dt: 1.0 };
+        let (segments, frames) = (3, 7);
+        let mut writer = TrajectoryWriter::create(directory.path(), segments, 0, info).unwrap();
+        for frame in 0..frames {
+            let vectors: Vec<_> = (0..segments).map(|i| Vector3::new(frame as f64, i as f64, 0.5)).collect();
+            let state = State {
+                orientations: vectors.iter().map(|v| UnitQuaternion::from_scaled_axis(*v)).collect(),
+                positions: vectors.clone(),
+                velocities: vectors.clone(),
+                angular_velocities: vectors,
+            };
+            writer.push(&state, &[], frame as f64).unwrap();
+        }
+        let mut trajectory = TrajectoryReader::open(&writer.finish().unwrap()).unwrap();
+        let path = directory.path().join("motion");
+        let mut bytes = |poses: usize| {
+            let write = |writer: &mut BufWriter<&File>| write_motion(writer, &mut trajectory, poses);
+            write_atomically(&path, write).unwrap();
+            std::fs::read(&path).unwrap()
+        };
+        let whole = bytes(usize::MAX);
+        assert_eq!(whole.len(), segments * frames * POSE);
+        for poses in [0, 3, 6, 8, 20, 21] {
+            assert!(bytes(poses) == whole, "{poses}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_one_clear_error() {
+        assert_eq!(check(1, 65_535), Ok(()));
+        assert_eq!(check(1, 65_536).unwrap_err(), "65536 segments, but at most 65535 are allowed");
+        assert_eq!(check(2341, 65_535).unwrap_err(), "4.0 GiB, but at most 4 GiB are allowed: keep fewer frames");
+        assert_eq!(check(2340, 65_535), Ok(()));
+        assert!(check(usize::MAX, 2).unwrap_err().contains("GiB"));
+    }
+
+    #[test]
+    fn times_increase_where_f32_cannot_tell_them_apart() {
+        let times = increasing(&[0.0, 1.0, 1.0 + 1e-9, 1.0 + 2e-9, 2.0]);
+        assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
+        assert_eq!((times[0], times[1], times[4]), (0.0, 1.0, 2.0));
+    }
+}

@@ -1,0 +1,43 @@
+//! Wavefront OBJ: polylines through the nodes.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use rod::Model;
+
+use super::Frame;
+use super::centrelines::Centrelines;
+use crate::folder::Folder;
+use crate::{ExportError, TrajectoryReader};
+
+/// Writes `obj/frame_0000.obj` and so on: vertices are the nodes [m], with all digits, and each rod is an object of one
+/// polyline, which ends where it began if the rod is closed.
+pub(super) fn write(
+    directory: &Path,
+    trajectory: &mut TrajectoryReader,
+    model: &Model,
+) -> Result<Vec<PathBuf>, ExportError> {
+    let lines = Centrelines::new(model);
+    let folder = Folder::stage(&directory.join("obj"), trajectory.frames(), "obj")?;
+    let mut frame = Frame::default();
+    for index in 0..trajectory.frames() {
+        frame.read(trajectory, index)?;
+        folder.write(index, |writer| {
+            writeln!(writer, "# frame {index}, time {:?} s", frame.time)?;
+            for node in &lines.nodes {
+                let x = node.position(model, &frame.state);
+                writeln!(writer, "v {:?} {:?} {:?}", x.x, x.y, x.z)?;
+            }
+            for chain in &lines.chains {
+                write!(writer, "o rod_{}\nl", chain.rod)?;
+                let first = chain.closed.then_some(chain.nodes.start);
+                for node in chain.nodes.clone().chain(first) {
+                    write!(writer, " {}", node + 1)?;
+                }
+                writeln!(writer)?;
+            }
+            Ok(())
+        })?;
+    }
+    Ok(vec![folder.publish()?])
+}

@@ -1,0 +1,92 @@
+//! VTK's XML file of poly data, its arrays appended in base64.
+//!
+//! Not raw: bytes of raw data that look like markup make a file that no XML reader takes.
+
+use std::io::{self, Write};
+
+use base64::engine::general_purpose::STANDARD;
+use base64::write::EncoderWriter;
+
+/// Bytes of the length in front of each array (`header_type`).
+const LENGTH: usize = size_of::<u64>();
+
+/// A named array, little endian.
+pub(super) struct Array {
+    name: &'static str,
+    kind: &'static str,
+    components: usize,
+    bytes: Vec<u8>,
+}
+
+impl Array {
+    /// An array of f64, `components` a point or a cell.
+    pub(super) fn floats(name: &'static str, components: usize, values: impl Iterator<Item = f64>) -> Self {
+        Self { name, kind: "Float64", components, bytes: values.flat_map(f64::to_le_bytes).collect() }
+    }
+
+    /// An array of indices.
+    pub(super) fn integers(name: &'static str, values: impl Iterator<Item = usize>) -> Self {
+        let bytes = values.flat_map(|value| (value as i64).to_le_bytes()).collect();
+        Self { name, kind: "Int64", components: 1, bytes }
+    }
+
+    /// Characters of the array and its length in base64.
+    fn encoded(&self) -> usize {
+        4 * (LENGTH + self.bytes.len()).div_ceil(3)
+    }
+}
+
+/// Lines of two points each, with data.
+pub(super) struct Piece {
+    /// Places of the points, three components.
+    pub(super) points: Array,
+    /// Points of each line.
+    pub(super) connectivity: Array,
+    /// End of each line in `connectivity`.
+    pub(super) offsets: Array,
+    pub(super) point_data: Vec<Array>,
+    pub(super) cell_data: Vec<Array>,
+}
+
+impl Piece {
+    /// Writes the file.
+    pub(super) fn write(&self, writer: &mut impl Write) -> io::Result<()> {
+        let points = self.points.bytes.len() / (3 * size_of::<f64>());
+        let cells = self.offsets.bytes.len() / size_of::<i64>();
+        write!(
+            writer,
+            "<?xml version=\"1.0\"?>\n\
+             <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+             <PolyData>\n<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{cells}\" \
+             NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n"
+        )?;
+        let groups: [(&str, Vec<&Array>); 4] = [
+            ("PointData", self.point_data.iter().collect()),
+            ("CellData", self.cell_data.iter().collect()),
+            ("Points", vec![&self.points]),
+            ("Lines", vec![&self.connectivity, &self.offsets]),
+        ];
+        let mut offset = 0;
+        for (element, arrays) in &groups {
+            writeln!(writer, "<{element}>")?;
+            for array in arrays {
+                let Array { name, kind, components, .. } = array;
+                writeln!(
+                    writer,
+                    "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+                     format=\"appended\" offset=\"{offset}\"/>"
+                )?;
+                offset += array.encoded();
+            }
+            writeln!(writer, "</{element}>")?;
+        }
+        write!(writer, "</Piece>\n</PolyData>\n<AppendedData encoding=\"base64\">\n_")?;
+        for array in groups.iter().flat_map(|(_, arrays)| arrays) {
+            let mut encoder = EncoderWriter::new(&mut *writer, &STANDARD);
+            encoder.write_all(&(array.bytes.len() as u64).to_le_bytes())?;
+            encoder.write_all(&array.bytes)?;
+            encoder.finish()?;
+        }
+        writeln!(writer, "\n</AppendedData>\n</VTKFile>")
+    }
+}

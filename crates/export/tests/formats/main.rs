@@ -1,0 +1,8 @@
+//! Exports read back by readers of others: every number, every frame.
+
+mod errors;
+mod glb;
+mod lines;
+mod runs;
+mod tables;
+mod vtp;
