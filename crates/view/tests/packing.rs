@@ -45,7 +45,7 @@ fn any_state(segments: usize) -> impl Strategy<Value = State> {
         UnitQuaternion::from_quaternion(Quaternion::new(w - 0.5, x - 0.5, y - 0.5, z))
     });
     let poses = prop::collection::vec((position, turn), segments);
-    poses.prop_map(|poses| {
+    poses.prop_map(move |poses| {
         let (positions, orientations) = poses.into_iter().unzip();
         let still = vec![Vector3::zeros(); segments];
         State { positions, orientations, velocities: still.clone(), angular_velocities: still }

@@ -2,17 +2,19 @@
 
 /** Half of the height that is seen, per distance. */
 const SLOPE = Math.tan((17 * Math.PI) / 180);
+/** The share of the picture that a reset fills. */
+const ROOM = 0.82;
 const STEEPEST = (89 * Math.PI) / 180;
 
 class Camera {
-  /** `box` is what a reset frames, about the centre of the scene. */
-  constructor(box) {
+  /** `points` is what a reset frames, three numbers each, about the centre of the scene; `box` is around them. */
+  constructor(box, points) {
     this.box = box;
+    this.points = points;
     this.radius = norm(subtract(box.high, box.low)) / 2;
-    this.reset(1);
   }
 
-  /** Frames all of the box in a picture of that width over height. */
+  /** Frames all of the points in a picture of that width over height. */
   reset(aspect) {
     const { low, high } = this.box;
     const [x, y] = subtract(high, low);
@@ -20,15 +22,38 @@ class Camera {
     this.azimuth = ((x >= y ? -90 : 0) + 28) * (Math.PI / 180);
     this.elevation = (14 * Math.PI) / 180;
     this.target = scaled(add(low, high), 0.5);
-    const { right, up, back } = this.axes();
-    let distance = 0;
-    for (let corner = 0; corner < 8; corner++) {
-      const place = [0, 1, 2].map((k) => ((corner >> k) & 1 ? high[k] : low[k]) - this.target[k]);
-      const aside = Math.max(Math.abs(dot(place, right)) / aspect, Math.abs(dot(place, up)) * 1.1);
-      distance = Math.max(distance, aside / SLOPE + dot(place, back));
-    }
-    this.distance = distance * 1.06;
+    this.distance = 3 * this.radius;
+    // Perspective moves the middle of the picture with the distance.
+    for (let round = 0; round < 4; round++) this.#fit(aspect);
     this.fitted = this.distance;
+  }
+
+  /** Moves the target to the middle of the points as they are seen, and the eye to where all of them are. */
+  #fit(aspect) {
+    const { right, up, back } = this.axes();
+    const place = [0, 0, 0];
+    const seen = (visit) => {
+      for (let i = 0; i < this.points.length; i += 3) {
+        for (let k = 0; k < 3; k++) place[k] = this.points[i + k] - this.target[k];
+        visit(dot(place, right), dot(place, up), dot(place, back));
+      }
+    };
+    const [least, most] = [[Infinity, Infinity], [-Infinity, -Infinity]];
+    seen((x, y, depth) => {
+      [x, y].forEach((value, k) => {
+        const share = value / Math.max(this.distance - depth, 1e-3 * this.distance);
+        least[k] = Math.min(least[k], share);
+        most[k] = Math.max(most[k], share);
+      });
+    });
+    const middle = [0, 1].map((k) => (0.5 * (least[k] + most[k])) * this.distance);
+    this.target = add(this.target, add(scaled(right, middle[0]), scaled(up, middle[1])));
+    let distance = 0;
+    seen((x, y, depth) => {
+      const aside = Math.max(Math.abs(x) / aspect, Math.abs(y)) / (ROOM * SLOPE);
+      distance = Math.max(distance, aside + depth);
+    });
+    this.distance = distance;
   }
 
   axes() {

@@ -1,9 +1,9 @@
 // The strip chart: one line a run over time, and where the player is.
 
 const CURVES = {
-  energy: { label: "Energy", unit: "J" },
-  length_ratio: { label: "Length ratio", unit: "" },
-  iterations: { label: "Iterations", unit: "" },
+  energy: "Energy [J]",
+  length_ratio: "Length ratio",
+  iterations: "Iterations",
 };
 const MARGIN = { left: 64, right: 14, top: 10, bottom: 22 };
 

@@ -2,7 +2,7 @@
 
 /** Points of the sequential map (after viridis, without its darkest end) and of the diverging one. */
 const SEQUENTIAL = ["#443983", "#31688e", "#21918c", "#35b779", "#90d743", "#fde725"];
-const DIVERGING = ["#1f5fa8", "#6aa6d6", "#cfd3d8", "#e8935a", "#b2410c"];
+const DIVERGING = ["#1f5fa8", "#6aa6d6", "#b7bdc6", "#e8935a", "#b2410c"];
 const NOT_KNOWN = "#8a8f96";
 const RUN_COLOURS = 8;
 

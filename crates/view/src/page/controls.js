@@ -45,7 +45,7 @@ class Controls {
     element("speed").value = page.player.speed;
     choice("colour", [["run", "Run"], ...CHANNELS.map(({ key, label }) => [key, label])], (value) => page.setColour(value));
     const known = Object.keys(CURVES).filter((key) => motions.some((motion) => motion.curves[key].some((v) => v !== null)));
-    choice("curve", known.map((key) => [key, CURVES[key].label]), (value) => page.setCurve(value));
+    choice("curve", known.map((key) => [key, CURVES[key]]), (value) => page.setCurve(value));
     page.curve = known[0];
     element("curve").closest("label").hidden = element("chart").hidden = known.length === 0;
     element("layout-label").hidden = motions.length < 2;
@@ -139,7 +139,7 @@ class Controls {
     element("layout").value = page.beside ? "beside" : "overlaid";
     element("stripe").setAttribute("aria-pressed", page.stripe);
     element("note").textContent = `Grid ${formatNumber(renderer.scenery.spacing, 1)} m`;
-    element("chart").setAttribute("aria-label", `${CURVES[page.curve]?.label ?? "Nothing"} over time`);
+    element("chart").setAttribute("aria-label", `${CURVES[page.curve]} over time`);
     this.#bar();
     this.#panes();
   }
@@ -164,18 +164,17 @@ class Controls {
     element("bar-ticks").replaceChildren(...shares.map(tick));
   }
 
-  /** Names under the pictures that stand side by side. */
+  /** Frames and names of the pictures that stand side by side. */
   #panes() {
     const { page } = this;
     const pictures = page.pictures();
+    const visible = pictures.flat();
     const panes = page.renderer.panes(pictures.length);
-    const name = (picture, i) => {
-      const [left, bottom, width] = panes[i];
-      const label = make("span", { textContent: page.motions[picture[0]].name });
-      label.style.left = `${100 * (left + width / 2)}%`;
-      label.style.bottom = `calc(${100 * bottom}% + 1.8rem)`;
-      return label;
+    const frame = (picture, i) => {
+      const box = make("div", {}, make("span", { textContent: page.motions[picture[0]].name }));
+      ["left", "bottom", "width", "height"].forEach((side, k) => (box.style[side] = `${100 * panes[i][k]}%`));
+      return box;
     };
-    element("panes").replaceChildren(...(page.beside ? pictures.map(name) : []));
+    element("panes").replaceChildren(...(page.beside && visible.length > 0 ? pictures.map(frame) : []));
   }
 }

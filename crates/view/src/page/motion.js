@@ -11,6 +11,8 @@ const UNKNOWN = 255;
 const TOP = 254;
 const MIDDLE = 16383;
 const COMPONENT = 0x7fff;
+/** Segments, of all frames, that are looked at to frame a motion. */
+const OUTLINE = 4000;
 
 async function inflate(base64) {
   const text = atob(base64);
@@ -96,6 +98,30 @@ class Motion {
       else high = middle - 1;
     }
     return low;
+  }
+
+  /** Coordinates of points that lie around the motion and the round obstacles, from `centre` [m]. */
+  outline(centre) {
+    const points = [];
+    const surround = (place, reach) => {
+      for (let axis = 0; axis < 3; axis++) {
+        for (const side of [-reach, reach]) for (let k = 0; k < 3; k++) points.push(place[k] - centre[k] + (k === axis ? side : 0));
+      }
+    };
+    // Without a common divisor, the steps come by all segments.
+    const common = (a, b) => (b === 0 ? a : common(b, a % b));
+    let every = Math.max(1, Math.floor((this.frames * this.segments) / OUTLINE));
+    while (common(every, this.segments) > 1) every++;
+    const place = [0, 0, 0];
+    for (let i = 0; i < this.frames * this.segments; i += every) {
+      const segment = i % this.segments;
+      this.readPosition(Math.floor(i / this.segments), segment, place, 0);
+      surround(place, this.length[segment] / 2 + this.radius[segment]);
+    }
+    for (const obstacle of this.obstacles) {
+      for (const end of [obstacle.centre, obstacle.start, obstacle.end]) if (end) surround(end, obstacle.radius);
+    }
+    return points;
   }
 
   /** Corners of a box around all of the motion and the round obstacles [m]. */

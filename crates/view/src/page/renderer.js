@@ -11,7 +11,8 @@ class Renderer {
     const high = [0, 1, 2].map((k) => Math.max(...boxes.map((box) => box.high[k])));
     this.box = { low, high };
     this.centre = scaled(add(low, high), 0.5);
-    this.camera = new Camera({ low: subtract(low, this.centre), high: subtract(high, this.centre) });
+    const points = motions.flatMap((motion) => motion.outline(this.centre));
+    this.camera = new Camera({ low: subtract(low, this.centre), high: subtract(high, this.centre) }, points);
     const wishes = { antialias: true, alpha: false, stencil: true, powerPreference: "high-performance" };
     this.gl = canvas.getContext("webgl2", wishes);
     if (!this.gl) throw new Error("This page draws with WebGL 2, which this browser does not offer or has switched off.");

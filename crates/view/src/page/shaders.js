@@ -62,17 +62,20 @@ void main() {
   vec3 n = normalize(normal);
   vec3 v = normalize(eye - place);
   vec3 paint = pow(base, vec3(2.2));
+  // A pixel is so wide an angle: a tube of a few pixels shows neither stripe nor dark edges.
+  float angle = abs(atan(around.y, around.x));
+  float soft = max(fwidth(angle), 0.02);
+  float thick = 1.0 - smoothstep(0.35, 0.9, soft);
   if (stripe > 0.0) {
-    float angle = abs(atan(around.y, around.x));
-    float soft = max(fwidth(angle), 0.02);
     float inside = 1.0 - smoothstep(0.34 - soft, 0.34 + soft, angle);
-    paint = mix(paint, vec3(stripe), 0.8 * inside);
+    paint = mix(paint, vec3(stripe), 0.7 * inside * thick);
   }
   float sun = max(dot(n, light), 0.0);
   float sky = 0.5 + 0.5 * n.z;
   float facing = max(dot(n, v), 0.0);
   float gloss = pow(max(dot(n, normalize(light + v)), 0.0), 40.0);
-  vec3 lit = paint * (0.62 * sun + mix(0.2, 0.42, sky) + 0.22 * facing) * mix(0.5, 1.0, smoothstep(0.0, 0.45, facing));
+  float edge = mix(mix(0.85, 0.5, thick), 1.0, smoothstep(0.0, 0.45, facing));
+  vec3 lit = paint * (0.6 * sun + mix(0.25, 0.5, sky) + 0.25 * facing) * edge;
   result = vec4(pow(lit + 0.06 * gloss, vec3(1.0 / 2.2)), 1.0);
 }`;
 

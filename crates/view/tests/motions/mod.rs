@@ -92,6 +92,12 @@ impl Motion {
             .collect()
     }
 
+    /// Kinetic energy without turns, and that of the weight [J].
+    fn energy(&self, state: &State) -> f64 {
+        let parts = self.model.segments.iter().zip(&state.positions).zip(&state.velocities);
+        parts.map(|((s, x), v)| s.mass() * (0.5 * v.norm_squared() - self.model.gravity.dot(x))).sum()
+    }
+
     /// The motion recorded: so many frames a second [1/s] from time 0 on.
     pub fn record(&self, name: &str, frames: usize, rate: f64) -> Run {
         let mut recorder = Recorder::new(name, 1.0 / rate, &self.model);
@@ -99,7 +105,7 @@ impl Motion {
             let time = frame as f64 / rate;
             let state = self.state(time);
             let forces = if frame == 0 { Vec::new() } else { self.forces(&state, time) };
-            let energy = 2.0 + 0.4 * (-0.5 * time).exp() * (4.0 * time).cos();
+            let energy = self.energy(&state);
             let length_ratio = 1.0 + 2e-4 * (5.0 * time).sin();
             let iterations = if frame == 0 { f64::NAN } else { 2.0 + f64::from(u8::from(frame % 17 == 0)) };
             recorder.push(&Frame { time, state: &state, forces: &forces, energy, length_ratio, iterations });
