@@ -1,0 +1,196 @@
+//! A headless Chromium, driven by its DevTools protocol.
+
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tungstenite::{Message, WebSocket};
+
+/// Names that the program goes by.
+const PROGRAMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+/// Longest wait for anything; software rendering on a busy machine is slow.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// A browser with one page.
+pub struct Browser {
+    process: Child,
+    socket: WebSocket<TcpStream>,
+    session: String,
+    last_id: u64,
+    /// Errors of the console, exceptions, and requests that were refused.
+    pub complaints: Vec<String>,
+    _profile: TempDir,
+}
+
+/// How a page is looked at.
+#[derive(Clone, Copy)]
+pub struct Look {
+    pub width: u32,
+    pub height: u32,
+    pub phone: bool,
+    pub dark: bool,
+}
+
+impl Browser {
+    /// A browser, or `None` where there is none.
+    pub fn start() -> Result<Option<Self>> {
+        let profile = tempfile::tempdir()?;
+        for program in PROGRAMS {
+            let mut command = Command::new(program);
+            command.args(["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]);
+            command.args(["--remote-debugging-port=0", "--no-first-run", "--hide-scrollbars", "about:blank"]);
+            command.arg(format!("--user-data-dir={}", profile.path().display()));
+            match command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn() {
+                Ok(process) => return Self::connect(process, profile).map(Some),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(None)
+    }
+
+    fn connect(mut process: Child, profile: TempDir) -> Result<Self> {
+        // The browser writes its port and the path of its socket there.
+        let place = profile.path().join("DevToolsActivePort");
+        let start = Instant::now();
+        let (port, path) = loop {
+            let text = std::fs::read_to_string(&place).unwrap_or_default();
+            if let Some((port, path)) = text.split_once('\n') {
+                break (port.to_owned(), path.trim().to_owned());
+            }
+            if start.elapsed() > PATIENCE || process.try_wait()?.is_some() {
+                let _ = process.kill();
+                bail!("the browser did not start");
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        };
+        let stream = TcpStream::connect(format!("127.0.0.1:{port}"))?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        let (socket, _) = tungstenite::client(format!("ws://127.0.0.1:{port}{path}"), stream)?;
+        let complaints = Vec::new();
+        let mut browser = Self { process, socket, session: String::new(), last_id: 0, complaints, _profile: profile };
+        let target = browser.call("Target.createTarget", json!({"url": "about:blank"}))?;
+        let attached =
+            browser.call("Target.attachToTarget", json!({"targetId": target["targetId"], "flatten": true}))?;
+        browser.session = attached["sessionId"].as_str().context("no session")?.to_owned();
+        for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
+            browser.call(domain, json!({}))?;
+        }
+        Ok(browser)
+    }
+
+    fn call(&mut self, method: &str, params: Value) -> Result<Value> {
+        self.last_id += 1;
+        let mut request = json!({"id": self.last_id, "method": method, "params": params});
+        if !self.session.is_empty() {
+            request["sessionId"] = json!(self.session);
+        }
+        self.socket.send(Message::text(request.to_string()))?;
+        loop {
+            let Message::Text(text) = self.socket.read()? else { continue };
+            let mut message: Value = serde_json::from_str(&text)?;
+            if message["id"] == json!(self.last_id) {
+                ensure!(message["error"].is_null(), "{method}: {}", message["error"]);
+                return Ok(message["result"].take());
+            }
+            self.listen(&message);
+        }
+    }
+
+    fn listen(&mut self, message: &Value) {
+        let params = &message["params"];
+        let complains = match message["method"].as_str() {
+            Some("Runtime.exceptionThrown") => true,
+            Some("Runtime.consoleAPICalled") => params["type"] == "error",
+            Some("Log.entryAdded") => params["entry"]["level"] == "error",
+            _ => false,
+        };
+        if complains {
+            self.complaints.push(params.to_string());
+        }
+    }
+
+    /// Sets size and colours; motion is reduced, so that nothing plays by itself.
+    pub fn look(&mut self, look: Look) -> Result<()> {
+        let Look { width, height, phone, dark } = look;
+        let scale = if phone { 2 } else { 1 };
+        let metrics = json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": phone});
+        self.call("Emulation.setDeviceMetricsOverride", metrics)?;
+        let features = json!([
+            {"name": "prefers-color-scheme", "value": if dark { "dark" } else { "light" }},
+            {"name": "prefers-reduced-motion", "value": "reduce"},
+        ]);
+        self.call("Emulation.setEmulatedMedia", json!({"features": features}))?;
+        Ok(())
+    }
+
+    /// Opens a page from the disk and waits until it is ready or has failed. Returns how long that took.
+    pub fn open(&mut self, page: &Path) -> Result<Duration> {
+        let start = Instant::now();
+        self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}))?;
+        loop {
+            let state = self.evaluate("document.documentElement?.dataset.state ?? 'loading'");
+            match state {
+                Ok(Value::String(state)) if state == "ready" => return Ok(start.elapsed()),
+                Ok(Value::String(state)) if state == "failed" => {
+                    bail!("the page failed: {}", self.evaluate("document.body.innerText")?)
+                }
+                _ if start.elapsed() > PATIENCE => bail!("the page is not ready"),
+                _ => std::thread::sleep(Duration::from_millis(20)),
+            }
+        }
+    }
+
+    /// The value of an expression, which may be a promise.
+    pub fn evaluate(&mut self, expression: &str) -> Result<Value> {
+        let params = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
+        let mut answer = self.call("Runtime.evaluate", params)?;
+        ensure!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
+        Ok(answer["result"]["value"].take())
+    }
+
+    /// Waits for an expression to become true.
+    pub fn wait_for(&mut self, expression: &str) -> Result<()> {
+        let start = Instant::now();
+        while self.evaluate(expression)? != json!(true) {
+            ensure!(start.elapsed() < PATIENCE, "{expression} did not come true");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        Ok(())
+    }
+
+    /// A picture of the page, or of the element that a selector names, as PNG, in base64.
+    pub fn screenshot(&mut self, selector: Option<&str>) -> Result<String> {
+        let mut params = json!({"format": "png"});
+        if let Some(selector) = selector {
+            let place = format!(
+                "(({{x, y, width, height}}) => ({{x, y, width, height, scale: 1}}))\
+                 (document.querySelector('{selector}').getBoundingClientRect())"
+            );
+            params["clip"] = self.evaluate(&place)?;
+        }
+        let answer = self.call("Page.captureScreenshot", params)?;
+        Ok(answer["data"].as_str().context("no picture")?.to_owned())
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        self.session.clear();
+        // The browser ends its own processes if it is asked; what is left is ended by hand.
+        let _ = self.call("Browser.close", json!({}));
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(10) {
+            if matches!(self.process.try_wait(), Ok(Some(_))) {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}

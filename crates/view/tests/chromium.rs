@@ -1,0 +1,192 @@
+//! The page in a headless Chromium. Without one these tests say so and pass, unless REQUIRE_CHROMIUM is set.
+
+mod browser;
+mod motions;
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, ensure};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use browser::{Browser, Look};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use rod::State;
+use serde_json::Value;
+use tempfile::TempDir;
+use view::{Frame, ORIENTATION_PRECISION, Recorder, Run, write_page};
+
+const WIDE: Look = Look { width: 800, height: 600, phone: false, dark: false };
+/// A promise that is kept when what was asked for has been drawn.
+const DRAWN: &str = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))";
+
+/// A browser, or `None` where there is none and none is wanted.
+fn browser() -> Result<Option<Browser>> {
+    let browser = Browser::start()?;
+    if browser.is_none() {
+        ensure!(std::env::var_os("REQUIRE_CHROMIUM").is_none(), "no Chromium found, and REQUIRE_CHROMIUM is set");
+        println!("no Chromium found: nothing is tested");
+    }
+    Ok(browser)
+}
+
+fn page(runs: &[Run]) -> Result<(TempDir, PathBuf)> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("page.html");
+    write_page(&path, runs)?;
+    Ok((folder, path))
+}
+
+/// Pixels of a picture, r, g, b each.
+fn pixels(picture: &str) -> Result<Vec<[u8; 3]>> {
+    let png = STANDARD.decode(picture)?;
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info()?;
+    let mut data = vec![0; reader.output_buffer_size().context("too large")?];
+    let info = reader.next_frame(&mut data)?;
+    let channels = info.color_type.samples();
+    Ok(data[..info.buffer_size()].chunks_exact(channels).map(|p| [p[0], p[1], p[2]]).collect())
+}
+
+fn numbers<const N: usize>(value: &Value) -> Result<[f64; N]> {
+    let numbers: Vec<f64> = serde_json::from_value(value.clone())?;
+    numbers.try_into().ok().context("other numbers are wanted")
+}
+
+/// Checks that the page decodes what was recorded.
+fn assert_decoded(browser: &mut Browser, index: usize, run: &Run, frame: usize, state: &State) -> Result<()> {
+    for i in [0, state.len() / 2, state.len() - 1] {
+        let position = browser.evaluate(&format!("player.position({index}, {frame}, {i})"))?;
+        let off = (Vector3::from(numbers(&position)?) - state.positions[i]).amax();
+        ensure!(off <= run.position_precision(), "frame {frame}, segment {i}: {off} m off");
+        let orientation = browser.evaluate(&format!("player.orientation({index}, {frame}, {i})"))?;
+        let [x, y, z, w] = numbers(&orientation)?;
+        let decoded = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let off = decoded.angle_to(&state.orientations[i]);
+        ensure!(off <= ORIENTATION_PRECISION, "frame {frame}, segment {i}: {off} rad off");
+    }
+    Ok(())
+}
+
+#[test]
+fn a_page_of_two_runs_plays() -> Result<()> {
+    let Some(mut browser) = browser()? else { return Ok(()) };
+    let motions = [motions::helix(1.0), motions::helix(2.0)];
+    let runs = [motions[0].record("calm", 60, 30.0), motions[1].record("wild", 45, 30.0)];
+    let (_folder, path) = page(&runs)?;
+    browser.look(WIDE)?;
+    browser.open(&path)?;
+    assert_eq!(browser.evaluate("player.frames")?, 60);
+    for (index, (motion, run)) in motions.iter().zip(&runs).enumerate() {
+        for frame in [0, 17, 44] {
+            assert_decoded(&mut browser, index, run, frame, &motion.state(frame as f64 / 30.0))?;
+        }
+    }
+
+    // Motion is reduced in these looks: it stands until it is played.
+    assert_eq!(browser.evaluate("player.frame")?, 0);
+    let start = browser.screenshot(Some("#picture"))?;
+    let colours: HashSet<[u8; 3]> = pixels(&start)?.into_iter().collect();
+    ensure!(colours.len() > 50, "only {} colours: the canvas is blank", colours.len());
+    browser.evaluate("player.play()")?;
+    browser.wait_for("player.frame > 0")?;
+    browser.evaluate("player.pause()")?;
+    browser.evaluate(DRAWN)?;
+    assert_eq!(browser.evaluate("Number(scrubber.value) === player.frame")?, true);
+    browser.evaluate("player.seek(40)")?;
+    browser.evaluate(DRAWN)?;
+    assert_eq!(browser.evaluate("[player.frame, scrubber.value]")?, serde_json::json!([40, "40"]));
+    ensure!(browser.screenshot(Some("#picture"))? != start, "another frame looks the same");
+
+    // Every way of looking draws without complaint, and differently from the one before.
+    let mut last = String::new();
+    for change in ["colour('curvature')", "colour('tension')", "colour('residual')", "colour('speed')", "beside(true)"] {
+        browser.evaluate(&format!("player.{change}"))?;
+        browser.evaluate(DRAWN)?;
+        let picture = browser.screenshot(Some("#picture"))?;
+        ensure!(picture != last, "{change} changes nothing");
+        last = picture;
+    }
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
+#[test]
+fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
+    let Some(mut browser) = browser()? else { return Ok(()) };
+    let (_folder, path) = page(&[motions::helix(1.0).record("calm", 60, 30.0)])?;
+    browser.look(WIDE)?;
+    browser.open(&path)?;
+    let mut after = |keys: &str, expression: &str| -> Result<Value> {
+        for key in keys.split(' ') {
+            let event = format!("dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))");
+            browser.evaluate(&format!("document.body.{event}"))?;
+        }
+        browser.evaluate(DRAWN)?;
+        browser.evaluate(expression)
+    };
+    assert_eq!(after("ArrowRight ArrowRight ArrowLeft", "player.frame")?, 1);
+    assert_eq!(after("End", "player.frame")?, 59);
+    assert_eq!(after("Home", "player.frame")?, 0);
+    assert_eq!(after("c", "colour.value")?, "curvature");
+    assert_eq!(after("s", "stripe.ariaPressed")?, "false");
+    assert_eq!(after("?", "help.open")?, true);
+    let middle = "(({left, width, top}) => chart.dispatchEvent(new PointerEvent('pointerdown', \
+                  {clientX: left + width / 2, clientY: top + 5, pointerId: 1})))(chart.getBoundingClientRect())";
+    // No pointer is down in truth, so that none can be captured.
+    browser.evaluate("chart.setPointerCapture = () => {}; help.close()")?;
+    browser.evaluate(middle)?;
+    let frame = browser.evaluate("player.frame")?.as_i64().context("no frame")?;
+    ensure!((25..40).contains(&frame), "the middle of the chart is frame {frame}");
+    // Nothing is wider than a phone.
+    browser.look(Look { width: 390, height: 844, phone: true, dark: true })?;
+    browser.evaluate(DRAWN)?;
+    assert_eq!(browser.evaluate("document.documentElement.scrollWidth")?, 390);
+    let outside = "[...document.querySelectorAll('button, select, input, canvas')]\
+                   .filter((e) => e.checkVisibility() && e.getBoundingClientRect().right > 390.5).map((e) => e.id)";
+    assert_eq!(browser.evaluate(outside)?, serde_json::json!([]));
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
+#[test]
+fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded() -> Result<()> {
+    let Some(mut browser) = browser()? else { return Ok(()) };
+    let tree = motions::tree();
+    let run = tree.record("tree", 300, 60.0);
+    let (_folder, path) = page(std::slice::from_ref(&run))?;
+    browser.look(WIDE)?;
+    let took = browser.open(&path)?;
+    println!("{} bytes, ready after {took:.2?}", std::fs::metadata(&path)?.len());
+    for frame in [0, 299] {
+        assert_decoded(&mut browser, 0, &run, frame, &tree.state(frame as f64 / 60.0))?;
+    }
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
+#[test]
+fn odd_names_and_single_frames_are_shown() -> Result<()> {
+    let Some(mut browser) = browser()? else { return Ok(()) };
+    let motion = motions::helix(1.0);
+    let name = "</script><script>document.title = 'broken'</script> & \u{2028} ' \"";
+    let state = motion.state(0.0);
+    let mut recorder = Recorder::new(name, 0.01, &motion.model);
+    let nothing = f64::NAN;
+    recorder.push(&Frame {
+        time: 1e6,
+        state: &state,
+        forces: &[],
+        energy: nothing,
+        length_ratio: nothing,
+        iterations: nothing,
+    });
+    let (_folder, path) = page(&[recorder.finish()])?;
+    browser.look(WIDE)?;
+    browser.open(&path)?;
+    assert_eq!(browser.evaluate("document.querySelector('#legend label span:last-child').textContent")?, name);
+    browser.evaluate("player.play(); player.colour('residual')")?;
+    browser.evaluate(DRAWN)?;
+    assert_eq!(browser.evaluate("[player.frame, player.frames]")?, serde_json::json!([0, 1]));
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
