@@ -1,16 +1,21 @@
 //! Flags and subcommands.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use catalogue::{GuessName, Sources};
 use clap::{Args, Parser, Subcommand};
 use dataset::Scenario;
+use export::Format;
 use solver::formulation::{ContactProjection, Formulation};
 use solver::linear::precondition::PreconditionerKind;
 
 use crate::choice::SolverName;
+use crate::files::Wanted;
 use terminal::{positive, threads};
+
+/// Folder of a run's files where none is named.
+const OUT: &str = "out";
 
 /// What `guesses` compares: all that this program has.
 const GUESSES: &str = if cfg!(feature = "gn") {
@@ -45,6 +50,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// List the builtin scenes.
     List,
+    /// Put several runs into one page, side by side or overlaid.
+    View(ViewArgs),
     /// Run a scene with several solvers and guesses: iterations, time per stage, error against a tight reference.
     Compare(CompareArgs),
     /// Measure guesses on the paper's random scenes: iterations and time relative to a zero start, by step.
@@ -137,9 +144,40 @@ pub(crate) struct RunArgs {
     /// touch itself is held at both ends, helix where joints are bent or twisted at rest, else rod].
     #[arg(long)]
     pub(crate) scenario: Option<Scenario>,
-    /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder.
+    /// Write a page to look at the motion: view.html, one file that needs no network. `simulate view` puts several runs
+    /// into one page. Of a run with more than 1,000 steps it shows that many.
+    #[arg(long)]
+    pub(crate) view: bool,
+    /// Write plots of energy, length, outer iterations and time by stage (SVG).
+    #[arg(long)]
+    pub(crate) plot: bool,
+    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv, obj.
+    #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
+    pub(crate) export: Vec<Format>,
+    /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder, and what --view,
+    /// --plot and --export ask for [default where one of these is given: out].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+impl RunArgs {
+    /// The files that are asked for.
+    pub(crate) fn wanted(&self) -> Option<Wanted<'_>> {
+        let Self { view, plot, .. } = *self;
+        let is_asked = view || plot || !self.export.is_empty();
+        let directory = self.out.as_deref().or(is_asked.then_some(Path::new(OUT)))?;
+        Some(Wanted { directory, view, plot, formats: &self.export })
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ViewArgs {
+    /// Folders that `simulate --view` wrote to.
+    #[arg(required = true, value_name = "RUNS")]
+    pub(crate) runs: Vec<PathBuf>,
+    /// Write the page to this file.
+    #[arg(long, value_name = "FILE", default_value = "view.html")]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Args, Debug)]

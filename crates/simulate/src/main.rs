@@ -7,9 +7,12 @@ mod compare;
 mod demo;
 mod files;
 mod guesses;
+mod keep;
 mod list;
 mod measured;
+mod plots;
 mod run;
+mod sample;
 mod scenes;
 mod spreads;
 mod standing;
@@ -18,6 +21,7 @@ mod steps;
 mod stress;
 mod summary;
 mod table;
+mod view;
 
 use std::process::ExitCode;
 
@@ -47,6 +51,7 @@ fn main() -> ExitCode {
         None if std::env::args_os().len() == 1 => demo::demo(),
         None => run::run(&cli.scene, &cli.run),
         Some(Command::List) => list::list(),
+        Some(Command::View(args)) => view::view(&args),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Guesses(args)) => guesses::guesses(&args),
         Some(Command::Steps(args)) => steps::steps(&args),

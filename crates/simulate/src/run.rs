@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use catalogue::{Guess, Learned, Training, plane};
-use export::TrajectoryWriter;
+use catalogue::{Guess, GuessName, Learned, Training, plane};
 use graph::Normal;
+use report::Conditions;
 use rod::{Model, State};
 use scene::Scene;
 use solver::auto::Choice;
@@ -18,7 +18,7 @@ use solver::topology::Topology;
 use crate::Outcome;
 use crate::choice::{Way, way};
 use crate::cli::{RunArgs, SceneArgs};
-use crate::files;
+use crate::keep::Keep;
 use crate::measured::Measured;
 use crate::scenes::{scene, settings, use_threads};
 use crate::summary::{Start, Summary};
@@ -52,10 +52,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     training.say_foreign(&[name], &scene)?;
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
-    let mut writer = match &args.out {
-        Some(directory) => Some(files::open(directory, &scene, scene.run.dt).context("--out")?),
-        None => None,
-    };
+    let label = label(&scene, &settings, name, args);
+    let mut keep = Keep::open(args.wanted(), &scene, &label).context("--out")?;
     if !quiet {
         say!(
             "{}: {} segments, {} joints, {} steps of {:?} s",
@@ -72,7 +70,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     };
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
-    let course = go(&scene, &mut simulation, &mut state, &mut measured, &mut writer, progress)?;
+    let course = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
     let summary = Summary::new(
         &scene,
         &settings,
@@ -88,13 +86,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         &measured,
         &course,
     );
-    if let (Some(writer), Some(directory)) = (writer, &args.out) {
-        files::close(writer, directory, &scene, &summary)?;
-    }
+    let conditions = Conditions::new("run", label).with("machine", export::machine()).with("time step", format!("{:?} s", scene.run.dt));
+    let written = keep.close(&scene, &summary, &conditions)?;
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;
     } else if !quiet {
-        summary.print(args.out.as_deref())?;
+        summary.print(written.as_ref())?;
     }
     Ok(match (course.interrupted, course.status) {
         (_, Status::NonFinite) => Outcome::NotFinite(format!(
@@ -104,6 +101,18 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         (true, _) => Outcome::Interrupted,
         _ => Outcome::Done,
     })
+}
+
+/// The run in a few words, for pictures.
+fn label(scene: &Scene, settings: &Settings, guess: GuessName, args: &RunArgs) -> String {
+    let Settings { step, solver } = settings;
+    match args.end_to_end {
+        Some(predictions) => format!("{}: {guess} end to end, {predictions} predictions a step", scene.name),
+        None if matches!(guess, GuessName::Plain(GuessKind::Zero)) => {
+            format!("{}: {}, {solver}", scene.name, step.formulation)
+        }
+        None => format!("{}: {}, {solver}, {guess}", scene.name, step.formulation),
+    }
 }
 
 /// A simulation whose solves or steps begin where the guess says.
@@ -143,7 +152,7 @@ fn go(
     simulation: &mut Simulation,
     state: &mut State,
     measured: &mut Measured,
-    writer: &mut Option<TrajectoryWriter>,
+    keep: &mut Keep<'_>,
     progress: Progress,
 ) -> Result<Course> {
     let (mut status, mut steps, mut wall) = (Status::Converged, 0, Duration::ZERO);
@@ -156,7 +165,7 @@ fn go(
         steps += 1;
         last = !progress.advance() || steps == scene.run.steps || status == Status::NonFinite;
         let measure = last || measured.wants(steps);
-        if !measure && writer.is_none() {
+        if !measure && keep.is_idle() {
             continue;
         }
         simulation.store(&mut next);
@@ -165,9 +174,7 @@ fn go(
             break;
         }
         std::mem::swap(state, &mut next);
-        if let Some(writer) = writer {
-            writer.push(state, &[], simulation.time())?;
-        }
+        keep.push(&scene.model, simulation, state, steps, last)?;
     }
     Ok(Course { steps, status, interrupted: progress.finish(), wall })
 }

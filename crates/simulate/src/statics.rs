@@ -9,7 +9,7 @@ use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
 use crate::cli::StaticArgs;
-use crate::files;
+use crate::files::{self, Wanted};
 use crate::scenes;
 use terminal::say;
 
@@ -61,9 +61,10 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
         tips_m: scene.rods.iter().filter(|rod| !rod.segments.is_empty()).map(|rod| tip(&rod.segments)).collect(),
     };
     if let Some(directory) = &args.out {
-        let mut writer = files::open(directory, &scene, 1.0).context("--out")?;
+        let wanted = Wanted::plain(directory);
+        let mut writer = files::open(&wanted, &scene, 1.0, 0).context("--out")?;
         writer.push(&state, &[], 1.0)?;
-        files::close(writer, directory, &scene, &report)?;
+        files::close(writer, &wanted, &scene, &report)?;
     }
     if args.json {
         say!("{}", serde_json::to_string_pretty(&report)?)?;

@@ -174,8 +174,8 @@ impl Summary {
         }
     }
 
-    /// Prints it for a person.
-    pub(crate) fn print(&self, out: Option<&Path>) -> Result<()> {
+    /// Prints it for a person; `written` are the files' folder and names.
+    pub(crate) fn print(&self, written: Option<&(&Path, Vec<String>)>) -> Result<()> {
         let work = &self.work;
         let plane = if self.planar { " in the plane" } else { "" };
         let end = if self.end_to_end > 0 {
@@ -229,8 +229,8 @@ impl Summary {
             short(self.energy_end_j),
             short(self.energy_highest_j)
         )?;
-        if let Some(out) = out {
-            say!("written to {}: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json", out.display())?;
+        if let Some((directory, files)) = written {
+            say!("written to {}: {}", directory.display(), files.join(", "))?;
         }
         Ok(())
     }

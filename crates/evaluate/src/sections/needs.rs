@@ -60,7 +60,12 @@ impl Section for Scenes {
     }
 
     fn seconds(&self, key: &Key) -> f64 {
-        0.01 * key.steps as f64
+        let a_step = match (key.scene.as_str(), key.formulation.as_str()) {
+            ("helix-on-plane", "newton") => 10.0,
+            ("net-on-sphere", "newton") => 1.0,
+            _ => 0.01,
+        };
+        a_step * key.steps as f64
     }
 
     fn measure(&mut self, _: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Needs>> {
