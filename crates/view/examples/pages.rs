@@ -3,10 +3,8 @@
 //! `cargo run -p view --example pages -- FOLDER`
 
 #[path = "../tests/browser/mod.rs"]
-#[allow(dead_code, unreachable_pub, missing_docs)]
 mod browser;
 #[path = "../tests/motions/mod.rs"]
-#[allow(dead_code, unreachable_pub, missing_docs)]
 mod motions;
 
 use std::path::{Path, PathBuf};
@@ -57,7 +55,8 @@ fn photograph(browser: &mut Browser, folder: &Path, (name, _, script): &Page) ->
             browser.look(Look { width, height, phone, dark })?;
             let took = browser.open(&folder.join(format!("{name}.html")))?;
             browser.evaluate(script)?;
-            browser.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")?;
+            browser
+                .evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")?;
             let picture = STANDARD.decode(browser.screenshot(None)?)?;
             let size = if phone { "phone" } else { "wide" };
             let path = folder.join(format!("{name}-{size}-{}.png", if dark { "dark" } else { "light" }));

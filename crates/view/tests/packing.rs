@@ -139,7 +139,7 @@ fn a_segment_shows_the_largest_of_its_joints() {
     let assert_near = |channel, expected: [f64; 3]| {
         for (found, expected) in values(channel, 1).into_iter().zip(expected) {
             let off = (found.unwrap() - expected).abs();
-            assert!(off <= 0.005 * run.range(channel).high, "{channel:?}: {found:?}, not {expected}");
+            assert!(off <= 0.008 * run.range(channel).high, "{channel:?}: {found:?}, not {expected}");
         }
     };
     assert_near(Channel::Tension, [10.0, -40.0, -40.0]);

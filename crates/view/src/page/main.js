@@ -28,7 +28,7 @@ class Page {
       if (!this.touched) this.camera.reset(this.renderer.aspect(this.pictures().length));
       this.#changed();
     };
-    new ResizeObserver(changed).observe(element("stage"));
+    new ResizeObserver(changed).observe(element("view"));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#readTheme());
     const canvas = element("picture");
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
