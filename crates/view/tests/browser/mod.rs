@@ -4,6 +4,7 @@
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
@@ -15,6 +16,8 @@ use tungstenite::{Message, WebSocket};
 const PROGRAMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// Longest wait for anything; software rendering on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(300);
+/// One browser at a time: each draws with all processors.
+static TURN: Mutex<()> = Mutex::new(());
 
 /// A browser with one page.
 pub(crate) struct Browser {
@@ -25,6 +28,7 @@ pub(crate) struct Browser {
     /// Errors of the console, exceptions, and requests that were refused.
     pub(crate) complaints: Vec<String>,
     _profile: TempDir,
+    _turn: MutexGuard<'static, ()>,
 }
 
 /// How a page is looked at.
@@ -39,6 +43,7 @@ pub(crate) struct Look {
 impl Browser {
     /// A browser, or `None` where there is none.
     pub(crate) fn start() -> Result<Option<Self>> {
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let profile = tempfile::tempdir()?;
         for program in PROGRAMS {
             let mut command = Command::new(program);
@@ -46,7 +51,7 @@ impl Browser {
             command.args(["--remote-debugging-port=0", "--no-first-run", "--hide-scrollbars", "about:blank"]);
             command.arg(format!("--user-data-dir={}", profile.path().display()));
             match command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn() {
-                Ok(process) => return Self::connect(process, profile).map(Some),
+                Ok(process) => return Self::connect(process, profile, turn).map(Some),
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
                 Err(error) => return Err(error.into()),
             }
@@ -54,7 +59,7 @@ impl Browser {
         Ok(None)
     }
 
-    fn connect(mut process: Child, profile: TempDir) -> Result<Self> {
+    fn connect(mut process: Child, profile: TempDir, turn: MutexGuard<'static, ()>) -> Result<Self> {
         // The browser writes its port and the path of its socket there.
         let place = profile.path().join("DevToolsActivePort");
         let start = Instant::now();
@@ -73,7 +78,8 @@ impl Browser {
         stream.set_read_timeout(Some(PATIENCE))?;
         let (socket, _) = tungstenite::client(format!("ws://127.0.0.1:{port}{path}"), stream)?;
         let complaints = Vec::new();
-        let mut browser = Self { process, socket, session: String::new(), last_id: 0, complaints, _profile: profile };
+        let mut browser =
+            Self { process, socket, session: String::new(), last_id: 0, complaints, _profile: profile, _turn: turn };
         let target = browser.call("Target.createTarget", json!({"url": "about:blank"}))?;
         let attached =
             browser.call("Target.attachToTarget", json!({"targetId": target["targetId"], "flatten": true}))?;
