@@ -30,7 +30,7 @@ fn main() -> Result<()> {
             vec![wild.record("helix, newton", 150, 30.0)],
             "player.seek(60); player.colour('curvature');
              for (let i = 0; i < 6; i++) picture.dispatchEvent(new WheelEvent('wheel',
-               {deltaY: -200, clientX: 0.62 * innerWidth, clientY: 0.18 * innerHeight}))",
+               {deltaY: -200, clientX: 0.42 * innerWidth, clientY: 0.31 * innerHeight}))",
         ),
         ("tree", vec![motions::tree().record("tree, newton", 300, 60.0)], "player.seek(200); player.colour('speed')"),
         (
