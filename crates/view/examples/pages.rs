@@ -3,10 +3,8 @@
 //! `cargo run -p view --example pages -- FOLDER`
 
 #[path = "../tests/browser/mod.rs"]
-#[allow(dead_code, unreachable_pub, missing_docs)]
 mod browser;
 #[path = "../tests/motions/mod.rs"]
-#[allow(dead_code, unreachable_pub, missing_docs)]
 mod motions;
 
 use std::path::{Path, PathBuf};
@@ -25,8 +23,15 @@ fn main() -> Result<()> {
     std::fs::create_dir_all(&folder)?;
     let folder = folder.canonicalize()?;
     let (calm, wild) = (motions::helix(1.0), motions::helix(2.0));
-    let pages: [Page; 4] = [
+    let pages: [Page; 5] = [
         ("helix", vec![calm.record("helix, newton", 150, 30.0)], "player.seek(60)"),
+        (
+            "close",
+            vec![wild.record("helix, newton", 150, 30.0)],
+            "player.seek(60); player.colour('curvature');
+             for (let i = 0; i < 6; i++) picture.dispatchEvent(new WheelEvent('wheel',
+               {deltaY: -200, clientX: 0.42 * innerWidth, clientY: 0.31 * innerHeight}))",
+        ),
         ("tree", vec![motions::tree().record("tree, newton", 300, 60.0)], "player.seek(200); player.colour('speed')"),
         (
             "overlaid",
@@ -44,10 +49,11 @@ fn main() -> Result<()> {
         write_page(&path, runs)?;
         println!("{}: {:.2} MB", path.display(), std::fs::metadata(&path)?.len() as f64 * 1e-6);
     }
-    match Browser::start()? {
-        Some(mut browser) => pages.iter().try_for_each(|page| photograph(&mut browser, &folder, page)),
-        None => Ok(println!("no Chromium: no pictures")),
-    }
+    let Some(mut browser) = Browser::start()? else {
+        println!("no Chromium: no pictures");
+        return Ok(());
+    };
+    pages.iter().try_for_each(|page| photograph(&mut browser, &folder, page))
 }
 
 fn photograph(browser: &mut Browser, folder: &Path, (name, _, script): &Page) -> Result<()> {
@@ -57,7 +63,8 @@ fn photograph(browser: &mut Browser, folder: &Path, (name, _, script): &Page) ->
             browser.look(Look { width, height, phone, dark })?;
             let took = browser.open(&folder.join(format!("{name}.html")))?;
             browser.evaluate(script)?;
-            browser.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")?;
+            browser
+                .evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")?;
             let picture = STANDARD.decode(browser.screenshot(None)?)?;
             let size = if phone { "phone" } else { "wide" };
             let path = folder.join(format!("{name}-{size}-{}.png", if dark { "dark" } else { "light" }));

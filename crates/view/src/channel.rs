@@ -132,7 +132,9 @@ impl Range {
             return Ok(());
         }
         let Self { low, high, scale } = self;
-        let reason = format!("{low} to {high} is no range of the scale {scale:?}: it must be finite and ascending, above 0 for Log, about 0 for Asinh");
+        let reason = format!(
+            "{low} to {high} is no range of the scale {scale:?}: it must be finite and ascending, above 0 for Log, about 0 for Asinh"
+        );
         Err(DecodeError::new("ranges", reason))
     }
 }

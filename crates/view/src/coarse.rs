@@ -6,7 +6,7 @@ pub(crate) const UNKNOWN: u16 = 0x7fc0;
 pub(crate) const MAGNITUDE: u16 = 0x7fff;
 const INFINITE: u16 = 0x7f80;
 
-/// The upper half of the nearest `f32` (to 1 in 512), or [`UNKNOWN`] for what is not finite in `f32`.
+/// The upper half of the nearest `f32` (to 1 in 256), or [`UNKNOWN`] for what is not finite in `f32`.
 pub(crate) fn pack(value: f64) -> u16 {
     let single = value as f32;
     if !single.is_finite() {
@@ -34,7 +34,7 @@ mod tests {
     fn three_digits_are_kept_and_what_is_not_finite_is_unknown() {
         for value in [0.0, 1.0, -3.7e-12, 6.02e23, -1.0 / 3.0] {
             let back = unpack(pack(value)).unwrap();
-            assert!((back - value).abs() <= value.abs() / 512.0, "{value}: {back}");
+            assert!((back - value).abs() <= value.abs() / 256.0, "{value}: {back}");
         }
         for value in [f64::NAN, f64::INFINITY, -1e300, f64::from(f32::MAX)] {
             assert_eq!(unpack(pack(value)), None, "{value}");

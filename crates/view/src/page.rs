@@ -44,10 +44,16 @@ pub fn write_page(path: &Path, runs: &[Run]) -> Result<(), ExportError> {
         let json = serde_json::to_string(runs)?.replace('<', "\\u003c");
         let names: Vec<&str> = runs.iter().map(Run::name).collect();
         let title = escaped(&names.join(" · "));
-        let parts = [("{{title}}", title), ("{{style}}", STYLE.to_owned()), ("{{runs}}", json), ("{{script}}", SCRIPT.concat())];
+        let parts = [
+            ("{{title}}", title),
+            ("{{style}}", STYLE.to_owned()),
+            ("{{runs}}", json),
+            ("{{script}}", SCRIPT.concat()),
+        ];
         let mut rest = HTML;
         for (mark, text) in &parts {
-            let (before, after) = rest.split_once(mark).ok_or_else(|| io::Error::other(format!("no {mark} in the page")))?;
+            let (before, after) =
+                rest.split_once(mark).ok_or_else(|| io::Error::other(format!("no {mark} in the page")))?;
             writer.write_all(before.as_bytes())?;
             writer.write_all(text.as_bytes())?;
             rest = after;

@@ -75,6 +75,9 @@ impl Recorder {
 
     /// Adds a frame; the first is the start. Its state must have the model's segments. A time that is not finite or goes
     /// back is taken as that of the frame before.
+    ///
+    /// # Panics
+    /// If the state has fewer segments than the model.
     pub fn push(&mut self, frame: &Frame<'_>) {
         let finite = |value: f64| value.is_finite().then_some(value);
         let before = self.time.last().copied().unwrap_or(f64::MIN);

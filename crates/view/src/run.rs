@@ -128,7 +128,8 @@ impl Run {
         let orientations: [Vec<u32>; 3] = std::array::from_fn(|_| next(ORIENTATION.1));
         let values: [Vec<u32>; 4] = std::array::from_fn(|_| next(1));
         let origin = Vector3::from(self.lattice.origin);
-        let decoded = Decoded { segments, origin, step: self.lattice.step, positions, orientations, values, ranges: self.ranges };
+        let decoded =
+            Decoded { segments, origin, step: self.lattice.step, positions, orientations, values, ranges: self.ranges };
         Ok(decoded)
     }
 

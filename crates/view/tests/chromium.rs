@@ -83,6 +83,7 @@ fn a_page_of_two_runs_plays() -> Result<()> {
     }
 
     // Motion is reduced in these looks: it stands until it is played.
+    assert_eq!(browser.evaluate("document.getElementById('play').ariaLabel")?, "Play");
     assert_eq!(browser.evaluate("player.frame")?, 0);
     let start = browser.screenshot(Some("#picture"))?;
     let colours: HashSet<[u8; 3]> = pixels(&start)?.into_iter().collect();
@@ -99,7 +100,8 @@ fn a_page_of_two_runs_plays() -> Result<()> {
 
     // Every way of looking draws without complaint, and differently from the one before.
     let mut last = String::new();
-    for change in ["colour('curvature')", "colour('tension')", "colour('residual')", "colour('speed')", "beside(true)"] {
+    for change in ["colour('curvature')", "colour('tension')", "colour('residual')", "colour('speed')", "beside(true)"]
+    {
         browser.evaluate(&format!("player.{change}"))?;
         browser.evaluate(DRAWN)?;
         let picture = browser.screenshot(Some("#picture"))?;
@@ -161,6 +163,38 @@ fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded() -> Result<()> 
         assert_decoded(&mut browser, 0, &run, frame, &tree.state(frame as f64 / 60.0))?;
     }
     assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
+#[test]
+fn a_lost_graphics_processor_comes_back() -> Result<()> {
+    let Some(mut browser) = browser()? else { return Ok(()) };
+    let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
+    browser.look(WIDE)?;
+    browser.open(&path)?;
+    browser.evaluate(DRAWN)?;
+    let before = browser.screenshot(Some("#picture"))?;
+    let lose = "new Promise((done) => { const gl = picture.getContext('webgl2'); \
+                const loss = gl.getExtension('WEBGL_lose_context'); \
+                picture.addEventListener('webglcontextlost', () => setTimeout(() => loss.restoreContext(), 50)); \
+                picture.addEventListener('webglcontextrestored', () => setTimeout(done, 50)); loss.loseContext(); })";
+    browser.evaluate(lose)?;
+    browser.evaluate(DRAWN)?;
+    ensure!(browser.screenshot(Some("#picture"))? == before, "it is not drawn as before");
+    Ok(())
+}
+
+#[test]
+fn what_a_browser_lacks_is_said() -> Result<()> {
+    let Some(mut browser) = browser()? else { return Ok(()) };
+    let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
+    browser.look(WIDE)?;
+    browser.before_each_page("HTMLCanvasElement.prototype.getContext = () => null")?;
+    let error = browser.open(&path).err().context("it opens without WebGL")?.to_string();
+    ensure!(error.contains("WebGL 2"), "{error}");
+    browser.before_each_page("delete window.DecompressionStream")?;
+    let error = browser.open(&path).err().context("it opens without DecompressionStream")?.to_string();
+    ensure!(error.contains("DecompressionStream"), "{error}");
     Ok(())
 }
 

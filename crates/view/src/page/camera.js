@@ -90,8 +90,11 @@ class Camera {
   }
 }
 
-/** Lets pointers and the wheel move a camera: `changed` is called after each change. */
-function attachGestures(canvas, camera, changed) {
+/**
+ * Lets pointers and the wheel move a camera: `changed` is called after each change. `pictureAt` gives the middle and the
+ * height of the picture at a place of the page.
+ */
+function attachGestures(canvas, camera, pictureAt, changed) {
   const pointers = new Map();
   const spread = () => {
     const [a, b] = [...pointers.values()];
@@ -104,7 +107,7 @@ function attachGestures(canvas, camera, changed) {
   canvas.addEventListener("pointermove", (event) => {
     const pointer = pointers.get(event.pointerId);
     if (!pointer) return;
-    const height = canvas.clientHeight;
+    const { height } = pictureAt(event.clientX, event.clientY);
     const before = spread();
     const [x, y] = [(event.clientX - pointer.x) / height, (event.clientY - pointer.y) / height];
     pointer.x = event.clientX;
@@ -125,7 +128,11 @@ function attachGestures(canvas, camera, changed) {
   const zoomed = (event) => {
     event.preventDefault();
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY : event.deltaY * 30;
-    camera.zoom(Math.exp(Math.min(Math.max(lines, -200), 200) * 0.0015));
+    const factor = Math.exp(Math.min(Math.max(lines, -200), 200) * 0.0015);
+    // What is under the pointer stays there.
+    const { x, y, height } = pictureAt(event.clientX, event.clientY);
+    camera.pan(((x - event.clientX) / height) * (1 - factor), ((y - event.clientY) / height) * (1 - factor));
+    camera.zoom(factor);
     changed();
   };
   canvas.addEventListener("wheel", zoomed, { passive: false });

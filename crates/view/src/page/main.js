@@ -14,7 +14,7 @@ class Page {
     this.player = new Player(motions, () => this.#frameChanged());
     this.controls = new Controls(this);
     this.#readTheme();
-    attachGestures(element("picture"), this.camera, () => this.#moved());
+    attachGestures(element("picture"), this.camera, (x, y) => this.#pictureAt(x, y), () => this.#moved());
     this.#watch();
     this.renderer.resize();
     this.camera.reset(this.renderer.aspect(1));
@@ -28,7 +28,7 @@ class Page {
       if (!this.touched) this.camera.reset(this.renderer.aspect(this.pictures().length));
       this.#changed();
     };
-    new ResizeObserver(changed).observe(element("stage"));
+    new ResizeObserver(changed).observe(element("view"));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#readTheme());
     const canvas = element("picture");
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
@@ -97,6 +97,18 @@ class Page {
   moveCamera(move) {
     move();
     this.#moved();
+  }
+
+  /** Middle and height of the picture at a place of the page, in pixels of the page. */
+  #pictureAt(x, y) {
+    const { left, bottom, width, height } = element("picture").getBoundingClientRect();
+    const panes = this.renderer.panes(this.pictures().length).map(([aside, up, wide, high]) => ({
+      x: left + (aside + wide / 2) * width,
+      y: bottom - (up + high / 2) * height,
+      height: high * height,
+    }));
+    const away = (pane) => Math.hypot(pane.x - x, pane.y - y);
+    return panes.reduce((nearest, pane) => (away(pane) < away(nearest) ? pane : nearest));
   }
 
   #moved() {

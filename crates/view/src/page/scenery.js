@@ -2,7 +2,7 @@
 
 /** A half space whose normal is so steep is the ground. */
 const GROUND_STEEPNESS = 0.5;
-const LIGHT = normalized([0.35, -0.5, 1]);
+const LIGHT = normalized([0.22, -0.32, 1]);
 
 /** Planes and tubes of obstacles, about the centre of a scene of `reach` [m]. */
 class Scenery {

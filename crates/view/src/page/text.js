@@ -15,11 +15,6 @@ function formatNumber(value, digits = 2) {
   return sign + String(Number(Number(`${mantissa}e${exponent}`).toFixed(Math.max(0, digits - 1 - exponent))));
 }
 
-/** A time [s] with as many decimals as tell frames apart. */
-function formatTime(seconds, decimals) {
-  return `${seconds.toFixed(decimals)} s`;
-}
-
 /** The largest of 1, 2 and 5 times a power of ten that is not above `value` > 0. */
 function niceBelow(value) {
   const power = 10 ** Math.floor(Math.log10(value));

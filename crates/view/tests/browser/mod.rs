@@ -1,8 +1,10 @@
 //! A headless Chromium, driven by its DevTools protocol.
+#![allow(dead_code)]
 
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
@@ -14,30 +16,34 @@ use tungstenite::{Message, WebSocket};
 const PROGRAMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// Longest wait for anything; software rendering on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(300);
+/// One browser at a time: each draws with all processors.
+static TURN: Mutex<()> = Mutex::new(());
 
 /// A browser with one page.
-pub struct Browser {
+pub(crate) struct Browser {
     process: Child,
     socket: WebSocket<TcpStream>,
     session: String,
     last_id: u64,
     /// Errors of the console, exceptions, and requests that were refused.
-    pub complaints: Vec<String>,
+    pub(crate) complaints: Vec<String>,
     _profile: TempDir,
+    _turn: MutexGuard<'static, ()>,
 }
 
 /// How a page is looked at.
 #[derive(Clone, Copy)]
-pub struct Look {
-    pub width: u32,
-    pub height: u32,
-    pub phone: bool,
-    pub dark: bool,
+pub(crate) struct Look {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) phone: bool,
+    pub(crate) dark: bool,
 }
 
 impl Browser {
     /// A browser, or `None` where there is none.
-    pub fn start() -> Result<Option<Self>> {
+    pub(crate) fn start() -> Result<Option<Self>> {
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let profile = tempfile::tempdir()?;
         for program in PROGRAMS {
             let mut command = Command::new(program);
@@ -45,7 +51,7 @@ impl Browser {
             command.args(["--remote-debugging-port=0", "--no-first-run", "--hide-scrollbars", "about:blank"]);
             command.arg(format!("--user-data-dir={}", profile.path().display()));
             match command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn() {
-                Ok(process) => return Self::connect(process, profile).map(Some),
+                Ok(process) => return Self::connect(process, profile, turn).map(Some),
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
                 Err(error) => return Err(error.into()),
             }
@@ -53,7 +59,7 @@ impl Browser {
         Ok(None)
     }
 
-    fn connect(mut process: Child, profile: TempDir) -> Result<Self> {
+    fn connect(mut process: Child, profile: TempDir, turn: MutexGuard<'static, ()>) -> Result<Self> {
         // The browser writes its port and the path of its socket there.
         let place = profile.path().join("DevToolsActivePort");
         let start = Instant::now();
@@ -72,7 +78,8 @@ impl Browser {
         stream.set_read_timeout(Some(PATIENCE))?;
         let (socket, _) = tungstenite::client(format!("ws://127.0.0.1:{port}{path}"), stream)?;
         let complaints = Vec::new();
-        let mut browser = Self { process, socket, session: String::new(), last_id: 0, complaints, _profile: profile };
+        let mut browser =
+            Self { process, socket, session: String::new(), last_id: 0, complaints, _profile: profile, _turn: turn };
         let target = browser.call("Target.createTarget", json!({"url": "about:blank"}))?;
         let attached =
             browser.call("Target.attachToTarget", json!({"targetId": target["targetId"], "flatten": true}))?;
@@ -115,7 +122,7 @@ impl Browser {
     }
 
     /// Sets size and colours; motion is reduced, so that nothing plays by itself.
-    pub fn look(&mut self, look: Look) -> Result<()> {
+    pub(crate) fn look(&mut self, look: Look) -> Result<()> {
         let Look { width, height, phone, dark } = look;
         let scale = if phone { 2 } else { 1 };
         let metrics = json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": phone});
@@ -128,8 +135,13 @@ impl Browser {
         Ok(())
     }
 
+    /// Runs a script before those of each page that is opened from now on.
+    pub(crate) fn before_each_page(&mut self, script: &str) -> Result<()> {
+        self.call("Page.addScriptToEvaluateOnNewDocument", json!({"source": script})).map(drop)
+    }
+
     /// Opens a page from the disk and waits until it is ready or has failed. Returns how long that took.
-    pub fn open(&mut self, page: &Path) -> Result<Duration> {
+    pub(crate) fn open(&mut self, page: &Path) -> Result<Duration> {
         let start = Instant::now();
         self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}))?;
         loop {
@@ -146,7 +158,7 @@ impl Browser {
     }
 
     /// The value of an expression, which may be a promise.
-    pub fn evaluate(&mut self, expression: &str) -> Result<Value> {
+    pub(crate) fn evaluate(&mut self, expression: &str) -> Result<Value> {
         let params = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
         let mut answer = self.call("Runtime.evaluate", params)?;
         ensure!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
@@ -154,7 +166,7 @@ impl Browser {
     }
 
     /// Waits for an expression to become true.
-    pub fn wait_for(&mut self, expression: &str) -> Result<()> {
+    pub(crate) fn wait_for(&mut self, expression: &str) -> Result<()> {
         let start = Instant::now();
         while self.evaluate(expression)? != json!(true) {
             ensure!(start.elapsed() < PATIENCE, "{expression} did not come true");
@@ -164,7 +176,7 @@ impl Browser {
     }
 
     /// A picture of the page, or of the element that a selector names, as PNG, in base64.
-    pub fn screenshot(&mut self, selector: Option<&str>) -> Result<String> {
+    pub(crate) fn screenshot(&mut self, selector: Option<&str>) -> Result<String> {
         let mut params = json!({"format": "png"});
         if let Some(selector) = selector {
             let place = format!(

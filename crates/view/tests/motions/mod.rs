@@ -1,4 +1,5 @@
 //! Motions that are made, not simulated: segments on a skeleton that sways.
+#![allow(dead_code)]
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{Body, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
@@ -14,8 +15,8 @@ struct Bone {
 }
 
 /// A set of rods that sways.
-pub struct Motion {
-    pub model: Model,
+pub(crate) struct Motion {
+    pub(crate) model: Model,
     bones: Vec<Bone>,
     root: Vector3<f64>,
 }
@@ -69,7 +70,7 @@ impl Motion {
     }
 
     /// State at a time [s].
-    pub fn state(&self, time: f64) -> State {
+    pub(crate) fn state(&self, time: f64) -> State {
         let h = 1e-5;
         let (before, after) = (self.poses(time - h), self.poses(time + h));
         let mut state = self.poses(time);
@@ -79,7 +80,7 @@ impl Motion {
     }
 
     /// What the joints would transmit if each carried a newton a joint that comes after it.
-    pub fn forces(&self, state: &State, time: f64) -> Vec<JointForce> {
+    pub(crate) fn forces(&self, state: &State, time: f64) -> Vec<JointForce> {
         let count = self.model.joints.len() as f64;
         let force = |k: usize| Vector3::z() * -((count - k as f64) * (1.0 + 0.3 * (3.0 * time).sin()));
         let joints = self.model.joints.iter().enumerate();
@@ -99,7 +100,7 @@ impl Motion {
     }
 
     /// The motion recorded: so many frames a second [1/s] from time 0 on.
-    pub fn record(&self, name: &str, frames: usize, rate: f64) -> Run {
+    pub(crate) fn record(&self, name: &str, frames: usize, rate: f64) -> Run {
         let mut recorder = Recorder::new(name, 1.0 / rate, &self.model);
         for frame in 0..frames {
             let time = frame as f64 / rate;
@@ -115,7 +116,7 @@ impl Motion {
 }
 
 /// A coil that hangs and swings, above a ground with a ball and a bar. `loose` above 1 swings wider.
-pub fn helix(loose: f64) -> Motion {
+pub(crate) fn helix(loose: f64) -> Motion {
     let mut motion = Motion::new(Vector3::new(0.0, 0.0, 1.0));
     let mut parent = None;
     for i in 0..80 {
@@ -129,14 +130,18 @@ pub fn helix(loose: f64) -> Motion {
     let shapes = [
         ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Unit::new_unchecked(Vector3::z()) },
         ObstacleShape::Sphere { centre: Vector3::new(0.45, 0.25, 0.12), radius: 0.12 },
-        ObstacleShape::Capsule { start: Vector3::new(-0.5, 0.1, 0.06), end: Vector3::new(-0.2, 0.5, 0.06), radius: 0.06 },
+        ObstacleShape::Capsule {
+            start: Vector3::new(-0.5, 0.1, 0.06),
+            end: Vector3::new(-0.2, 0.5, 0.06),
+            radius: 0.06,
+        },
     ];
     motion.model.contacts.obstacles = shapes.map(|shape| Obstacle { shape, surface }).into();
     motion
 }
 
 /// A tree of a trunk and branches on branches, thinner and thinner, of 1,061 segments.
-pub fn tree() -> Motion {
+pub(crate) fn tree() -> Motion {
     let mut motion = Motion::new(Vector3::zeros());
     let mut trunk = None;
     let mut nodes = Vec::new();
