@@ -18,7 +18,11 @@ pub(crate) fn write(directory: &Path, samples: &[Sample], conditions: &Condition
     let steps = samples.get(1..).unwrap_or_default();
     let charts = [
         ("Energy", "energy [J]", energies(samples)),
-        ("Length of all rods over that of the start", "length ratio", vec![line("length", samples, |s| s.length_ratio)]),
+        (
+            "Length of all rods over that of the start",
+            "length ratio",
+            vec![line("length", samples, |s| s.length_ratio)],
+        ),
         ("Outer iterations", "iterations a step", vec![line("iterations", steps, |s| s.iterations)]),
         ("Time by stage", "time a step [us]", stages(steps)),
     ];

@@ -86,7 +86,9 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         &measured,
         &course,
     );
-    let conditions = Conditions::new("run", label).with("machine", export::machine()).with("time step", format!("{:?} s", scene.run.dt));
+    let conditions = Conditions::new("run", label)
+        .with("machine", export::machine())
+        .with("time step", format!("{:?} s", scene.run.dt));
     let written = keep.close(&scene, &summary, &conditions)?;
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;

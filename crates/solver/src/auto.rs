@@ -96,9 +96,10 @@ pub fn choose(model: &Model, step: &StepParams, asked: Option<SolverKind>) -> Ch
     let (guess, why_guess) = match (step.formulation.momentum(), alone) {
         (false, _) => (GuessKind::Zero, format!("{} would keep the error of a start", step.formulation)),
         (true, 0) => (GuessKind::Zero, "alike sets move in lanes, which costs less than any start saves".to_owned()),
-        (true, _) if model.contacts.between_segments.is_some() && step.relative_tolerance >= LOOSE => {
-            (GuessKind::Zero, "contacts between segments change, and there is little to save at such a tolerance".to_owned())
-        }
+        (true, _) if model.contacts.between_segments.is_some() && step.relative_tolerance >= LOOSE => (
+            GuessKind::Zero,
+            "contacts between segments change, and there is little to save at such a tolerance".to_owned(),
+        ),
         (true, _) => (GuessKind::StepAdaptive, "it saves outer iterations, or stands back".to_owned()),
     };
     let in_lanes = lanes.len();

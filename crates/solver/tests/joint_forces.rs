@@ -51,7 +51,10 @@ fn joints_of_a_hanging_rod_carry_what_is_below_them() {
                     let below = model.segments[lower..].iter().filter(|segment| segment.rod == rod);
                     let weight = below.map(|segment| segment.mass()).sum::<f64>() * 9.81;
                     let tension = force.tension(&model, &state, joint);
-                    assert!((tension - weight).abs() < 1e-3 * weight, "{formulation}, {dt}: {tension} N, not {weight} N");
+                    assert!(
+                        (tension - weight).abs() < 1e-3 * weight,
+                        "{formulation}, {dt}: {tension} N, not {weight} N"
+                    );
                     assert!(force.couple.norm() < 1e-9, "nothing bends");
                 }
             }
