@@ -56,8 +56,8 @@ impl TrajectoryWriter {
     /// Adds a frame at `time` [s] with the forces of the joints, `[joints]` as given to [`TrajectoryWriter::create`].
     ///
     /// # Errors
-    /// [`ExportError::Segments`] or [`ExportError::Joints`] if something does not fit: the frame is not taken. [`ExportError::Io`] if the disk
-    /// does not take the frames: they are kept, and the next call tries again.
+    /// [`ExportError::Segments`] or [`ExportError::Joints`] if something does not fit: the frame is not taken.
+    /// [`ExportError::Io`] if the disk does not take the frames: they are kept, and the next call tries again.
     pub fn push(&mut self, state: &State, forces: &[JointForce], time: f64) -> Result<(), ExportError> {
         let State { positions, orientations, velocities, angular_velocities } = state;
         let expected = self.layout.segments;

@@ -10,6 +10,7 @@
 
 mod air;
 mod assembly;
+mod chain;
 mod contact;
 pub mod darboux;
 mod joint_force;
@@ -21,6 +22,7 @@ mod wind;
 
 pub use air::Air;
 pub use assembly::{Assembly, RestShape, RodSpec};
+pub use chain::{Successor, end_of, successors};
 pub use contact::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
 pub use joint_force::{JointForce, curvature};
 pub use material::{Material, Section, Stretch};

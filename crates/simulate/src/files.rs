@@ -37,6 +37,11 @@ impl<'a> Wanted<'a> {
     pub(crate) fn plain(directory: &'a Path) -> Self {
         Self { directory, view: false, plot: false, formats: &[] }
     }
+
+    /// Whether the trajectory keeps what joints transmit.
+    pub(crate) fn keeps_forces(&self) -> bool {
+        !self.formats.is_empty()
+    }
 }
 
 /// The trajectory with the forces of so many `joints`, its first frame written, after a look at whether the other files can

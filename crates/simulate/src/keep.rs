@@ -15,10 +15,10 @@ use crate::files::{self, Wanted};
 use crate::plots;
 use crate::sample::{Sample, Sampler};
 
-/// Takes the frames of a run for the files that are wanted; for none, it takes nothing and costs nothing.
+/// Takes the frames of a run for the files that are wanted.
 pub(crate) struct Keep<'a> {
-    wanted: Option<Wanted<'a>>,
-    writer: Option<TrajectoryWriter>,
+    wanted: Wanted<'a>,
+    writer: TrajectoryWriter,
     player: Option<Recorder>,
     plots: Option<Vec<Sample>>,
     /// Present where player or plots are.
@@ -29,30 +29,23 @@ pub(crate) struct Keep<'a> {
 
 impl<'a> Keep<'a> {
     /// Looks whether all files can be written, and takes the first frame. `label` names the run in the player.
-    pub(crate) fn open(wanted: Option<Wanted<'a>>, scene: &Scene, label: &str) -> Result<Self> {
-        let mut keep =
-            Self { wanted: None, writer: None, player: None, plots: None, sampler: None, forces: Vec::new() };
-        let Some(wanted) = wanted else { return Ok(keep) };
+    pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, label: &str) -> Result<Self> {
         let Scene { model, state, run, .. } = scene;
-        if wanted.view || !wanted.formats.is_empty() {
-            keep.forces = vec![JointForce::default(); model.joints.len()];
-        }
-        let joints = if wanted.formats.is_empty() { 0 } else { model.joints.len() };
-        keep.writer = Some(files::open(&wanted, scene, run.dt, joints)?);
-        keep.player = wanted.view.then(|| Recorder::new(label, run.dt, model));
-        keep.plots = wanted.plot.then(Vec::new);
+        let joints = |are_wanted: bool| if are_wanted { model.joints.len() } else { 0 };
+        let mut keep = Self {
+            wanted,
+            writer: files::open(&wanted, scene, run.dt, joints(wanted.keeps_forces()))?,
+            player: wanted.view.then(|| Recorder::new(label, run.dt, model)),
+            plots: wanted.plot.then(Vec::new),
+            sampler: None,
+            forces: vec![JointForce::default(); joints(wanted.view || wanted.keeps_forces())],
+        };
         if wanted.view || wanted.plot {
             let (sampler, start) = Sampler::new(model, state, run.steps);
             keep.sampler = Some(sampler);
             keep.take(start, state);
         }
-        keep.wanted = Some(wanted);
         Ok(keep)
-    }
-
-    /// Whether there is nothing to take frames for.
-    pub(crate) fn is_idle(&self) -> bool {
-        self.wanted.is_none()
     }
 
     /// Takes the frame after so many steps; the `last` one in any case.
@@ -67,10 +60,8 @@ impl<'a> Keep<'a> {
         if !self.forces.is_empty() {
             simulation.store_joint_forces(&mut self.forces);
         }
-        if let (Some(writer), Some(wanted)) = (&mut self.writer, &self.wanted) {
-            let forces: &[JointForce] = if wanted.formats.is_empty() { &[] } else { &self.forces };
-            writer.push(state, forces, simulation.time())?;
-        }
+        let forces: &[JointForce] = if self.wanted.keeps_forces() { &self.forces } else { &[] };
+        self.writer.push(state, forces, simulation.time())?;
         if let Some(sampler) = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step)) {
             let sample = sampler.sample(model, state, simulation, step);
             self.take(sample, state);
@@ -100,9 +91,9 @@ impl<'a> Keep<'a> {
         scene: &Scene,
         summary: &impl Serialize,
         conditions: &Conditions,
-    ) -> Result<Option<(&'a Path, Vec<String>)>> {
-        let (Some(wanted), Some(writer)) = (self.wanted, self.writer) else { return Ok(None) };
-        let mut written = files::close(writer, &wanted, scene, summary)?;
+    ) -> Result<(&'a Path, Vec<String>)> {
+        let wanted = self.wanted;
+        let mut written = files::close(self.writer, &wanted, scene, summary)?;
         if let Some(samples) = &self.plots {
             plots::write(wanted.directory, samples, conditions)?;
             written.extend(plots::FILES.map(str::to_owned));
@@ -113,6 +104,6 @@ impl<'a> Keep<'a> {
             view::write_page(&wanted.directory.join(files::PAGE), &[run])?;
             written.extend([files::RUN, files::PAGE].map(str::to_owned));
         }
-        Ok(Some((wanted.directory, written)))
+        Ok((wanted.directory, written))
     }
 }

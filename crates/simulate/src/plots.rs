@@ -7,7 +7,7 @@ use anyhow::Result;
 use export::write_atomically;
 use report::{Axis, Charts, Conditions, Figure, LineChart, Series};
 
-use crate::sample::{STAGES, Sample};
+use crate::sample::Sample;
 
 /// Files that [`write`] writes.
 pub(crate) const FILES: [&str; 4] = ["energy.svg", "length.svg", "iterations.svg", "stages.svg"];
@@ -58,6 +58,8 @@ fn energies(samples: &[Sample]) -> Vec<Series> {
 
 /// The stages that the run has.
 fn stages(steps: &[Sample]) -> Vec<Series> {
-    let has = |k: &usize| steps.iter().any(|sample| sample.stages_us[*k] > 0.0);
-    (0..STAGES.len()).filter(has).map(|k| line(STAGES[k], steps, |sample| sample.stages_us[k])).collect()
+    let Some(first) = steps.first() else { return Vec::new() };
+    let has = |k: &usize| steps.iter().any(|sample| sample.stages_us[*k].1 > 0.0);
+    let kept = (0..first.stages_us.len()).filter(has);
+    kept.map(|k| line(first.stages_us[k].0, steps, |sample| sample.stages_us[k].1)).collect()
 }

@@ -53,7 +53,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let label = label(&scene, &settings, name, args);
-    let mut keep = Keep::open(args.wanted(), &scene, &label).context("--out")?;
+    let mut keep = args.wanted().map(|wanted| Keep::open(wanted, &scene, &label)).transpose().context("--out")?;
     if !quiet {
         say!(
             "{}: {} segments, {} joints, {} steps of {:?} s",
@@ -89,7 +89,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let conditions = Conditions::new("run", label)
         .with("machine", export::machine())
         .with("time step", format!("{:?} s", scene.run.dt));
-    let written = keep.close(&scene, &summary, &conditions)?;
+    let written = keep.map(|keep| keep.close(&scene, &summary, &conditions)).transpose()?;
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;
     } else if !quiet {
@@ -154,7 +154,7 @@ fn go(
     simulation: &mut Simulation,
     state: &mut State,
     measured: &mut Measured,
-    keep: &mut Keep<'_>,
+    keep: &mut Option<Keep<'_>>,
     progress: Progress,
 ) -> Result<Course> {
     let (mut status, mut steps, mut wall) = (Status::Converged, 0, Duration::ZERO);
@@ -167,7 +167,7 @@ fn go(
         steps += 1;
         last = !progress.advance() || steps == scene.run.steps || status == Status::NonFinite;
         let measure = last || measured.wants(steps);
-        if !measure && keep.is_idle() {
+        if !measure && keep.is_none() {
             continue;
         }
         simulation.store(&mut next);
@@ -176,7 +176,9 @@ fn go(
             break;
         }
         std::mem::swap(state, &mut next);
-        keep.push(&scene.model, simulation, state, steps, last)?;
+        if let Some(keep) = keep {
+            keep.push(&scene.model, simulation, state, steps, last)?;
+        }
     }
     Ok(Course { steps, status, interrupted: progress.finish(), wall })
 }

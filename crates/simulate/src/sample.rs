@@ -5,9 +5,6 @@ use rod::{Model, State};
 use solver::counters::{Counters, StageTimes};
 use solver::simulation::Simulation;
 
-/// Names of the stages, in the order of [`Sample::stages_us`].
-pub(crate) const STAGES: [&str; 7] = ["drag", "predict", "guess", "assemble", "linear solve", "update", "contact"];
-
 /// Frames that are sampled, at most, beside the first.
 const MOST: usize = 1000;
 
@@ -21,8 +18,8 @@ pub(crate) struct Sample {
     pub(crate) length_ratio: f64,
     /// Outer iterations a step and connected set.
     pub(crate) iterations: f64,
-    /// Time of each stage a step [us].
-    pub(crate) stages_us: [f64; STAGES.len()],
+    /// Time of each stage a step [us], by name.
+    pub(crate) stages_us: [(&'static str, f64); 7],
 }
 
 /// Takes samples of a run.
@@ -39,7 +36,8 @@ impl Sampler {
         let first_length = length(model, state);
         let sampler = Self { every: steps.div_ceil(MOST).max(1), first_length, step: 0, counters: Counters::default() };
         let energy = measure::energy(model, state);
-        let start = Sample { time: 0.0, energy, length_ratio: 1.0, iterations: 0.0, stages_us: Default::default() };
+        let stages_us = StageTimes::default().by_name().map(|(name, _)| (name, 0.0));
+        let start = Sample { time: 0.0, energy, length_ratio: 1.0, iterations: 0.0, stages_us };
         (sampler, start)
     }
 
@@ -53,23 +51,17 @@ impl Sampler {
         let counters = simulation.counters();
         let steps = (step - std::mem::replace(&mut self.step, step)).max(1) as f64;
         let before = std::mem::replace(&mut self.counters, counters);
-        let (now, then) = (stages(&counters.times), stages(&before.times));
+        let (now, then) = (counters.times.by_name(), before.times.by_name());
         Sample {
             time: simulation.time(),
             energy: measure::energy(model, state),
             length_ratio: length(model, state) / self.first_length,
             iterations: (counters.iterations - before.iterations) as f64 / (steps * simulation.components() as f64),
-            stages_us: std::array::from_fn(|k| 1e6 * (now[k] - then[k]) / steps),
+            stages_us: std::array::from_fn(|k| (now[k].0, 1e6 * (now[k].1 - then[k].1).as_secs_f64() / steps)),
         }
     }
 }
 
 fn length(model: &Model, state: &State) -> f64 {
     measure::rod_lengths(model, state).iter().sum()
-}
-
-/// Seconds of each stage.
-fn stages(times: &StageTimes) -> [f64; STAGES.len()] {
-    [times.drag, times.predict, times.guess, times.assemble, times.solve, times.update, times.contact]
-        .map(|duration| duration.as_secs_f64())
 }

@@ -10,6 +10,7 @@ use evaluation::work::Work;
 use rod::State;
 use scene::Scene;
 use serde::Serialize;
+use solver::counters::StageTimes;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
@@ -93,6 +94,9 @@ pub(crate) struct Summary {
     /// Simulated time over `wall_s`; 0 without steps.
     times_real_time: f64,
     stages_s: StageSeconds,
+    /// The same, for the table.
+    #[serde(skip)]
+    times: StageTimes,
     work: Work,
     worst_residuals: Worst,
     /// Frames whose energy and length were measured: the first, up to 200 evenly spaced ones, and the last.
@@ -157,6 +161,7 @@ impl Summary {
                 update: seconds(times.update),
                 contact: seconds(times.contact),
             },
+            times: *times,
             work: Work::from(&counters),
             worst_residuals: Worst {
                 stretch_per_length: counters.worst_stretch,
@@ -236,19 +241,10 @@ impl Summary {
     }
 
     fn stage_table(&self) -> Table {
-        let stages = &self.stages_s;
         let mut table = Table::new();
         table.load_style(comfy_table::presets::NOTHING);
         table.set_header(["stage", "us a step", "share"]);
-        let rows = [
-            ("drag", stages.drag),
-            ("predict", stages.predict),
-            ("guess", stages.guess),
-            ("assemble", stages.assemble),
-            ("linear solve", stages.solve),
-            ("update", stages.update),
-            ("contact", stages.contact),
-        ];
+        let rows = self.times.by_name().map(|(name, time)| (name, time.as_secs_f64()));
         let total: f64 = rows.iter().map(|(_, s)| s).sum();
         for (name, seconds) in rows {
             let us = seconds * 1e6 / self.steps.max(1) as f64;

@@ -23,9 +23,22 @@ pub struct StageTimes {
 }
 
 impl StageTimes {
+    /// Each stage by name, in the order of a step.
+    pub fn by_name(&self) -> [(&'static str, Duration); 7] {
+        [
+            ("drag", self.drag),
+            ("predict", self.predict),
+            ("guess", self.guess),
+            ("assemble", self.assemble),
+            ("linear solve", self.solve),
+            ("update", self.update),
+            ("contact", self.contact),
+        ]
+    }
+
     /// Sum of all stages.
     pub fn total(&self) -> Duration {
-        self.drag + self.predict + self.guess + self.assemble + self.solve + self.update + self.contact
+        self.by_name().into_iter().map(|(_, time)| time).sum()
     }
 }
 

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use nalgebra::Vector3;
-use rod::{Body, JointForce, Model, State, curvature};
+use rod::{Body, JointForce, Model, State, curvature, successors};
 
 use crate::channel::{Channel, Range};
 use crate::obstacle::Obstacle;
@@ -206,15 +206,7 @@ impl Recorder {
 
 /// Sizes of the segments, and which goes on in which: joined end to start, of one rod.
 fn drawn(model: &Model) -> Segments {
-    let mut next = vec![None; model.segments.len()];
-    for joint in &model.joints {
-        let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b) else { continue };
-        let [first, second] = [&model.segments[a], &model.segments[b]];
-        let at_end = |offset: f64, length: f64| (offset / (0.5 * length) - 1.0).abs() < 1e-6;
-        if first.rod == second.rod && at_end(joint.offset_a, first.length) && at_end(-joint.offset_b, second.length) {
-            next[a] = Some(b);
-        }
-    }
+    let next = successors(model).into_iter().map(|next| next.map(|next| next.segment)).collect();
     let (length, radius) = model.segments.iter().map(|s| (s.length, s.radius)).unzip();
     Segments { length, radius, next }
 }

@@ -3,10 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Body, Joint, Model, State};
-
-/// Part of a segment's length that a connector may be off its end.
-const TOLERANCE: f64 = 1e-6;
+use rod::{Model, State, Successor, end_of, successors};
 
 /// An end of a centreline, or the place between two segments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,12 +46,11 @@ impl Centrelines {
     /// Those of `model`.
     pub(super) fn new(model: &Model) -> Self {
         let count = model.segments.len();
-        let (mut next, mut previous) = (vec![None; count], vec![None; count]);
-        for (index, joint) in model.joints.iter().enumerate() {
-            let Some((from, to)) = link(model, joint) else { continue };
-            if next[from].is_none() && previous[to].is_none() {
-                next[from] = Some((to, index));
-                previous[to] = Some((from, index));
+        let next = successors(model);
+        let mut previous = vec![None; count];
+        for (from, successor) in next.iter().enumerate() {
+            if let Some(Successor { segment, joint }) = *successor {
+                previous[segment] = Some((from, joint));
             }
         }
         let mut seen = vec![false; count];
@@ -66,7 +62,7 @@ impl Centrelines {
             while let Some(segment) = at.filter(|&segment| !seen[segment]) {
                 seen[segment] = true;
                 segments.push(segment);
-                at = next[segment].map(|(to, _)| to);
+                at = next[segment].map(|next| next.segment);
             }
             if !segments.is_empty() {
                 segments_of.push(segments);
@@ -92,10 +88,11 @@ impl Centrelines {
             }
             lines.chains.push(Chain { rod: model.segments[last].rod, nodes: first..lines.nodes.len(), closed });
         }
+        let mut is_link = vec![false; model.joints.len()];
+        next.iter().flatten().for_each(|next| is_link[next.joint] = true);
         for (index, joint) in model.joints.iter().enumerate() {
-            let own = link(model, joint).is_some_and(|(from, to)| next[from] == Some((to, index)));
             let place = end_of(model, joint.b, joint.offset_b).or_else(|| end_of(model, joint.a, joint.offset_a));
-            if let (false, Some((segment, end))) = (own, place) {
+            if let (false, Some((segment, end))) = (is_link[index], place) {
                 lines.nodes[lines.ends[segment][end]].joint.get_or_insert(index);
             }
         }
@@ -125,26 +122,5 @@ fn mean<T: Default>(before: Option<T>, after: Option<T>, both: impl FnOnce(T, T)
     match (before, after) {
         (Some(before), Some(after)) => both(before, after),
         (one, other) => one.or(other).unwrap_or_default(),
-    }
-}
-
-/// The segment of `body` and which of its ends, 0 the start or 1 the end, is `offset` [m] from its centre.
-fn end_of(model: &Model, body: Body, offset: f64) -> Option<(usize, usize)> {
-    let Body::Segment(segment) = body else { return None };
-    let length = model.segments[segment].length;
-    let is_at = |side: f64| (offset - side * length).abs() <= TOLERANCE * length;
-    [-0.5, 0.5].into_iter().position(is_at).map(|end| (segment, end))
-}
-
-/// The segments of a joint from the end of one to the start of the next in the same rod.
-fn link(model: &Model, joint: &Joint) -> Option<(usize, usize)> {
-    let [(a, end_a), (b, end_b)] = [end_of(model, joint.a, joint.offset_a)?, end_of(model, joint.b, joint.offset_b)?];
-    if model.segments[a].rod != model.segments[b].rod {
-        return None;
-    }
-    match (end_a, end_b) {
-        (1, 0) => Some((a, b)),
-        (0, 1) => Some((b, a)),
-        _ => None,
     }
 }
