@@ -1,14 +1,11 @@
 //! The page in a headless Chromium. Without one these tests say so and pass, unless REQUIRE_CHROMIUM is set.
 
-mod browser;
 mod motions;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use browser::{Browser, Look};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::State;
@@ -17,34 +14,11 @@ use tempfile::TempDir;
 use view::{Frame, ORIENTATION_PRECISION, Recorder, Run, write_page};
 
 const WIDE: Look = Look { width: 800, height: 600, phone: false, dark: false };
-/// A promise that is kept when what was asked for has been drawn.
-const DRAWN: &str = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))";
-
-/// A browser, or `None` where there is none and none is wanted.
-fn browser() -> Result<Option<Browser>> {
-    let browser = Browser::start()?;
-    if browser.is_none() {
-        ensure!(std::env::var_os("REQUIRE_CHROMIUM").is_none(), "no Chromium found, and REQUIRE_CHROMIUM is set");
-        println!("no Chromium found: nothing is tested");
-    }
-    Ok(browser)
-}
-
 fn page(runs: &[Run]) -> Result<(TempDir, PathBuf)> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("page.html");
     write_page(&path, runs)?;
     Ok((folder, path))
-}
-
-/// Pixels of a picture, r, g, b each.
-fn pixels(picture: &str) -> Result<Vec<[u8; 3]>> {
-    let png = STANDARD.decode(picture)?;
-    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info()?;
-    let mut data = vec![0; reader.output_buffer_size().context("too large")?];
-    let info = reader.next_frame(&mut data)?;
-    let channels = info.color_type.samples();
-    Ok(data[..info.buffer_size()].chunks_exact(channels).map(|p| [p[0], p[1], p[2]]).collect())
 }
 
 fn numbers<const N: usize>(value: &Value) -> Result<[f64; N]> {
@@ -69,7 +43,7 @@ fn assert_decoded(browser: &mut Browser, index: usize, run: &Run, frame: usize, 
 
 #[test]
 fn a_page_of_two_runs_plays() -> Result<()> {
-    let Some(mut browser) = browser()? else { return Ok(()) };
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
     let motions = [motions::helix(1.0), motions::helix(2.0)];
     let runs = [motions[0].record("calm", 60, 30.0), motions[1].record("wild", 45, 30.0)];
     let (_folder, path) = page(&runs)?;
@@ -86,24 +60,24 @@ fn a_page_of_two_runs_plays() -> Result<()> {
     assert_eq!(browser.evaluate("document.getElementById('play').ariaLabel")?, "Play");
     assert_eq!(browser.evaluate("player.frame")?, 0);
     let start = browser.screenshot(Some("#picture"))?;
-    let colours: HashSet<[u8; 3]> = pixels(&start)?.into_iter().collect();
+    let colours: HashSet<&[u8; 3]> = start.pixels.iter().collect();
     ensure!(colours.len() > 50, "only {} colours: the canvas is blank", colours.len());
     browser.evaluate("player.play()")?;
     browser.wait_for("player.frame > 0")?;
     browser.evaluate("player.pause()")?;
-    browser.evaluate(DRAWN)?;
+    browser.settle()?;
     assert_eq!(browser.evaluate("Number(scrubber.value) === player.frame")?, true);
     browser.evaluate("player.seek(40)")?;
-    browser.evaluate(DRAWN)?;
+    browser.settle()?;
     assert_eq!(browser.evaluate("[player.frame, scrubber.value]")?, serde_json::json!([40, "40"]));
-    ensure!(browser.screenshot(Some("#picture"))? != start, "another frame looks the same");
+    let mut last = browser.screenshot(Some("#picture"))?;
+    ensure!(last != start, "another frame looks the same");
 
     // Every way of looking draws without complaint, and differently from the one before.
-    let mut last = String::new();
     for change in ["colour('curvature')", "colour('tension')", "colour('residual')", "colour('speed')", "beside(true)"]
     {
         browser.evaluate(&format!("player.{change}"))?;
-        browser.evaluate(DRAWN)?;
+        browser.settle()?;
         let picture = browser.screenshot(Some("#picture"))?;
         ensure!(picture != last, "{change} changes nothing");
         last = picture;
@@ -114,7 +88,7 @@ fn a_page_of_two_runs_plays() -> Result<()> {
 
 #[test]
 fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
-    let Some(mut browser) = browser()? else { return Ok(()) };
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 60, 30.0)])?;
     browser.look(WIDE)?;
     browser.open(&path)?;
@@ -123,7 +97,7 @@ fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
             let event = format!("dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))");
             browser.evaluate(&format!("document.body.{event}"))?;
         }
-        browser.evaluate(DRAWN)?;
+        browser.settle()?;
         browser.evaluate(expression)
     };
     assert_eq!(after("ArrowRight ArrowRight ArrowLeft", "player.frame")?, 1);
@@ -141,7 +115,7 @@ fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
     ensure!((25..40).contains(&frame), "the middle of the chart is frame {frame}");
     // Nothing is wider than a phone.
     browser.look(Look { width: 390, height: 844, phone: true, dark: true })?;
-    browser.evaluate(DRAWN)?;
+    browser.settle()?;
     assert_eq!(browser.evaluate("document.documentElement.scrollWidth")?, 390);
     let outside = "[...document.querySelectorAll('button, select, input, canvas')]\
                    .filter((e) => e.checkVisibility() && e.getBoundingClientRect().right > 390.5).map((e) => e.id)";
@@ -152,7 +126,7 @@ fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
 
 #[test]
 fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded() -> Result<()> {
-    let Some(mut browser) = browser()? else { return Ok(()) };
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
     let tree = motions::tree();
     let run = tree.record("tree", 300, 60.0);
     let (_folder, path) = page(std::slice::from_ref(&run))?;
@@ -168,25 +142,25 @@ fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded() -> Result<()> 
 
 #[test]
 fn a_lost_graphics_processor_comes_back() -> Result<()> {
-    let Some(mut browser) = browser()? else { return Ok(()) };
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
     browser.look(WIDE)?;
     browser.open(&path)?;
-    browser.evaluate(DRAWN)?;
+    browser.settle()?;
     let before = browser.screenshot(Some("#picture"))?;
     let lose = "new Promise((done) => { const gl = picture.getContext('webgl2'); \
                 const loss = gl.getExtension('WEBGL_lose_context'); \
                 picture.addEventListener('webglcontextlost', () => setTimeout(() => loss.restoreContext(), 50)); \
                 picture.addEventListener('webglcontextrestored', () => setTimeout(done, 50)); loss.loseContext(); })";
     browser.evaluate(lose)?;
-    browser.evaluate(DRAWN)?;
+    browser.settle()?;
     ensure!(browser.screenshot(Some("#picture"))? == before, "it is not drawn as before");
     Ok(())
 }
 
 #[test]
 fn what_a_browser_lacks_is_said() -> Result<()> {
-    let Some(mut browser) = browser()? else { return Ok(()) };
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
     browser.look(WIDE)?;
     browser.before_each_page("HTMLCanvasElement.prototype.getContext = () => null")?;
@@ -200,7 +174,7 @@ fn what_a_browser_lacks_is_said() -> Result<()> {
 
 #[test]
 fn odd_names_and_single_frames_are_shown() -> Result<()> {
-    let Some(mut browser) = browser()? else { return Ok(()) };
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
     let motion = motions::helix(1.0);
     let name = "</script><script>document.title = 'broken'</script> & \u{2028} ' \"";
     let state = motion.state(0.0);
@@ -219,7 +193,7 @@ fn odd_names_and_single_frames_are_shown() -> Result<()> {
     browser.open(&path)?;
     assert_eq!(browser.evaluate("document.querySelector('#legend label span:last-child').textContent")?, name);
     browser.evaluate("player.play(); player.colour('residual')")?;
-    browser.evaluate(DRAWN)?;
+    browser.settle()?;
     assert_eq!(browser.evaluate("[player.frame, player.frames]")?, serde_json::json!([0, 1]));
     assert_eq!(browser.complaints, [""; 0]);
     Ok(())

@@ -26,7 +26,8 @@ pub(crate) fn section(context: &Context, measured: BTreeMap<String, String>) -> 
             row.paper.as_str().into(),
             ours,
             row.place.as_str().into(),
-            reading.map_or_else(|| Cell::from(""), Cell::from),
+            reading.unwrap_or_default().into(),
+            row.why.clone().filter(|_| row.ours.is_some()).unwrap_or_default().into(),
         ]
     });
     let table = Table {
@@ -35,7 +36,9 @@ pub(crate) fn section(context: &Context, measured: BTreeMap<String, String>) -> 
         caption:
             "Every number that the paper gives, settings first. Conditions of what is measured stand with the figures."
                 .to_owned(),
-        columns: ["what", "paper", "here", "where in the paper", "how it is read"].map(Column::text).to_vec(),
+        columns: ["what", "paper", "here", "where in the paper", "how it is read", "why it differs"]
+            .map(Column::text)
+            .to_vec(),
         rows: cells.collect(),
         conditions: Conditions::new("numbers of the paper", rows.len().to_string())
             .with("not measured here", missing.to_string()),

@@ -53,25 +53,31 @@ pub struct Claim {
     pub counterpart: Counterpart,
     /// How it is read, where the paper contradicts itself or leaves something open.
     pub reading: Option<&'static str>,
+    /// Why ours differs, where it does.
+    pub why: Option<&'static str>,
 }
 
 impl Claim {
     const fn code([id, what, paper, place, at]: [&'static str; 5], ours: fn() -> Result<String, SceneError>) -> Self {
         let counterpart = Counterpart::Setting { at, ours: Ours::Code(ours) };
-        Self { id, what, paper, place, counterpart, reading: None }
+        Self { id, what, paper, place, counterpart, reading: None, why: None }
     }
 
     const fn caller([id, what, paper, place, at]: [&'static str; 5]) -> Self {
         let counterpart = Counterpart::Setting { at, ours: Ours::Caller };
-        Self { id, what, paper, place, counterpart, reading: None }
+        Self { id, what, paper, place, counterpart, reading: None, why: None }
     }
 
     const fn measured([id, what, paper, place]: [&'static str; 4]) -> Self {
-        Self { id, what, paper, place, counterpart: Counterpart::Measured, reading: None }
+        Self { id, what, paper, place, counterpart: Counterpart::Measured, reading: None, why: None }
     }
 
     const fn read_as(self, reading: &'static str) -> Self {
         Self { reading: Some(reading), ..self }
+    }
+
+    const fn because(self, why: &'static str) -> Self {
+        Self { why: Some(why), ..self }
     }
 }
 
@@ -97,6 +103,8 @@ pub struct Row {
     pub ours: Option<String>,
     /// How the claim is read.
     pub reading: Option<String>,
+    /// Why ours differs, where it does.
+    pub why: Option<String>,
 }
 
 /// Why there is no table.
@@ -140,6 +148,7 @@ pub fn table(supplied: &BTreeMap<String, String>) -> Result<Vec<Row>, TableError
             at,
             ours,
             reading: claim.reading.map(str::to_owned),
+            why: claim.why.map(str::to_owned),
         })
     };
     claims().map(row).collect()

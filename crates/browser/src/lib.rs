@@ -1,5 +1,6 @@
-//! A headless Chromium, driven by its DevTools protocol.
-#![allow(dead_code)]
+//! A headless Chromium, driven by its DevTools protocol: for tests and pictures of pages. WebGL is drawn in software.
+
+mod picture;
 
 use std::net::TcpStream;
 use std::path::Path;
@@ -8,9 +9,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
+
+pub use picture::Picture;
 
 /// Names that the program goes by.
 const PROGRAMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
@@ -20,29 +25,49 @@ const PATIENCE: Duration = Duration::from_secs(300);
 static TURN: Mutex<()> = Mutex::new(());
 
 /// A browser with one page.
-pub(crate) struct Browser {
+pub struct Browser {
     process: Child,
     socket: WebSocket<TcpStream>,
     session: String,
     last_id: u64,
     /// Errors of the console, exceptions, and requests that were refused.
-    pub(crate) complaints: Vec<String>,
+    pub complaints: Vec<String>,
     _profile: TempDir,
     _turn: MutexGuard<'static, ()>,
 }
 
 /// How a page is looked at.
 #[derive(Clone, Copy)]
-pub(crate) struct Look {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-    pub(crate) phone: bool,
-    pub(crate) dark: bool,
+pub struct Look {
+    /// Width of the window [px].
+    pub width: u32,
+    /// Its height [px].
+    pub height: u32,
+    /// A touch screen of two pixels a point.
+    pub phone: bool,
+    /// Whether the page is asked for its dark colours.
+    pub dark: bool,
 }
 
 impl Browser {
-    /// A browser, or `None` where there is none.
-    pub(crate) fn start() -> Result<Option<Self>> {
+    /// A browser for a test: `None`, and a line that says so, where there is none and none is asked for.
+    ///
+    /// # Errors
+    /// If the browser does not start, or if there is none and the environment variable REQUIRE_CHROMIUM is set.
+    pub fn for_test() -> Result<Option<Self>> {
+        let browser = Self::start()?;
+        if browser.is_none() {
+            ensure!(std::env::var_os("REQUIRE_CHROMIUM").is_none(), "no Chromium found, and REQUIRE_CHROMIUM is set");
+            println!("no Chromium found: nothing is tested");
+        }
+        Ok(browser)
+    }
+
+    /// A browser, or `None` where there is none. It waits for its turn: one runs at a time.
+    ///
+    /// # Errors
+    /// If it does not start.
+    pub fn start() -> Result<Option<Self>> {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let profile = tempfile::tempdir()?;
         for program in PROGRAMS {
@@ -122,7 +147,10 @@ impl Browser {
     }
 
     /// Sets size and colours; motion is reduced, so that nothing plays by itself.
-    pub(crate) fn look(&mut self, look: Look) -> Result<()> {
+    ///
+    /// # Errors
+    /// If the browser is gone.
+    pub fn look(&mut self, look: Look) -> Result<()> {
         let Look { width, height, phone, dark } = look;
         let scale = if phone { 2 } else { 1 };
         let metrics = json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": phone});
@@ -136,12 +164,19 @@ impl Browser {
     }
 
     /// Runs a script before those of each page that is opened from now on.
-    pub(crate) fn before_each_page(&mut self, script: &str) -> Result<()> {
+    ///
+    /// # Errors
+    /// If the browser is gone.
+    pub fn before_each_page(&mut self, script: &str) -> Result<()> {
         self.call("Page.addScriptToEvaluateOnNewDocument", json!({"source": script})).map(drop)
     }
 
-    /// Opens a page from the disk and waits until it is ready or has failed. Returns how long that took.
-    pub(crate) fn open(&mut self, page: &Path) -> Result<Duration> {
+    /// Opens a page from the disk, by its absolute path, and waits until it says that it is ready or has failed, in
+    /// `data-state` of its root. Returns how long that took.
+    ///
+    /// # Errors
+    /// If it fails, with what it says, or if it takes more than five minutes.
+    pub fn open(&mut self, page: &Path) -> Result<Duration> {
         let start = Instant::now();
         self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}))?;
         loop {
@@ -158,15 +193,30 @@ impl Browser {
     }
 
     /// The value of an expression, which may be a promise.
-    pub(crate) fn evaluate(&mut self, expression: &str) -> Result<Value> {
+    ///
+    /// # Errors
+    /// What it throws.
+    pub fn evaluate(&mut self, expression: &str) -> Result<Value> {
         let params = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
         let mut answer = self.call("Runtime.evaluate", params)?;
         ensure!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
         Ok(answer["result"]["value"].take())
     }
 
+    /// Waits until what was asked for has been drawn.
+    ///
+    /// # Errors
+    /// If the browser is gone.
+    pub fn settle(&mut self) -> Result<()> {
+        let drawn = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))";
+        self.evaluate(drawn).map(drop)
+    }
+
     /// Waits for an expression to become true.
-    pub(crate) fn wait_for(&mut self, expression: &str) -> Result<()> {
+    ///
+    /// # Errors
+    /// If that takes more than five minutes.
+    pub fn wait_for(&mut self, expression: &str) -> Result<()> {
         let start = Instant::now();
         while self.evaluate(expression)? != json!(true) {
             ensure!(start.elapsed() < PATIENCE, "{expression} did not come true");
@@ -175,8 +225,11 @@ impl Browser {
         Ok(())
     }
 
-    /// A picture of the page, or of the element that a selector names, as PNG, in base64.
-    pub(crate) fn screenshot(&mut self, selector: Option<&str>) -> Result<String> {
+    /// A picture of the page, or of the element that a selector names.
+    ///
+    /// # Errors
+    /// If there is no such element.
+    pub fn screenshot(&mut self, selector: Option<&str>) -> Result<Picture> {
         let mut params = json!({"format": "png"});
         if let Some(selector) = selector {
             let place = format!(
@@ -186,7 +239,7 @@ impl Browser {
             params["clip"] = self.evaluate(&place)?;
         }
         let answer = self.call("Page.captureScreenshot", params)?;
-        Ok(answer["data"].as_str().context("no picture")?.to_owned())
+        Picture::decode(&STANDARD.decode(answer["data"].as_str().context("no picture")?)?)
     }
 }
 
