@@ -1,8 +1,8 @@
-//! What is measured, cell by cell: kept in files, so that a report that was cut off goes on.
+//! What is measured, cell by cell: kept in files, so that a report that was cut off goes on, and several processes share it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use export::Results;
@@ -15,6 +15,9 @@ use crate::context::Context;
 
 /// Version of what a cell means; older ones are measured anew.
 const SCHEMA_VERSION: u32 = 1;
+
+/// Before the next cell is tried where another process measures one.
+const PATIENCE: Duration = Duration::from_millis(100);
 
 /// A section of the report: what is measured for it, and how it is shown.
 pub(crate) trait Section {
@@ -134,15 +137,28 @@ impl<S: Section> Job for Cells<S> {
     fn run(&mut self, context: &Context, progress: &Progress) -> Result<bool> {
         let Self { section, cells } = self;
         let results = results::<S>(&context.cells);
-        for Cell { key, record } in cells.iter_mut().filter(|cell| cell.record.is_none()) {
-            let begin = Instant::now();
-            let mut go_on = || !progress.stopped();
-            let value = if go_on() { section.measure(context, &key.cell, &mut go_on)? } else { None };
-            let Some(value) = value else { return Ok(false) };
-            let (machine, revision) = (context.machine.clone(), context.revision.clone());
-            let record = record.insert(Record { machine, revision, seconds: begin.elapsed().as_secs_f64(), value });
-            results.put(key, record)?;
-            progress.advance_by(ticks(section.seconds(&key.cell)));
+        let mut rest: VecDeque<&mut Cell<S>> = cells.iter_mut().filter(|cell| cell.record.is_none()).collect();
+        while let Some(cell) = rest.pop_front() {
+            if progress.stopped() {
+                return Ok(false);
+            }
+            let Some(_claim) = results.claim(&cell.key)? else {
+                // Another process measures it.
+                rest.push_back(cell);
+                std::thread::sleep(PATIENCE);
+                continue;
+            };
+            cell.record = results.get(&cell.key)?;
+            if cell.record.is_none() {
+                let begin = Instant::now();
+                let Some(value) = section.measure(context, &cell.key.cell, &mut || !progress.stopped())? else {
+                    return Ok(false);
+                };
+                let (machine, revision) = (context.machine.clone(), context.revision.clone());
+                let record = Record { machine, revision, seconds: begin.elapsed().as_secs_f64(), value };
+                results.put(&cell.key, cell.record.insert(record))?;
+            }
+            progress.advance_by(ticks(section.seconds(&cell.key.cell)));
         }
         Ok(true)
     }

@@ -26,8 +26,9 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {
-    /// Fewer scenes, simulations and steps: done in under ten minutes on two cores. The full report takes an hour or two;
-    /// it may be interrupted, and goes on where it stopped.
+    /// Fewer scenes, simulations and steps: done in under ten minutes on two cores. The full report takes about five hours of
+    /// one core; it may be interrupted, and goes on where it stopped, and several processes that are started side by side
+    /// share it.
     #[arg(long)]
     pub(crate) quick: bool,
     /// Folder of the report: index.html, csv/ and svg/.

@@ -85,8 +85,11 @@ fn settings(context: &Context) -> Result<BTreeMap<String, String>> {
         let networks = context.library.guesses(scenario, Learned::Networks)?;
         let own = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
         if let Some(network) = own {
-            let minutes = network.card().training.seconds / 60.0;
-            settings.insert(format!("training-hours-{scenario}"), format!("{minutes:.0} minutes"));
+            let training = &network.card().training;
+            let before =
+                if training.command.contains("--from") { ", on from an earlier training's weights" } else { "" };
+            let took = format!("{:.0} minutes{before}", training.seconds / 60.0);
+            settings.insert(format!("training-hours-{scenario}"), took);
         }
     }
     Ok(settings)

@@ -212,12 +212,9 @@ fn study_of(varied: Varied) -> &'static str {
 /// Simulations of a point: the paper's, but fewer where one takes many seconds.
 fn simulations(varied: Varied, preconditioner: PreconditionerKind) -> usize {
     match (varied, preconditioner) {
-        (Varied::Segments(..=30), _) | (Varied::Segments(..=110), PreconditionerKind::BlockJacobi) => {
+        (Varied::Segments(..=105), _) | (Varied::Segments(_), PreconditionerKind::BlockJacobi) => {
             performance::SIMULATIONS
         }
-        (Varied::Segments(..=60), _) => 20,
-        (Varied::Segments(..=105), _) => 5,
-        (Varied::Segments(_), _) => 3,
         _ => 10,
     }
 }

@@ -2,8 +2,8 @@
 
 use dataset::{Config, Scenario};
 
-use super::Claim;
 use super::ours::{count, range, with_unit};
+use super::{Claim, why};
 
 const TABLE: &str = "section 4, table 1";
 const GRAPH: &str = "section 3.1";
@@ -70,8 +70,10 @@ pub(super) static CLAIMS: &[Claim] = &[
     Claim::caller(["network-width", "width of a perceptron", "32", NETWORK, SIZES]),
     Claim::caller(["network-output", "range of the outputs", "[-1, 1] by tanh, times recorded norms", NETWORK, SIZES]),
     Claim::caller(["training-loss", "loss", "MSE(V) + MSE(E)", "section 3.2", "the checkpoint's card"]),
-    Claim::caller(["training-rate", "learning rate", "0.001, constant", TRAINING, "the checkpoint's card"]),
-    Claim::caller(["training-machine", "trained on", "one NVIDIA Tesla V100", TRAINING, "the checkpoint's card"]),
+    Claim::caller(["training-rate", "learning rate", "0.001, constant", TRAINING, "the checkpoint's card"])
+        .because(why::FALLING),
+    Claim::caller(["training-machine", "trained on", "one NVIDIA Tesla V100", TRAINING, "the checkpoint's card"])
+        .because(why::PROCESSOR),
     Claim::code(["knn-neighbours", "k-NN: k", "3", "section 3.2", "knn::Params::default"], || {
         count(knn::Params::default().neighbours)
     }),

@@ -1,6 +1,6 @@
 //! What the paper measured (section 4 and supplement): the caller fills in what we measure.
 
-use super::Claim;
+use super::{Claim, why};
 
 const PERFORMANCE: &str = "section 4, discretization, figure on performance";
 const TEMPORAL: &str = "section 4, temporal evolution";
@@ -17,15 +17,24 @@ const SIZES: &str = "for trees the gain falls with the size, for rods it grows w
                      own scenes. What a per cent is: time saved, (t0 - t1) / t0";
 
 pub(super) static CLAIMS: &[Claim] = &[
-    Claim::measured(["training-hours-rod", "training of the rods' network", "5 h", TRAINING]).read_as(HOURS),
-    Claim::measured(["training-hours-helix", "training of the helices' network", "6 h", TRAINING]).read_as(HOURS),
-    Claim::measured(["training-hours-all", "training over architectures", "8 to 30 h", "section 4"]).read_as(HOURS),
+    Claim::measured(["training-hours-rod", "training of the rods' network", "5 h", TRAINING])
+        .read_as(HOURS)
+        .because(why::EPOCHS),
+    Claim::measured(["training-hours-helix", "training of the helices' network", "6 h", TRAINING])
+        .read_as(HOURS)
+        .because(why::EPOCHS),
+    Claim::measured(["training-hours-all", "training over architectures", "8 to 30 h", "section 4"])
+        .read_as(HOURS)
+        .because(why::SWEEP),
     Claim::measured(["projection-rod", "rods: constraint projection's speed-up", "up to 50 %", PERFORMANCE])
-        .read_as(SAVED),
+        .read_as(SAVED)
+        .because(why::SHORT_RODS),
     Claim::measured(["projection-helix", "helices: constraint projection's speed-up", "up to 50 %", PERFORMANCE])
-        .read_as(SAVED),
+        .read_as(SAVED)
+        .because(why::SHORT_HELICES),
     Claim::measured(["projection-growth", "projection's speed-up over N", "more with more nodes", PERFORMANCE])
-        .read_as(SIZES),
+        .read_as(SIZES)
+        .because(why::FAR),
     Claim::measured([
         "projection-small",
         "projection's speed-up at small N",
@@ -43,10 +52,12 @@ pub(super) static CLAIMS: &[Claim] = &[
         "whole simulation's speed-up",
         "converges to the projection's with growing N",
         PERFORMANCE,
-    ]),
+    ])
+    .because(why::LATER),
     Claim::measured(["temporal-helix-gain", "helix: speed-up beyond 50 frames", "about 50 %", TEMPORAL]).read_as(SAVED),
     Claim::measured(["temporal-rod-gain", "rod: speed-up over frames", "a gain that decreases", TEMPORAL]),
-    Claim::measured(["temporal-highest", "frames of the highest speed-up", "the first 50, as in training", TEMPORAL]),
+    Claim::measured(["temporal-highest", "frames of the highest speed-up", "the first 50, as in training", TEMPORAL])
+        .because(why::EARLY),
     Claim::measured(["temporal-order", "helix against rod", "more gain for the helix", TEMPORAL]),
     Claim::measured([
         "stability-end-to-end",
@@ -55,18 +66,28 @@ pub(super) static CLAIMS: &[Claim] = &[
         STABILITY,
     ]),
     Claim::measured(["stability-guess", "length with the guess in the solver", "l / l0 stays 1", STABILITY]),
-    Claim::measured(["plane-total", "helix on the plane: total speed-up", "about 10 %", COLLISIONS]).read_as(SAVED),
-    Claim::measured(["two-rods-total", "two rods: total speed-up", "about 6 %", COLLISIONS]).read_as(SAVED),
+    Claim::measured(["plane-total", "helix on the plane: total speed-up", "about 10 %", COLLISIONS])
+        .read_as(SAVED)
+        .because(why::PLANE),
+    Claim::measured(["two-rods-total", "two rods: total speed-up", "about 6 %", COLLISIONS])
+        .read_as(SAVED)
+        .because(why::TWO_RODS),
     Claim::measured(["trees-10-total", "trees of 10 rods: speed-up, inference included", "17.0 %", TREES])
-        .read_as(SIZES),
+        .read_as(SIZES)
+        .because(why::TREES),
     Claim::measured(["trees-20-total", "trees of 20 rods: speed-up, inference included", "15.8 %", TREES])
-        .read_as(SIZES),
+        .read_as(SIZES)
+        .because(why::TREES),
     Claim::measured(["trees-40-total", "trees of 40 rods: speed-up, inference included", "13.0 %", TREES])
-        .read_as(SIZES),
+        .read_as(SIZES)
+        .because(why::TREES),
     Claim::measured(["trees-70-total", "trees of 70 rods: speed-up, inference included", "11.1 %", TREES])
-        .read_as(SIZES),
+        .read_as(SIZES)
+        .because(why::TREES),
     Claim::measured(["trees-real-time", "trees of over 1000 nodes", "interactive rates", TREES]),
-    Claim::measured(["knot-total", "knot: total speed-up", "10.4 %", "supplement, knot"]).read_as(SAVED),
+    Claim::measured(["knot-total", "knot: total speed-up", "10.4 %", "supplement, knot"])
+        .read_as(SAVED)
+        .because(why::KNOT),
     Claim::measured(["knot-kept", "knot in the last frame", "still a knot", "supplement, knot"]),
     Claim::measured([
         "nrmse-guess",
@@ -87,7 +108,8 @@ pub(super) static CLAIMS: &[Claim] = &[
         "that of vanilla PBD",
         "supplement, dynamic results",
     ]),
-    Claim::measured(["ablation-blocks", "more GN blocks", "better, no longer beyond 4", ARCHITECTURE]),
-    Claim::measured(["ablation-layers", "more MLP layers", "no better", ARCHITECTURE]),
+    Claim::measured(["ablation-blocks", "more GN blocks", "better, no longer beyond 4", ARCHITECTURE])
+        .because(why::SEEDS),
+    Claim::measured(["ablation-layers", "more MLP layers", "no better", ARCHITECTURE]).because(why::ONE_LAYER),
     Claim::measured(["ablation-width", "greater MLP width", "better, most for the helix", ARCHITECTURE]),
 ];
