@@ -225,6 +225,26 @@ impl Browser {
         Ok(())
     }
 
+    /// Moves fingers over a touch screen, each from one place to another [px], all at once.
+    ///
+    /// # Errors
+    /// If the browser is gone.
+    pub fn drag(&mut self, fingers: &[[[f64; 2]; 2]]) -> Result<()> {
+        const MOVES: usize = 10;
+        self.call("Emulation.setTouchEmulationEnabled", json!({"enabled": true, "maxTouchPoints": fingers.len()}))?;
+        for k in 0..=MOVES {
+            let share = k as f64 / MOVES as f64;
+            let place = |(id, [from, to]): (usize, &[[f64; 2]; 2])| {
+                let [x, y] = [0, 1].map(|c| from[c] + share * (to[c] - from[c]));
+                json!({"x": x, "y": y, "id": id})
+            };
+            let places: Vec<Value> = fingers.iter().enumerate().map(place).collect();
+            let kind = if k == 0 { "touchStart" } else { "touchMove" };
+            self.call("Input.dispatchTouchEvent", json!({"type": kind, "touchPoints": places}))?;
+        }
+        self.call("Input.dispatchTouchEvent", json!({"type": "touchEnd", "touchPoints": []})).map(drop)
+    }
+
     /// A picture of the page, or of the element that a selector names.
     ///
     /// # Errors

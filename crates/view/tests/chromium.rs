@@ -125,6 +125,35 @@ fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
 }
 
 #[test]
+fn fingers_turn_move_and_enlarge() -> Result<()> {
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+    let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
+    browser.look(Look { width: 390, height: 844, phone: true, dark: false })?;
+    browser.open(&path)?;
+    let mut after = |fingers: &[[[f64; 2]; 2]]| {
+        browser.drag(fingers)?;
+        browser.settle()?;
+        let picture = browser.screenshot(Some("#picture"))?;
+        let of_rod = |[r, _, b]: &&[u8; 3]| *b > r.saturating_add(40);
+        let area = picture.pixels.iter().filter(of_rod).count() as f64;
+        anyhow::Ok((picture, area))
+    };
+    let (start, area) = after(&[[[100.0, 300.0]; 2]])?;
+    ensure!(area > 500.0, "only {area} pixels of a rod");
+    let (turned, _) = after(&[[[100.0, 300.0], [300.0, 250.0]]])?;
+    ensure!(turned != start, "a finger turns nothing");
+    let (back, _) = after(&[[[300.0, 250.0], [100.0, 300.0]]])?;
+    ensure!(back == start, "a finger that goes back leaves something turned");
+    // Apart, as far again: twice as near.
+    let (_, near) = after(&[[[145.0, 300.0], [95.0, 300.0]], [[245.0, 300.0], [295.0, 300.0]]])?;
+    ensure!(near > 2.0 * area, "pinched to twice the size, the rod covers {near} pixels instead of {area}");
+    let (moved, _) = after(&[[[100.0, 300.0], [160.0, 360.0]], [[200.0, 300.0], [260.0, 360.0]]])?;
+    ensure!(moved != start, "two fingers move nothing");
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
+#[test]
 fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded() -> Result<()> {
     let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
     let tree = motions::tree();

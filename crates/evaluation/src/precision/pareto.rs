@@ -50,7 +50,7 @@ pub fn front(places: &[Place]) -> Vec<usize> {
 ///
 /// Nothing is extrapolated: a way that is more accurate at its fastest level takes that level's time. Where the more
 /// accurate of the two levels has no error at all it has no logarithm, and its time is taken.
-pub fn time_at_error(places: &[Place], error: f64) -> Option<f64> {
+fn time_at_error(places: &[Place], error: f64) -> Option<f64> {
     let front = front(places);
     let beyond = front.partition_point(|&i| places[i].error <= error);
     let within = places[*front.get(beyond.checked_sub(1)?)?];
@@ -122,8 +122,8 @@ pub fn standings(lines: &[Line], name: &str, errors: &[f64]) -> Vec<Standing> {
     errors.iter().map(standing).collect()
 }
 
-/// The fastest way at an error among some; the first of equals.
-fn fastest(lines: &[Line], error: f64, among: impl Fn(&Line) -> bool) -> Option<Timed> {
+/// The fastest way at an error among some, the first of equals; `None` where none of them reaches it.
+pub fn fastest(lines: &[Line], error: f64, among: impl Fn(&Line) -> bool) -> Option<Timed> {
     let timed = |line: &Line| {
         let time = time_at_error(&line.places, error)?;
         Some(Timed { way: line.way.clone(), kind: line.kind.clone(), time })

@@ -1,4 +1,4 @@
-//! Binary glTF 2.0: a tube that a skin bends, one glTF joint a segment, and its animation.
+//! Binary glTF 2.0: tubes that skins bend, one glTF joint a segment, and their animation.
 //!
 //! The specification is Khronos' "glTF 2.0 Specification"; section numbers are its.
 
@@ -20,8 +20,8 @@ mod tube;
 use document::Document;
 use tube::Tube;
 
-/// Joints are numbered in 16 bits in vertices (section 3.7.3.3).
-const MAX_SEGMENTS: usize = u16::MAX as usize;
+/// Joints of a skin are numbered in 16 bits in vertices (section 3.7.3.3): longer rods are cut into several.
+const MAX_JOINTS: usize = u16::MAX as usize;
 /// Bytes of a segment's pose in a frame: translation and rotation in f32.
 const POSE: usize = 28;
 /// Bytes of poses that are turned from frames to segments at once.
@@ -44,8 +44,8 @@ pub(super) fn write(
     let times = increasing(&trajectory.times()?);
     let mut first = Frame::default();
     first.read(trajectory, 0)?;
-    let tube = Tube::new(model, &Centrelines::new(model), &first.state);
-    let document = Document::new(&trajectory.info().scene, &tube, &first.state, &times);
+    let tubes = Tube::all(model, &Centrelines::new(model), &first.state, MAX_JOINTS);
+    let document = Document::new(&trajectory.info().scene, &tubes, &first.state, &times);
     let mut json = serde_json::to_vec(&document).map_err(|error| refused(error.to_string()))?;
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary = document.bytes();
@@ -61,8 +61,9 @@ pub(super) fn write(
                 writer.write_all(&json)?;
             }
         }
-        tube.write(writer)?;
-        write_floats(writer, inverse_bind(&first.state).flatten())?;
+        tubes.iter().try_for_each(|tube| tube.write(writer))?;
+        let bound = tubes.iter().flat_map(|tube| &tube.segments);
+        write_floats(writer, bound.flat_map(|&segment| inverse_bind(&first.state, segment)))?;
         write_floats(writer, times)?;
         write_motion(writer, trajectory, POSES_AT_ONCE / POSE)
     })?;
@@ -77,9 +78,6 @@ fn refused(reason: String) -> ExportError {
 fn check(frames: usize, segments: usize) -> Result<(), String> {
     if frames == 0 || segments == 0 {
         return Err(format!("{frames} frames of {segments} segments, but there must be at least one of both"));
-    }
-    if segments > MAX_SEGMENTS {
-        return Err(format!("{segments} segments, but at most {MAX_SEGMENTS} are allowed"));
     }
     fits(frames.saturating_mul(segments).saturating_mul(POSE)).map(drop)
 }
@@ -101,13 +99,11 @@ fn increasing(times: &[f64]) -> Vec<f32> {
     times.iter().map(above).collect()
 }
 
-/// From the world to the frame of each segment in `state`, column by column.
-fn inverse_bind(state: &State) -> impl Iterator<Item = [f32; 16]> {
-    state.positions.iter().zip(&state.orientations).map(|(x, q)| {
-        let inverse = q.inverse();
-        let matrix = Matrix4::new_translation(&-(inverse * x)) * inverse.to_homogeneous();
-        std::array::from_fn(|i| matrix.as_slice()[i] as f32)
-    })
+/// From the world to the frame of a segment in `state`, column by column.
+fn inverse_bind(state: &State, segment: usize) -> [f32; 16] {
+    let inverse = state.orientations[segment].inverse();
+    let matrix = Matrix4::new_translation(&-(inverse * state.positions[segment])) * inverse.to_homogeneous();
+    std::array::from_fn(|i| matrix.as_slice()[i] as f32)
 }
 
 fn write_floats(writer: &mut impl Write, values: impl IntoIterator<Item = f32>) -> io::Result<()> {
@@ -188,8 +184,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_one_clear_error() {
-        assert_eq!(check(1, 65_535), Ok(()));
-        assert_eq!(check(1, 65_536).unwrap_err(), "65536 segments, but at most 65535 are allowed");
+        assert!(check(0, 1).unwrap_err().starts_with("0 frames of 1 segments"));
         assert_eq!(check(2341, 65_535).unwrap_err(), "4.0 GiB, but at most 4 GiB are allowed: keep fewer frames");
         assert_eq!(check(2340, 65_535), Ok(()));
         assert!(check(usize::MAX, 2).unwrap_err().contains("GiB"));

@@ -1,6 +1,7 @@
 //! Error against run time: every scene in every way.
 
 mod show;
+mod tables;
 
 use std::num::NonZeroUsize;
 use std::rc::Rc;

@@ -1,4 +1,4 @@
-//! The JSON part of a glTF file: nodes, skin, mesh, animation, and where their numbers are in the binary part.
+//! The JSON part of a glTF file: nodes, skins, meshes, animation, and where their numbers are in the binary part.
 
 use rod::State;
 use serde::Serialize;
@@ -12,10 +12,9 @@ const U32: u16 = 5125;
 const F32: u16 = 5126;
 const VERTICES: Option<u16> = Some(34962);
 const INDICES: Option<u16> = Some(34963);
-/// The root and the mesh come first, then the segments.
+/// The root comes first, then the meshes, then the segments.
 const ROOT: usize = 0;
-const MESH: usize = 1;
-const FIRST_SEGMENT: usize = 2;
+const FIRST_MESH: usize = 1;
 /// The quarter turn about x that takes z up to y up.
 const Z_UP_TO_Y_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
@@ -107,16 +106,18 @@ struct Accessor {
 }
 
 impl Document {
-    /// The document of a scene: its tube, its first state and its times [s]. The binary part holds, in this order, the
-    /// tube's arrays as [`Tube::write`] has them, the inverse bind matrices, the times, and for each segment its
-    /// translations and its rotations.
-    pub(super) fn new(scene: &str, tube: &Tube, first: &State, times: &[f32]) -> Self {
-        let (segments, frames, vertices) = (first.positions.len(), times.len(), tube.positions.len());
+    /// The document of a scene: its tubes, its first state and its times [s]. The binary part holds, in this order, the
+    /// arrays of each tube as [`Tube::write`] has them, the inverse bind matrices of each, the times, and for each segment
+    /// its translations and its rotations.
+    pub(super) fn new(scene: &str, tubes: &[Tube], first: &State, times: &[f32]) -> Self {
+        let (segments, frames) = (first.positions.len(), times.len());
+        let first_segment = FIRST_MESH + tubes.len();
+        let roots: Vec<usize> = (ROOT..first_segment).collect();
         let mut document = Self {
             asset: json!({ "version": "2.0", "generator": env!("CARGO_PKG_NAME") }),
             scene: 0,
-            scenes: json!([{ "name": scene, "nodes": [ROOT, MESH] }]),
-            nodes: nodes(first),
+            scenes: json!([{ "name": scene, "nodes": roots }]),
+            nodes: nodes(first, tubes.len()),
             meshes: Value::Null,
             materials: json!([{
                 "name": "rod",
@@ -129,24 +130,17 @@ impl Document {
             buffer_views: Vec::new(),
             accessors: Vec::new(),
         };
-        let indices = document.array(tube.indices.len(), U32, "SCALAR", 4, INDICES);
-        let positions = document.array(vertices, F32, "VEC3", 12, VERTICES);
-        document.bound(positions, &tube.positions);
-        let normals = document.array(vertices, F32, "VEC3", 12, VERTICES);
-        let joints = document.array(vertices, U16, "VEC4", 8, VERTICES);
-        let weights = document.array(vertices, F32, "VEC4", 16, VERTICES);
-        let attributes = json!({ "POSITION": positions, "NORMAL": normals, "JOINTS_0": joints, "WEIGHTS_0": weights });
-        document.meshes = json!([{
-            "name": "rods",
-            "primitives": [{ "attributes": attributes, "indices": indices, "material": 0 }],
-        }]);
-        let inverse_bind = document.array(segments, F32, "MAT4", 64, None);
-        let bones: Vec<usize> = (FIRST_SEGMENT..FIRST_SEGMENT + segments).collect();
-        document.skins = json!([{ "inverseBindMatrices": inverse_bind, "skeleton": ROOT, "joints": bones }]);
+        document.meshes = tubes.iter().map(|tube| document.mesh(tube)).collect();
+        let mut skin = |tube: &Tube| {
+            let inverse_bind = document.array(tube.segments.len(), F32, "MAT4", 64, None);
+            let bones: Vec<usize> = tube.segments.iter().map(|segment| first_segment + segment).collect();
+            json!({ "inverseBindMatrices": inverse_bind, "skeleton": ROOT, "joints": bones })
+        };
+        document.skins = tubes.iter().map(&mut skin).collect();
 
         let input = document.array(frames, F32, "SCALAR", 4, None);
         document.bound(input, &times.iter().map(|&time| [time]).collect::<Vec<_>>());
-        for node in FIRST_SEGMENT..FIRST_SEGMENT + segments {
+        for node in first_segment..first_segment + segments {
             for (path, kind, bytes) in [("translation", "VEC3", 12), ("rotation", "VEC4", 16)] {
                 let output = document.array(frames, F32, kind, bytes, None);
                 let [animation] = &mut document.animations;
@@ -155,6 +149,22 @@ impl Document {
             }
         }
         document
+    }
+
+    /// The mesh of a tube, whose arrays are appended.
+    fn mesh(&mut self, tube: &Tube) -> Value {
+        let vertices = tube.positions.len();
+        let indices = self.array(tube.indices.len(), U32, "SCALAR", 4, INDICES);
+        let positions = self.array(vertices, F32, "VEC3", 12, VERTICES);
+        self.bound(positions, &tube.positions);
+        let normals = self.array(vertices, F32, "VEC3", 12, VERTICES);
+        let joints = self.array(vertices, U16, "VEC4", 8, VERTICES);
+        let weights = self.array(vertices, F32, "VEC4", 16, VERTICES);
+        let attributes = json!({ "POSITION": positions, "NORMAL": normals, "JOINTS_0": joints, "WEIGHTS_0": weights });
+        json!({
+            "name": "rods",
+            "primitives": [{ "attributes": attributes, "indices": indices, "material": 0 }],
+        })
     }
 
     /// Bytes of the binary part, a multiple of four.
@@ -190,18 +200,19 @@ impl Document {
     }
 }
 
-/// Root, mesh and segments. The mesh is no child of the root: a skin's joints alone say where its vertices are (section
+/// Root, meshes and segments. A mesh is no child of the root: a skin's joints alone say where its vertices are (section
 /// 3.7.3.3).
-fn nodes(first: &State) -> Vec<Node> {
+fn nodes(first: &State, meshes: usize) -> Vec<Node> {
     let segments = first.positions.len();
-    let children = (FIRST_SEGMENT..FIRST_SEGMENT + segments).collect();
+    let first_segment = FIRST_MESH + meshes;
+    let children = (first_segment..first_segment + segments).collect();
     let root = Node { name: "root".to_owned(), rotation: Some(Z_UP_TO_Y_UP), children, ..Node::default() };
-    let mesh = Node { name: "rods".to_owned(), mesh: Some(0), skin: Some(0), ..Node::default() };
+    let mesh = |i: usize| Node { name: "rods".to_owned(), mesh: Some(i), skin: Some(i), ..Node::default() };
     let segment = |i: usize| Node {
         name: format!("segment {i}"),
         translation: Some(first.positions[i].map(|x| x as f32).into()),
         rotation: Some(first.orientations[i].coords.map(|x| x as f32).into()),
         ..Node::default()
     };
-    [root, mesh].into_iter().chain((0..segments).map(segment)).collect()
+    std::iter::once(root).chain((0..meshes).map(mesh)).chain((0..segments).map(segment)).collect()
 }
