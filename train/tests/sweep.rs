@@ -199,7 +199,7 @@ fn the_files_for_clusters_give_flags_that_the_program_takes() {
     // The block below `- |`, as the shell gets it.
     let block = yaml.split_once("- |\n").unwrap().1.lines().take_while(|line| line.starts_with("              "));
     let block: Vec<&str> = block.map(str::trim).collect();
-    let command = block.join("\n").replace("/work/", "").replace("flex", "ndarray");
+    let command = block.join("\n").replace("/share/", "").replace("flex", "ndarray");
     let pod = |index: &str| {
         let mut shell = Command::new("/bin/sh");
         shell.current_dir(small.directory.path()).args(["-euc", &format!("{command} {more}")]).env("PATH", &path);

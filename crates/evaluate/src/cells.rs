@@ -81,12 +81,22 @@ pub(crate) struct Provenance {
     pub(crate) seconds: f64,
 }
 
+/// What to do about cells that other processes are measuring.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Others {
+    /// Leave them.
+    Skip,
+    /// Wait for them.
+    Wait,
+}
+
 /// A section with its cells, whatever they are made of.
 pub(crate) trait Job {
     /// Reads what was measured before. Returns how long the rest takes, about [s].
     fn prepare(&mut self, context: &Context) -> Result<f64>;
-    /// Measures the rest. Returns whether it was not interrupted.
-    fn run(&mut self, context: &Context, progress: &Progress) -> Result<bool>;
+    /// Measures the rest; what other processes measure is left to them, or waited for. Returns whether it was not
+    /// interrupted.
+    fn run(&mut self, context: &Context, progress: &Progress, others: Others) -> Result<bool>;
     /// The section of the page.
     fn show(&self, context: &Context) -> Result<report::Section>;
     /// What we measure where the paper says a number.
@@ -134,7 +144,7 @@ impl<S: Section> Job for Cells<S> {
         Ok(rest)
     }
 
-    fn run(&mut self, context: &Context, progress: &Progress) -> Result<bool> {
+    fn run(&mut self, context: &Context, progress: &Progress, others: Others) -> Result<bool> {
         let Self { section, cells } = self;
         let results = results::<S>(&context.cells);
         let mut rest: VecDeque<&mut Cell<S>> = cells.iter_mut().filter(|cell| cell.record.is_none()).collect();
@@ -143,9 +153,10 @@ impl<S: Section> Job for Cells<S> {
                 return Ok(false);
             }
             let Some(_claim) = results.claim(&cell.key)? else {
-                // Another process measures it.
-                rest.push_back(cell);
-                std::thread::sleep(PATIENCE);
+                if others == Others::Wait {
+                    rest.push_back(cell);
+                    std::thread::sleep(PATIENCE);
+                }
                 continue;
             };
             cell.record = results.get(&cell.key)?;

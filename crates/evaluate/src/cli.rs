@@ -26,8 +26,7 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {
-    /// Fewer scenes, simulations and steps: done in under ten minutes on two cores. The full report takes about five hours of
-    /// one core; it may be interrupted, and goes on where it stopped, and several processes that are started side by side
+    /// Fewer scenes, simulations and steps: done in under ten minutes. The full report takes about five hours of one core; it may be interrupted, and goes on where it stopped, and several processes that are started side by side
     /// share it.
     #[arg(long)]
     pub(crate) quick: bool,
@@ -43,7 +42,7 @@ pub(crate) struct ReportArgs {
     /// Folder of the data sets that nearest neighbours look into; generated on first use.
     #[arg(long, default_value = "data", value_name = "DIR")]
     pub(crate) data: PathBuf,
-    /// Summary of the ablation sweep, which `train sweep merge` writes.
+    /// Summary of the ablation sweep: the summary.toml that `train sweep merge` writes, copied here.
     #[arg(long, default_value = "data/sweep.toml", value_name = "FILE")]
     pub(crate) sweep: PathBuf,
     /// Print nothing but errors.

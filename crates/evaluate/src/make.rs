@@ -10,7 +10,7 @@ use report::{Conditions, Page};
 use terminal::{Progress, say};
 
 use crate::Outcome;
-use crate::cells::{Job, Provenance, ticks};
+use crate::cells::{Job, Others, Provenance, ticks};
 use crate::cli::ReportArgs;
 use crate::context::{Context, Size};
 use crate::library::Library;
@@ -44,13 +44,15 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         say!("{} sections; about {:.0} minutes of measuring on one core are left", jobs.len(), (total / 60.0).ceil())?;
     }
     let progress = Progress::new(ticks(total), "ms", args.quiet)?;
-    for job in &mut jobs {
-        if !job.run(&context, &progress)? {
-            progress.finish();
-            if !args.quiet {
-                say!("stopped; the same command goes on from here")?;
+    for others in [Others::Skip, Others::Wait] {
+        for job in &mut jobs {
+            if !job.run(&context, &progress, others)? {
+                progress.finish();
+                if !args.quiet {
+                    say!("stopped; the same command goes on from here")?;
+                }
+                return Ok(Outcome::Interrupted);
             }
-            return Ok(Outcome::Interrupted);
         }
     }
     progress.finish();

@@ -123,7 +123,7 @@ pub(crate) struct RunArgs {
     /// Residual at which cg stops, relative to the right-hand side, in the preconditioner's norm [default: 1e-6].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) linear_tolerance: Option<f64>,
-    /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer, frozen. Of
+    /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer (fischer-N: of N solutions, 1 to 64), frozen. Of
     /// a whole step (with newton): step-previous, step-linear, step-quadratic, step-adaptive (that where it saves
     /// iterations). Learned, of a linear solve: knn
     /// (nearest neighbours in the data set), gn (COPINGNet, trained by the paper's recipe), gn-best (trained by our
@@ -202,7 +202,7 @@ pub(crate) struct CompareArgs {
 /// Random scenes to measure on, and where the numbers go.
 #[derive(Args, Debug)]
 pub(crate) struct TableArgs {
-    /// Which random scenes: rod, helix, knot, tree.
+    /// Which random scenes: rod, helix, knot, tree (`steps`: rod, helix).
     #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
     pub(crate) scenario: Vec<Scenario>,
     /// Simulations of each kind of scenes (for `steps`, at each time step and tolerance).

@@ -10,7 +10,7 @@ use report::{Block, Charts, ColourScale, Column, Figure, HeatMap, NumberFormat, 
 use terminal::Progress;
 
 use crate::agreement::Agreement;
-use crate::cells::{Job, Provenance};
+use crate::cells::{Job, Others, Provenance};
 use crate::context::Context;
 use crate::show::number;
 
@@ -28,7 +28,7 @@ impl Job for Ablation {
         Ok(0.0)
     }
 
-    fn run(&mut self, _: &Context, _: &Progress) -> Result<bool> {
+    fn run(&mut self, _: &Context, _: &Progress, _: Others) -> Result<bool> {
         Ok(true)
     }
 

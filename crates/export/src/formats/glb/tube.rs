@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use nalgebra::Vector3;
 use rod::{Model, State};
 
-use super::super::centrelines::{Centrelines, Chain, Node};
+use super::super::centrelines::{Centrelines, Node};
 use super::write_floats;
 
 /// Vertices of a ring about the centreline.
