@@ -1,6 +1,8 @@
 //! The paper's figure on performance: over the number of segments, and where else a guess may begin to pay, over
 //! stiffness and tolerance.
 
+mod pays;
+
 use std::collections::BTreeMap;
 
 use anyhow::Result;
@@ -121,7 +123,7 @@ impl Section for Performance {
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Point)]) -> Result<PageSection> {
-        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
+        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned()), Block::Table(pays::table(context, cells))];
         for scenario in [Scenario::Rod, Scenario::Helix] {
             for (study, axis) in STUDIES {
                 for preconditioner in PRECONDITIONERS {
