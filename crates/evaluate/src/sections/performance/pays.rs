@@ -8,7 +8,6 @@ use report::{Cell, Column, Table};
 
 use super::{Key, PRECONDITIONERS, STUDIES, name_of, study_of};
 use crate::context::Context;
-use crate::show::number;
 
 /// Rivals, and how they are called.
 const RIVALS: [(&str, &str); 3] = [(ZERO, "zero"), (FISCHER, "Fischer"), (DIRECT, "direct")];
@@ -38,8 +37,8 @@ pub(super) fn table(context: &Context, cells: &[(&Key, &Point)]) -> Table {
         }
     }
     let mut columns = ["scene", "over", "solver", "guess"].map(Column::text).to_vec();
-    for part in ["solve", "whole"] {
-        columns.extend(RIVALS.map(|(_, rival)| Column::text(format!("{part}: than {rival}"))));
+    for part in ["solves", "whole"] {
+        columns.extend(RIVALS.map(|(_, rival)| Column::text(format!("{part}, against {rival}"))));
     }
     Table {
         id: "performance-pays".to_owned(),
@@ -88,10 +87,14 @@ fn places(points: &[(f64, &Point)], is_so: impl Fn(&Point) -> Option<bool>) -> C
         return Cell::strong("everywhere");
     }
     let ranges = known.chunk_by(|a, b| a.1 == b.1).filter(|range| range[0].1).map(|range| match range {
-        [(one, _)] => number(*one),
-        [(first, _), .., (last, _)] => format!("{} to {}", number(*first), number(*last)),
+        [(one, _)] => short(*one),
+        [(first, _), .., (last, _)] => format!("{} to {}", short(*first), short(*last)),
         [] => String::new(),
     });
     let text = ranges.collect::<Vec<_>>().join(", ");
     if text.is_empty() { Cell::muted("nowhere") } else { text.into() }
+}
+
+fn short(value: f64) -> String {
+    if (1.0..1000.0).contains(&value) { value.to_string() } else { format!("{value:e}") }
 }
