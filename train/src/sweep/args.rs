@@ -44,7 +44,7 @@ pub(crate) struct SweepArgs {
     /// Samples in a batch. Small ones make the most of a small budget: two epochs of 8 reach what six of 32 do.
     #[arg(long, default_value_t = 8, value_parser = whole)]
     pub(crate) batch: usize,
-    /// Simulations of 100 steps to measure on, for each cell [default: 20].
+    /// Simulations of 100 steps to measure on, for each cell [default: 50].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub(crate) simulations: Option<u64>,
     /// A small grid of small networks: shows in a minute or two what a sweep does.

@@ -76,7 +76,7 @@ impl SweepArgs {
             validation_scenes: plan.scenes,
             backend: plan.backend.to_string(),
         };
-        let (simulations, steps) = if self.quick { (4, 30) } else { (20, 100) };
+        let (simulations, steps) = if self.quick { (4, 30) } else { (50, 100) };
         Ok(Sweep {
             schema_version: SCHEMA_VERSION,
             seeds: self.seed.clone(),
