@@ -111,5 +111,6 @@ pub(super) static CLAIMS: &[Claim] = &[
     Claim::measured(["ablation-blocks", "more GN blocks", "better, no longer beyond 4", ARCHITECTURE])
         .because(why::SEEDS),
     Claim::measured(["ablation-layers", "more MLP layers", "no better", ARCHITECTURE]).because(why::ONE_LAYER),
-    Claim::measured(["ablation-width", "greater MLP width", "better, most for the helix", ARCHITECTURE]),
+    Claim::measured(["ablation-width", "greater MLP width", "better, most for the helix", ARCHITECTURE])
+        .because(why::WIDTH),
 ];

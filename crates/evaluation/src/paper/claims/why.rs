@@ -31,3 +31,4 @@ pub(super) const SEEDS: &str =
     "budgets are small and equal; two seeds of one architecture lie as far apart as neighbours here do";
 pub(super) const ONE_LAYER: &str =
     "a perceptron of one layer has no hidden one, and is linear; from two layers on ours says the same";
+pub(super) const WIDTH: &str = "better for both, about as much, with budgets that are small and equal";
