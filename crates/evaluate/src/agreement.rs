@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use evaluation::precision::GivenUp;
 use serde::Serialize;
 use toml::Value;
 
@@ -37,6 +38,8 @@ pub(crate) struct Agreement {
     cells: usize,
     /// Cells that one of them has.
     alone: usize,
+    /// Parts that one of them gave up because they took too long: how far they came depends on the clock.
+    given_up: usize,
     /// Places with different values that are no times.
     differences: Vec<String>,
     /// Times by their sort: the place without its numbers.
@@ -66,6 +69,10 @@ impl Agreement {
     }
 
     fn compare(&mut self, place: &mut Place<'_>, first: &Value, second: &Value) {
+        if !place.is_time && [first, second].into_iter().any(took_too_long) {
+            self.given_up += 1;
+            return;
+        }
         match (first, second) {
             (Value::Table(a), Value::Table(b)) if place.is_time || a.keys().eq(b.keys()) => {
                 for (key, a) in a {
@@ -113,8 +120,11 @@ impl Agreement {
 
 impl fmt::Display for Agreement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { cells, alone, differences, .. } = self;
+        let Self { cells, alone, given_up, differences, .. } = self;
         write!(f, "{cells} cells in both, {alone} in one alone; {} differences beside times", differences.len())?;
+        if *given_up > 0 {
+            write!(f, "; {given_up} parts left out that took too long in one of them")?;
+        }
         match self.order() {
             [0, _] => Ok(()),
             [apart, same] => {
@@ -158,6 +168,13 @@ impl fmt::Display for Place<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.cell, self.path.join("."))
     }
+}
+
+/// Whether something was given up for the time that it took, as [`GivenUp::OverBudget`].
+fn took_too_long(value: &Value) -> bool {
+    let over_budget = Value::try_from(GivenUp::OverBudget).ok();
+    let given_up = value.get("given_up").and_then(Value::as_array);
+    given_up.is_some_and(|parts| parts.iter().any(|part| Some(part) == over_budget.as_ref()))
 }
 
 fn number(value: &Value) -> Option<f64> {
@@ -204,6 +221,11 @@ mod tests {
         ] {
             assert_eq!(agreement(&[[first, second]]).differences().len(), 1, "{first}");
         }
+        let over = "[[list]]\ngiven_up = [3, \"OverBudget\"]\nx = 1";
+        let left_out = agreement(&[[over, "[[list]]\nx = 2"]]);
+        assert_eq!((left_out.differences().len(), left_out.given_up), (0, 1));
+        let stopped = over.replace("OverBudget", "Stopped");
+        assert_eq!(agreement(&[[stopped.as_str(), "[[list]]\nx = 2"]]).differences().len(), 1);
         let named = agreement(&[["[[list]]\nx = 1", "[[list]]\nx = 2"]]);
         assert_eq!(named.differences(), ["a: list.0.x: 1 and 2"]);
     }

@@ -38,14 +38,15 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     Section { id: "precision".to_owned(), title: "Error against run time".to_owned(), blocks }
 }
 
-const INTRODUCTION: &str = "Every scene in every way, at several tolerances (conjugate gradients, cg, as tight as the \
-    outer iterations). The error is that of the segments' positions, root mean \
-    square relative to the rods' mean length, the largest of about ten samples; in scenes with contacts, of those before \
-    the first contact, because contacts take the smallest differences apart (but of all where everything falls freely \
-    until then). A curve that is lower and further left is \
-    better; points on the Pareto front, which no way beats in both, are outlined. Against the **exact** reference, the same \
-    formulation solved to 1e-12 at the same time step, a curve shows what the solver is answerable for; against the \
-    **converged** one, with finer segments and time steps, what the user gets.";
+const INTRODUCTION: &str = "Every scene in every way, at several tolerances (conjugate gradients, cg, as tight as the outer iterations). The \
+    error is that of the segments' positions, root mean square relative to the rods' mean length, the largest of \
+    about ten samples; in scenes with contacts, of those before the first contact, because contacts take the \
+    smallest differences apart (but of all where everything falls freely until then). A curve that is lower and \
+    further left is better; points on the Pareto front, which no way beats in both, are outlined. A level that takes \
+    longer than its budget of time, or whose linear solver runs out of iterations, is given up, and stands nowhere. \
+    Against the **exact** reference, the same formulation solved to 1e-12 at the same time step, a curve shows what \
+    the solver is answerable for; against the **converged** one, with finer segments and time steps, what the user \
+    gets.";
 
 fn sheets<'a>(cells: &[(&'a Key, &'a Value)]) -> Vec<Sheet<'a>> {
     let mut sheets: Vec<Sheet<'a>> = Vec::new();
