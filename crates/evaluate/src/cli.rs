@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use crate::sections::Name;
 
@@ -12,6 +12,28 @@ use crate::sections::Name;
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Cli {
+    /// Reads the command line. Beside the commands below each section has one of its own: `evaluate knot` is
+    /// `evaluate report --only knot --out out/knot`.
+    pub(crate) fn read() -> Command {
+        let mut command = Self::command();
+        for name in Name::value_variants() {
+            let section = ReportArgs::augment_args(clap::Command::new(name.name()).about(name.about()));
+            let section = section.mut_arg("only", |only| only.hide(true));
+            command = command.subcommand(section.mut_arg("out", |out| out.default_value(name.folder())));
+        }
+        let matches = command.get_matches();
+        let section = matches.subcommand().and_then(|(name, own)| Some((Name::from_str(name, false).ok()?, own)));
+        let read = match section {
+            Some((name, own)) => {
+                ReportArgs::from_arg_matches(own).map(|args| Command::Report(ReportArgs { only: vec![name], ..args }))
+            }
+            None => Self::from_arg_matches(&matches).map(|cli| cli.command),
+        };
+        read.unwrap_or_else(|error| error.exit())
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -26,8 +48,8 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {
-    /// Fewer scenes, simulations and steps: done in under ten minutes. The full report takes about five hours of one core; it may be interrupted, and goes on where it stopped, and several processes that are started side by side
-    /// share it.
+    /// Fewer scenes, simulations and steps: done in under ten minutes. The full report takes about five hours of one core;
+    /// it may be interrupted, and goes on where it stopped, and several processes that are started side by side share it.
     #[arg(long)]
     pub(crate) quick: bool,
     /// Folder of the report: index.html, csv/ and svg/.

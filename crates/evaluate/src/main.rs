@@ -12,8 +12,6 @@ mod ways;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use crate::cli::{Cli, Command};
 
 /// Exit code of a report with faults, and of runs that differ.
@@ -29,7 +27,7 @@ enum Outcome {
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let result = match Cli::read() {
         Command::Report(args) => make::report(&args),
         Command::Check(args) => make::check(&args.report),
         Command::Compare(args) => make::compare([&args.first, &args.second]),

@@ -85,8 +85,7 @@ pub(crate) fn compare(folders: [&Path; 2]) -> Result<Outcome> {
     let mut outcome = Outcome::Done;
     for (name, job) in Name::value_variants().iter().zip(sections::jobs(&[])) {
         let Some(agreement) = job.compare(folders)? else { continue };
-        let name = name.to_possible_value();
-        say!("{}: {agreement}", name.as_ref().map_or("", |name| name.get_name()))?;
+        say!("{}: {agreement}", name.name())?;
         for difference in agreement.differences().iter().take(SHOWN) {
             terminal::complain(format_args!("{difference}"));
         }

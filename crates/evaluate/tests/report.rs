@@ -82,6 +82,14 @@ fn damaged_results_and_wrong_flags_are_one_error() {
     assert!(message.contains("--out"), "{message}");
 }
 
+#[test]
+fn a_section_has_a_command_of_its_own() {
+    let folder = TempDir::new().expect("a folder");
+    assert!(evaluate(folder.path(), &["ablation", "--quick", "--quiet"]).status.success());
+    assert!(folder.path().join("out/ablation/index.html").exists() && !folder.path().join("report").exists());
+    assert_eq!(evaluate(folder.path(), &["ablations"]).status.code(), Some(2));
+}
+
 /// Whatever was measured before Ctrl-C is there for the next run.
 #[cfg(unix)]
 #[test]
