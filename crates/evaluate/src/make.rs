@@ -98,7 +98,7 @@ pub(crate) fn compare(folders: [&Path; 2]) -> Result<Outcome> {
 
 fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
     let mut provenance = Provenance::default();
-    let mut sections = Vec::new();
+    let mut sections = Vec::with_capacity(jobs.len() + 1);
     let mut measured = BTreeMap::new();
     for job in jobs {
         job.add_to(&mut provenance);
@@ -106,6 +106,11 @@ fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
         measured.extend(job.claims(context)?);
     }
     sections.insert(0, sections::claims::section(context, measured)?);
+    if provenance.revisions.is_empty() {
+        // Nothing of it was measured cell by cell: it is of this program.
+        provenance.revisions.push(context.revision.clone().unwrap_or_else(|| "unknown".to_owned()));
+        provenance.machines.push(context.machine.clone());
+    }
     let minutes = provenance.seconds / 60.0;
     let mut conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
         .with("revision", provenance.revisions.join(", "))
