@@ -1,7 +1,6 @@
 //! Pictures, as pixels.
 
 use std::io::Cursor;
-use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 
@@ -41,16 +40,16 @@ impl Picture {
         Ok(Self { width: pictures.iter().map(|p| p.width).sum(), pixels: (0..height).flat_map(row).collect() })
     }
 
-    /// Writes it as PNG.
+    /// It as PNG.
     ///
     /// # Errors
-    /// If the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<()> {
+    /// If it has no pixels.
+    pub fn encode(&self) -> Result<Vec<u8>> {
         let mut data = Vec::new();
         let mut encoder = png::Encoder::new(&mut data, self.width as u32, self.height() as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_compression(png::Compression::High);
         encoder.write_header()?.write_image_data(self.pixels.as_flattened())?;
-        std::fs::write(path, data).with_context(|| path.display().to_string())
+        Ok(data)
     }
 }

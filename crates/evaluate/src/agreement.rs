@@ -172,9 +172,8 @@ impl fmt::Display for Place<'_> {
 
 /// Whether something was given up for the time that it took, as [`GivenUp::OverBudget`].
 fn took_too_long(value: &Value) -> bool {
-    let over_budget = Value::try_from(GivenUp::OverBudget).ok();
-    let given_up = value.get("given_up").and_then(Value::as_array);
-    given_up.is_some_and(|parts| parts.iter().any(|part| Some(part) == over_budget.as_ref()))
+    let Some(parts) = value.get("given_up").and_then(Value::as_array) else { return false };
+    Value::try_from(GivenUp::OverBudget).is_ok_and(|over_budget| parts.contains(&over_budget))
 }
 
 fn number(value: &Value) -> Option<f64> {

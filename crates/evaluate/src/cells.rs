@@ -1,4 +1,5 @@
-//! What is measured, cell by cell: kept in files, so that a report that was cut off goes on, and several processes share it.
+//! What is measured, cell by cell: kept in files, so that a report that was cut off goes on, and several processes
+//! share it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
@@ -79,6 +80,18 @@ pub(crate) struct Provenance {
     pub(crate) revisions: Vec<String>,
     /// Time of all measurements [s].
     pub(crate) seconds: f64,
+}
+
+impl Provenance {
+    /// Adds a measurement that took so many `seconds`.
+    pub(crate) fn add(&mut self, machine: &str, revision: Option<&str>, seconds: f64) {
+        for (known, name) in [(&mut self.machines, machine), (&mut self.revisions, revision.unwrap_or("unknown"))] {
+            if !known.iter().any(|known| known == name) {
+                known.push(name.to_owned());
+            }
+        }
+        self.seconds += seconds;
+    }
 }
 
 /// What to do about cells that other processes are measuring.
@@ -197,14 +210,7 @@ impl<S: Section> Job for Cells<S> {
 
     fn add_to(&self, provenance: &mut Provenance) {
         for record in self.cells.iter().filter_map(|cell| cell.record.as_ref()) {
-            if !provenance.machines.contains(&record.machine) {
-                provenance.machines.push(record.machine.clone());
-            }
-            let revision = record.revision.as_deref().unwrap_or("unknown");
-            if !provenance.revisions.iter().any(|known| known == revision) {
-                provenance.revisions.push(revision.to_owned());
-            }
-            provenance.seconds += record.seconds;
+            provenance.add(&record.machine, record.revision.as_deref(), record.seconds);
         }
     }
 }

@@ -107,9 +107,8 @@ fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
     }
     sections.insert(0, sections::claims::section(context, measured)?);
     if provenance.revisions.is_empty() {
-        // Nothing of it was measured cell by cell: it is of this program.
-        provenance.revisions.push(context.revision.clone().unwrap_or_else(|| "unknown".to_owned()));
-        provenance.machines.push(context.machine.clone());
+        // Nothing was measured: what the page says is of this program.
+        provenance.add(&context.machine, context.revision.as_deref(), 0.0);
     }
     let minutes = provenance.seconds / 60.0;
     let mut conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))

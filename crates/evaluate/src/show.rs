@@ -3,6 +3,9 @@
 use evaluation::guesses::Spread;
 use report::{NumberFormat, Point, Series};
 
+/// What times of whole runs include.
+pub(crate) const ALL_STAGES: &str = "all stages of a step, guesses with features, inference and guards";
+
 /// A number with three digits.
 pub(crate) fn number(value: f64) -> String {
     NumberFormat::Significant(3).format(value)

@@ -1,5 +1,6 @@
 //! A picture of a player page in a headless Chromium: `cargo run -p view --example photograph -- out/view.html helix.png`
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -54,7 +55,8 @@ fn main() -> Result<()> {
         browser.settle()?;
         pictures.push(browser.screenshot(if args.whole { None } else { Some("#picture") })?);
     }
-    Picture::beside(&pictures)?.write(&args.picture)?;
+    let png = Picture::beside(&pictures)?.encode()?;
+    export::write_atomically(&args.picture, |out| out.write_all(&png))?;
     println!("{}: the page was ready after {took:.2?}", args.picture.display());
     browser.complaints.iter().for_each(|complaint| println!("{complaint}"));
     Ok(())

@@ -77,7 +77,11 @@ impl Job for Ablation {
         Ok(claims)
     }
 
-    fn add_to(&self, _: &mut Provenance) {}
+    fn add_to(&self, provenance: &mut Provenance) {
+        for outcome in self.summary.iter().flat_map(|summary| &summary.cells).map(|cell| &cell.outcome) {
+            provenance.add(&outcome.machine, outcome.git_revision.as_deref(), outcome.measuring_s);
+        }
+    }
 }
 
 /// The summary; `None` where there is no file.

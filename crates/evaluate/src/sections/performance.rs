@@ -124,18 +124,8 @@ impl Section for Performance {
 
     fn show(&self, context: &Context, cells: &[(&Key, &Point)]) -> Result<PageSection> {
         let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned()), Block::Table(pays::table(context, cells))];
-        for scenario in [Scenario::Rod, Scenario::Helix] {
-            for (study, axis) in STUDIES {
-                for preconditioner in PRECONDITIONERS {
-                    let own = cells.iter().filter(|(key, _)| {
-                        key.scenario == scenario
-                            && study_of(key.varied) == study
-                            && key.preconditioner == preconditioner.name()
-                    });
-                    let own: Vec<(&Key, &Point)> = own.copied().collect();
-                    blocks.extend(figure(context, scenario, (study, axis), &own).map(Block::Figure));
-                }
-            }
+        for study in studies(cells) {
+            blocks.extend(figure(context, &study).map(Block::Figure));
         }
         Ok(PageSection { id: Self::ID.to_owned(), title: "Performance".to_owned(), blocks })
     }
@@ -203,6 +193,35 @@ const INTRODUCTION: &str = "The paper's figure on performance: the ratio of iter
     the paper does not have, stand beside. Shares below zero are losses. Simulations are drawn as in Table 1 and seen by no \
     training.";
 
+/// The cells of one figure, from the smallest value to the largest.
+struct Study<'a> {
+    scenario: Scenario,
+    /// What is varied, and on which axis.
+    name: &'static str,
+    axis: &'static str,
+    preconditioner: PreconditionerKind,
+    cells: Vec<(&'a Key, &'a Point)>,
+}
+
+/// All studies, in the order of the page.
+fn studies<'a>(cells: &[(&'a Key, &'a Point)]) -> Vec<Study<'a>> {
+    let mut studies = Vec::new();
+    for scenario in [Scenario::Rod, Scenario::Helix] {
+        for (name, axis) in STUDIES {
+            for preconditioner in PRECONDITIONERS {
+                let is_own = |(key, _): &&(&Key, &Point)| {
+                    key.scenario == scenario
+                        && study_of(key.varied) == name
+                        && key.preconditioner == preconditioner.name()
+                };
+                let cells = cells.iter().filter(is_own).copied().collect();
+                studies.push(Study { scenario, name, axis, preconditioner, cells });
+            }
+        }
+    }
+    studies
+}
+
 fn study_of(varied: Varied) -> &'static str {
     match varied {
         Varied::Segments(_) => "segments",
@@ -231,12 +250,8 @@ fn stiffened(parameters: Parameters, modulus: f64) -> Parameters {
 }
 
 /// Four charts of one study with one preconditioner; none where nothing was measured.
-fn figure(
-    context: &Context,
-    scenario: Scenario,
-    (study, axis): (&str, &str),
-    cells: &[(&Key, &Point)],
-) -> Option<Figure> {
+fn figure(context: &Context, study: &Study<'_>) -> Option<Figure> {
+    let &Study { scenario, name: study, axis, ref cells, .. } = study;
     let (key, first) = cells.first()?;
     let is_log = study != "segments";
     let chart = |title: &str, label: &str, curves: Vec<Series>| LineChart {

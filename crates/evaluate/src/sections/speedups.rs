@@ -19,7 +19,7 @@ use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
 use crate::sections::paper::{SEED, motion, solver, with_guesses};
-use crate::show::{number, per_cent, spread};
+use crate::show::{ALL_STAGES, number, per_cent, spread};
 use crate::ways::cap;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -148,7 +148,7 @@ impl Section for Speedups {
                 ],
                 rows,
                 conditions: context
-                    .conditions("all stages of a step, guesses with features, inference and guards")
+                    .conditions(ALL_STAGES)
                     .with(
                         "solver",
                         format!("conjugate gradients, {preconditioner}, tolerance {tolerance:e}, formulation xpbd"),
@@ -251,9 +251,7 @@ fn break_evens(context: &Context, cells: &[(&Key, &Value)]) -> Result<Table> {
             Column::number("steps to break even"),
         ],
         rows,
-        conditions: context
-            .conditions("all stages of a step, guesses with features, inference and guards")
-            .with("training", "wall time as the checkpoints' cards have it"),
+        conditions: context.conditions(ALL_STAGES).with("training", "wall time as the checkpoints' cards have it"),
     })
 }
 

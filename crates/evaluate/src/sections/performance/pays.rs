@@ -1,12 +1,11 @@
 //! Where a learned guess begins to pay: from which N, stiffness and tolerance on.
 
-use dataset::Scenario;
 use evaluation::guesses::Spread;
 use evaluation::paper::performance::Point;
 use evaluation::paper::{DIRECT, FISCHER, ZERO};
 use report::{Cell, Column, Table};
 
-use super::{Key, PRECONDITIONERS, STUDIES, name_of, study_of};
+use super::{Key, Study, name_of, studies};
 use crate::context::Context;
 
 /// Rivals, and how they are called.
@@ -15,25 +14,14 @@ const RIVALS: [(&str, &str); 3] = [(ZERO, "zero"), (FISCHER, "Fischer"), (DIRECT
 /// A row a study, a preconditioner and a learned guess.
 pub(super) fn table(context: &Context, cells: &[(&Key, &Point)]) -> Table {
     let mut rows = Vec::new();
-    for scenario in [Scenario::Rod, Scenario::Helix] {
-        for (study, axis) in STUDIES {
-            for preconditioner in PRECONDITIONERS {
-                let is_own = |(key, _): &&(&Key, &Point)| {
-                    key.scenario == scenario
-                        && study_of(key.varied) == study
-                        && key.preconditioner == preconditioner.name()
-                };
-                let own: Vec<(f64, &Point)> =
-                    cells.iter().filter(is_own).map(|(key, point)| (key.varied.value(), *point)).collect();
-                for guess in learned(&own) {
-                    let mut row: Vec<Cell> =
-                        [name_of(scenario), axis, preconditioner.name(), guess].map(Cell::from).to_vec();
-                    for saved in [of_projection, of_whole] {
-                        row.extend(RIVALS.map(|(rival, _)| places(&own, |point| pays(saved, point, guess, rival))));
-                    }
-                    rows.push(row);
-                }
+    for Study { scenario, axis, preconditioner, cells, .. } in studies(cells) {
+        let own: Vec<(f64, &Point)> = cells.iter().map(|(key, point)| (key.varied.value(), *point)).collect();
+        for guess in learned(&own) {
+            let mut row: Vec<Cell> = [name_of(scenario), axis, preconditioner.name(), guess].map(Cell::from).to_vec();
+            for saved in [of_projection, of_whole] {
+                row.extend(RIVALS.map(|(rival, _)| places(&own, |point| pays(saved, point, guess, rival))));
             }
+            rows.push(row);
         }
     }
     let mut columns = ["scene", "over", "solver", "guess"].map(Column::text).to_vec();

@@ -7,6 +7,7 @@ use report::{Axis, Block, Figure, LineChart, LineStyle, Point, Reference, Sectio
 use super::tables::{Worth, auto, in_short, overview, winners_of, worth};
 use super::{Key, Value};
 use crate::context::Context;
+use crate::show::ALL_STAGES;
 use crate::ways::{PRECONDITIONERS, kinds};
 
 /// Errors that rounding alone makes.
@@ -171,7 +172,9 @@ fn error_axis(places: &[Place]) -> Axis {
 }
 
 pub(super) fn conditions(context: &Context, sheet: &Sheet<'_>, curve: &Curve) -> report::Conditions {
-    let time = "all stages of a step, guesses with features, inference and guards; setting up left out; ratios to the \
-                default settings run beside, times the median of those";
-    context.conditions(time).with("scene", format!("{}, {} steps of {} s", sheet.scene, sheet.steps, curve.dt))
+    let time = format!(
+        "{ALL_STAGES}; setting up left out; ratios to the default settings run beside, \
+         times the median of those"
+    );
+    context.conditions(&time).with("scene", format!("{}, {} steps of {} s", sheet.scene, sheet.steps, curve.dt))
 }

@@ -7,7 +7,7 @@ use solver::formulation::Formulation;
 
 use super::show::{Sheet, conditions};
 use crate::context::Context;
-use crate::show::number;
+use crate::show::{ALL_STAGES, number};
 use crate::ways::{AUTO, kinds};
 
 /// Errors of the overview.
@@ -151,7 +151,7 @@ pub(super) fn overview(context: &Context, all: &[Worth<'_>]) -> Table {
             Column::number("newton: time, to without learning"),
         ],
         rows,
-        conditions: context.conditions("all stages of a step, guesses with features, inference and guards"),
+        conditions: context.conditions(ALL_STAGES),
     }
 }
 
@@ -196,7 +196,7 @@ pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
             Column::number("time of auto over its"),
         ],
         rows,
-        conditions: context.conditions("all stages of a step, guesses with features, inference and guards"),
+        conditions: context.conditions(ALL_STAGES),
     }
 }
 
