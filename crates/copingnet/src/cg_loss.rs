@@ -8,10 +8,11 @@
 //! loss = ln (r^T M^-1 r / b^T M^-1 b),   r = b - A x after `steps` iterations from x_0.
 //! ```
 
+use solver::kernel::Spatial;
 use solver::kernel::dispatch::vectorized;
 use solver::linear::operator::Operator;
 use solver::linear::precondition::Preconditioner;
-use solver::system::{Six, System};
+use solver::system::System;
 use solver::topology::Topology;
 
 /// What is left, squared and relative to b, of a system that counts as solved.
@@ -24,22 +25,22 @@ pub struct CgLoss {
     /// The iterations, and what they end with.
     steps: Vec<Step>,
     /// Residual r; going back, the gradient with respect to it.
-    residual: Vec<Six<f64>>,
+    residual: Vec<Spatial<f64>>,
     /// Going back: the gradient with respect to p.
-    by_direction: Vec<Six<f64>>,
+    by_direction: Vec<Spatial<f64>>,
     /// A product with a matrix.
-    product: Vec<Six<f64>>,
+    product: Vec<Spatial<f64>>,
 }
 
 /// What going back needs of an iteration; vectors have one entry a joint.
 #[derive(Clone, Debug)]
 struct Step {
     /// z = M^-1 r.
-    preconditioned: Vec<Six<f64>>,
+    preconditioned: Vec<Spatial<f64>>,
     /// p.
-    direction: Vec<Six<f64>>,
+    direction: Vec<Spatial<f64>>,
     /// A p.
-    image: Vec<Six<f64>>,
+    image: Vec<Spatial<f64>>,
     /// r^T z.
     squared: f64,
     /// p^T A p.
@@ -47,13 +48,13 @@ struct Step {
 }
 
 #[inline(always)]
-fn dot(a: &[Six<f64>], b: &[Six<f64>]) -> f64 {
+fn dot(a: &[Spatial<f64>], b: &[Spatial<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
 /// `x += k y`
 #[inline(always)]
-fn add(x: &mut [Six<f64>], y: &[Six<f64>], k: f64) {
+fn add(x: &mut [Spatial<f64>], y: &[Spatial<f64>], k: f64) {
     for (x, y) in x.iter_mut().zip(y) {
         *x = x.plus(*y, k);
     }
@@ -62,7 +63,7 @@ fn add(x: &mut [Six<f64>], y: &[Six<f64>], k: f64) {
 impl CgLoss {
     /// Memory for systems of this connectivity and `steps` iterations with the preconditioner M.
     pub fn new(topology: &Topology, preconditioner: Preconditioner, steps: usize) -> Self {
-        let zero = vec![Six::zero(); topology.joints.len()];
+        let zero = vec![Spatial::zero(); topology.joints.len()];
         let step = Step {
             preconditioned: zero.clone(),
             direction: zero.clone(),
@@ -85,14 +86,19 @@ impl CgLoss {
     /// Where there is nothing to solve or the iterations solve it, the loss is ln 1e-24; where the start is so far off
     /// that its residual is not finite, infinity: both have the gradient 0. Iterations end early where the curvature is
     /// not positive.
-    pub fn value_and_gradient(&mut self, system: &System<f64>, start: &[Six<f64>], gradient: &mut [Six<f64>]) -> f64 {
+    pub fn value_and_gradient(
+        &mut self,
+        system: &System<f64>,
+        start: &[Spatial<f64>],
+        gradient: &mut [Spatial<f64>],
+    ) -> f64 {
         vectorized(
             #[inline(always)]
             || {
                 let (value, count) = self.iterate(system, start);
                 match count {
                     Some(count) => self.go_back(system, count, gradient),
-                    None => gradient.fill(Six::zero()),
+                    None => gradient.fill(Spatial::zero()),
                 }
                 value
             },
@@ -101,7 +107,7 @@ impl CgLoss {
 
     /// The loss, and the number of iterations to go back through where it has a gradient.
     #[inline(always)]
-    fn iterate(&mut self, system: &System<f64>, start: &[Six<f64>]) -> (f64, Option<usize>) {
+    fn iterate(&mut self, system: &System<f64>, start: &[Spatial<f64>]) -> (f64, Option<usize>) {
         let Self { operator, preconditioner, steps, residual, product, .. } = self;
         let topology = &*system.topology;
         operator.prepare(system);
@@ -149,14 +155,14 @@ impl CgLoss {
     /// q = A p,  c = p^T q,  step = rho / c,  r_after = r - step q
     /// ```
     #[inline(always)]
-    fn go_back(&mut self, system: &System<f64>, count: usize, gradient: &mut [Six<f64>]) {
+    fn go_back(&mut self, system: &System<f64>, count: usize, gradient: &mut [Spatial<f64>]) {
         let Self { operator, preconditioner, steps, residual: by_r, by_direction: by_p, product } = self;
         let topology = &*system.topology;
         let end = &steps[count];
         for (by_r, z) in by_r.iter_mut().zip(&end.preconditioned) {
-            *by_r = Six::zero().plus(*z, 2.0 / end.squared);
+            *by_r = Spatial::zero().plus(*z, 2.0 / end.squared);
         }
-        by_p.fill(Six::zero());
+        by_p.fill(Spatial::zero());
         let mut by_squared = 0.0;
         for k in (0..count).rev() {
             let (before, after) = steps.split_at(k);
@@ -180,10 +186,10 @@ impl CgLoss {
             preconditioner.apply(system, by_p, product);
             add(by_r, product, 1.0);
             add(by_r, preconditioned, 2.0 * by_squared);
-            by_p.iter_mut().for_each(|x| *x = Six::zero().plus(*x, ratio));
+            by_p.iter_mut().for_each(|x| *x = Spatial::zero().plus(*x, ratio));
             by_squared = by_squared_before;
         }
         operator.apply(topology, by_r, gradient);
-        gradient.iter_mut().for_each(|x| *x = Six::zero().plus(*x, -1.0));
+        gradient.iter_mut().for_each(|x| *x = Spatial::zero().plus(*x, -1.0));
     }
 }

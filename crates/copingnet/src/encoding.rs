@@ -6,7 +6,7 @@ use graph::semi::{self, Semi};
 use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper, project_to_plane, turns};
 use serde::{Deserialize, Serialize};
 use solver::component::Component;
-use solver::system::Six;
+use solver::kernel::Spatial;
 
 use crate::{NetworkConfig, Output};
 
@@ -243,9 +243,9 @@ pub struct Encoder {
     normal: Option<Normal>,
     /// Our own features, with the head that makes multipliers of their outputs.
     body_frame: Option<BodyFrame>,
-    dp: Vec<Six<f64>>,
+    dp: Vec<Spatial<f64>>,
     /// A gradient within the plane.
-    gradient: Vec<Six<f64>>,
+    gradient: Vec<Spatial<f64>>,
 }
 
 #[derive(Clone, Debug)]
@@ -287,7 +287,7 @@ impl Encoder {
             ],
             scale: 0.0,
         });
-        let [dp, gradient] = [graph.nodes().len(), graph.edges().len()].map(|rows| vec![Six::zero(); rows]);
+        let [dp, gradient] = [graph.nodes().len(), graph.edges().len()].map(|rows| vec![Spatial::zero(); rows]);
         Self { encoding, graph, normal, body_frame, dp, gradient }
     }
 
@@ -355,7 +355,7 @@ impl Encoder {
     }
 
     /// The multipliers that outputs of nodes and of edges stand for, for the state encoded last.
-    pub fn dlambda(&mut self, component: &Component<f64>, outputs: [&[f32]; 2], dlambda: &mut [Six<f64>]) {
+    pub fn dlambda(&mut self, component: &Component<f64>, outputs: [&[f32]; 2], dlambda: &mut [Spatial<f64>]) {
         let Self { encoding, graph, normal, body_frame, .. } = self;
         let Some(own) = body_frame else {
             encoding.norms.dlambda(outputs[1], dlambda);
@@ -378,7 +378,13 @@ impl Encoder {
 
     /// The corrections `dp = M^-1 J^T dlambda` that outputs stand for, for the state encoded last: the paper's own outputs,
     /// and for body-frame outputs what follows from `dlambda`.
-    pub fn dp(&self, component: &Component<f64>, outputs: [&[f32]; 2], dlambda: &[Six<f64>], dp: &mut [Six<f64>]) {
+    pub fn dp(
+        &self,
+        component: &Component<f64>,
+        outputs: [&[f32]; 2],
+        dlambda: &[Spatial<f64>],
+        dp: &mut [Spatial<f64>],
+    ) {
         if self.body_frame.is_some() {
             corrections(component, dlambda, dp);
             return;
@@ -391,7 +397,13 @@ impl Encoder {
 
     /// Gradients of a number with respect to the outputs of nodes and of edges, from its `gradient` with respect to the
     /// multipliers that [`Self::dlambda`] made of them.
-    pub fn adjoint(&mut self, component: &Component<f64>, gradient: &[Six<f64>], nodes: &mut [f32], edges: &mut [f32]) {
+    pub fn adjoint(
+        &mut self,
+        component: &Component<f64>,
+        gradient: &[Spatial<f64>],
+        nodes: &mut [f32],
+        edges: &mut [f32],
+    ) {
         let Self { encoding, graph, normal, body_frame, gradient: projected, .. } = self;
         match body_frame {
             None => {

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use graph::{Batch, Graph, Normal};
 use solver::component::Component;
 use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
 use solver::projection::Projection;
-use solver::system::Six;
 
 use crate::encoding::Encode;
 use crate::inference::{Forward, Packed};
@@ -97,14 +97,14 @@ impl GnGuess {
     }
 
     /// Predicts dlambda for the component's system, one entry an edge.
-    pub fn predict(&mut self, component: &Component<f64>, dlambda: &mut [Six<f64>]) {
+    pub fn predict(&mut self, component: &Component<f64>, dlambda: &mut [Spatial<f64>]) {
         let outputs = self.prediction.run(&mut self.encoder, component);
         self.encoder.dlambda(component, outputs, dlambda);
     }
 }
 
 impl Projection for GnGuess {
-    fn project(&mut self, component: &Component<f64>, _: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+    fn project(&mut self, component: &Component<f64>, _: usize, dp: &mut [Spatial<f64>], dlambda: &mut [Spatial<f64>]) {
         self.predict(component, dlambda);
         if let Some(outputs) = self.prediction.outputs() {
             self.encoder.dp(component, outputs, dlambda, dp);
@@ -117,7 +117,7 @@ impl InitialGuess for GnGuess {
         true
     }
 
-    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Six<f64>]) -> bool {
+    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> bool {
         let is_first = iteration == 0;
         if is_first {
             self.predict(component, dlambda);

@@ -10,9 +10,9 @@ use graph::turns::{NODE_OUTPUT, NODE_OUTPUT_CHANNELS, Turns};
 use graph::{Graph, Lift, Normal, body_frame};
 use solver::component::{Component, Pose};
 use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
-use solver::system::Six;
 
 use crate::encoding::{Encode, mask_outputs};
 use crate::guess::Prediction;
@@ -134,7 +134,7 @@ impl Tensions {
     }
 
     /// `lambda` comes as what the positions of `poses` ask for.
-    fn choose(&mut self, component: &Component<f64>, poses: &[Pose<f64>], lambda: &mut [Six<f64>]) {
+    fn choose(&mut self, component: &Component<f64>, poses: &[Pose<f64>], lambda: &mut [Spatial<f64>]) {
         if component.dt() != self.dt {
             (self.known, self.dt) = (0, component.dt());
         }
@@ -145,10 +145,10 @@ impl Tensions {
         };
         let [asked, continued] = &mut self.choices;
         for (k, (lambda, &[a, _])) in lambda.iter_mut().zip(&component.system.topology.joints).enumerate() {
-            asked[k] = lambda.stretch;
+            asked[k] = lambda.linear;
             continued[k] = poses[a as usize].q.rotate(self.kept[0][k] * weights[0] + self.kept[1][k] * weights[1]);
             if self.takes_continued {
-                lambda.stretch = continued[k];
+                lambda.linear = continued[k];
             }
         }
     }
@@ -163,9 +163,9 @@ impl Tensions {
         let mut apart = [0.0; 2];
         for (k, (lambda, &[a, _])) in component.lambda.iter().zip(&component.system.topology.joints).enumerate() {
             for (apart, choice) in apart.iter_mut().zip(&self.choices) {
-                *apart += (lambda.stretch - choice[k]).norm_squared();
+                *apart += (lambda.linear - choice[k]).norm_squared();
             }
-            self.kept[0][k] = component.poses[a as usize].q.rotate_back(lambda.stretch);
+            self.kept[0][k] = component.poses[a as usize].q.rotate_back(lambda.linear);
         }
         self.takes_continued = self.known == 0 || apart[1] < apart[0];
         self.known = (self.known + 1).min(2);
@@ -207,7 +207,7 @@ impl InitialGuess for GnStepGuess {
         1e3
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
+    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
         self.asked += 1;
         if self.asked > 1 || !self.is_open {
             return false;

@@ -8,7 +8,7 @@ use burn::tensor::Tensor;
 use copingnet::{Backend, GraphTensors, Inputs, Network};
 use graph::Batch;
 use moving::{KINDS, Prepared, apart, in_motion, prepared};
-use solver::system::Six;
+use solver::kernel::Spatial;
 
 #[test]
 fn a_batch_in_burn_gives_what_guesses_give_one_by_one() {
@@ -37,7 +37,7 @@ fn a_batch_in_burn_gives_what_guesses_give_one_by_one() {
         for (which, one) in all.iter_mut().enumerate() {
             let expected = one.predicted();
             let [n, m] = one.outputs(kind.1);
-            let mut found = vec![Six::zero(); expected.len()];
+            let mut found = vec![Spatial::zero(); expected.len()];
             let own = [&nodes[node..node + n], &edges[edge..edge + m]];
             one.encoder.dlambda(&one.component, own, &mut found);
             (node, edge) = (node + n, edge + m);

@@ -7,13 +7,14 @@ use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::cg::CgParams;
 use solver::linear::direct::Direct;
 use solver::linear::precondition::{Preconditioner, PreconditionerKind};
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::system::{Six, System};
+use solver::system::System;
 
 /// The first linear system after a few steps.
 fn component(assembly: Assembly) -> Component<f64> {
@@ -57,17 +58,17 @@ fn loss(system: &System<f64>, kind: PreconditionerKind, steps: usize) -> CgLoss 
     CgLoss::new(&system.topology, Preconditioner::new(kind, &system.topology, None), steps)
 }
 
-fn solution(system: &System<f64>) -> Vec<Six<f64>> {
+fn solution(system: &System<f64>) -> Vec<Spatial<f64>> {
     let mut x = zeros(system);
     Direct::new(&system.topology).unwrap().solve(system, false, &mut x);
     x
 }
 
 /// The exact solution, off by half in a way without a pattern.
-fn start(system: &System<f64>) -> Vec<Six<f64>> {
-    let wrong = |(i, x): (usize, Six<f64>)| {
+fn start(system: &System<f64>) -> Vec<Spatial<f64>> {
+    let wrong = |(i, x): (usize, Spatial<f64>)| {
         let mut k = 7.0 * i as f64;
-        Six::from_array(x.to_array().map(|x| {
+        Spatial::from_array(x.to_array().map(|x| {
             k += 2.3;
             x * (1.0 + 0.5 * k.sin())
         }))
@@ -75,12 +76,12 @@ fn start(system: &System<f64>) -> Vec<Six<f64>> {
     solution(system).into_iter().enumerate().map(wrong).collect()
 }
 
-fn dot(a: &[Six<f64>], b: &[Six<f64>]) -> f64 {
+fn dot(a: &[Spatial<f64>], b: &[Spatial<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
-fn zeros(system: &System<f64>) -> Vec<Six<f64>> {
-    vec![Six::zero(); system.joints.len()]
+fn zeros(system: &System<f64>) -> Vec<Spatial<f64>> {
+    vec![Spatial::zero(); system.joints.len()]
 }
 
 #[test]
@@ -113,9 +114,9 @@ fn the_gradient_is_that_of_central_differences() {
                 // All joints, then two at a time.
                 let joints = if k < 3 { 0..x.len() } else { 4 * k - 12..4 * k - 10 };
                 let mut direction = zeros(system);
-                joints.for_each(|j| direction[j] = Six::zero().plus(x[j], ((3 * k + 5 * j) as f64).sin()));
+                joints.for_each(|j| direction[j] = Spatial::zero().plus(x[j], ((3 * k + 5 * j) as f64).sin()));
                 let mut value = |h: f64| {
-                    let moved: Vec<Six<f64>> = x.iter().zip(&direction).map(|(x, d)| x.plus(*d, h)).collect();
+                    let moved: Vec<Spatial<f64>> = x.iter().zip(&direction).map(|(x, d)| x.plus(*d, h)).collect();
                     loss.value_and_gradient(system, &moved, &mut other)
                 };
                 // Richardson's extrapolation of central differences.
@@ -140,12 +141,12 @@ fn what_cannot_be_improved_has_no_gradient() {
         let mut gradient = exact.clone();
         assert_eq!(loss.value_and_gradient(&component.system, &exact, &mut gradient), f64::ln(1e-24), "{kind}");
         assert_eq!(gradient, nothing);
-        let far: Vec<Six<f64>> = exact.iter().map(|x| Six::zero().plus(*x, 1e200)).collect();
+        let far: Vec<Spatial<f64>> = exact.iter().map(|x| Spatial::zero().plus(*x, 1e200)).collect();
         gradient.clone_from(&exact);
         assert_eq!(loss.value_and_gradient(&component.system, &far, &mut gradient), f64::INFINITY);
         assert_eq!(gradient, nothing);
     }
-    component.system.joints.iter_mut().for_each(|joint| joint.rhs = Six::zero());
+    component.system.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
     for kind in KINDS {
         let mut loss = loss(&component.system, kind, 6);
         for start in [&nothing, &exact] {

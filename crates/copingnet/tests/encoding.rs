@@ -8,8 +8,8 @@ use graph::{Normal, corrections, planar_normal};
 use moving::scenes::{advance, moved, zeros};
 use moving::{KINDS, Prepared, apart, in_motion, lying, numbers, prepared};
 use nalgebra::{UnitQuaternion, Vector3};
+use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
-use solver::system::Six;
 
 #[test]
 fn rigid_motions_turn_predictions_along() {
@@ -21,7 +21,7 @@ fn rigid_motions_turn_predictions_along() {
             let found = prepared(*kind, &turned, &turned_state).predicted();
             let mut expected = prepared(*kind, &model, &state).predicted();
             for dlambda in &mut expected {
-                dlambda.stretch = Vec3((turn * Vector3::from(dlambda.stretch.0)).into());
+                dlambda.linear = Vec3((turn * Vector3::from(dlambda.linear.0)).into());
             }
             let errors = apart(&found, &expected);
             assert!(errors.iter().all(|&error| error < 1e-6), "{kind:?} {which}: {errors:?}");
@@ -40,9 +40,9 @@ fn multiples_of_the_right_hand_side_multiply_predictions() {
             for factor in [0.25, 1024.0, 0.0] {
                 let own = prepared.component.system.joints.clone();
                 for joint in &mut prepared.component.system.joints {
-                    joint.rhs = Six::zero().plus(joint.rhs, factor);
+                    joint.rhs = Spatial::zero().plus(joint.rhs, factor);
                 }
-                let expected: Vec<_> = expected.iter().map(|x| Six::zero().plus(*x, factor)).collect();
+                let expected: Vec<_> = expected.iter().map(|x| Spatial::zero().plus(*x, factor)).collect();
                 assert!(prepared.predicted() == expected, "{kind:?} {which} {factor}");
                 prepared.component.system.joints = own;
             }
@@ -61,9 +61,9 @@ fn planar_rods_get_planar_multipliers() {
             assert_eq!(planar_normal(&model, &state), Some(normal));
             let mut prepared = prepared(kind, &model, &state);
             let predicted = prepared.predicted();
-            assert!(predicted.iter().all(|x| x.stretch.0[across] == 0.0), "{kind:?} {normal:?}");
+            assert!(predicted.iter().all(|x| x.linear.0[across] == 0.0), "{kind:?} {normal:?}");
             for dlambda in predicted {
-                let bend = dlambda.bend.0;
+                let bend = dlambda.angular.0;
                 assert!(bend[2] == 0.0 && bend[1 - across] == 0.0, "{kind:?} {normal:?} {dlambda:?}");
             }
         }
@@ -79,9 +79,9 @@ fn turned_planes_keep_multipliers_within_rounding() {
         let predicted = prepared.predicted();
         let mut planar = predicted.clone();
         for dlambda in &mut planar {
-            let stretch = Vector3::from(dlambda.stretch.0);
-            dlambda.stretch = Vec3((stretch - first * first.dot(&stretch)).into());
-            dlambda.bend = Vec3([0.0, dlambda.bend.0[1], 0.0]);
+            let stretch = Vector3::from(dlambda.linear.0);
+            dlambda.linear = Vec3((stretch - first * first.dot(&stretch)).into());
+            dlambda.angular = Vec3([0.0, dlambda.angular.0[1], 0.0]);
         }
         let errors = apart(&predicted, &planar);
         assert!(errors.iter().all(|&error| error < 1e-12), "{kind:?}: {errors:?}");
@@ -122,8 +122,9 @@ fn adjoints_are_the_gradients_of_the_multipliers() {
             prepared.encode();
             let [n, m] = prepared.outputs(kind.1);
             let Prepared { component, encoder, .. } = &mut prepared;
-            let six = |row: &[f32]| Six::from_array([0, 1, 2, 3, 4, 5].map(|k: usize| f64::from(row[k])));
-            let gradient: Vec<Six<f64>> = numbers(6 * component.dlambda.len(), 3.0).chunks(6).map(six).collect();
+            let spatial = |row: &[f32]| Spatial::from_array([0, 1, 2, 3, 4, 5].map(|k: usize| f64::from(row[k])));
+            let gradient: Vec<Spatial<f64>> =
+                numbers(6 * component.dlambda.len(), 3.0).chunks(6).map(spatial).collect();
             let (mut nodes, mut edges) = (vec![f32::NAN; n], vec![f32::NAN; m]);
             encoder.adjoint(component, &gradient, &mut nodes, &mut edges);
             let found = [nodes, edges].concat();

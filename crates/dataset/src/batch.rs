@@ -3,7 +3,7 @@
 use graph::{Batch, Norms, paper};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use solver::system::Six;
+use solver::kernel::Spatial;
 
 use crate::Sample;
 
@@ -55,14 +55,14 @@ impl PaperBatch {
             }
         }
         paper::fill_edges(graph, grow(&mut self.edges, edges, paper::EDGE));
-        let six = |x: [f32; 6]| Six::from_array(x.map(f64::from));
+        let spatial = |x: [f32; 6]| Spatial::from_array(x.map(f64::from));
         let rows = grow(&mut self.node_targets, nodes, paper::NODE_TARGET);
         for (row, dp) in rows.chunks_exact_mut(paper::NODE_TARGET).zip(sample.dp()) {
-            norms.fill_node_targets(&[six(dp)], row);
+            norms.fill_node_targets(&[spatial(dp)], row);
         }
         let rows = grow(&mut self.edge_targets, edges, paper::EDGE_TARGET);
         for (row, dlambda) in rows.chunks_exact_mut(paper::EDGE_TARGET).zip(sample.dlambda()) {
-            norms.fill_edge_targets(&[six(dlambda)], row);
+            norms.fill_edge_targets(&[spatial(dlambda)], row);
         }
     }
 }

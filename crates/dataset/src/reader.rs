@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use rod::{Model, State};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
+use solver::kernel::Spatial;
 use solver::kernel::math::{Quat, Vec3};
-use solver::system::Six;
 use solver::topology::Topology;
 
 use crate::DatasetError;
@@ -249,8 +249,8 @@ impl<'a> Sample<'a> {
     }
 
     /// Multipliers before the iteration, one entry an edge: [N s^2], [N m^2 s^2].
-    pub fn lambda(&self) -> impl Iterator<Item = Six<f64>> + use<'a> {
-        self.shard().arrays(Name::Lambda, self.joints()).map(Six::from_array)
+    pub fn lambda(&self) -> impl Iterator<Item = Spatial<f64>> + use<'a> {
+        self.shard().arrays(Name::Lambda, self.joints()).map(Spatial::from_array)
     }
 
     /// Right-hand side b, one entry an edge: [m], [1/m].
@@ -287,7 +287,7 @@ impl<'a> Sample<'a> {
         component.lambda.iter_mut().zip(self.lambda()).for_each(|(own, stored)| *own = stored);
         component.evaluate(Formulation::Xpbd);
         for (own, stored) in component.dlambda.iter_mut().zip(self.dlambda()) {
-            *own = Six::from_array(stored.map(f64::from));
+            *own = Spatial::from_array(stored.map(f64::from));
         }
     }
 

@@ -12,10 +12,10 @@ use rod::{Body, Model, State};
 use scene::Scene;
 use solver::component::{Component, Members, split};
 use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
-use solver::system::Six;
 use solver::topology::Topology;
 
 use crate::{Config, DatasetError};
@@ -55,12 +55,12 @@ struct Recorder {
     step: u32,
     /// Of how many steps one is kept.
     every: u32,
-    dp: Vec<Six<f64>>,
+    dp: Vec<Spatial<f64>>,
     /// Number of samples when the attempt under way began, and its time step [s].
     attempt: (usize, f64),
 }
 
-fn single(x: Six<f64>) -> [f32; 6] {
+fn single(x: Spatial<f64>) -> [f32; 6] {
     x.to_array().map(|x| x as f32)
 }
 
@@ -136,7 +136,7 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
             segments: members.segments.len(),
             step: 0,
             every: config.record_every as u32,
-            dp: vec![Six::zero(); topology.bodies()],
+            dp: vec![Spatial::zero(); topology.bodies()],
             attempt: (0, 0.0),
         }))
     };
@@ -153,10 +153,10 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
     }
     drop(simulation);
     let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));
-    let six = |x: &[f32; 6]| Six::from_array(x.map(f64::from));
+    let spatial = |x: &[f32; 6]| Spatial::from_array(x.map(f64::from));
     let mut norms = Norms::default();
     for (dp, dlambda) in [(&samples.dp, &Vec::new()), (&Vec::new(), &samples.dlambda)] {
-        let (dp, dlambda): (Vec<_>, Vec<_>) = (dp.iter().map(six).collect(), dlambda.iter().map(six).collect());
+        let (dp, dlambda): (Vec<_>, Vec<_>) = (dp.iter().map(spatial).collect(), dlambda.iter().map(spatial).collect());
         norms.include(&dp, &dlambda);
     }
     let (planar, model) = (planar_normal(model, state), own_model(model, &members, &topology));

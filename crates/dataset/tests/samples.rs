@@ -5,14 +5,14 @@ mod common;
 use common::{generated, small};
 use dataset::{Config, PaperBatch, Scenario, Split, shuffled};
 use graph::{Normal, Norms, corrections, paper};
+use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
 use solver::linear::direct::Direct;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::linear::{LinearSolver, LinearStatus};
-use solver::system::Six;
 
-fn single(x: Six<f64>) -> [f32; 6] {
+fn single(x: Spatial<f64>) -> [f32; 6] {
     x.to_array().map(|x| x as f32)
 }
 
@@ -24,9 +24,9 @@ fn systems_are_rebuilt_to_the_last_bit() {
         for trajectory in dataset.trajectories(Split::Train) {
             let mut component = trajectory.component();
             let mut direct = Direct::new(trajectory.topology()).unwrap();
-            let mut dlambda = vec![Six::zero(); trajectory.graph().edges().len()];
-            let mut dp = vec![Six::zero(); trajectory.graph().nodes().len()];
-            let mut next: Option<Vec<Six<f64>>> = None;
+            let mut dlambda = vec![Spatial::zero(); trajectory.graph().edges().len()];
+            let mut dp = vec![Spatial::zero(); trajectory.graph().nodes().len()];
+            let mut next: Option<Vec<Spatial<f64>>> = None;
             for sample in trajectory.samples() {
                 sample.restore(&mut component);
                 assert!(component.system.joints.iter().map(|joint| single(joint.rhs)).eq(sample.rhs()));
@@ -37,7 +37,7 @@ fn systems_are_rebuilt_to_the_last_bit() {
                 // The multipliers add up over a step's iterations.
                 match next {
                     Some(next) if sample.iteration() > 0 => assert!(next.into_iter().eq(sample.lambda())),
-                    _ => assert!(sample.lambda().all(|x| x == Six::zero())),
+                    _ => assert!(sample.lambda().all(|x| x == Spatial::zero())),
                 }
                 next = Some(sample.lambda().zip(&dlambda).map(|(x, &d)| x.plus(d, 1.0)).collect());
                 assert_eq!((sample.dt(), component.dt()), (0.02, 0.02));
@@ -55,8 +55,8 @@ fn systems_of_a_rope_that_touches_itself_are_rebuilt_too() {
     assert_eq!(trajectory.planar_normal(), None);
     let mut component = trajectory.component();
     let mut direct = Direct::new(trajectory.topology()).unwrap();
-    let mut dlambda = vec![Six::zero(); trajectory.graph().edges().len()];
-    let (mut next, mut pushed): (Vec<Six<f64>>, usize) = (Vec::new(), 0);
+    let mut dlambda = vec![Spatial::zero(); trajectory.graph().edges().len()];
+    let (mut next, mut pushed): (Vec<Spatial<f64>>, usize) = (Vec::new(), 0);
     for sample in trajectory.samples() {
         sample.restore(&mut component);
         assert!(component.system.joints.iter().map(|joint| single(joint.rhs)).eq(sample.rhs()));
@@ -86,8 +86,8 @@ fn conjugate_gradients_find_the_stored_solution() {
     let mut found = exact.clone();
     let info = solver.solve(&component.system, false, &mut found);
     assert!(info.status == LinearStatus::Solved && info.iterations > 5);
-    let norm = |x: &[Six<f64>]| x.iter().map(|x| x.dot(*x)).sum::<f64>().sqrt();
-    let apart: Vec<Six<f64>> = found.iter().zip(&exact).map(|(a, b)| a.plus(*b, -1.0)).collect();
+    let norm = |x: &[Spatial<f64>]| x.iter().map(|x| x.dot(*x)).sum::<f64>().sqrt();
+    let apart: Vec<Spatial<f64>> = found.iter().zip(&exact).map(|(a, b)| a.plus(*b, -1.0)).collect();
     assert!(norm(&apart) < 1e-5 * norm(&exact));
     let from_zero = info.iterations;
     found.copy_from_slice(&exact);
@@ -138,8 +138,9 @@ fn norms_are_those_of_the_training_split() {
     let dataset = generated(directory.path(), &small(Scenario::Helix));
     let mut norms = Norms::default();
     for sample in dataset.trajectories(Split::Train).flat_map(|trajectory| trajectory.samples()) {
-        let six = |x: [f32; 6]| Six::from_array(x.map(f64::from));
-        let (dp, dlambda): (Vec<_>, Vec<_>) = (sample.dp().map(six).collect(), sample.dlambda().map(six).collect());
+        let spatial = |x: [f32; 6]| Spatial::from_array(x.map(f64::from));
+        let (dp, dlambda): (Vec<_>, Vec<_>) =
+            (sample.dp().map(spatial).collect(), sample.dlambda().map(spatial).collect());
         norms.include(&dp, &dlambda);
     }
     assert_eq!(dataset.norms(), norms);
@@ -172,7 +173,7 @@ fn batches_hold_the_features_of_their_samples() {
             paper::fill_constant_nodes(graph, &mut own);
             paper::fill_changing_nodes(&component.poses, &mut own);
             assert_eq!(batch.nodes[nodes * paper::NODE..], own);
-            let mut dlambda = vec![Six::zero(); graph.edges().len()];
+            let mut dlambda = vec![Spatial::zero(); graph.edges().len()];
             dataset.norms().dlambda(&batch.edge_targets[edges * paper::EDGE_TARGET..], &mut dlambda);
             let largest = component.dlambda.iter().map(|x| x.dot(*x)).fold(0.0, f64::max);
             for (a, b) in dlambda.iter().zip(&component.dlambda) {

@@ -11,12 +11,12 @@ use rod::{Model, State};
 use serde::{Deserialize, Serialize};
 use solver::component::{Component, Members};
 use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::system::Six;
 use solver::topology::Topology;
 
 /// What to measure.
@@ -174,7 +174,7 @@ struct Shadow {
     /// One a column; `None` where the preconditioner does not fit the graph.
     solvers: Vec<Option<Box<dyn LinearSolver>>>,
     direct: Option<Box<dyn LinearSolver>>,
-    solution: Vec<Six<f64>>,
+    solution: Vec<Spatial<f64>>,
     measured: Arc<Mutex<Measured>>,
     buckets: Vec<Option<usize>>,
     step: usize,
@@ -183,7 +183,7 @@ struct Shadow {
 /// A guess and what it proposed last.
 struct Guess {
     guess: Option<Box<dyn InitialGuess>>,
-    start: Vec<Six<f64>>,
+    start: Vec<Spatial<f64>>,
     given: bool,
 }
 
@@ -195,7 +195,7 @@ impl Shadow {
         topology: &Topology,
         measured: Arc<Mutex<Measured>>,
     ) -> Self {
-        let zero = vec![Six::zero(); topology.joints.len()];
+        let zero = vec![Spatial::zero(); topology.joints.len()];
         let guess = |factory: &Option<GuessFactory<'_>>| Guess {
             guess: factory.and_then(|factory| factory(model, members, topology)),
             start: zero.clone(),
@@ -226,7 +226,7 @@ impl Shadow {
         for (g, Guess { guess, start, given }) in self.guesses.iter_mut().enumerate() {
             let Some(guess) = guess else { continue };
             let begin = Instant::now();
-            start.fill(Six::zero());
+            start.fill(Spatial::zero());
             *given = guess.start_solve(component, 0, start);
             measured.add_guess_time(bucket, g, begin);
         }

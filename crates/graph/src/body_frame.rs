@@ -16,9 +16,9 @@
 //! [`crate::Whitening`].
 
 use solver::component::Component;
+use solver::kernel::Spatial;
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
-use solver::system::Six;
 
 use crate::particular::Particular;
 use crate::{Channel, Graph, put};
@@ -179,7 +179,7 @@ impl Features {
     fn scale(&self, graph: &Graph, component: &Component<f64>) -> f64 {
         let shift: f64 = self.particular.shift.iter().map(|x| x.norm_squared()).sum();
         let squared = |(edge, terms): (&crate::Edge, &solver::system::JointTerms<f64>)| {
-            terms.rhs.bend.norm_squared() * edge.length.powi(4)
+            terms.rhs.angular.norm_squared() * edge.length.powi(4)
         };
         let bend: f64 = graph.edges().iter().zip(&component.system.joints).map(squared).sum();
         (shift / self.moving.max(1.0) + self.moving * bend / (graph.edges().len() as f64).max(1.0)).sqrt()
@@ -207,14 +207,14 @@ impl Features {
             let [stretch_unit, bend_unit] = self.multiplier_units(k, inverse);
             let rows = edge.length * edge.length * self.moving.sqrt() * inverse;
             let particular = terms.multipliers_from_world(self.particular.world[k], q_a);
-            let [x, y, z] = particular.bend.0;
+            let [x, y, z] = particular.angular.0;
             let compliance = [terms.bend, terms.bend, terms.bend + terms.twist_extra];
-            let left = terms.rhs.bend - Vec3([x * compliance[0], y * compliance[1], z * compliance[2]]);
-            let ([a, b, c], [d, e, f]) = ((terms.rhs.bend * rows).0, (left * rows).0);
+            let left = terms.rhs.angular - Vec3([x * compliance[0], y * compliance[1], z * compliance[2]]);
+            let ([a, b, c], [d, e, f]) = ((terms.rhs.angular * rows).0, (left * rows).0);
             put(&mut self.squashed[6 * k..], [a, b, c, d, e, f]);
-            put(row, q_a.rotate_back(terms.rhs.stretch * inverse).0);
-            put(&mut row[6..], q_a.rotate_back(particular.stretch * stretch_unit).0);
-            put(&mut row[9..], (particular.bend * bend_unit).0);
+            put(row, q_a.rotate_back(terms.rhs.linear * inverse).0);
+            put(&mut row[6..], q_a.rotate_back(particular.linear * stretch_unit).0);
+            put(&mut row[9..], (particular.angular * bend_unit).0);
             put(&mut row[15..], q_a.rotate_back(terms.t).0);
         }
         // In one go, many in a register.
@@ -239,14 +239,14 @@ impl Features {
         graph: &Graph,
         component: &Component<f64>,
         scale: f64,
-        dp: &[Six<f64>],
+        dp: &[Spatial<f64>],
         targets: &mut [f32],
     ) {
         let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
         for (i, (row, dp)) in targets.chunks_exact_mut(NODE_TARGET).zip(dp).enumerate() {
             let (q, [_, length]) = (component.poses[i].q, graph.nodes()[i].rod_scale);
-            put(row, q.rotate_back(dp.stretch * inverse).0);
-            put(&mut row[3..], q.rotate_back(dp.bend * (inverse * length)).0);
+            put(row, q.rotate_back(dp.linear * inverse).0);
+            put(&mut row[3..], q.rotate_back(dp.angular * (inverse * length)).0);
         }
     }
 
@@ -256,15 +256,15 @@ impl Features {
         graph: &Graph,
         component: &Component<f64>,
         scale: f64,
-        dlambda: &[Six<f64>],
+        dlambda: &[Spatial<f64>],
         targets: &mut [f32],
     ) {
         let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
         for (k, (row, dlambda)) in targets.chunks_exact_mut(EDGE_TARGET).zip(dlambda).enumerate() {
             let q_a = component.poses[graph.senders()[k] as usize].q;
             let [stretch, bend] = self.multiplier_units(k, inverse);
-            put(row, q_a.rotate_back(dlambda.stretch * stretch).0);
-            put(&mut row[3..], (dlambda.bend * bend).0);
+            put(row, q_a.rotate_back(dlambda.linear * stretch).0);
+            put(&mut row[3..], (dlambda.angular * bend).0);
         }
     }
 
@@ -275,14 +275,14 @@ impl Features {
         component: &Component<f64>,
         scale: f64,
         outputs: &[f32],
-        dlambda: &mut [Six<f64>],
+        dlambda: &mut [Spatial<f64>],
     ) {
         for (k, (row, dlambda)) in outputs.chunks_exact(EDGE_TARGET).zip(dlambda).enumerate() {
             let q_a = component.poses[graph.senders()[k] as usize].q;
             let [stretch, bend] = self.multiplier_units(k, 1.0);
             let value = |k: usize| f64::from(row[k]) * scale;
-            dlambda.stretch = q_a.rotate(Vec3([0, 1, 2].map(value)) * (1.0 / stretch));
-            dlambda.bend = Vec3([3, 4, 5].map(value)) * (1.0 / bend);
+            dlambda.linear = q_a.rotate(Vec3([0, 1, 2].map(value)) * (1.0 / stretch));
+            dlambda.angular = Vec3([3, 4, 5].map(value)) * (1.0 / bend);
         }
     }
 
@@ -293,14 +293,14 @@ impl Features {
         graph: &Graph,
         component: &Component<f64>,
         scale: f64,
-        gradient: &[Six<f64>],
+        gradient: &[Spatial<f64>],
         outputs: &mut [f32],
     ) {
         for (k, (row, gradient)) in outputs.chunks_exact_mut(EDGE_TARGET).zip(gradient).enumerate() {
             let q_a = component.poses[graph.senders()[k] as usize].q;
             let [stretch, bend] = self.multiplier_units(k, 1.0);
-            put(row, q_a.rotate_back(gradient.stretch * (scale / stretch)).0);
-            put(&mut row[3..], (gradient.bend * (scale / bend)).0);
+            put(row, q_a.rotate_back(gradient.linear * (scale / stretch)).0);
+            put(&mut row[3..], (gradient.angular * (scale / bend)).0);
         }
     }
 }

@@ -37,13 +37,13 @@ pub use planar::{Normal, planar_normal, project_to_plane};
 pub use whitening::Whitening;
 
 use solver::component::Component;
-use solver::system::Six;
+use solver::kernel::Spatial;
 
 /// `dp = M^-1 J^T dlambda`: the corrections (dx [m], dphi [rad], world axes) that multipliers bring about, one entry a
 /// node, zero where it is fixed. The system in `component` must be the one that `dlambda` solves.
-pub fn corrections(component: &Component<f64>, dlambda: &[Six<f64>], dp: &mut [Six<f64>]) {
+pub fn corrections(component: &Component<f64>, dlambda: &[Spatial<f64>], dp: &mut [Spatial<f64>]) {
     let system = &component.system;
-    dp.fill(Six::zero());
+    dp.fill(Spatial::zero());
     for (j, (&dlambda, &[a, _])) in dlambda.iter().zip(&system.topology.joints).enumerate() {
         let q_a = system.bodies[a as usize].orientation;
         system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), dp);

@@ -7,9 +7,9 @@
 //! fixed body, the mass centre stays where the prediction has it.
 
 use solver::component::{Component, Pose};
+use solver::kernel::Spatial;
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
-use solver::system::Six;
 
 use crate::Graph;
 use crate::particular::{mass, take_out_mean};
@@ -35,7 +35,7 @@ impl Lift {
         graph: &Graph,
         component: &Component<f64>,
         poses: &mut [Pose<f64>],
-        lambda: &mut [Six<f64>],
+        lambda: &mut [Spatial<f64>],
     ) {
         vectorized(
             #[inline(always)]
@@ -49,7 +49,7 @@ impl Lift {
         graph: &Graph,
         component: &Component<f64>,
         poses: &mut [Pose<f64>],
-        lambda: &mut [Six<f64>],
+        lambda: &mut [Spatial<f64>],
     ) {
         let Self { shifts, is_free } = self;
         for visit in graph.visits() {
@@ -69,7 +69,7 @@ impl Lift {
         for (node, shift) in shifts.iter_mut().enumerate() {
             *shift = *shift * mass(&component.system, node);
         }
-        lambda.fill(Six::zero());
+        lambda.fill(Spatial::zero());
         let dt = component.dt();
         for visit in graph.visits().iter().rev() {
             let (node, parent, k) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
@@ -82,7 +82,7 @@ impl Lift {
             let [bend, twist] = edge.bend_compliance.map(|alpha| if alpha > 0.0 { -dt * dt / alpha } else { 0.0 });
             let [x, y, z] = strain.0;
             let sign = if visit.is_sender { 1.0 } else { -1.0 };
-            lambda[k] = Six { stretch: force * sign, bend: Vec3([x * bend, y * bend, z * twist]) };
+            lambda[k] = Spatial { linear: force * sign, angular: Vec3([x * bend, y * bend, z * twist]) };
         }
     }
 }

@@ -15,7 +15,7 @@
 //! - *Direction*: one edge a joint, from its body a to its body b.
 
 use solver::component::Pose;
-use solver::system::Six;
+use solver::kernel::Spatial;
 
 use crate::{Graph, put};
 
@@ -81,16 +81,16 @@ pub struct Norms {
 
 impl Norms {
     /// Widens the norms to hold these corrections; numbers that are not finite are left out.
-    pub fn include(&mut self, dp: &[Six<f64>], dlambda: &[Six<f64>]) {
+    pub fn include(&mut self, dp: &[Spatial<f64>], dlambda: &[Spatial<f64>]) {
         let largest =
             |norm: f64, part: [f64; 3]| part.iter().map(|x| x.abs()).filter(|x| x.is_finite()).fold(norm, f64::max);
         for dp in dp {
-            self.dx = largest(self.dx, dp.stretch.0);
-            self.dphi = largest(self.dphi, dp.bend.0);
+            self.dx = largest(self.dx, dp.linear.0);
+            self.dphi = largest(self.dphi, dp.angular.0);
         }
         for dlambda in dlambda {
-            self.dlambda_stretch = largest(self.dlambda_stretch, dlambda.stretch.0);
-            self.dlambda_bend = largest(self.dlambda_bend, dlambda.bend.0);
+            self.dlambda_stretch = largest(self.dlambda_stretch, dlambda.linear.0);
+            self.dlambda_bend = largest(self.dlambda_bend, dlambda.angular.0);
         }
     }
 
@@ -105,36 +105,36 @@ impl Norms {
     }
 
     /// Fills the targets of the nodes, `dp` over the norms. `[nodes, 6]`
-    pub fn fill_node_targets(&self, dp: &[Six<f64>], targets: &mut [f32]) {
+    pub fn fill_node_targets(&self, dp: &[Spatial<f64>], targets: &mut [f32]) {
         fill_scaled([self.dx, self.dphi], dp, targets);
     }
 
     /// Fills the targets of the edges, `dlambda` over the norms. `[edges, 6]`
-    pub fn fill_edge_targets(&self, dlambda: &[Six<f64>], targets: &mut [f32]) {
+    pub fn fill_edge_targets(&self, dlambda: &[Spatial<f64>], targets: &mut [f32]) {
         fill_scaled([self.dlambda_stretch, self.dlambda_bend], dlambda, targets);
     }
 
     /// The multipliers that outputs of the edges `[edges, 6]` stand for.
-    pub fn dlambda(&self, outputs: &[f32], dlambda: &mut [Six<f64>]) {
+    pub fn dlambda(&self, outputs: &[f32], dlambda: &mut [Spatial<f64>]) {
         read_scaled([self.dlambda_stretch, self.dlambda_bend], outputs, dlambda);
     }
 
     /// Gradients of a number with respect to outputs of the edges `[edges, 6]`, from those with respect to the
     /// multipliers that [`Self::dlambda`] makes of them.
-    pub fn dlambda_adjoint(&self, gradient: &[Six<f64>], outputs: &mut [f32]) {
+    pub fn dlambda_adjoint(&self, gradient: &[Spatial<f64>], outputs: &mut [f32]) {
         for (row, gradient) in outputs.chunks_exact_mut(6).zip(gradient) {
-            put(row, (gradient.stretch * self.dlambda_stretch).0);
-            put(&mut row[3..], (gradient.bend * self.dlambda_bend).0);
+            put(row, (gradient.linear * self.dlambda_stretch).0);
+            put(&mut row[3..], (gradient.angular * self.dlambda_bend).0);
         }
     }
 
     /// The corrections that outputs of the nodes `[nodes, 6]` stand for.
-    pub fn dp(&self, outputs: &[f32], dp: &mut [Six<f64>]) {
+    pub fn dp(&self, outputs: &[f32], dp: &mut [Spatial<f64>]) {
         read_scaled([self.dx, self.dphi], outputs, dp);
     }
 }
 
-fn fill_scaled(norms: [f64; 2], values: &[Six<f64>], targets: &mut [f32]) {
+fn fill_scaled(norms: [f64; 2], values: &[Spatial<f64>], targets: &mut [f32]) {
     let [first, second] = norms.map(|norm| if norm > 0.0 { 1.0 / norm } else { 0.0 });
     for (row, value) in targets.chunks_exact_mut(6).zip(values) {
         let [a, b, c, d, e, f] = value.to_array();
@@ -142,9 +142,9 @@ fn fill_scaled(norms: [f64; 2], values: &[Six<f64>], targets: &mut [f32]) {
     }
 }
 
-fn read_scaled([first, second]: [f64; 2], outputs: &[f32], values: &mut [Six<f64>]) {
+fn read_scaled([first, second]: [f64; 2], outputs: &[f32], values: &mut [Spatial<f64>]) {
     for (row, value) in outputs.chunks_exact(6).zip(values) {
         let scaled = |k: usize| f64::from(row[k]) * if k < 3 { first } else { second };
-        *value = Six::from_array(std::array::from_fn(scaled));
+        *value = Spatial::from_array(std::array::from_fn(scaled));
     }
 }

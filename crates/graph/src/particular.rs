@@ -7,8 +7,9 @@
 //! shift is taken out, because no force acts on it from outside. Edges that close a loop carry nothing.
 
 use solver::component::Component;
+use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
-use solver::system::{Six, System};
+use solver::system::System;
 
 use crate::Graph;
 
@@ -18,15 +19,19 @@ pub(crate) struct Particular {
     /// Translations xp, one a node [m].
     pub(crate) shift: Vec<Vec3<f64>>,
     /// Multipliers in world rows: a force [kg m] and a torque [kg m^2] an edge.
-    pub(crate) world: Vec<Six<f64>>,
+    pub(crate) world: Vec<Spatial<f64>>,
     /// What a node's joint towards the clamp has to carry.
-    need: Vec<Six<f64>>,
+    need: Vec<Spatial<f64>>,
 }
 
 impl Particular {
     pub(crate) fn new(graph: &Graph) -> Self {
         let (nodes, edges) = (graph.nodes().len(), graph.edges().len());
-        Self { shift: vec![Vec3::zero(); nodes], world: vec![Six::zero(); edges], need: vec![Six::zero(); nodes] }
+        Self {
+            shift: vec![Vec3::zero(); nodes],
+            world: vec![Spatial::zero(); edges],
+            need: vec![Spatial::zero(); nodes],
+        }
     }
 
     /// Solves for the right-hand side of the component's system.
@@ -36,26 +41,26 @@ impl Particular {
         let system = &component.system;
         let sign = |is_sender: bool| if is_sender { 1.0 } else { -1.0 };
         shift.fill(Vec3::zero());
-        world.fill(Six::zero());
+        world.fill(Spatial::zero());
         for visit in graph.visits() {
-            let gap = system.joints[visit.edge as usize].rhs.stretch * sign(visit.is_sender);
+            let gap = system.joints[visit.edge as usize].rhs.linear * sign(visit.is_sender);
             shift[visit.node as usize] = shift[visit.parent as usize] + gap;
         }
         if graph.is_free() {
             take_out_mean(system, shift);
         }
         for (node, (need, &shift)) in need.iter_mut().zip(shift.iter()).enumerate() {
-            *need = Six { stretch: shift * mass(system, node), bend: Vec3::zero() };
+            *need = Spatial { linear: shift * mass(system, node), angular: Vec3::zero() };
         }
         for visit in graph.visits().iter().rev() {
             let (node, parent, edge) = (visit.node as usize, visit.parent as usize, visit.edge as usize);
             let [own, other] = visit.of_node(system.joints[edge].offsets);
             // On the sender acts +f at its connector and -torque; on the receiver the opposite.
-            let force = need[node].stretch;
-            let moment = need[node].bend + system.bodies[node].axis.cross(force) * own;
-            world[edge] = Six { stretch: force * sign(visit.is_sender), bend: moment * sign(visit.is_sender) };
-            need[parent].stretch += force;
-            need[parent].bend += moment - system.bodies[parent].axis.cross(force) * other;
+            let force = need[node].linear;
+            let moment = need[node].angular + system.bodies[node].axis.cross(force) * own;
+            world[edge] = Spatial { linear: force * sign(visit.is_sender), angular: moment * sign(visit.is_sender) };
+            need[parent].linear += force;
+            need[parent].angular += moment - system.bodies[parent].axis.cross(force) * other;
         }
     }
 }

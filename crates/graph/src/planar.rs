@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use rod::{Model, State};
 use solver::component::Component;
+use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
-use solver::system::Six;
 
 /// The body axis that is normal to a planar rod's plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,17 +68,22 @@ fn is_planar(model: &Model, state: &State, normal: Normal) -> bool {
 /// Takes out of corrections `dp` (world axes, one entry a node) and multipliers `dlambda` (stretch-shear in world axes,
 /// bend-twist in the sender's body frame, one entry an edge) what a planar rod's exact ones do not have: shifts and
 /// forces along the normal, turns and moments across it. Either may be empty.
-pub fn project_to_plane(component: &Component<f64>, normal: Normal, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+pub fn project_to_plane(
+    component: &Component<f64>,
+    normal: Normal,
+    dp: &mut [Spatial<f64>],
+    dlambda: &mut [Spatial<f64>],
+) {
     let mut axis = Vec3::zero();
     axis.0[normal.axis()] = 1.0;
     let Some(first) = component.poses.first() else { return };
     // One for all bodies, up to its sign.
     let n = first.q.rotate(axis);
     for dp in dp {
-        *dp = Six { stretch: dp.stretch - n * n.dot(dp.stretch), bend: n * n.dot(dp.bend) };
+        *dp = Spatial { linear: dp.linear - n * n.dot(dp.linear), angular: n * n.dot(dp.angular) };
     }
     for dlambda in dlambda {
-        let bend = axis * axis.dot(dlambda.bend);
-        *dlambda = Six { stretch: dlambda.stretch - n * n.dot(dlambda.stretch), bend };
+        let angular = axis * axis.dot(dlambda.angular);
+        *dlambda = Spatial { linear: dlambda.linear - n * n.dot(dlambda.linear), angular };
     }
 }

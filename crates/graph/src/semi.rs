@@ -19,8 +19,9 @@
 //! takes gradients back through it.
 
 use solver::component::Component;
+use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
-use solver::system::{Six, System};
+use solver::system::System;
 
 use crate::body_frame::Features;
 use crate::particular::{mass, take_out_mean};
@@ -76,14 +77,14 @@ impl Semi {
         scale: f64,
         node_outputs: &[f32],
         edge_outputs: &[f32],
-        dlambda: &mut [Six<f64>],
+        dlambda: &mut [Spatial<f64>],
     ) {
         for (i, (turn, row)) in self.turns.iter_mut().zip(node_outputs.chunks_exact(NODE_OUTPUT)).enumerate() {
             *turn = component.poses[i].q.rotate(vec3(row)) * turn_unit(graph, i, scale);
         }
         for (k, row) in edge_outputs.chunks_exact(EDGE_OUTPUT).enumerate() {
             let [_, unit] = features.multiplier_units(k, 1.0);
-            dlambda[k] = Six { stretch: Vec3::zero(), bend: vec3(row) * (scale / unit) };
+            dlambda[k] = Spatial { linear: Vec3::zero(), angular: vec3(row) * (scale / unit) };
         }
         self.add_derived(graph, &component.system, dlambda);
     }
@@ -97,7 +98,7 @@ impl Semi {
         component: &Component<f64>,
         features: &Features,
         scale: f64,
-        gradient: &[Six<f64>],
+        gradient: &[Spatial<f64>],
         node_gradient: &mut [f32],
         edge_gradient: &mut [f32],
     ) {
@@ -107,12 +108,12 @@ impl Semi {
         }
         for (k, row) in edge_gradient.chunks_exact_mut(EDGE_OUTPUT).enumerate() {
             let [_, unit] = features.multiplier_units(k, 1.0);
-            put(row, (gradient[k].bend * (scale / unit)).0);
+            put(row, (gradient[k].angular * (scale / unit)).0);
         }
     }
 
     /// Adds to `dlambda` what follows from `turns`.
-    fn add_derived(&mut self, graph: &Graph, system: &System<f64>, dlambda: &mut [Six<f64>]) {
+    fn add_derived(&mut self, graph: &Graph, system: &System<f64>, dlambda: &mut [Spatial<f64>]) {
         let Self { turns, shifts, is_free } = self;
         shifts.fill(Vec3::zero());
         for visit in graph.visits() {
@@ -120,7 +121,7 @@ impl Semi {
             let [own, other] = visit.of_node(system.joints[edge].offsets);
             shifts[node] = shifts[parent] + turns[parent].cross(system.bodies[parent].axis) * other
                 - turns[node].cross(system.bodies[node].axis) * own
-                + system.joints[edge].rhs.stretch * sign(visit.is_sender);
+                + system.joints[edge].rhs.linear * sign(visit.is_sender);
         }
         if *is_free {
             take_out_mean(system, shifts);
@@ -130,24 +131,24 @@ impl Semi {
         }
         for visit in graph.visits().iter().rev() {
             let force = shifts[visit.node as usize];
-            dlambda[visit.edge as usize].stretch += force * sign(visit.is_sender);
+            dlambda[visit.edge as usize].linear += force * sign(visit.is_sender);
             shifts[visit.parent as usize] += force;
         }
         for (k, (dlambda, terms)) in dlambda.iter_mut().zip(&system.joints).enumerate() {
             let [a, b] = system.topology.joints[k].map(|body| body as usize);
-            let turn = Six { stretch: Vec3::zero(), bend: turns[b] - turns[a] };
-            let left = terms.rhs.bend - terms.from_world(turn, system.bodies[a].orientation).bend;
-            dlambda.bend += scaled(left, stiffness(graph, system, k));
+            let turn = Spatial { linear: Vec3::zero(), angular: turns[b] - turns[a] };
+            let left = terms.rhs.angular - terms.from_world(turn, system.bodies[a].orientation).angular;
+            dlambda.angular += scaled(left, stiffness(graph, system, k));
         }
     }
 
     /// The adjoint of [`Self::add_derived`]: from `gradient` to `turns`.
-    fn derived_adjoint(&mut self, graph: &Graph, system: &System<f64>, gradient: &[Six<f64>]) {
+    fn derived_adjoint(&mut self, graph: &Graph, system: &System<f64>, gradient: &[Spatial<f64>]) {
         let Self { turns, shifts, is_free } = self;
         turns.fill(Vec3::zero());
         shifts.fill(Vec3::zero());
         for visit in graph.visits() {
-            let own = gradient[visit.edge as usize].stretch * sign(visit.is_sender);
+            let own = gradient[visit.edge as usize].linear * sign(visit.is_sender);
             shifts[visit.node as usize] = shifts[visit.parent as usize] + own;
         }
         // Of (1 - 1 m^T / sum m), then m, the adjoint is m, then (1 - m 1^T / sum m): m (1 - 1 m^T / sum m) again.
@@ -167,8 +168,9 @@ impl Semi {
         }
         for (k, (gradient, terms)) in gradient.iter().zip(&system.joints).enumerate() {
             let [a, b] = system.topology.joints[k].map(|body| body as usize);
-            let moment = Six { stretch: Vec3::zero(), bend: scaled(gradient.bend, stiffness(graph, system, k)) };
-            let turn = terms.multipliers_to_world(moment, system.bodies[a].orientation).bend;
+            let moment =
+                Spatial { linear: Vec3::zero(), angular: scaled(gradient.angular, stiffness(graph, system, k)) };
+            let turn = terms.multipliers_to_world(moment, system.bodies[a].orientation).angular;
             turns[a] += turn;
             turns[b] -= turn;
         }
@@ -196,11 +198,17 @@ fn scaled(x: Vec3<f64>, k: Vec3<f64>) -> Vec3<f64> {
 
 /// Fills the outputs of the nodes that stand for the corrections `dp` of the exact solution, at the scale s [m] of its
 /// inputs; those of the edges are 0. `[nodes, 3]`
-pub fn fill_node_targets(graph: &Graph, component: &Component<f64>, scale: f64, dp: &[Six<f64>], targets: &mut [f32]) {
+pub fn fill_node_targets(
+    graph: &Graph,
+    component: &Component<f64>,
+    scale: f64,
+    dp: &[Spatial<f64>],
+    targets: &mut [f32],
+) {
     let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
     for (i, (row, dp)) in targets.chunks_exact_mut(NODE_OUTPUT).zip(dp).enumerate() {
         let unit = graph.nodes()[i].rod_scale[1] * inverse;
-        put(row, component.poses[i].q.rotate_back(dp.bend * unit).0);
+        put(row, component.poses[i].q.rotate_back(dp.angular * unit).0);
     }
 }
 
@@ -231,14 +239,14 @@ mod tests {
             component.predict(0.02, solver::formulation::Formulation::Xpbd);
             component.evaluate(solver::formulation::Formulation::Xpbd);
             // The linear part alone.
-            component.system.joints.iter_mut().for_each(|joint| joint.rhs = Six::zero());
+            component.system.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
 
             let mut semi = Semi::new(&graph);
             let vector = |i: usize, seed: f64| Vec3([0.0, 1.0, 2.0].map(|k| (7.0 * i as f64 + 2.3 * k + seed).sin()));
             let turns: Vec<_> = (0..graph.nodes().len()).map(|i| vector(i, 1.0)).collect();
             let weights: Vec<_> =
-                (0..graph.edges().len()).map(|k| Six { stretch: vector(k, 2.0), bend: vector(k, 3.0) }).collect();
-            let mut dlambda = vec![Six::zero(); graph.edges().len()];
+                (0..graph.edges().len()).map(|k| Spatial { linear: vector(k, 2.0), angular: vector(k, 3.0) }).collect();
+            let mut dlambda = vec![Spatial::zero(); graph.edges().len()];
             semi.turns.clone_from(&turns);
             semi.add_derived(&graph, &component.system, &mut dlambda);
             let forwards: f64 = dlambda.iter().zip(&weights).map(|(x, y)| x.dot(*y)).sum();

@@ -52,8 +52,8 @@ proptest! {
         let (mut component, graph, _) = component(&model, &state);
         let before = features(&graph, &component);
         for joint in &mut component.system.joints {
-            joint.rhs.stretch = joint.rhs.stretch * factor;
-            joint.rhs.bend = joint.rhs.bend * factor;
+            joint.rhs.linear = joint.rhs.linear * factor;
+            joint.rhs.angular = joint.rhs.angular * factor;
         }
         let mut after = features(&graph, &component);
         after.scale /= factor;
@@ -168,15 +168,15 @@ fn the_particular_solution_closes_the_gaps_and_balances_momentum() {
         let mut dp = zeros(graph.nodes().len());
         corrections(&component, &dlambda, &mut dp);
         for (i, dp) in dp.iter().enumerate() {
-            let xp = component.poses[i].q.rotate_back(dp.stretch).0.map(|x| (x / all.scale) as f32);
+            let xp = component.poses[i].q.rotate_back(dp.linear).0.map(|x| (x / all.scale) as f32);
             assert_close(&all.nodes[9 * i..9 * i + 3], &xp, 1e-5);
-            let turn = dp.bend.norm_squared().sqrt() * graph.nodes()[i].rod_scale[1];
+            let turn = dp.angular.norm_squared().sqrt() * graph.nodes()[i].rod_scale[1];
             assert!(turn < 1e-2 * all.scale, "{which}: {i} turns by {turn}, scale {}", all.scale);
         }
         // With it the stretch rows are met but for their tiny compliance.
         for (k, terms) in component.system.joints.iter().enumerate() {
             let [a, b] = component.system.topology.joints[k].map(|body| body as usize);
-            let left = terms.rhs.stretch - (dp[a].stretch - dp[b].stretch);
+            let left = terms.rhs.linear - (dp[a].linear - dp[b].linear);
             assert!(left.norm_squared().sqrt() < 1e-5 * all.scale);
         }
     }

@@ -7,9 +7,9 @@ use graph::paper::{self, fill_changing_nodes, fill_constant_nodes, fill_edges, n
 use graph::{Batch, Norms, corrections};
 use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
-use solver::system::Six;
 
 #[test]
 fn a_rod_has_the_values_computed_by_hand() {
@@ -121,19 +121,19 @@ fn targets_over_the_norms_reach_one_and_are_read_back() {
     let mut back = zeros(29);
     norms.dlambda(&edge_targets, &mut back);
     for (a, b) in back.iter().zip(&dlambda) {
-        assert!(a.stretch.0.iter().zip(b.stretch.0).all(|(a, b)| (a - b).abs() <= 1e-7 * norms.dlambda_stretch));
-        assert!(a.bend.0.iter().zip(b.bend.0).all(|(a, b)| (a - b).abs() <= 1e-7 * norms.dlambda_bend));
+        assert!(a.linear.0.iter().zip(b.linear.0).all(|(a, b)| (a - b).abs() <= 1e-7 * norms.dlambda_stretch));
+        assert!(a.angular.0.iter().zip(b.angular.0).all(|(a, b)| (a - b).abs() <= 1e-7 * norms.dlambda_bend));
     }
 
     // The corrections are what the solver's own update makes of the multipliers.
     let before = component.poses.clone();
     component.update(solver::formulation::Formulation::Xpbd, 1.0);
     for ((old, new), dp) in before.iter().zip(&component.poses).zip(&dp) {
-        assert!((old.x + dp.stretch - new.x).norm_squared() < 1e-28);
-        let turned = old.q.turned(dp.bend);
+        assert!((old.x + dp.linear - new.x).norm_squared() < 1e-28);
+        let turned = old.q.turned(dp.angular);
         assert!((turned.v - new.q.v).norm_squared() < 1e-28);
     }
-    assert_eq!(dp[0], Six::zero());
+    assert_eq!(dp[0], Spatial::zero());
 }
 
 #[test]

@@ -6,9 +6,9 @@ use common::{advance, component, rod};
 use graph::{corrections, planar_normal, project_to_plane};
 use nalgebra::Vector3;
 use rod::{Air, Gusts, Wind};
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
-use solver::system::Six;
 
 #[test]
 fn the_exact_solution_stays_and_what_leaves_the_plane_goes() {
@@ -19,10 +19,10 @@ fn the_exact_solution_stays_and_what_leaves_the_plane_goes() {
     let mut exact = component.dlambda.clone();
     Direct::<f64>::new(&component.system.topology).unwrap().solve(&component.system, false, &mut exact);
     component.dlambda.copy_from_slice(&exact);
-    let mut exact_dp = vec![Six::zero(); graph.nodes().len()];
+    let mut exact_dp = vec![Spatial::zero(); graph.nodes().len()];
     corrections(&component, &exact, &mut exact_dp);
-    let close = |a: &[Six<f64>], b: &[Six<f64>]| {
-        let apart = |(a, b): (&Six<f64>, &Six<f64>)| {
+    let close = |a: &[Spatial<f64>], b: &[Spatial<f64>]| {
+        let apart = |(a, b): (&Spatial<f64>, &Spatial<f64>)| {
             let d = a.plus(*b, -1.0);
             d.dot(d)
         };
@@ -35,14 +35,14 @@ fn the_exact_solution_stays_and_what_leaves_the_plane_goes() {
 
     // The plane is that of x and z. In a body's frame its normal is d2, one of the multipliers' bend-twist axes.
     for dp in &mut dp {
-        dp.stretch.0[1] += 0.3;
-        dp.bend.0[0] -= 0.2;
-        dp.bend.0[2] += 0.1;
+        dp.linear.0[1] += 0.3;
+        dp.angular.0[0] -= 0.2;
+        dp.angular.0[2] += 0.1;
     }
     for dlambda in &mut dlambda {
-        dlambda.stretch.0[1] -= 0.5;
-        dlambda.bend.0[0] += 0.7;
-        dlambda.bend.0[2] += 0.9;
+        dlambda.linear.0[1] -= 0.5;
+        dlambda.angular.0[0] += 0.7;
+        dlambda.angular.0[2] += 0.9;
     }
     project_to_plane(&component, normal, &mut dp, &mut []);
     project_to_plane(&component, normal, &mut [], &mut dlambda);

@@ -9,9 +9,9 @@ use graph::{Graph, corrections};
 use rod::{Model, State};
 use solver::component::Component;
 use solver::formulation::Formulation;
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
-use solver::system::Six;
 
 /// A planar rod, a helix, a tree, a rod that nothing holds, and the tree in air.
 fn in_motion(which: usize) -> (Model, State) {
@@ -66,13 +66,13 @@ fn exact_outputs_give_the_exact_multipliers() {
         semi::fill_node_targets(&graph, &component, scale, &dp, &mut nodes);
         Semi::new(&graph).dlambda(&graph, &component, &features, scale, &nodes, &edges, &mut found);
         let sizes = exact.iter().fold((0.0_f64, 0.0_f64), |(force, moment), x| {
-            (force.max(x.stretch.norm_squared()), moment.max(x.bend.norm_squared()))
+            (force.max(x.linear.norm_squared()), moment.max(x.angular.norm_squared()))
         });
         for (k, (found, exact)) in found.iter().zip(&exact).enumerate() {
             let apart = found.plus(*exact, -1.0);
             // The neglected compliance of stretch is some 1e-6 of what is kept, and turns are in single precision.
-            assert!(apart.stretch.norm_squared() <= 1e-9 * sizes.0, "{which} {k}: {found:?} {exact:?}");
-            assert!(apart.bend.norm_squared() <= 1e-14 * sizes.1, "{which} {k}: {found:?} {exact:?}");
+            assert!(apart.linear.norm_squared() <= 1e-9 * sizes.0, "{which} {k}: {found:?} {exact:?}");
+            assert!(apart.angular.norm_squared() <= 1e-14 * sizes.1, "{which} {k}: {found:?} {exact:?}");
         }
     }
 }
@@ -90,10 +90,10 @@ fn any_outputs_meet_the_stretch_rows() {
         for (i, (dp, node)) in dp.iter_mut().zip(graph.nodes()).enumerate() {
             let own = [0, 1, 2].map(|k: usize| f64::from(nodes[3 * i + k]) * scale / node.rod_scale[1]);
             let turn = component.poses[i].q.rotate(solver::kernel::math::Vec3(own));
-            dp.bend = if node.free[0] { turn } else { Six::zero().bend };
+            dp.angular = if node.free[0] { turn } else { Spatial::zero().angular };
         }
         for (k, terms) in component.system.joints.iter().enumerate() {
-            let left = component.system.constraint_change(k, &dp).stretch - terms.rhs.stretch;
+            let left = component.system.constraint_change(k, &dp).linear - terms.rhs.linear;
             assert!(left.norm_squared().sqrt() < 1e-9 * scale, "{which} {k}: {left:?}");
         }
     }
@@ -112,9 +112,9 @@ fn gradients_are_the_transpose_of_the_map() {
         };
         let (nodes, edges) = (numbers(3 * n, 1.0), numbers(3 * m, 2.0));
         let origin = at(&vec![0.0; 3 * n], &vec![0.0; 3 * m]);
-        let image: Vec<Six<f64>> = at(&nodes, &edges).iter().zip(&origin).map(|(x, o)| x.plus(*o, -1.0)).collect();
-        let six = |row: &[f32]| Six::from_array([0, 1, 2, 3, 4, 5].map(|k: usize| f64::from(row[k])));
-        let weights: Vec<Six<f64>> = numbers(6 * m, 3.0).chunks(6).map(six).collect();
+        let image: Vec<Spatial<f64>> = at(&nodes, &edges).iter().zip(&origin).map(|(x, o)| x.plus(*o, -1.0)).collect();
+        let spatial = |row: &[f32]| Spatial::from_array([0, 1, 2, 3, 4, 5].map(|k: usize| f64::from(row[k])));
+        let weights: Vec<Spatial<f64>> = numbers(6 * m, 3.0).chunks(6).map(spatial).collect();
         let (mut by_nodes, mut by_edges) = (vec![f32::NAN; 3 * n], vec![f32::NAN; 3 * m]);
         semi.adjoint(&graph, &component, &features, scale, &weights, &mut by_nodes, &mut by_edges);
         let products = || {

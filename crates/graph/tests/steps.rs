@@ -11,10 +11,10 @@ use rod::{Model, State};
 use solver::component::{Component, Pose};
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
-use solver::system::Six;
 
 /// Looks at every step of implicit Euler, solved tightly.
 struct Watch {
@@ -63,17 +63,17 @@ fn a_state_follows_from_its_orientations() {
             for visit in graph.visits() {
                 poses[visit.node as usize].x = Vec3([f64::NAN; 3]);
             }
-            let mut lambda = vec![Six { stretch: Vec3([9.0; 3]), bend: Vec3([9.0; 3]) }; graph.edges().len()];
+            let mut lambda = vec![Spatial { linear: Vec3([9.0; 3]), angular: Vec3([9.0; 3]) }; graph.edges().len()];
             Lift::new(&graph).fill(&graph, &at_prediction, &mut poses, &mut lambda);
             for (made, exact) in poses.iter().zip(&end.poses) {
                 assert!(norm(made.x - exact.x) < 1e-8, "{:?} {:?}", made.x, exact.x);
             }
             let largest =
-                |part: fn(&Six<f64>) -> Vec3<f64>| end.lambda.iter().map(|x| norm(part(x))).fold(0.0, f64::max);
-            let sizes = [largest(|x| x.stretch), largest(|x| x.bend)];
+                |part: fn(&Spatial<f64>) -> Vec3<f64>| end.lambda.iter().map(|x| norm(part(x))).fold(0.0, f64::max);
+            let sizes = [largest(|x| x.linear), largest(|x| x.angular)];
             for (made, exact) in lambda.iter().zip(&end.lambda) {
-                assert!(norm(made.stretch - exact.stretch) < 1e-5 * sizes[0]);
-                assert!(norm(made.bend - exact.bend) < 1e-5 * sizes[1]);
+                assert!(norm(made.linear - exact.linear) < 1e-5 * sizes[0]);
+                assert!(norm(made.angular - exact.angular) < 1e-5 * sizes[1]);
             }
         }
     }

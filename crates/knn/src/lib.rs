@@ -24,8 +24,8 @@ use dataset::{Dataset, PaperBatch, Split};
 use graph::{Channel, Graph, Normal, Norms, Whitening, paper, project_to_plane};
 use solver::component::Component;
 use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
 use solver::projection::Projection;
-use solver::system::Six;
 
 use tree::{Nearest, Tree};
 
@@ -198,7 +198,7 @@ impl KnnGuess {
 
     /// Predicts corrections and multipliers for a component's poses; either may be empty. Returns whether there is
     /// anything to predict from.
-    fn predict(&mut self, component: &Component<f64>, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) -> bool {
+    fn predict(&mut self, component: &Component<f64>, dp: &mut [Spatial<f64>], dlambda: &mut [Spatial<f64>]) -> bool {
         paper::fill_changing_nodes(&component.poses, &mut self.nodes);
         self.knn.fill(&self.graph, &self.nodes, &self.edges, &mut self.outputs);
         self.knn.norms.dp(&self.outputs.dp, dp);
@@ -215,13 +215,13 @@ impl InitialGuess for KnnGuess {
         true
     }
 
-    fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Six<f64>]) -> bool {
+    fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Spatial<f64>]) -> bool {
         self.predict(component, &mut [], dlambda)
     }
 }
 
 impl Projection for KnnGuess {
-    fn project(&mut self, component: &Component<f64>, _: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+    fn project(&mut self, component: &Component<f64>, _: usize, dp: &mut [Spatial<f64>], dlambda: &mut [Spatial<f64>]) {
         self.predict(component, dp, dlambda);
     }
 }

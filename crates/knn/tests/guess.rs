@@ -9,11 +9,11 @@ use rod::Model;
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation};
 use solver::step::{Status, StepParams};
-use solver::system::Six;
 use solver::topology::Topology;
 
 fn dataset(directory: &std::path::Path, scenario: Scenario) -> Dataset {
@@ -31,9 +31,11 @@ fn data_points_predict_themselves() {
     let trajectory = dataset.trajectory(Split::Train, 2).unwrap();
     let mut guess = KnnGuess::new(knn, trajectory.graph().clone(), None);
     let mut component = trajectory.component();
-    let (mut dlambda, mut dp) =
-        (vec![Six::zero(); trajectory.graph().edges().len()], vec![Six::zero(); trajectory.graph().nodes().len()]);
-    let norm = |x: &mut dyn Iterator<Item = Six<f64>>| x.map(|x| x.dot(x)).sum::<f64>().sqrt();
+    let (mut dlambda, mut dp) = (
+        vec![Spatial::zero(); trajectory.graph().edges().len()],
+        vec![Spatial::zero(); trajectory.graph().nodes().len()],
+    );
+    let norm = |x: &mut dyn Iterator<Item = Spatial<f64>>| x.map(|x| x.dot(x)).sum::<f64>().sqrt();
     // Later iterations correct so little that their inputs, in single precision, hardly differ.
     for sample in trajectory.samples().filter(|sample| sample.iteration() == 0) {
         sample.restore(&mut component);
@@ -41,7 +43,7 @@ fn data_points_predict_themselves() {
         assert!(guess.start_solve(&component, 0, &mut started));
         guess.project(&component, 0, &mut dp, &mut dlambda);
         assert_eq!(started, dlambda, "one prediction for both uses");
-        let exact: Vec<Six<f64>> = sample.dp().map(|x| Six::from_array(x.map(f64::from))).collect();
+        let exact: Vec<Spatial<f64>> = sample.dp().map(|x| Spatial::from_array(x.map(f64::from))).collect();
         // The clamped segment, and so the first edge's sender, looks the same at all times.
         let pairs = [(&dlambda[1..], &component.dlambda[1..]), (&dp, &exact)];
         for (found, exact) in pairs {

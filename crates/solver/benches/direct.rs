@@ -94,7 +94,7 @@ fn one_rod(n: usize, repeats: usize) -> [f64; 7] {
     rival.iterate();
     component.evaluate(Formulation::Xpbd);
     direct.solve(&component.system, false, &mut component.dlambda);
-    let (own, other): (f64, f64) = (component.dlambda[0].stretch.0[2], rival.lambda[0][2]);
+    let (own, other): (f64, f64) = (component.dlambda[0].linear.0[2], rival.lambda[0][2]);
     assert!((own - other).abs() <= 1e-6 * own.abs(), "nalgebra solves another problem: {own} and {other}");
     component.roll_back();
 

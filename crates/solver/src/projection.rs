@@ -13,8 +13,8 @@ use rod::Model;
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
+use crate::kernel::Spatial;
 use crate::step::{Interval, NoGuess, Status, StepParams, begin, evaluate, is_finite};
-use crate::system::Six;
 use crate::topology::Topology;
 use crate::unit::{accept, finish};
 
@@ -23,7 +23,13 @@ pub trait Projection: Send {
     /// Predicts `dp = M^-1 J^T dlambda` (dx [m], dphi [rad] in world axes, one entry a body; those of fixed bodies are
     /// not used) and `dlambda` (one entry a joint, as [`Component::lambda`]) for outer iteration `iteration`, from 0.
     /// Both come zeroed. The component's system is the one that a solver would solve.
-    fn project(&mut self, component: &Component<f64>, iteration: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]);
+    fn project(
+        &mut self,
+        component: &Component<f64>,
+        iteration: usize,
+        dp: &mut [Spatial<f64>],
+        dlambda: &mut [Spatial<f64>],
+    );
 }
 
 /// Makes the projection of one connected set of segments.
@@ -32,13 +38,13 @@ pub type ProjectionFactory<'a> = &'a dyn Fn(&Model, &Members, &Topology) -> Box<
 /// A projection with the memory for what it predicts.
 pub(crate) struct Predictor {
     projection: Box<dyn Projection>,
-    dp: Vec<Six<f64>>,
+    dp: Vec<Spatial<f64>>,
 }
 
 impl Predictor {
     /// A predictor for a set of so many bodies.
     pub(crate) fn new(projection: Box<dyn Projection>, bodies: usize) -> Self {
-        Self { projection, dp: vec![Six::zero(); bodies] }
+        Self { projection, dp: vec![Spatial::zero(); bodies] }
     }
 
     /// Steps `component` over `interval` with at most `params.max_iterations` predictions, fewer where the tolerance is met
@@ -82,13 +88,13 @@ impl Predictor {
         let Self { projection, dp } = self;
         let mut watch = Stopwatch::start();
         let mut dlambda = std::mem::take(&mut component.dlambda);
-        dlambda.fill(Six::zero());
-        dp.fill(Six::zero());
+        dlambda.fill(Spatial::zero());
+        dp.fill(Spatial::zero());
         projection.project(component, iteration, dp, &mut dlambda);
         let finite = dp[..component.segments()].iter().chain(&dlambda).all(is_finite);
         if !finite {
-            dlambda.fill(Six::zero());
-            dp.fill(Six::zero());
+            dlambda.fill(Spatial::zero());
+            dp.fill(Spatial::zero());
         }
         counters.guesses_used += u64::from(finite);
         counters.guesses_dropped += u64::from(!finite);

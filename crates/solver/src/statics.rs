@@ -9,10 +9,10 @@ use rod::{Model, State};
 
 use crate::component::{Component, split};
 use crate::formulation::Formulation;
+use crate::kernel::Spatial;
 use crate::linear::solvers::SolverKind;
 use crate::linear::{LinearSolver, LinearStatus};
 use crate::simulation::{SimulationError, without_contacts};
-use crate::system::Six;
 
 /// When the relaxation ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +82,7 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
     let mut dt = params.first_dt;
     let mut longest = params.first_dt * LONGEST;
     let mut quiet = 0;
-    let mut last = vec![Six::zero(); component.segments()];
+    let mut last = vec![Spatial::zero(); component.segments()];
     // Multipliers over dt^2: forces and moments, the same whatever dt.
     let mut forces = component.lambda.clone();
     let mut before = component.poses.clone();
@@ -111,13 +111,13 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
         // Turns alone make the equations nonlinear; and what is not a number is taken back, too.
         if !(step.turn <= LARGEST_TURN && step.shift.is_finite()) {
             component.roll_back();
-            last.fill(Six::zero());
+            last.fill(Spatial::zero());
             dt *= 0.25;
             quiet = 0;
             continue;
         }
         for (force, lambda) in forces.iter_mut().zip(&component.lambda) {
-            *force = Six::zero().plus(*lambda, 1.0 / (dt * dt));
+            *force = Spatial::zero().plus(*lambda, 1.0 / (dt * dt));
         }
         quiet = if report.movement <= params.tolerance { quiet + 1 } else { 0 };
         if quiet == QUIET_STEPS {
@@ -145,16 +145,16 @@ struct Movement {
 }
 
 /// Compares the step with the `last` one and puts it in its place.
-fn movement(component: &Component<f64>, last: &mut [Six<f64>]) -> Movement {
+fn movement(component: &Component<f64>, last: &mut [Spatial<f64>]) -> Movement {
     let (mut shift, mut turn, mut back, mut size) = (0.0_f64, 0.0_f64, 0.0, 0.0);
     for (body, last) in last.iter_mut().enumerate() {
         let now = component.movement(body);
         // What is not a number stays.
         let larger = |x: f64, y: f64| if x.is_nan() || x >= y { x } else { y };
-        shift = larger(shift, now.stretch.norm_squared());
-        turn = larger(turn, now.bend.norm_squared());
-        back -= now.bend.dot(last.bend);
-        size += last.bend.norm_squared();
+        shift = larger(shift, now.linear.norm_squared());
+        turn = larger(turn, now.angular.norm_squared());
+        back -= now.angular.dot(last.angular);
+        size += last.angular.norm_squared();
         *last = now;
     }
     Movement { shift: shift.sqrt(), turn: turn.sqrt(), swings: back > 0.5 * size }

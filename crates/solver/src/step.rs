@@ -4,10 +4,10 @@ use crate::component::{Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::guess::InitialGuess;
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
-use crate::system::Six;
 
 /// When the outer iterations end and how far a step may be divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -375,7 +375,7 @@ impl StepGuess<f64> for Box<dyn InitialGuess> {
         component.lambda = lambda;
         if given && !finite {
             component.poses.copy_from_slice(&component.predicted);
-            component.lambda.fill(Six::zero());
+            component.lambda.fill(Spatial::zero());
         }
         count_guess(given, finite, counters)
     }
@@ -385,7 +385,7 @@ impl StepGuess<f64> for Box<dyn InitialGuess> {
             return false;
         }
         let mut dlambda = std::mem::take(&mut component.dlambda);
-        dlambda.fill(Six::zero());
+        dlambda.fill(Spatial::zero());
         let given = self.as_mut().start_solve(component, iteration, &mut dlambda);
         let finite = dlambda.iter().all(is_finite);
         component.dlambda = dlambda;
@@ -399,7 +399,7 @@ impl StepGuess<f64> for Box<dyn InitialGuess> {
     }
 }
 
-pub(crate) fn is_finite(x: &Six<f64>) -> bool {
+pub(crate) fn is_finite(x: &Spatial<f64>) -> bool {
     x.dot(*x).is_finite()
 }
 

@@ -16,65 +16,10 @@
 
 use std::sync::Arc;
 
+use crate::kernel::Spatial;
 use crate::kernel::lane::{Both, Real};
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::topology::Topology;
-
-/// Six numbers of a joint: stretch-shear (world axes), then bend-twist (frame of body a, or world axes in world rows).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Six<T> {
-    /// Stretch-shear part.
-    pub stretch: Vec3<T>,
-    /// Bend-twist part.
-    pub bend: Vec3<T>,
-}
-
-impl<T: Real> Six<T> {
-    /// Zero.
-    #[inline(always)]
-    pub fn zero() -> Self {
-        Self { stretch: Vec3::zero(), bend: Vec3::zero() }
-    }
-
-    /// Scalar product.
-    #[inline(always)]
-    pub fn dot(self, other: Self) -> T {
-        self.stretch.dot(other.stretch) + self.bend.dot(other.bend)
-    }
-
-    /// `self + k other`.
-    #[inline(always)]
-    pub fn plus(self, other: Self, k: T) -> Self {
-        Self { stretch: self.stretch + other.stretch * k, bend: self.bend + other.bend * k }
-    }
-
-    /// Two side by side.
-    #[inline(always)]
-    pub fn both(a: Self, b: Self) -> Six<Both<T>> {
-        Six { stretch: Vec3::both(a.stretch, b.stretch), bend: Vec3::both(a.bend, b.bend) }
-    }
-
-    /// All six, stretch-shear first.
-    #[inline(always)]
-    pub fn to_array(self) -> [T; 6] {
-        let ([a, b, c], [d, e, f]) = (self.stretch.0, self.bend.0);
-        [a, b, c, d, e, f]
-    }
-
-    /// From all six, stretch-shear first.
-    #[inline(always)]
-    pub fn from_array([a, b, c, d, e, f]: [T; 6]) -> Self {
-        Self { stretch: Vec3([a, b, c]), bend: Vec3([d, e, f]) }
-    }
-}
-
-impl<T: Real> Six<Both<T>> {
-    /// One of the two.
-    #[inline(always)]
-    pub fn one(self, k: usize) -> Six<T> {
-        Six { stretch: self.stretch.one(k), bend: self.bend.one(k) }
-    }
-}
 
 /// What the system holds of a body.
 #[derive(Clone, Copy, Debug)]
@@ -109,7 +54,7 @@ pub struct JointTerms<T> {
     /// Vector part of q_b conj(q_a): the relative rotation in world axes.
     pub t: Vec3<T>,
     /// Right-hand side b: stretch-shear [m], bend-twist [1/m].
-    pub rhs: Six<T>,
+    pub rhs: Spatial<T>,
 }
 
 impl<T: Real> JointTerms<T> {
@@ -127,7 +72,7 @@ impl<T: Real> JointTerms<T> {
             twist_extra,
             s,
             t: Vec3::both(a.t, b.t),
-            rhs: Six::both(a.rhs, b.rhs),
+            rhs: Spatial::both(a.rhs, b.rhs),
         }
     }
 
@@ -156,35 +101,35 @@ impl<T: Real> JointTerms<T> {
 
     /// Rows to world rows: `(r_s, G^-1 r_b)`.
     #[inline(always)]
-    pub fn to_world(&self, r: Six<T>, q_a: Quat<T>) -> Six<T> {
-        let bend = self.n(q_a.rotate(r.bend), T::splat(1.0) / self.s) * self.length;
-        Six { stretch: r.stretch, bend }
+    pub fn to_world(&self, r: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
+        let angular = self.n(q_a.rotate(r.angular), T::splat(1.0) / self.s) * self.length;
+        Spatial { linear: r.linear, angular }
     }
 
     /// World rows to rows: `(r_s, G r_b)`.
     #[inline(always)]
-    pub fn from_world(&self, r: Six<T>, q_a: Quat<T>) -> Six<T> {
+    pub fn from_world(&self, r: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
         // G = (1/l) R_a^T (s I - [t]x).
-        let turned = r.bend * self.s - self.t.cross(r.bend);
-        let bend = q_a.rotate_back(turned) * (T::splat(1.0) / self.length);
-        Six { stretch: r.stretch, bend }
+        let turned = r.angular * self.s - self.t.cross(r.angular);
+        let angular = q_a.rotate_back(turned) * (T::splat(1.0) / self.length);
+        Spatial { linear: r.linear, angular }
     }
 
     /// Multipliers from those of the world rows: `(lambda_s, G^-T lambda_b)`.
     #[inline(always)]
-    pub fn multipliers_from_world(&self, x: Six<T>, q_a: Quat<T>) -> Six<T> {
+    pub fn multipliers_from_world(&self, x: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
         let inv_s = T::splat(1.0) / self.s;
-        let n_transposed = x.bend * self.s - self.t.cross(x.bend) + self.t * (self.t.dot(x.bend) * inv_s);
-        Six { stretch: x.stretch, bend: q_a.rotate_back(n_transposed) * self.length }
+        let n_transposed = x.angular * self.s - self.t.cross(x.angular) + self.t * (self.t.dot(x.angular) * inv_s);
+        Spatial { linear: x.linear, angular: q_a.rotate_back(n_transposed) * self.length }
     }
 
     /// Multipliers to those of the world rows: `(lambda_s, G^T lambda_b)`, a force and a torque.
     #[inline(always)]
-    pub fn multipliers_to_world(&self, x: Six<T>, q_a: Quat<T>) -> Six<T> {
+    pub fn multipliers_to_world(&self, x: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
         // G^T = (1/l) (s I + [t]x) R_a.
-        let y = q_a.rotate(x.bend);
-        let bend = (y * self.s + self.t.cross(y)) * (T::splat(1.0) / self.length);
-        Six { stretch: x.stretch, bend }
+        let y = q_a.rotate(x.angular);
+        let angular = (y * self.s + self.t.cross(y)) * (T::splat(1.0) / self.length);
+        Spatial { linear: x.linear, angular }
     }
 }
 
@@ -217,7 +162,7 @@ impl<T: Real> System<T> {
             twist_extra: T::zero(),
             s: T::splat(1.0),
             t: Vec3::zero(),
-            rhs: Six::zero(),
+            rhs: Spatial::zero(),
         };
         let (bodies, joints) = (vec![body; topology.bodies()], vec![joint; topology.joints.len()]);
         Self { topology, bodies, joints }
@@ -225,34 +170,34 @@ impl<T: Real> System<T> {
 
     /// Adds `J^T lambda` (world rows: a force and a torque on each body) of joint `j` to `impulse`, one entry a body.
     #[inline(always)]
-    pub fn add_impulse(&self, j: usize, world: Six<T>, impulse: &mut [Six<T>]) {
+    pub fn add_impulse(&self, j: usize, world: Spatial<T>, impulse: &mut [Spatial<T>]) {
         let [a, b] = self.topology.joints[j];
         let [za, zb] = self.joints[j].offsets;
-        let (f, torque) = (world.stretch, world.bend);
+        let (f, torque) = (world.linear, world.angular);
         let on_a = &mut impulse[a as usize];
-        on_a.stretch += f;
-        on_a.bend += self.bodies[a as usize].axis.cross(f) * za - torque;
+        on_a.linear += f;
+        on_a.angular += self.bodies[a as usize].axis.cross(f) * za - torque;
         let on_b = &mut impulse[b as usize];
-        on_b.stretch -= f;
-        on_b.bend -= self.bodies[b as usize].axis.cross(f) * zb - torque;
+        on_b.linear -= f;
+        on_b.angular -= self.bodies[b as usize].axis.cross(f) * zb - torque;
     }
 
     /// `M^-1 impulse` of a body: its correction (dx, dphi).
     #[inline(always)]
-    pub fn correction(&self, body: usize, impulse: Six<T>) -> Six<T> {
+    pub fn correction(&self, body: usize, impulse: Spatial<T>) -> Spatial<T> {
         let terms = &self.bodies[body];
-        Six { stretch: impulse.stretch * terms.inverse_mass, bend: terms.inverse_inertia.apply(impulse.bend) }
+        Spatial { linear: impulse.linear * terms.inverse_mass, angular: terms.inverse_inertia.apply(impulse.angular) }
     }
 
     /// `J dp` of joint `j` in world rows, for corrections (dx, dphi), one entry a body.
     #[inline(always)]
-    pub fn constraint_change(&self, j: usize, corrections: &[Six<T>]) -> Six<T> {
+    pub fn constraint_change(&self, j: usize, corrections: &[Spatial<T>]) -> Spatial<T> {
         let [a, b] = self.topology.joints[j];
         let [za, zb] = self.joints[j].offsets;
         let (on_a, on_b) = (corrections[a as usize], corrections[b as usize]);
         // -z [d]x dphi = z dphi x d.
-        let at_a = on_a.stretch + on_a.bend.cross(self.bodies[a as usize].axis) * za;
-        let at_b = on_b.stretch + on_b.bend.cross(self.bodies[b as usize].axis) * zb;
-        Six { stretch: at_a - at_b, bend: on_b.bend - on_a.bend }
+        let at_a = on_a.linear + on_a.angular.cross(self.bodies[a as usize].axis) * za;
+        let at_b = on_b.linear + on_b.angular.cross(self.bodies[b as usize].axis) * zb;
+        Spatial { linear: at_a - at_b, angular: on_b.angular - on_a.angular }
     }
 }

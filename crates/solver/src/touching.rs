@@ -8,13 +8,13 @@ use rod::{Body, Contacts, Model};
 use crate::contact::{Shape, Stage};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
+use crate::kernel::Spatial;
 use crate::linear::LinearInfo;
 use crate::linear::solvers::SolverError;
 use crate::simulation::PARALLEL_SEGMENTS;
 use crate::step::{
     Attempt, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
 };
-use crate::system::Six;
 use crate::unit::{Line9, Single, accept, finish};
 
 /// Residual of the rods' own constraints that is always good enough, relative to the tolerance of contacts.
@@ -66,8 +66,8 @@ impl Touching {
                 };
             }
             let bodies = unit.component.poses.len();
-            unit.component.pushes = vec![Six::zero(); bodies];
-            unit.component.pushed = vec![Six::zero(); bodies];
+            unit.component.pushes = vec![Spatial::zero(); bodies];
+            unit.component.pushed = vec![Spatial::zero(); bodies];
         }
         for joint in &model.joints {
             // The thicker of two ends that meet stands for both.
@@ -144,7 +144,7 @@ impl Touching {
     fn roll_back(&mut self) {
         for unit in &mut self.units {
             unit.component.roll_back();
-            unit.component.pushed.fill(Six::zero());
+            unit.component.pushed.fill(Spatial::zero());
         }
         self.stage.roll_back();
     }
@@ -197,7 +197,7 @@ impl Touching {
     /// Prediction, guesses for the step's start, first evaluation.
     fn begin(&mut self, interval: Interval, params: &StepParams, guessing: bool) {
         let first = |unit: &mut Single| {
-            unit.component.pushed.fill(Six::zero());
+            unit.component.pushed.fill(Spatial::zero());
             let Single { component, line9, counters, .. } = unit;
             let attempt = match line9 {
                 Line9::Solved { guess: Some(guess), .. } if guessing => {
@@ -254,7 +254,7 @@ impl Touching {
             if let Line9::Solved { .. } = unit.line9 {
                 update(&mut unit.component, formulation, 1.0, &mut unit.counters);
             }
-            unit.component.dlambda.fill(Six::zero());
+            unit.component.dlambda.fill(Spatial::zero());
         });
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, units, counters| {
@@ -276,7 +276,7 @@ impl Touching {
         self.each(|unit, turn| {
             let Single { component, line9, counters, .. } = unit;
             if !turn.takes_part && turn.attempt.residuals.worst() <= turn.attempt.target {
-                component.dlambda.fill(Six::zero());
+                component.dlambda.fill(Spatial::zero());
                 return;
             }
             match line9 {

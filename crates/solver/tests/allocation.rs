@@ -7,11 +7,11 @@ use nalgebra::Vector3;
 use rod::{Air, Assembly, Gusts, Material, RodSpec, Wind, shape};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
-use solver::system::Six;
 
 fn allocations(f: impl FnOnce()) -> u64 {
     allocation_counter::measure(f).count_total
@@ -24,7 +24,7 @@ fn solves_do_not_allocate() {
     let kinds = PreconditionerKind::ALL.map(|preconditioner| CgParams { preconditioner, ..CgParams::default() });
     for kind in kinds.map(SolverKind::Cg).into_iter().chain([SolverKind::Direct]) {
         let mut solver = kind.build(&model, &members, &component.system.topology).unwrap();
-        let mut x = vec![Six::zero(); component.system.joints.len()];
+        let mut x = vec![Spatial::zero(); component.system.joints.len()];
         let count = allocations(|| {
             for _ in 0..3 {
                 solver.solve(&component.system, false, &mut x);
@@ -40,7 +40,7 @@ fn guesses_do_not_allocate() {
     let (mut component, members) = component_after(&model, &state, 10, Formulation::Xpbd);
     for kind in GuessKind::ALL {
         let Some(mut guess) = kind.build(&model, &members, &component.system.topology) else { continue };
-        let mut x = vec![Six::zero(); component.system.joints.len()];
+        let mut x = vec![Spatial::zero(); component.system.joints.len()];
         let mut poses = component.poses.clone();
         let count = allocations(|| {
             for _ in 0..12 {

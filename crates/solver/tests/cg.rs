@@ -8,12 +8,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use solver::component::{Component, Members};
 use solver::formulation::Formulation;
+use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
 use solver::linear::operator::Operator;
 use solver::linear::precondition::{Frozen, Preconditioner, PreconditionerKind};
 use solver::linear::solvers::SolverKind;
 use solver::linear::{LinearInfo, LinearSolver, LinearStatus};
-use solver::system::Six;
 
 fn scenes() -> Vec<(&'static str, rod::Model, rod::State, usize)> {
     let named = |name, (model, state), steps| (name, model, state, steps);
@@ -34,8 +34,8 @@ fn solver_for(
     SolverKind::Cg(params).build(model, members, &component.system.topology).unwrap()
 }
 
-fn run(solver: &mut dyn LinearSolver, component: &Component<f64>) -> (LinearInfo, Vec<Six<f64>>) {
-    let mut x = vec![Six::zero(); component.system.joints.len()];
+fn run(solver: &mut dyn LinearSolver, component: &Component<f64>) -> (LinearInfo, Vec<Spatial<f64>>) {
+    let mut x = vec![Spatial::zero(); component.system.joints.len()];
     let info = solver.solve(&component.system, false, &mut x);
     (info, x)
 }
@@ -58,11 +58,11 @@ fn the_product_is_that_of_the_dense_matrix_and_symmetric() {
             operator.prepare(&component.system);
             let n = dense.nrows();
             let mut product = DMatrix::zeros(n, n);
-            let mut out = vec![Six::zero(); n / 6];
+            let mut out = vec![Spatial::zero(); n / 6];
             for column in 0..n {
                 let mut unit = DVector::zeros(n);
                 unit[column] = 1.0;
-                let curvature = operator.apply(topology, &sixes(&unit), &mut out);
+                let curvature = operator.apply(topology, &spatials(&unit), &mut out);
                 product.set_column(column, &flat(&out));
                 assert_eq!(curvature, product[(column, column)], "{name}");
             }
@@ -152,12 +152,12 @@ fn iterations_of_a_falling_rod() {
 fn a_zero_right_hand_side_is_solved_by_zero() {
     let (model, state) = rod(3.0, 10, 0.05, material(1e5, 1000.0));
     let (mut component, members) = component_after(&model, &state, 5, Formulation::Xpbd);
-    component.system.joints.iter_mut().for_each(|joint| joint.rhs = Six::zero());
+    component.system.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
     for preconditioner in PreconditionerKind::ALL {
         let mut solver = solver_for(&model, &members, &component, CgParams { preconditioner, ..CgParams::default() });
-        let mut x = vec![Six::from_array([1.0; 6]); 9];
+        let mut x = vec![Spatial::from_array([1.0; 6]); 9];
         let info = solver.solve(&component.system, true, &mut x);
-        assert_eq!((info, x), (LinearInfo::default(), vec![Six::zero(); 9]));
+        assert_eq!((info, x), (LinearInfo::default(), vec![Spatial::zero(); 9]));
     }
 }
 
@@ -171,12 +171,12 @@ fn caps_and_numbers_that_are_not_finite_end_with_a_status() {
         assert_eq!((info.status, info.iterations), (LinearStatus::OutOfIterations, 2));
         assert!(info.residual > 1e-12);
     }
-    component.system.joints[3].rhs.stretch.0[0] = f64::NAN;
+    component.system.joints[3].rhs.linear.0[0] = f64::NAN;
     for preconditioner in PreconditionerKind::ALL {
         let params = CgParams { preconditioner, ..CgParams::default() };
         let (info, x) = run(solver_for(&model, &members, &component, params).as_mut(), &component);
         assert_eq!(info.status, LinearStatus::NotPositiveDefinite);
-        assert_eq!(x, vec![Six::zero(); 9]);
+        assert_eq!(x, vec![Spatial::zero(); 9]);
     }
 }
 
@@ -188,7 +188,7 @@ fn a_better_start_does_not_buy_a_stricter_target() {
     for preconditioner in PreconditionerKind::ALL {
         let params = CgParams { preconditioner, ..CgParams::default() };
         let mut solver = solver_for(&model, &members, &component, params);
-        let mut x = sixes(&solution);
+        let mut x = spatials(&solution);
         let info = solver.solve(&component.system, true, &mut x);
         assert_eq!((info.status, info.iterations), (LinearStatus::Solved, 0), "{preconditioner} {info:?}");
     }
@@ -228,7 +228,7 @@ fn whatever_the_start_the_solution_is_as_exact_as_asked() {
             let params = CgParams { preconditioner, ..CgParams::default() };
             let mut solver = solver_for(&model, &members, &component, params);
             let mut check = |start: DVector<f64>| {
-                let mut x = sixes(&start);
+                let mut x = spatials(&start);
                 let info = solver.solve(system, true, &mut x);
                 let residual = relative_residual(&model, &members, &component, preconditioner, &x);
                 assert_eq!(info.status, LinearStatus::Solved, "{name}, {preconditioner}");
@@ -256,7 +256,7 @@ fn relative_residual(
     members: &Members,
     component: &Component<f64>,
     preconditioner: PreconditionerKind,
-    x: &[Six<f64>],
+    x: &[Spatial<f64>],
 ) -> f64 {
     let (system, topology) = (&component.system, &component.system.topology);
     let mut operator = Operator::new(topology);
@@ -264,10 +264,10 @@ fn relative_residual(
     let mut preconditioner = Preconditioner::new(preconditioner, topology, Frozen::new(model, members, topology).ok());
     preconditioner.prepare(&operator, system);
     let b = rhs(system);
-    let mut image = vec![Six::zero(); x.len()];
+    let mut image = vec![Spatial::zero(); x.len()];
     operator.apply(topology, x, &mut image);
     let residual: Vec<_> = b.iter().zip(&image).map(|(b, ax)| b.plus(*ax, -1.0)).collect();
     (preconditioner.apply(system, &residual, &mut image)
-        / preconditioner.apply(system, &b, &mut vec![Six::zero(); x.len()]))
+        / preconditioner.apply(system, &b, &mut vec![Spatial::zero(); x.len()]))
     .sqrt()
 }

@@ -8,21 +8,21 @@ use solver::component::{Component, Members, Pose};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{Fischer, GuessKind, InitialGuess};
+use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
-use solver::system::Six;
 use solver::topology::Topology;
 
 fn built(kind: GuessKind, model: &Model, members: &Members, component: &Component<f64>) -> Box<dyn InitialGuess> {
     kind.build(model, members, &component.system.topology).unwrap()
 }
 
-fn started(guess: &mut dyn InitialGuess, component: &Component<f64>, iteration: usize) -> Option<Vec<Six<f64>>> {
-    let mut x = vec![Six::zero(); component.system.joints.len()];
+fn started(guess: &mut dyn InitialGuess, component: &Component<f64>, iteration: usize) -> Option<Vec<Spatial<f64>>> {
+    let mut x = vec![Spatial::zero(); component.system.joints.len()];
     guess.start_solve(component, iteration, &mut x).then_some(x)
 }
 
@@ -40,13 +40,19 @@ fn turned(component: &Component<f64>, angle: f64) -> Component<f64> {
     }
     for (joint, x) in out.system.joints.iter_mut().zip(&mut out.dlambda) {
         joint.t = turn.rotate(joint.t);
-        joint.rhs.stretch = turn.rotate(joint.rhs.stretch);
-        x.stretch = turn.rotate(x.stretch);
+        joint.rhs.linear = turn.rotate(joint.rhs.linear);
+        x.linear = turn.rotate(x.linear);
     }
     out
 }
 
-fn iterations(model: &Model, members: &Members, component: &Component<f64>, start: &[Six<f64>], tolerance: f64) -> u64 {
+fn iterations(
+    model: &Model,
+    members: &Members,
+    component: &Component<f64>,
+    start: &[Spatial<f64>],
+    tolerance: f64,
+) -> u64 {
     let params = CgParams { preconditioner: PreconditionerKind::BlockJacobi, tolerance, ..CgParams::default() };
     let mut solver = SolverKind::Cg(params).build(model, members, &component.system.topology).unwrap();
     solver.solve(&component.system, true, &mut start.to_vec()).iterations
@@ -56,7 +62,7 @@ fn iterations(model: &Model, members: &Members, component: &Component<f64>, star
 fn the_exact_solution_in_the_history_is_found_even_if_the_rod_has_turned() {
     let (model, state) = rod(3.0, 25, 0.05, material(1e5, 1000.0));
     let (mut component, members) = component_after(&model, &state, 20, Formulation::XpbdGeometric);
-    let solution = sixes(&dense_solution(&component.system));
+    let solution = spatials(&dense_solution(&component.system));
     for kind in [GuessKind::Previous, GuessKind::Fischer(1), GuessKind::Fischer(8)] {
         let mut guess = built(kind, &model, &members, &component);
         assert!(started(guess.as_mut(), &component, 0).is_none());
@@ -78,7 +84,7 @@ fn a_projection_survives_dependent_huge_and_useless_solutions() {
     let (mut component, _) = component_after(&model, &state, 15, Formulation::Xpbd);
     let solution = dense_solution(&component.system);
     let a = dense_matrix(&component.system);
-    let error = |x: &[Six<f64>]| {
+    let error = |x: &[Spatial<f64>]| {
         let e = flat(x) - &solution;
         (e.dot(&(&a * &e)) / solution.dot(&(&a * &solution))).sqrt()
     };
@@ -97,7 +103,7 @@ fn a_projection_survives_dependent_huge_and_useless_solutions() {
                     _ => 0.0,
                 };
             }
-            *x = Six::from_array(values);
+            *x = Spatial::from_array(values);
         }
         guess.observe_solve(&component, 0);
         let start = started(&mut guess, &component, 0).unwrap();
@@ -106,7 +112,7 @@ fn a_projection_survives_dependent_huge_and_useless_solutions() {
             assert!(error(&start) < 1e-6, "round {round}: {}", error(&start));
         }
     }
-    component.dlambda.fill(Six::from_array([f64::NAN; 6]));
+    component.dlambda.fill(Spatial::from_array([f64::NAN; 6]));
     guess.observe_solve(&component, 0);
     assert!(error(&started(&mut guess, &component, 0).unwrap()) < 1e-6, "what is not finite is not kept");
 }
@@ -245,7 +251,7 @@ fn a_wild_start_of_a_step_gives_way_to_the_prediction() {
             &mut self,
             _: &Component<f64>,
             poses: &mut [solver::component::Pose<f64>],
-            _: &mut [Six<f64>],
+            _: &mut [Spatial<f64>],
         ) -> bool {
             poses.iter_mut().enumerate().skip(1).for_each(|(i, pose)| pose.x.0[1] += (7.0 * i as f64).sin());
             true
@@ -283,8 +289,8 @@ impl InitialGuess for Absurd {
         self.trust
     }
 
-    fn start_step(&mut self, _: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
-        lambda.fill(Six { stretch: Vec3([self.multipliers; 3]), bend: Vec3([-self.multipliers; 3]) });
+    fn start_step(&mut self, _: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
+        lambda.fill(Spatial { linear: Vec3([self.multipliers; 3]), angular: Vec3([-self.multipliers; 3]) });
         for (k, pose) in poses.iter_mut().enumerate() {
             pose.x += Vec3([1e3 * k as f64, -1e5, 1e4]);
             pose.q = pose.q.turned(Vec3([3.0 * k as f64, -2.0, 40.0]));

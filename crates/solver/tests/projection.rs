@@ -6,12 +6,12 @@ use common::*;
 use rod::{Model, State};
 use solver::component::{Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation};
 use solver::step::{Status, StepParams};
-use solver::system::Six;
 use solver::topology::Topology;
 
 /// Predicts the exact solution, times `scale`, except in the outer iterations where `wrong` says so.
@@ -22,10 +22,16 @@ struct Exact {
 }
 
 impl Projection for Exact {
-    fn project(&mut self, component: &Component<f64>, iteration: usize, dp: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+    fn project(
+        &mut self,
+        component: &Component<f64>,
+        iteration: usize,
+        dp: &mut [Spatial<f64>],
+        dlambda: &mut [Spatial<f64>],
+    ) {
         let system = &component.system;
         self.solver.solve(system, false, dlambda);
-        dlambda.iter_mut().for_each(|x| *x = Six::zero().plus(*x, self.scale));
+        dlambda.iter_mut().for_each(|x| *x = Spatial::zero().plus(*x, self.scale));
         for (j, (&dlambda, &[a, _])) in dlambda.iter().zip(&system.topology.joints).enumerate() {
             let q_a = system.bodies[a as usize].orientation;
             system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), dp);
@@ -33,11 +39,11 @@ impl Projection for Exact {
         for (body, dp) in dp.iter_mut().enumerate() {
             *dp = system.correction(body, *dp);
             if system.bodies[body].inverse_mass == 0.0 {
-                *dp = Six::from_array([1.0; 6]);
+                *dp = Spatial::from_array([1.0; 6]);
             }
         }
         if (self.wrong)(iteration) {
-            dp[1].bend.0[2] = f64::NAN;
+            dp[1].angular.0[2] = f64::NAN;
         }
     }
 }
@@ -116,9 +122,9 @@ fn huge_predictions_end_with_the_last_finite_state() {
     /// Multipliers whose residuals overflow, in the third step.
     struct Huge(usize);
     impl Projection for Huge {
-        fn project(&mut self, _: &Component<f64>, _: usize, _: &mut [Six<f64>], dlambda: &mut [Six<f64>]) {
+        fn project(&mut self, _: &Component<f64>, _: usize, _: &mut [Spatial<f64>], dlambda: &mut [Spatial<f64>]) {
             self.0 += 1;
-            dlambda.fill(Six::from_array([if self.0 > 2 { 1e153 } else { 0.0 }; 6]));
+            dlambda.fill(Spatial::from_array([if self.0 > 2 { 1e153 } else { 0.0 }; 6]));
         }
     }
     let (model, state) = helix(24);
@@ -207,9 +213,9 @@ fn bad_predictions_that_touch_say_so_and_stay_finite() {
     /// Turns and shifts of this size, and no multipliers.
     struct Bad(f64);
     impl Projection for Bad {
-        fn project(&mut self, _: &Component<f64>, iteration: usize, dp: &mut [Six<f64>], _: &mut [Six<f64>]) {
+        fn project(&mut self, _: &Component<f64>, iteration: usize, dp: &mut [Spatial<f64>], _: &mut [Spatial<f64>]) {
             let of = |body: usize| self.0 * (7.0 * body as f64 + iteration as f64).sin();
-            dp.iter_mut().enumerate().for_each(|(body, dp)| *dp = Six::from_array([of(body); 6]));
+            dp.iter_mut().enumerate().for_each(|(body, dp)| *dp = Spatial::from_array([of(body); 6]));
         }
     }
     let (model, state) = colliding();

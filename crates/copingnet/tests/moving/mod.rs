@@ -10,9 +10,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use scenes::{advance, component, helix, moved, rod, tree, zeros};
 use solver::component::Component;
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
-use solver::system::Six;
 
 use crate::common;
 
@@ -85,7 +85,7 @@ pub fn prepared(kind: (Features, Head), model: &Model, state: &State) -> Prepare
 
 impl Prepared {
     /// What the guess says.
-    pub fn predicted(&mut self) -> Vec<Six<f64>> {
+    pub fn predicted(&mut self) -> Vec<Spatial<f64>> {
         let mut dlambda = zeros(self.component.dlambda.len());
         self.guess.predict(&self.component, &mut dlambda);
         dlambda
@@ -105,8 +105,8 @@ impl Prepared {
 }
 
 /// Largest differences of stretch-shear and of bend-twist multipliers, over the largest expected ones.
-pub fn apart(found: &[Six<f64>], expected: &[Six<f64>]) -> [f64; 2] {
-    let norms = |x: Six<f64>| [x.stretch, x.bend].map(|x| x.norm_squared().sqrt());
+pub fn apart(found: &[Spatial<f64>], expected: &[Spatial<f64>]) -> [f64; 2] {
+    let norms = |x: Spatial<f64>| [x.linear, x.angular].map(|x| x.norm_squared().sqrt());
     let largest = |[a, b]: [f64; 2], [x, y]: [f64; 2]| [a.max(x), b.max(y)];
     let sizes = expected.iter().copied().map(norms).fold([0.0; 2], largest);
     let errors = found.iter().zip(expected).map(|(a, b)| norms(a.plus(*b, -1.0))).fold([0.0; 2], largest);

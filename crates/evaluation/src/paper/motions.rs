@@ -160,9 +160,9 @@ pub fn agreement(cells: &[Cell]) -> Vec<Agreement> {
 #[cfg(test)]
 mod tests {
     use solver::component::{Component, Members};
+    use solver::kernel::Spatial;
     use solver::projection::Projection;
     use solver::step::StepParams;
-    use solver::system::Six;
     use solver::topology::Topology;
 
     use super::super::Method;
@@ -173,7 +173,7 @@ mod tests {
     struct Nothing;
 
     impl Projection for Nothing {
-        fn project(&mut self, _: &Component<f64>, _: usize, _: &mut [Six<f64>], _: &mut [Six<f64>]) {}
+        fn project(&mut self, _: &Component<f64>, _: usize, _: &mut [Spatial<f64>], _: &mut [Spatial<f64>]) {}
     }
 
     fn nothing(_: &Model, _: &Members, _: &Topology) -> Box<dyn Projection> {

@@ -128,9 +128,9 @@ pub fn worst(cells: &[Cell]) -> Vec<Worst> {
 mod tests {
     use rod::Model;
     use solver::component::{Component, Members};
+    use solver::kernel::Spatial;
     use solver::projection::Projection;
     use solver::step::StepParams;
-    use solver::system::Six;
     use solver::topology::Topology;
 
     use super::super::Method;
@@ -141,9 +141,9 @@ mod tests {
     struct Falls(usize);
 
     impl Projection for Falls {
-        fn project(&mut self, _: &Component<f64>, _: usize, dp: &mut [Six<f64>], _: &mut [Six<f64>]) {
+        fn project(&mut self, _: &Component<f64>, _: usize, dp: &mut [Spatial<f64>], _: &mut [Spatial<f64>]) {
             if self.0 == 0 {
-                dp.iter_mut().for_each(|dp| dp.stretch.0[0] = 1e153);
+                dp.iter_mut().for_each(|dp| dp.linear.0[0] = 1e153);
             }
             self.0 = self.0.saturating_sub(1);
         }

@@ -8,9 +8,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
+use solver::kernel::Spatial;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
-use solver::system::Six;
 
 pub const DT: f64 = 0.02;
 const SOFT: Material = Material { youngs_modulus: 1e5, torsion_modulus: 2e5, density: 100.0 };
@@ -119,6 +119,6 @@ pub fn assert_close(a: &[f32], b: &[f32], tolerance: f32) {
     }
 }
 
-pub fn zeros(n: usize) -> Vec<Six<f64>> {
-    vec![Six::zero(); n]
+pub fn zeros(n: usize) -> Vec<Spatial<f64>> {
+    vec![Spatial::zero(); n]
 }

@@ -10,9 +10,9 @@ use rod::{Air, Model};
 
 use super::lanes::{get, put, vec3};
 use super::{Component, Members};
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
-use crate::system::Six;
 
 /// What stays the same of a segment in air.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ pub(super) struct Drag<T> {
     bodies: Vec<Exposed<T>>,
     /// Per segment: change of the velocity beyond that of free fall [m/s], and angular impulse in the body's frame
     /// [kg m^2/s].
-    pub(super) impulses: Vec<Six<T>>,
+    pub(super) impulses: Vec<Spatial<T>>,
 }
 
 impl<T: Real> Drag<T> {
@@ -52,7 +52,7 @@ impl<T: Real> Drag<T> {
                 body.tangential.set_lane(lane, profile * air.tangential_drag);
             }
         }
-        Self { air: air.clone(), bodies, impulses: vec![Six::zero(); count] }
+        Self { air: air.clone(), bodies, impulses: vec![Spatial::zero(); count] }
     }
 
     pub(super) fn pick(&self, lane: usize) -> Drag<f64> {
@@ -63,7 +63,7 @@ impl<T: Real> Drag<T> {
             tangential: body.tangential.lane(lane),
         };
         let bodies: Vec<_> = self.bodies.iter().map(pick).collect();
-        Drag { air: self.air.clone(), impulses: vec![Six::zero(); bodies.len()], bodies }
+        Drag { air: self.air.clone(), impulses: vec![Spatial::zero(); bodies.len()], bodies }
     }
 }
 
@@ -93,19 +93,19 @@ impl<T: Real> Component<T> {
         let Drag { air, bodies: exposed, impulses } = drag.as_mut();
         let wind = air.wind.at(time + dt);
         let (zero, half, two, h) = (T::zero(), T::splat(0.5), T::splat(2.0), T::splat(dt));
-        scratch.fill(Six::zero());
+        scratch.fill(Spatial::zero());
         for load in loads.iter() {
-            scratch[load.body].stretch += load.force;
+            scratch[load.body].linear += load.force;
         }
         for (i, body) in exposed.iter().enumerate() {
             let (constants, pose, velocity) = (&mut bodies[i], &poses[i], &velocities[i]);
             let axis = pose.q.axis();
             // The two Gauss points lie at +-l / (2 sqrt 3).
             let arm = axis * (constants.length * T::splat(GAUSS));
-            let turning = velocity.bend.cross(arm);
+            let turning = velocity.angular.cross(arm);
             let (mut force, mut torque, mut slope, mut swept) = (Vec3::zero(), Vec3::zero(), zero, zero);
             for side in [T::splat(1.0), T::splat(-1.0)] {
-                let relative = wind_at(&wind, pose.x + arm * side) - velocity.stretch - turning * side;
+                let relative = wind_at(&wind, pose.x + arm * side) - velocity.linear - turning * side;
                 let along = relative.dot(axis);
                 let across = relative - axis * along;
                 let (normal, tangential) = (body.normal * across.norm_squared().sqrt(), body.tangential * along.abs());
@@ -118,7 +118,7 @@ impl<T: Real> Component<T> {
             }
             // What weight and loads will have made of it by the end of the step, at most the terminal speed: else a
             // segment that starts at rest would fall beyond it.
-            let pull = *gravity * body.mass + scratch[i].stretch;
+            let pull = *gravity * body.mass + scratch[i].linear;
             let pull_along = pull.dot(axis);
             let pull_across = (pull - axis * pull_along).norm_squared().sqrt();
             slope = slope.max(fallen(body.normal, pull_across, body.mass, h));
@@ -135,9 +135,9 @@ impl<T: Real> Component<T> {
             constants.transverse = (body.transverse + added * third) * free + (T::splat(1.0) - free);
             // The prediction adds free fall, with the mass as it is; what the added mass takes from it is taken here.
             let late = *gravity * (added * constants.inverse_mass);
-            impulses[i] = Six {
-                stretch: (force * constants.inverse_mass - late) * h,
-                bend: pose.q.rotate_back(torque) * (h * free),
+            impulses[i] = Spatial {
+                linear: (force * constants.inverse_mass - late) * h,
+                angular: pose.q.rotate_back(torque) * (h * free),
             };
         }
     }

@@ -2,9 +2,9 @@
 
 use super::{Component, Residuals};
 use crate::formulation::Formulation;
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Sym3, Vec3};
-use crate::system::Six;
 
 impl<T: Real> Component<T> {
     /// Evaluates constraints, residuals, Jacobians and mass matrices at the current poses and multipliers: the linear
@@ -52,8 +52,8 @@ impl<T: Real> Component<T> {
         self.pulls.fill(Vec3::zero());
         for ((&[a, b], terms), lambda) in self.system.topology.joints.iter().zip(&self.system.joints).zip(&self.lambda)
         {
-            self.pulls[a as usize] += lambda.stretch * terms.offsets[0];
-            self.pulls[b as usize] -= lambda.stretch * terms.offsets[1];
+            self.pulls[a as usize] += lambda.linear * terms.offsets[0];
+            self.pulls[b as usize] -= lambda.linear * terms.offsets[1];
         }
         self.add_loads_pulls();
     }
@@ -82,7 +82,7 @@ impl<T: Real> Component<T> {
 
     /// The multipliers, if there are any yet, are a guess for the step's end: from here on the pulls are theirs.
     pub(crate) fn expect_multipliers(&mut self) {
-        let is_zero = |x: &Six<T>| (0..T::LANES).all(|lane| x.dot(*x).lane(lane) == 0.0);
+        let is_zero = |x: &Spatial<T>| (0..T::LANES).all(|lane| x.dot(*x).lane(lane) == 0.0);
         self.pulls_hold &= self.lambda.iter().all(is_zero);
     }
 
@@ -103,10 +103,10 @@ impl<T: Real> Component<T> {
             terms.t = first.q.rotate(relative.v);
             let strain = relative.v * (T::splat(2.0) / terms.length) - constants.rest_darboux;
             let stretch =
-                gap + lambda.stretch * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.stretch));
-            let mut bend = strain + lambda.bend * terms.bend;
-            bend.0[2] += lambda.bend.0[2] * terms.twist_extra;
-            terms.rhs = Six { stretch: -stretch, bend: -bend };
+                gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
+            let mut bend = strain + lambda.angular * terms.bend;
+            bend.0[2] += lambda.angular.0[2] * terms.twist_extra;
+            terms.rhs = Spatial { linear: -stretch, angular: -bend };
             let inverse_length = T::splat(1.0) / terms.length;
             let stretch = stretch.norm_squared() * (inverse_length * inverse_length);
             let bend = bend.norm_squared() * (terms.length * terms.length);
@@ -140,9 +140,9 @@ impl<T: Real> Component<T> {
                 phi * constants.transverse + axis * (axis.dot(phi) * (constants.axial - constants.transverse));
             let impulse = self.scratch[i];
             // The translation's part of M^-1 g, without the detour over the mass.
-            let dx = (predicted.x - pose.x) * constants.free + impulse.stretch * constants.inverse_mass;
-            let dphi = self.system.bodies[i].inverse_inertia.apply(impulse.bend - turning);
-            self.momentum[i] = Six { stretch: dx, bend: dphi };
+            let dx = (predicted.x - pose.x) * constants.free + impulse.linear * constants.inverse_mass;
+            let dphi = self.system.bodies[i].inverse_inertia.apply(impulse.angular - turning);
+            self.momentum[i] = Spatial { linear: dx, angular: dphi };
         }
         self.add_momentum(worst);
     }
@@ -160,12 +160,12 @@ impl<T: Real> Component<T> {
     /// Sums the loads' torques times dt^2 per body.
     #[inline(always)]
     fn gather_torques(&mut self) {
-        self.momentum.resize(self.scratch.len(), Six::zero());
-        self.scratch.fill(Six::zero());
+        self.momentum.resize(self.scratch.len(), Spatial::zero());
+        self.scratch.fill(Spatial::zero());
         let dt2 = T::splat(self.dt * self.dt);
         for load in &self.loads {
             let arm = self.system.bodies[load.body].axis * load.offset;
-            self.scratch[load.body].bend += (load.torque + arm.cross(load.force)) * dt2;
+            self.scratch[load.body].angular += (load.torque + arm.cross(load.force)) * dt2;
         }
     }
 
@@ -175,8 +175,8 @@ impl<T: Real> Component<T> {
         let Self { system, momentum, .. } = self;
         let mut largest = T::zero();
         for (constants, dp) in self.bodies.iter().zip(momentum.iter()).take(self.segments) {
-            let size = dp.stretch.norm_squared() / (constants.length * constants.length);
-            let turn = dp.bend.norm_squared();
+            let size = dp.linear.norm_squared() / (constants.length * constants.length);
+            let turn = dp.angular.norm_squared();
             largest = largest.max(size).max(turn);
             worst.check += size + turn;
         }

@@ -4,9 +4,10 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::{JointForce, Model, State};
 
 use super::{BodyConstants, BodyLoad, Component, JointConstants, Members, Pose};
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
-use crate::system::{Six, System};
+use crate::system::System;
 
 #[inline(always)]
 pub(super) fn vec3(v: &Vector3<f64>) -> [f64; 3] {
@@ -24,8 +25,8 @@ fn pick<T: Real>(v: Vec3<T>, lane: usize) -> Vec3<f64> {
     Vec3(v.0.map(|x| x.lane(lane)))
 }
 
-pub(crate) fn pick_six<T: Real>(x: &Six<T>, lane: usize) -> Six<f64> {
-    Six { stretch: pick(x.stretch, lane), bend: pick(x.bend, lane) }
+pub(crate) fn pick_spatial<T: Real>(x: &Spatial<T>, lane: usize) -> Spatial<f64> {
+    Spatial { linear: pick(x.linear, lane), angular: pick(x.angular, lane) }
 }
 
 fn pick_pose<T: Real>(pose: &Pose<T>, lane: usize) -> Pose<f64> {
@@ -39,10 +40,10 @@ pub(super) fn copy_pose<T: Real, U: Real>(to: &mut Pose<T>, lane: usize, from: &
     to.q.w.set_lane(lane, from.q.w);
 }
 
-pub(crate) fn copy_six<T: Real, U: Real>(to: &mut Six<T>, lane: usize, from: &Six<U>, from_lane: usize) {
-    let from = pick_six(from, from_lane);
-    put(&mut to.stretch, lane, from.stretch.0);
-    put(&mut to.bend, lane, from.bend.0);
+pub(crate) fn copy_spatial<T: Real, U: Real>(to: &mut Spatial<T>, lane: usize, from: &Spatial<U>, from_lane: usize) {
+    let from = pick_spatial(from, from_lane);
+    put(&mut to.linear, lane, from.linear.0);
+    put(&mut to.angular, lane, from.angular.0);
 }
 
 #[inline(always)]
@@ -152,8 +153,8 @@ impl<T: Real> Component<T> {
     /// Copies one lane's velocities from `state`.
     pub fn set_velocities(&mut self, state: &State, members: &Members, lane: usize) {
         for (k, &index) in members.segments.iter().enumerate() {
-            put(&mut self.velocities[k].stretch, lane, vec3(&state.velocities[index]));
-            put(&mut self.velocities[k].bend, lane, vec3(&state.angular_velocities[index]));
+            put(&mut self.velocities[k].linear, lane, vec3(&state.velocities[index]));
+            put(&mut self.velocities[k].angular, lane, vec3(&state.angular_velocities[index]));
         }
     }
 
@@ -162,8 +163,8 @@ impl<T: Real> Component<T> {
         for (k, &index) in members.segments.iter().enumerate() {
             state.positions[index] = get(self.poses[k].x, lane);
             state.orientations[index] = get_quat(self.poses[k].q, lane);
-            state.velocities[index] = get(self.velocities[k].stretch, lane);
-            state.angular_velocities[index] = get(self.velocities[k].bend, lane);
+            state.velocities[index] = get(self.velocities[k].linear, lane);
+            state.angular_velocities[index] = get(self.velocities[k].angular, lane);
         }
     }
 
@@ -174,7 +175,7 @@ impl<T: Real> Component<T> {
         let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
         for (lambda, &index) in self.lambda.iter().zip(&members.joints) {
             forces[index] =
-                JointForce { force: get(lambda.stretch, lane) * share, couple: get(lambda.bend, lane) * share };
+                JointForce { force: get(lambda.linear, lane) * share, couple: get(lambda.angular, lane) * share };
         }
     }
 
@@ -185,10 +186,10 @@ impl<T: Real> Component<T> {
             poses: self.poses.iter().map(|pose| pick_pose(pose, lane)).collect(),
             start: self.start.iter().map(|pose| pick_pose(pose, lane)).collect(),
             predicted: self.predicted.iter().map(|pose| pick_pose(pose, lane)).collect(),
-            velocities: self.velocities.iter().map(|v| pick_six(v, lane)).collect(),
-            lambda: vec![Six::zero(); self.lambda.len()],
-            dlambda: vec![Six::zero(); self.lambda.len()],
-            scratch: vec![Six::zero(); self.scratch.len()],
+            velocities: self.velocities.iter().map(|v| pick_spatial(v, lane)).collect(),
+            lambda: vec![Spatial::zero(); self.lambda.len()],
+            dlambda: vec![Spatial::zero(); self.lambda.len()],
+            scratch: vec![Spatial::zero(); self.scratch.len()],
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); self.pulls.len()],
             held: self.held.iter().map(|held| pick(*held, lane)).collect(),
@@ -223,10 +224,10 @@ impl<T: Real> Component<T> {
             copy_pose(pose, lane, own, 0);
         }
         for (velocity, own) in self.velocities.iter_mut().zip(&from.velocities) {
-            copy_six(velocity, lane, own, 0);
+            copy_spatial(velocity, lane, own, 0);
         }
         for (lambda, own) in self.lambda.iter_mut().zip(&from.lambda) {
-            copy_six(lambda, lane, own, 0);
+            copy_spatial(lambda, lane, own, 0);
         }
         for (held, own) in self.held.iter_mut().zip(&from.held) {
             put(held, lane, own.0);

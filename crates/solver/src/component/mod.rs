@@ -15,12 +15,13 @@ use std::sync::Arc;
 
 use rod::{Model, State};
 
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
-use crate::system::{Six, System};
+use crate::system::System;
 use crate::topology::Topology;
 
-pub(crate) use lanes::{copy_six, pick_six};
+pub(crate) use lanes::{copy_spatial, pick_spatial};
 pub use split::split;
 pub(crate) use split::{Alike, split_alike};
 
@@ -110,23 +111,23 @@ pub struct Component<T> {
     /// Predicted poses p*.
     pub predicted: Vec<Pose<T>>,
     /// Velocities (v, w), one a body.
-    pub velocities: Vec<Six<T>>,
+    pub velocities: Vec<Spatial<T>>,
     /// Multipliers lambda: stretch-shear in world axes [N s^2], bend-twist in the frame of body a [N m^2 s^2].
-    pub lambda: Vec<Six<T>>,
+    pub lambda: Vec<Spatial<T>>,
     /// The linear solve's result, like `lambda`.
-    pub dlambda: Vec<Six<T>>,
+    pub dlambda: Vec<Spatial<T>>,
     /// Per body: impulses, then corrections.
-    scratch: Vec<Six<T>>,
+    scratch: Vec<Spatial<T>>,
     /// Per body: the correction (dx, dphi) that the momentum residual asks for; empty where it is not used.
-    momentum: Vec<Six<T>>,
+    momentum: Vec<Spatial<T>>,
     /// Per body: the force times dt^2 by which its axis is pulled, for the geometric stiffness.
     pulls: Vec<Vec3<T>>,
     /// The pulls as forces at the end of the last step [N m].
     held: Vec<Vec3<T>>,
     /// Per body: impulses times dt of contacts that the next update adds; empty where nothing can be touched.
-    pub(crate) pushes: Vec<Six<T>>,
+    pub(crate) pushes: Vec<Spatial<T>>,
     /// Per body: those that all updates of this step have added, with the current arms; empty like `pushes`.
-    pub(crate) pushed: Vec<Six<T>>,
+    pub(crate) pushed: Vec<Spatial<T>>,
     /// Linear solves since the start, those of steps that were taken back included.
     pub solves: u64,
     /// Evaluations since the start, likewise.
@@ -172,10 +173,10 @@ impl<T: Real> Component<T> {
             poses: vec![pose; bodies],
             start: vec![pose; bodies],
             predicted: vec![pose; bodies],
-            velocities: vec![Six::zero(); bodies],
-            lambda: vec![Six::zero(); joints],
-            dlambda: vec![Six::zero(); joints],
-            scratch: vec![Six::zero(); bodies],
+            velocities: vec![Spatial::zero(); bodies],
+            lambda: vec![Spatial::zero(); joints],
+            dlambda: vec![Spatial::zero(); joints],
+            scratch: vec![Spatial::zero(); bodies],
             momentum: Vec::new(),
             pulls: vec![Vec3::zero(); bodies],
             held: vec![Vec3::zero(); bodies],

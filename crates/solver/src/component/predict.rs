@@ -2,9 +2,9 @@
 
 use super::{BodyConstants, Component, Pose};
 use crate::formulation::Formulation;
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
-use crate::system::Six;
 
 impl<T: Real> Component<T> {
     /// Lines 1 to 5 of Algorithm 1: symplectic Euler for velocities and poses, and lambda = 0. In air it adds the drag
@@ -33,9 +33,9 @@ impl<T: Real> Component<T> {
         let mut unsolved = T::zero();
         self.dt = dt;
         if !self.loads.is_empty() {
-            self.scratch.fill(Six::zero());
+            self.scratch.fill(Spatial::zero());
             for load in &self.loads {
-                self.scratch[load.body].stretch += load.force;
+                self.scratch[load.body].linear += load.force;
             }
         }
         self.torques_wait = self.loads.iter().any(|load| load.turns);
@@ -46,16 +46,16 @@ impl<T: Real> Component<T> {
             let old = self.velocities[i];
             let free = constants.free;
             let kept = [one + (decay[0] - one) * free, one + (decay[1] - one) * free];
-            let mut v = old.stretch * kept[0] + self.gravity * (h * free);
-            let w = pose.q.rotate_back(old.bend);
+            let mut v = old.linear * kept[0] + self.gravity * (h * free);
+            let w = pose.q.rotate_back(old.angular);
             let mut m = angular_momentum(constants, w, last_half);
             m = m * kept[1];
             if !self.loads.is_empty() {
-                v += self.scratch[i].stretch * (h * constants.inverse_mass);
+                v += self.scratch[i].linear * (h * constants.inverse_mass);
             }
             if let Some(drag) = &self.drag {
-                v += drag.impulses[i].stretch;
-                m += drag.impulses[i].bend;
+                v += drag.impulses[i].linear;
+                m += drag.impulses[i].angular;
             }
             let (turn, solved) = free_turn(constants, m, w, half);
             let told = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();
@@ -68,7 +68,7 @@ impl<T: Real> Component<T> {
             self.start[i] = self.poses[i];
         }
         self.poses.copy_from_slice(&self.predicted);
-        self.lambda.fill(Six::zero());
+        self.lambda.fill(Spatial::zero());
         self.set_compliances(dt);
     }
 

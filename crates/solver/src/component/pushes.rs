@@ -2,22 +2,22 @@
 
 use super::{Component, Pose};
 use crate::formulation::Formulation;
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::system::Six;
 
 impl Component<f64> {
     /// Whether contacts pressed on any body at the end of the last step. Known with a momentum residual alone.
     pub(crate) fn is_pressed(&self) -> bool {
-        self.pushed.iter().any(|pushed| *pushed != Six::zero())
+        self.pushed.iter().any(|pushed| *pushed != Spatial::zero())
     }
 }
 
 impl<T: Real> Component<T> {
     /// The corrections dp of `dlambda` alone, one entry a body: what the next update would do.
-    pub(crate) fn corrections(&self, formulation: Formulation, out: &mut Vec<Six<T>>) {
+    pub(crate) fn corrections(&self, formulation: Formulation, out: &mut Vec<Spatial<T>>) {
         let Self { system, dlambda, .. } = self;
         out.clear();
-        out.resize(self.poses.len(), Six::zero());
+        out.resize(self.poses.len(), Spatial::zero());
         for (j, &dlambda) in dlambda.iter().enumerate() {
             let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
             system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), out);
@@ -51,8 +51,8 @@ impl<T: Real> Component<T> {
         for i in 0..self.segments {
             let correction = self.system.correction(i, self.pushes[i]);
             let Pose { x, q } = self.poses[i];
-            self.poses[i] = Pose { x: x + correction.stretch, q: q.turned(correction.bend) };
+            self.poses[i] = Pose { x: x + correction.linear, q: q.turned(correction.angular) };
         }
-        self.pushes.fill(Six::zero());
+        self.pushes.fill(Spatial::zero());
     }
 }

@@ -1,11 +1,11 @@
 //! What follows a linear solve: multipliers, poses, velocities; and taking a step back.
 
-use super::lanes::{copy_pose, copy_six};
+use super::lanes::{copy_pose, copy_spatial};
 use super::{Component, Pose};
 use crate::formulation::Formulation;
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
-use crate::system::Six;
 
 impl<T: Real> Component<T> {
     /// Lines 10 and 11 of Algorithm 1: `lambda += dlambda`, `p += dp` with `dp = M^-1 (J^T dlambda - g)`, in the lanes
@@ -16,7 +16,7 @@ impl<T: Real> Component<T> {
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
         let Self { system, scratch, dlambda, lambda, pulls, pushes, .. } = self;
         if pushes.is_empty() {
-            scratch.fill(Six::zero());
+            scratch.fill(Spatial::zero());
         } else {
             scratch.copy_from_slice(pushes);
         }
@@ -31,8 +31,8 @@ impl<T: Real> Component<T> {
             if geometric {
                 // While they pass by: the next evaluation need not gather them.
                 let [a, b] = system.topology.joints[j];
-                pulls[a as usize] += lambda[j].stretch * terms.offsets[0];
-                pulls[b as usize] -= lambda[j].stretch * terms.offsets[1];
+                pulls[a as usize] += lambda[j].linear * terms.offsets[0];
+                pulls[b as usize] -= lambda[j].linear * terms.offsets[1];
             }
         }
         if geometric {
@@ -50,7 +50,7 @@ impl<T: Real> Component<T> {
 
     /// [`Component::update`] with corrections `dp = M^-1 J^T dlambda` from elsewhere, one entry a body: those of fixed
     /// bodies are left out.
-    pub fn correct(&mut self, formulation: Formulation, dp: &[Six<T>]) {
+    pub fn correct(&mut self, formulation: Formulation, dp: &[Spatial<T>]) {
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
         for (lambda, &dlambda) in self.lambda.iter_mut().zip(&self.dlambda) {
             *lambda = lambda.plus(dlambda, T::splat(1.0));
@@ -58,7 +58,7 @@ impl<T: Real> Component<T> {
         // The next evaluation gathers those of the new multipliers.
         self.pulls_hold = false;
         for (i, &dp) in dp[..self.segments].iter().enumerate() {
-            let zero = if with_momentum { self.momentum[i] } else { Six::zero() };
+            let zero = if with_momentum { self.momentum[i] } else { Spatial::zero() };
             self.poses[i] = moved(self.poses[i], zero.plus(dp, self.bodies[i].free), T::splat(1.0));
         }
     }
@@ -72,15 +72,15 @@ impl<T: Real> Component<T> {
         for i in 0..self.segments {
             let (pose, start) = (&self.poses[i], &self.start[i]);
             let turn = (pose.q * start.q.conj()).upper();
-            let new = Six { stretch: (pose.x - start.x) * rate, bend: turn.v * twice };
+            let new = Spatial { linear: (pose.x - start.x) * rate, angular: turn.v * twice };
             self.velocities[i] = select(active, new, self.velocities[i]);
         }
         self.last_dt = active.select(T::splat(self.dt), self.last_dt);
         if formulation.geometric() {
             let per_dt2 = rate * rate;
             for (held, pull) in self.held.iter_mut().zip(&self.pulls) {
-                let new = Six { stretch: *pull * per_dt2, bend: Vec3::zero() };
-                *held = select(active, new, Six { stretch: *held, bend: Vec3::zero() }).stretch;
+                let new = Spatial { linear: *pull * per_dt2, angular: Vec3::zero() };
+                *held = select(active, new, Spatial { linear: *held, angular: Vec3::zero() }).linear;
             }
         }
     }
@@ -88,14 +88,14 @@ impl<T: Real> Component<T> {
     /// Takes the step under way back.
     pub fn roll_back(&mut self) {
         self.poses.copy_from_slice(&self.start);
-        self.lambda.fill(Six::zero());
+        self.lambda.fill(Spatial::zero());
     }
 
     /// Movement of a body since the start of the step: of its centre in segment lengths, and its turn [rad].
-    pub fn movement(&self, body: usize) -> Six<T> {
+    pub fn movement(&self, body: usize) -> Spatial<T> {
         let (pose, start) = (&self.poses[body], &self.start[body]);
         let turn = (pose.q * start.q.conj()).upper().v * T::splat(2.0);
-        Six { stretch: (pose.x - start.x) * (T::splat(1.0) / self.bodies[body].length), bend: turn }
+        Spatial { linear: (pose.x - start.x) * (T::splat(1.0) / self.bodies[body].length), angular: turn }
     }
 
     /// Takes the step under way back in one lane.
@@ -104,27 +104,27 @@ impl<T: Real> Component<T> {
             copy_pose(pose, lane, start, lane);
         }
         for lambda in &mut self.lambda {
-            copy_six(lambda, lane, &Six::<f64>::zero(), 0);
+            copy_spatial(lambda, lane, &Spatial::<f64>::zero(), 0);
         }
     }
 }
 
 /// A pose after a correction, in the lanes where `active` >= 0.
 #[inline(always)]
-fn moved<T: Real>(old: Pose<T>, correction: Six<T>, active: T) -> Pose<T> {
-    let turned = old.q.turned(correction.bend);
-    let new = Six { stretch: old.x + correction.stretch, bend: turned.v };
-    let kept = select(active, new, Six { stretch: old.x, bend: old.q.v });
-    Pose { x: kept.stretch, q: Quat { v: kept.bend, w: active.select(turned.w, old.q.w) } }
+fn moved<T: Real>(old: Pose<T>, correction: Spatial<T>, active: T) -> Pose<T> {
+    let turned = old.q.turned(correction.angular);
+    let new = Spatial { linear: old.x + correction.linear, angular: turned.v };
+    let kept = select(active, new, Spatial { linear: old.x, angular: old.q.v });
+    Pose { x: kept.linear, q: Quat { v: kept.angular, w: active.select(turned.w, old.q.w) } }
 }
 
 /// `then` in the lanes where `condition` >= 0, else `otherwise`.
 #[inline(always)]
-fn select<T: Real>(condition: T, then: Six<T>, otherwise: Six<T>) -> Six<T> {
+fn select<T: Real>(condition: T, then: Spatial<T>, otherwise: Spatial<T>) -> Spatial<T> {
     let (a, b) = (then.to_array(), otherwise.to_array());
     let mut out = b;
     for k in 0..6 {
         out[k] = condition.select(a[k], b[k]);
     }
-    Six::from_array(out)
+    Spatial::from_array(out)
 }

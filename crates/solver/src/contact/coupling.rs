@@ -2,10 +2,10 @@
 
 use super::geometry::{Contact, Partner, Shape};
 use super::problem::{Pattern, Problem};
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::linear::response::{COLUMNS, Columns, Response};
-use crate::system::Six;
 use crate::unit::Single;
 
 /// Blocks of the operator, at most: 600 MB.
@@ -29,7 +29,7 @@ pub(crate) struct Coupling {
     groups: Vec<[u32; 2]>,
     start: Vec<usize>,
     members: Vec<u32>,
-    impulses: Vec<Six<Columns>>,
+    impulses: Vec<Spatial<Columns>>,
 }
 
 /// Components of a contact's two sides.
@@ -85,7 +85,7 @@ impl Coupling {
             for batch in 0..(3 * own.len()).div_ceil(COLUMNS) {
                 let columns = batch * COLUMNS..((batch + 1) * COLUMNS).min(3 * own.len());
                 impulses.clear();
-                impulses.resize(system.bodies.len(), Six::zero());
+                impulses.resize(system.bodies.len(), Spatial::zero());
                 for (lane, column) in columns.clone().enumerate() {
                     let contact = &contacts[active[own[column / 3] as usize] as usize];
                     for side in sides(contact, shapes, component).into_iter().flatten() {
@@ -157,22 +157,22 @@ fn distinct([a, b]: [u32; 2]) -> impl Iterator<Item = u32> {
 }
 
 /// Adds the impulse `f` at `arm` to one lane.
-fn add(impulse: &mut Six<Columns>, lane: usize, f: Vec3<f64>, arm: Vec3<f64>) {
+fn add(impulse: &mut Spatial<Columns>, lane: usize, f: Vec3<f64>, arm: Vec3<f64>) {
     let torque = arm.cross(f);
     for k in 0..3 {
-        let (a, b) = (&mut impulse.stretch.0[k], &mut impulse.bend.0[k]);
+        let (a, b) = (&mut impulse.linear.0[k], &mut impulse.angular.0[k]);
         a.set_lane(lane, a.lane(lane) + f.0[k]);
         b.set_lane(lane, b.lane(lane) + torque.0[k]);
     }
 }
 
 /// What corrections of a component's bodies do to a contact, in its frame.
-fn moves(contact: &Contact, shapes: &[Shape], component: u32, dp: &[Six<Columns>]) -> [Columns; 3] {
+fn moves(contact: &Contact, shapes: &[Shape], component: u32, dp: &[Spatial<Columns>]) -> [Columns; 3] {
     let mut out = [Columns::zero(); 3];
     for side in sides(contact, shapes, component).into_iter().flatten() {
-        let Six { stretch, bend } = dp[side.body as usize];
+        let Spatial { linear, angular } = dp[side.body as usize];
         let arm = Vec3(side.arm.0.map(Columns::splat));
-        let moved = stretch + bend.cross(arm);
+        let moved = linear + angular.cross(arm);
         for (out, axis) in out.iter_mut().zip(&contact.frame) {
             let axis = Vec3(axis.0.map(|x| Columns::splat(x * side.sign)));
             *out += axis.dot(moved);

@@ -6,8 +6,8 @@ use rod::{Friction, Obstacle, ObstacleShape};
 
 use super::convert::{from, to};
 use crate::component::{Component, Pose};
+use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
-use crate::system::Six;
 use crate::unit::Single;
 
 /// A segment that can touch something: where it is found, and its size.
@@ -268,10 +268,10 @@ impl Contact {
     }
 
     /// How the two bodies move against each other at the contact, with motions (dx, dphi) or (v, w) of segments.
-    pub(crate) fn relative(&self, of: impl Fn(u32) -> Six<f64>) -> Vec3<f64> {
+    pub(crate) fn relative(&self, of: impl Fn(u32) -> Spatial<f64>) -> Vec3<f64> {
         let at = |i: u32, arm: Vec3<f64>| {
-            let Six { stretch, bend } = of(i);
-            stretch + bend.cross(arm)
+            let Spatial { linear, angular } = of(i);
+            linear + angular.cross(arm)
         };
         let own = at(self.key.0, self.arms[0]);
         match self.key.1 {

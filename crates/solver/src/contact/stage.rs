@@ -9,10 +9,10 @@ use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::counters::Counters;
 use crate::formulation::{ContactProjection, Formulation};
+use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
-use crate::system::Six;
 use crate::unit::Single;
 
 /// Contacts with a predicted gap above this many radii are left out of a solve.
@@ -44,7 +44,7 @@ pub(crate) struct Stage {
     coupling: Coupling,
     responses: Vec<Response>,
     /// Corrections of the rods' own solve, by component.
-    corrections: Vec<Vec<Six<f64>>>,
+    corrections: Vec<Vec<Spatial<f64>>>,
     /// Time step of the impulses [s]; 0 before the first.
     dt: f64,
     /// Speed that gravity alone gives in a step; slower meetings do not bounce [m/s].
@@ -104,7 +104,7 @@ impl Stage {
         let far = |contact: &Contact, i: u32| {
             let shape = &shapes[i as usize];
             let dp = self.corrections[shape.component as usize][shape.body as usize];
-            dp.stretch.norm_squared() > (FAR * contact.radius).powi(2)
+            dp.linear.norm_squared() > (FAR * contact.radius).powi(2)
         };
         self.contacts.iter().any(|contact| {
             let other = match contact.key.1 {
@@ -130,7 +130,7 @@ impl Stage {
         let shapes = self.detector.world().shapes;
         self.active.clear();
         for component in components.iter_mut() {
-            component.component.pushes.fill(Six::zero());
+            component.component.pushes.fill(Spatial::zero());
         }
         for (k, contact) in self.contacts.iter_mut().enumerate() {
             contact.impulse = contact.world(contact.guess);
@@ -196,7 +196,7 @@ impl Stage {
         counters: &mut Counters,
     ) -> bool {
         for component in components.iter_mut() {
-            component.component.pushes.fill(Six::zero());
+            component.component.pushes.fill(Spatial::zero());
         }
         self.active.clear();
         if self.contacts.is_empty() {
@@ -293,7 +293,7 @@ impl Stage {
     /// Tells the components all impulses of the step, with the current arms.
     fn press(&self, components: &mut [Single]) {
         for component in components.iter_mut() {
-            component.component.pushed.fill(Six::zero());
+            component.component.pushed.fill(Spatial::zero());
         }
         let shapes = self.detector.world().shapes;
         for contact in self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()) {
@@ -332,12 +332,12 @@ fn push(
     shapes: &[Shape],
     components: &mut [Single],
     f: Vec3<f64>,
-    target: fn(&mut Component<f64>) -> &mut Vec<Six<f64>>,
+    target: fn(&mut Component<f64>) -> &mut Vec<Spatial<f64>>,
 ) {
     let mut add = |i: u32, f: Vec3<f64>, arm: Vec3<f64>| {
         let shape = &shapes[i as usize];
         let impulse = &mut target(&mut components[shape.component as usize].component)[shape.body as usize];
-        *impulse = impulse.plus(Six { stretch: f, bend: arm.cross(f) }, 1.0);
+        *impulse = impulse.plus(Spatial { linear: f, angular: arm.cross(f) }, 1.0);
     };
     add(contact.key.0, f, contact.arms[0]);
     if let Partner::Segment(other) = contact.key.1 {

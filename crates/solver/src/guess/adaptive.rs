@@ -10,7 +10,7 @@
 
 use super::{InitialGuess, StepExtrapolation};
 use crate::component::{Component, Pose};
-use crate::system::Six;
+use crate::kernel::Spatial;
 
 /// What an evaluation of constraints and residuals costs, in outer iterations, of which it is a part. A start takes one
 /// more than the prediction, and one that is dropped takes two.
@@ -73,7 +73,7 @@ impl InitialGuess for StepAdaptive {
         true
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
+    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
         let guesses = match self.guesses {
             Some(guesses) => guesses,
             None => self.guesses_after(self.steps()),

@@ -3,8 +3,8 @@
 use super::history::SolveHistory;
 use super::{InitialGuess, from_body_frame};
 use crate::component::Component;
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
-use crate::system::Six;
 
 /// Starts linear solves from an extrapolation in body frames.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ impl InitialGuess for Extrapolation {
         true
     }
 
-    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Six<f64>]) -> bool {
+    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> bool {
         self.history.begin(component.dt(), iteration);
         let Some(ring) = self.history.ring(iteration) else { return false };
         let (weights, count) = ring.extrapolation(self.history.attempt(), component.dt(), self.order);

@@ -9,9 +9,10 @@
 use super::history::SolveHistory;
 use super::{InitialGuess, from_body_frame};
 use crate::component::Component;
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::linear::operator::Operator;
-use crate::system::{Six, System};
+use crate::system::System;
 use crate::topology::Topology;
 
 /// A column is dropped where less than this share of its squared A-norm is new.
@@ -23,10 +24,10 @@ pub struct Fischer {
     history: SolveHistory,
     operator: Operator,
     /// Orthonormal columns and their images under A, one after the other.
-    columns: Vec<Six<f64>>,
-    images: Vec<Six<f64>>,
+    columns: Vec<Spatial<f64>>,
+    images: Vec<Spatial<f64>>,
     /// What is left of b.
-    residual: Vec<Six<f64>>,
+    residual: Vec<Spatial<f64>>,
     depth: usize,
 }
 
@@ -40,16 +41,16 @@ impl Fischer {
         Self {
             history: SolveHistory::new(joints, depth),
             operator: Operator::new(topology),
-            columns: vec![Six::zero(); depth * joints],
-            images: vec![Six::zero(); depth * joints],
-            residual: vec![Six::zero(); joints],
+            columns: vec![Spatial::zero(); depth * joints],
+            images: vec![Spatial::zero(); depth * joints],
+            residual: vec![Spatial::zero(); joints],
             depth,
         }
     }
 
     /// Adds the projection to `dlambda`; returns how many columns it has.
     #[inline(always)]
-    fn project(&mut self, system: &System<f64>, iteration: usize, dlambda: &mut [Six<f64>]) -> usize {
+    fn project(&mut self, system: &System<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> usize {
         let Self { history, operator, columns, images, residual, depth } = self;
         let n = dlambda.len();
         let Some(ring) = history.ring(iteration).filter(|ring| n > 0 && ring.get(0).is_some()) else { return 0 };
@@ -77,8 +78,8 @@ impl Fischer {
             }
             let scale = 1.0 / left.sqrt();
             for (x, ax) in column.iter_mut().zip(image.iter_mut()) {
-                *x = Six { stretch: x.stretch * scale, bend: x.bend * scale };
-                *ax = Six { stretch: ax.stretch * scale, bend: ax.bend * scale };
+                *x = Spatial { linear: x.linear * scale, angular: x.angular * scale };
+                *ax = Spatial { linear: ax.linear * scale, angular: ax.angular * scale };
             }
             let coefficient = dot(column, residual);
             add(dlambda, column, coefficient);
@@ -90,7 +91,7 @@ impl Fischer {
 }
 
 #[inline(always)]
-fn dot(x: &[Six<f64>], y: &[Six<f64>]) -> f64 {
+fn dot(x: &[Spatial<f64>], y: &[Spatial<f64>]) -> f64 {
     let mut sum = 0.0;
     for (x, y) in x.iter().zip(y) {
         sum += x.dot(*y);
@@ -99,7 +100,7 @@ fn dot(x: &[Six<f64>], y: &[Six<f64>]) -> f64 {
 }
 
 #[inline(always)]
-fn add(x: &mut [Six<f64>], y: &[Six<f64>], k: f64) {
+fn add(x: &mut [Spatial<f64>], y: &[Spatial<f64>], k: f64) {
     for (x, y) in x.iter_mut().zip(y) {
         *x = x.plus(*y, k);
     }
@@ -110,7 +111,7 @@ impl InitialGuess for Fischer {
         true
     }
 
-    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Six<f64>]) -> bool {
+    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> bool {
         self.history.begin(component.dt(), iteration);
         let columns = vectorized(
             #[inline(always)]

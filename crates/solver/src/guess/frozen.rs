@@ -2,9 +2,9 @@
 
 use super::InitialGuess;
 use crate::component::Component;
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::linear::precondition::Frozen;
-use crate::system::Six;
 
 /// Starts linear solves from the solution of the rest shape's system. It has no memory.
 pub struct FrozenGuess {
@@ -23,7 +23,7 @@ impl InitialGuess for FrozenGuess {
         true
     }
 
-    fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Six<f64>]) -> bool {
+    fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Spatial<f64>]) -> bool {
         let system = &component.system;
         vectorized(
             #[inline(always)]

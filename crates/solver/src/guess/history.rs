@@ -6,7 +6,7 @@
 
 use super::to_body_frame;
 use crate::component::Component;
-use crate::system::Six;
+use crate::kernel::Spatial;
 
 /// How many outer iterations of a step have a history of their own; later ones have none.
 pub(crate) const TRACKED_ITERATIONS: usize = 8;
@@ -19,7 +19,7 @@ pub(crate) struct Entry {
     /// Time step [s].
     pub(crate) dt: f64,
     /// The solution in body frames.
-    pub(crate) values: Vec<Six<f64>>,
+    pub(crate) values: Vec<Spatial<f64>>,
 }
 
 /// The last few solutions, the oldest overwritten by the newest.
@@ -32,7 +32,7 @@ pub(crate) struct Ring {
 
 impl Ring {
     pub(crate) fn new(size: usize, depth: usize) -> Self {
-        let entry = Entry { attempt: 0, dt: 0.0, values: vec![Six::zero(); size] };
+        let entry = Entry { attempt: 0, dt: 0.0, values: vec![Spatial::zero(); size] };
         Self { entries: vec![entry; depth.max(1)], newest: 0, len: 0 }
     }
 
@@ -43,7 +43,7 @@ impl Ring {
     }
 
     /// Adds an entry whose values `fill` writes; left out where they are not finite.
-    pub(crate) fn push(&mut self, attempt: u64, dt: f64, fill: impl FnOnce(&mut [Six<f64>])) {
+    pub(crate) fn push(&mut self, attempt: u64, dt: f64, fill: impl FnOnce(&mut [Spatial<f64>])) {
         let depth = self.entries.len();
         let place = (self.newest + 1) % depth;
         let entry = &mut self.entries[place];
@@ -156,12 +156,12 @@ mod tests {
     use super::*;
 
     fn push(ring: &mut Ring, attempt: u64, dt: f64, value: f64) {
-        ring.push(attempt, dt, |values| values[0].stretch.0[0] = value);
+        ring.push(attempt, dt, |values| values[0].linear.0[0] = value);
     }
 
     fn extrapolated(ring: &Ring, attempt: u64, dt: f64, order: usize) -> f64 {
         let (weights, count) = ring.extrapolation(attempt, dt, order);
-        (0..count).map(|age| weights[age] * ring.get(age).unwrap().values[0].stretch.0[0]).sum()
+        (0..count).map(|age| weights[age] * ring.get(age).unwrap().values[0].linear.0[0]).sum()
     }
 
     #[test]

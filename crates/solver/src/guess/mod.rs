@@ -14,7 +14,8 @@ mod kind;
 mod step;
 
 use crate::component::{Component, Pose};
-use crate::system::{Six, System};
+use crate::kernel::Spatial;
+use crate::system::System;
 
 pub use adaptive::StepAdaptive;
 pub use extrapolate::Extrapolation;
@@ -37,7 +38,7 @@ pub trait InitialGuess: Send {
 
     /// Proposes dlambda0 for outer iteration `iteration` (from 0) into `dlambda`, one entry a joint, which comes zeroed.
     /// Returns whether it did.
-    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Six<f64>]) -> bool {
+    fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> bool {
         let _ = (component, iteration, dlambda);
         false
     }
@@ -54,7 +55,7 @@ pub trait InitialGuess: Send {
 
     /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did. The component's poses
     /// are p*, and its system is evaluated there; its own predicted poses are lent to `poses` meanwhile.
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
+    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
         let _ = (component, poses, lambda);
         false
     }
@@ -67,14 +68,14 @@ pub trait InitialGuess: Send {
 
 /// The stretch-shear multipliers in the frame of each joint's body a, where a rod that turns leaves them as they are.
 #[inline(always)]
-pub(crate) fn to_body_frame(system: &System<f64>, joint: usize, x: Six<f64>) -> Six<f64> {
+pub(crate) fn to_body_frame(system: &System<f64>, joint: usize, x: Spatial<f64>) -> Spatial<f64> {
     let q_a = system.bodies[system.topology.joints[joint][0] as usize].orientation;
-    Six { stretch: q_a.rotate_back(x.stretch), bend: x.bend }
+    Spatial { linear: q_a.rotate_back(x.linear), angular: x.angular }
 }
 
 /// The inverse of [`to_body_frame`].
 #[inline(always)]
-pub(crate) fn from_body_frame(system: &System<f64>, joint: usize, x: Six<f64>) -> Six<f64> {
+pub(crate) fn from_body_frame(system: &System<f64>, joint: usize, x: Spatial<f64>) -> Spatial<f64> {
     let q_a = system.bodies[system.topology.joints[joint][0] as usize].orientation;
-    Six { stretch: q_a.rotate(x.stretch), bend: x.bend }
+    Spatial { linear: q_a.rotate(x.linear), angular: x.angular }
 }

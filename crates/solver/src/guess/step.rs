@@ -10,8 +10,8 @@
 use super::InitialGuess;
 use super::history::Ring;
 use crate::component::{Component, Pose};
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
-use crate::system::Six;
 
 /// Starts whole steps from an extrapolation in body frames.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub struct StepExtrapolation {
     /// Corrections of all bodies, then the multipliers of all joints.
     ring: Ring,
     /// The extrapolation.
-    values: Vec<Six<f64>>,
+    values: Vec<Spatial<f64>>,
     steps: u64,
     /// Attempts at the step under way.
     attempts: u32,
@@ -30,7 +30,7 @@ impl StepExtrapolation {
     /// An extrapolation of `order` 0 (what the previous step added), 1 or 2.
     pub fn new(order: usize, bodies: usize, joints: usize) -> Self {
         let (order, size) = (order.min(2), bodies + joints);
-        let values = vec![Six::zero(); size];
+        let values = vec![Spatial::zero(); size];
         Self { order, ring: Ring::new(size, order + 1), values, steps: 0, attempts: 0 }
     }
 
@@ -51,7 +51,7 @@ impl InitialGuess for StepExtrapolation {
         true
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
+    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
         let Self { order, ring, values, steps, attempts } = self;
         *attempts += 1;
         if *attempts > 1 {
@@ -64,7 +64,7 @@ impl InitialGuess for StepExtrapolation {
         vectorized(
             #[inline(always)]
             || {
-                values.fill(Six::zero());
+                values.fill(Spatial::zero());
                 for (weight, entry) in weights.iter().zip((0..count).filter_map(|age| ring.get(age))) {
                     for (x, value) in values.iter_mut().zip(&entry.values) {
                         *x = x.plus(*value, *weight);
@@ -72,11 +72,11 @@ impl InitialGuess for StepExtrapolation {
                 }
                 let (corrections, multipliers) = values.split_at(poses.len());
                 for (pose, correction) in poses.iter_mut().zip(corrections) {
-                    let x = pose.x + pose.q.rotate(correction.stretch);
-                    *pose = Pose { x, q: pose.q.turned(pose.q.rotate(correction.bend)) };
+                    let x = pose.x + pose.q.rotate(correction.linear);
+                    *pose = Pose { x, q: pose.q.turned(pose.q.rotate(correction.angular)) };
                 }
                 for ((own, x), ends) in lambda.iter_mut().zip(multipliers).zip(&component.system.topology.joints) {
-                    *own = Six { stretch: poses[ends[0] as usize].q.rotate(x.stretch), bend: x.bend };
+                    *own = Spatial { linear: poses[ends[0] as usize].q.rotate(x.linear), angular: x.angular };
                 }
             },
         );
@@ -93,12 +93,12 @@ impl InitialGuess for StepExtrapolation {
             let (corrections, multipliers) = values.split_at_mut(component.poses.len());
             for ((out, pose), predicted) in corrections.iter_mut().zip(&component.poses).zip(&component.predicted) {
                 let (q, phi) = (predicted.q, pose.q.turn_since(predicted.q));
-                *out = Six { stretch: q.rotate_back(pose.x - predicted.x), bend: q.rotate_back(phi) };
+                *out = Spatial { linear: q.rotate_back(pose.x - predicted.x), angular: q.rotate_back(phi) };
             }
             let joints = component.lambda.iter().zip(&component.system.topology.joints);
             for (out, (lambda, ends)) in multipliers.iter_mut().zip(joints) {
                 let q_a = component.poses[ends[0] as usize].q;
-                *out = Six { stretch: q_a.rotate_back(lambda.stretch), bend: lambda.bend };
+                *out = Spatial { linear: q_a.rotate_back(lambda.linear), angular: lambda.angular };
             }
         });
     }

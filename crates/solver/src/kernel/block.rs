@@ -3,9 +3,9 @@
 // Rows and columns are numbered as in the formulas.
 #![allow(clippy::needless_range_loop)]
 
+use super::Spatial;
 use super::lane::{Both, Real};
 use super::math::{Sym3, Vec3, map_rows, sum, transposed};
-use crate::system::Six;
 
 /// A 6x6 block, row by row.
 pub type Block<T> = [[T; 6]; 6];
@@ -42,7 +42,7 @@ pub struct Left<T> {
     /// What is left of its inverse mass.
     pub inverse_mass: InverseMass<T>,
     /// How the eliminated joints would move it: (dx, dphi).
-    pub correction: Six<T>,
+    pub correction: Spatial<T>,
 }
 
 /// A body's share in a joint, at a connector with the arm r. With J = [I, -[r]x; 0, -I] (for a joint's body b, all signs
@@ -63,13 +63,13 @@ impl<T: Real> InverseMass<T> {
 
     /// `H impulse`.
     #[inline(always)]
-    pub fn apply(&self, impulse: Six<T>) -> Six<T> {
-        let (f, torque) = (impulse.stretch, impulse.bend);
+    pub fn apply(&self, impulse: Spatial<T>) -> Spatial<T> {
+        let (f, torque) = (impulse.linear, impulse.angular);
         let [a, b, c] = self.mixed;
         let [x, y, z] = f.0;
-        Six {
-            stretch: self.translation.apply(f) + Vec3([Vec3(a).dot(torque), Vec3(b).dot(torque), Vec3(c).dot(torque)]),
-            bend: self.rotation.apply(torque) + Vec3(a) * x + Vec3(b) * y + Vec3(c) * z,
+        Spatial {
+            linear: self.translation.apply(f) + Vec3([Vec3(a).dot(torque), Vec3(b).dot(torque), Vec3(c).dot(torque)]),
+            angular: self.rotation.apply(torque) + Vec3(a) * x + Vec3(b) * y + Vec3(c) * z,
         }
     }
 
@@ -103,14 +103,14 @@ fn crossed_by<T: Real>(r: Vec3<T>, w: Sym3<T>) -> [[T; 3]; 3] {
 
 /// `J (dx, dphi)` at a connector with the arm r: see `Share`.
 #[inline(always)]
-pub fn at_connector<T: Real>(r: Vec3<T>, correction: Six<T>) -> Six<T> {
-    Six { stretch: correction.stretch + correction.bend.cross(r), bend: -correction.bend }
+pub fn at_connector<T: Real>(r: Vec3<T>, correction: Spatial<T>) -> Spatial<T> {
+    Spatial { linear: correction.linear + correction.angular.cross(r), angular: -correction.angular }
 }
 
 /// `J^T (force, torque)` at a connector with the arm r: see `Share`.
 #[inline(always)]
-pub fn on_body<T: Real>(r: Vec3<T>, x: Six<T>) -> Six<T> {
-    Six { stretch: x.stretch, bend: r.cross(x.stretch) - x.bend }
+pub fn on_body<T: Real>(r: Vec3<T>, x: Spatial<T>) -> Spatial<T> {
+    Spatial { linear: x.linear, angular: r.cross(x.linear) - x.angular }
 }
 
 /// What a node needs of the system, in world rows; all of the joint's signs are turned so that the inner body's is +.
@@ -119,7 +119,7 @@ pub struct NodeTerms<T> {
     /// alpha~ of stretch-shear and of bend-twist.
     pub compliance: [Sym3<T>; 2],
     /// Right-hand side.
-    pub rhs: Six<T>,
+    pub rhs: Spatial<T>,
     /// Arms of the outer and the inner connector.
     pub arms: [Vec3<T>; 2],
 }
@@ -229,12 +229,12 @@ impl<T: Real> NodeFactor<T> {
                 }
             }
         }
-        *carried = Left { inverse_mass: InverseMass::from_upper(h), correction: Six::from_array(u) };
+        *carried = Left { inverse_mass: InverseMass::from_upper(h), correction: Spatial::from_array(u) };
     }
 
     /// `x = D^-1 (r - J H impulse)`, given `change = J H impulse`.
     #[inline(always)]
-    pub fn solve(&self, change: Six<T>) -> Six<T> {
+    pub fn solve(&self, change: Spatial<T>) -> Spatial<T> {
         let change = change.to_array();
         let mut x = self.rhs;
         for k in 0..6 {
@@ -253,7 +253,7 @@ impl<T: Real> NodeFactor<T> {
                 x[k] -= self.lower[below(i, k)] * x[i];
             }
         }
-        Six::from_array(x)
+        Spatial::from_array(x)
     }
 }
 
@@ -288,7 +288,7 @@ impl<T: Real> Left<T> {
     pub fn both(a: &Self, b: &Self) -> Left<Both<T>> {
         Left {
             inverse_mass: InverseMass::both(&a.inverse_mass, &b.inverse_mass),
-            correction: Six::both(a.correction, b.correction),
+            correction: Spatial::both(a.correction, b.correction),
         }
     }
 }

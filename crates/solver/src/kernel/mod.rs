@@ -4,3 +4,6 @@ pub mod block;
 pub mod dispatch;
 pub mod lane;
 pub mod math;
+mod spatial;
+
+pub use spatial::Spatial;

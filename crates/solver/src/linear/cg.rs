@@ -11,11 +11,12 @@
 //! and never to the residual of the start: a better guess must not buy a stricter target. In raw units ||r|| / ||b||
 //! says little about stretch, so that the residuals of the stretch-shear and of the bend-twist rows are told apart.
 
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::linear::operator::Operator;
 use crate::linear::precondition::{Frozen, Preconditioner, PreconditionerKind};
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
-use crate::system::{Six, System};
+use crate::system::System;
 use crate::topology::Topology;
 
 /// Rounding errors of a product with A, relative to [`magnitudes`]. They stay in the solution that a start leads to:
@@ -50,14 +51,14 @@ pub struct Cg {
 #[derive(Clone, Debug)]
 struct Work {
     operator: Operator,
-    residual: Vec<Six<f64>>,
+    residual: Vec<Spatial<f64>>,
     /// z = M^-1 r.
-    preconditioned: Vec<Six<f64>>,
-    direction: Vec<Six<f64>>,
+    preconditioned: Vec<Spatial<f64>>,
+    direction: Vec<Spatial<f64>>,
     /// A times the direction.
-    image: Vec<Six<f64>>,
+    image: Vec<Spatial<f64>>,
     /// That of A.
-    diagonal: Vec<Six<f64>>,
+    diagonal: Vec<Spatial<f64>>,
 }
 
 impl Cg {
@@ -66,7 +67,7 @@ impl Cg {
     pub(crate) fn new(params: CgParams, topology: &Topology, frozen: Option<Frozen>) -> Self {
         let joints = topology.joints.len();
         let preconditioner = Preconditioner::new(params.preconditioner, topology, frozen);
-        let zero = || vec![Six::zero(); joints];
+        let zero = || vec![Spatial::zero(); joints];
         let work = Work {
             operator: Operator::new(topology),
             residual: zero(),
@@ -87,7 +88,7 @@ impl Work {
         params: &CgParams,
         system: &System<f64>,
         has_start: bool,
-        x: &mut [Six<f64>],
+        x: &mut [Spatial<f64>],
     ) -> LinearInfo {
         let topology = &*system.topology;
         let Self { operator, residual, preconditioned, direction, image, diagonal } = self;
@@ -98,11 +99,11 @@ impl Work {
         }
         let rhs_squared = preconditioner.apply(system, residual, preconditioned);
         if rhs_squared == 0.0 {
-            x.fill(Six::zero());
+            x.fill(Spatial::zero());
             return LinearInfo::default();
         }
         if !(rhs_squared > 0.0 && rhs_squared.is_finite()) {
-            x.fill(Six::zero());
+            x.fill(Spatial::zero());
             return LinearInfo { status: LinearStatus::NotPositiveDefinite, residual: 1.0, ..LinearInfo::default() };
         }
         let mut squared = rhs_squared;
@@ -123,7 +124,7 @@ impl Work {
             }
             squared = preconditioner.apply(system, residual, preconditioned);
         } else {
-            x.fill(Six::zero());
+            x.fill(Spatial::zero());
         }
         direction.copy_from_slice(preconditioned);
         let unknowns = 6 * x.len() as u64;
@@ -163,18 +164,18 @@ impl Work {
 /// How large the terms are that `A x` sums up, however much of them cancels: by `|A_ij| <= sqrt(A_ii A_jj)`, row i of a
 /// joint has `sqrt(A_ii) sqrt(sum A_jj x_j^2)` over the joint's rows. Joints that share a body see no more of each other.
 #[inline(always)]
-fn magnitudes(diagonal: &[Six<f64>], x: &[Six<f64>], out: &mut [Six<f64>]) {
+fn magnitudes(diagonal: &[Spatial<f64>], x: &[Spatial<f64>], out: &mut [Spatial<f64>]) {
     for ((d, x), out) in diagonal.iter().zip(x).zip(out) {
         let d = d.to_array();
         let squared: f64 = x.to_array().iter().zip(&d).map(|(x, d)| d * x * x).sum();
-        *out = Six::from_array(d.map(|d| (d * squared).sqrt()));
+        *out = Spatial::from_array(d.map(|d| (d * squared).sqrt()));
     }
 }
 
 /// `sqrt(sum r_i^2 / A_ii)` over the stretch-shear and over the bend-twist rows, each relative to that of b in the same
 /// rows, or to that of all of b where these rows' is zero.
 #[inline(always)]
-fn split_residuals(diagonal: &[Six<f64>], system: &System<f64>, residual: &[Six<f64>]) -> [f64; 2] {
+fn split_residuals(diagonal: &[Spatial<f64>], system: &System<f64>, residual: &[Spatial<f64>]) -> [f64; 2] {
     let [mut r_squared, mut b_squared] = [[0.0; 2]; 2];
     for ((r, terms), d) in residual.iter().zip(&system.joints).zip(diagonal) {
         let (r, b, d) = (r.to_array(), terms.rhs.to_array(), d.to_array());
@@ -192,7 +193,7 @@ fn split_residuals(diagonal: &[Six<f64>], system: &System<f64>, residual: &[Six<
 }
 
 impl LinearSolver for Cg {
-    fn solve(&mut self, system: &System<f64>, has_start: bool, dlambda: &mut [Six<f64>]) -> LinearInfo {
+    fn solve(&mut self, system: &System<f64>, has_start: bool, dlambda: &mut [Spatial<f64>]) -> LinearInfo {
         let Self { params, preconditioner, work } = self;
         vectorized(
             #[inline(always)]

@@ -11,12 +11,13 @@
 //!
 //! A chain is eliminated from both its ends, its two halves side by side in vector registers.
 
+use crate::kernel::Spatial;
 use crate::kernel::block::{Block, InverseMass, Left, NodeFactor, NodeTerms, assemble, at_connector, on_body};
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Both, Real};
 use crate::kernel::math::{Quat, Sym3, Vec3, map_rows, sum, transposed};
 use crate::linear::{LinearInfo, LinearSolver};
-use crate::system::{JointTerms, Six, System};
+use crate::system::{JointTerms, System};
 use crate::topology::{Leaves, Node, Topology};
 
 /// Factor of a system whose graph is a tree, and the memory to solve with it.
@@ -29,7 +30,7 @@ pub struct TreeFactor<T> {
     /// Bodies that wait for their next joint's elimination.
     waiting: Vec<Left<T>>,
     /// Impulses, on the way down, of the bodies whose next joint's turn has not come.
-    impulses: Vec<Six<T>>,
+    impulses: Vec<Spatial<T>>,
     /// What was left of bodies whose joints came in several turns.
     resumed: Vec<InverseMass<T>>,
 }
@@ -129,7 +130,7 @@ impl<'a, T: Real> View<'a, T> {
     fn terms(&self) -> NodeTerms<T> {
         NodeTerms {
             compliance: [self.joint.stretch_compliance(self.axis_a), self.joint.bend_compliance(self.axis_a)],
-            rhs: Six::zero().plus(self.joint.to_world(self.joint.rhs, self.orientation_a), self.sign),
+            rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.orientation_a), self.sign),
             arms: self.arms,
         }
     }
@@ -137,27 +138,28 @@ impl<'a, T: Real> View<'a, T> {
     /// The inner body before any of its joints is eliminated.
     #[inline(always)]
     fn fresh(&self) -> Left<T> {
-        Left { inverse_mass: InverseMass::free(self.inner.0, self.inner.1), correction: Six::zero() }
+        Left { inverse_mass: InverseMass::free(self.inner.0, self.inner.1), correction: Spatial::zero() }
     }
 
     /// `J M^-1 impulse` of the inner body.
     #[inline(always)]
-    fn change(&self, impulse: Six<T>) -> Six<T> {
-        let correction = Six { stretch: impulse.stretch * self.inner.0, bend: self.inner.1.apply(impulse.bend) };
+    fn change(&self, impulse: Spatial<T>) -> Spatial<T> {
+        let correction =
+            Spatial { linear: impulse.linear * self.inner.0, angular: self.inner.1.apply(impulse.angular) };
         at_connector(self.arms[1], correction)
     }
 
     /// The joint's impulses on its outer and its inner body.
     #[inline(always)]
-    fn impulses(&self, x: Six<T>) -> [Six<T>; 2] {
+    fn impulses(&self, x: Spatial<T>) -> [Spatial<T>; 2] {
         let outer = on_body(self.arms[0], x);
-        [Six { stretch: -outer.stretch, bend: -outer.bend }, on_body(self.arms[1], x)]
+        [Spatial { linear: -outer.linear, angular: -outer.angular }, on_body(self.arms[1], x)]
     }
 
     /// The joint's multipliers.
     #[inline(always)]
-    fn multipliers(&self, x: Six<T>) -> Six<T> {
-        self.joint.multipliers_from_world(Six::zero().plus(x, self.sign), self.orientation_a)
+    fn multipliers(&self, x: Spatial<T>) -> Spatial<T> {
+        self.joint.multipliers_from_world(Spatial::zero().plus(x, self.sign), self.orientation_a)
     }
 }
 
@@ -165,7 +167,7 @@ impl<'a, T: Real> View<'a, T> {
 #[inline(always)]
 fn fresh<T: Real>(system: &System<T>, body: u32) -> Left<T> {
     let terms = &system.bodies[body as usize];
-    Left { inverse_mass: InverseMass::free(terms.inverse_mass, terms.inverse_inertia), correction: Six::zero() }
+    Left { inverse_mass: InverseMass::free(terms.inverse_mass, terms.inverse_inertia), correction: Spatial::zero() }
 }
 
 impl<T: Real> TreeFactor<T> {
@@ -190,7 +192,7 @@ impl<T: Real> TreeFactor<T> {
 
     /// Solves `A dlambda = b`.
     #[inline(always)]
-    pub fn solve(&mut self, system: &System<T>, dlambda: &mut [Six<T>]) {
+    pub fn solve(&mut self, system: &System<T>, dlambda: &mut [Spatial<T>]) {
         let order = system.topology.elimination.as_deref().unwrap_or(&[]);
         let fold = Self::fold(&system.topology);
         let (first, second) = (order.len() - fold.min(1) - 2 * fold, order.len() - fold.min(1) - fold);
@@ -200,7 +202,7 @@ impl<T: Real> TreeFactor<T> {
         if fold == 0 {
             let carried = fresh(system, 0);
             self.factor(system, order, 0, carried);
-            self.substitute(system, order, 0, Six::zero(), dlambda);
+            self.substitute(system, order, 0, Spatial::zero(), dlambda);
             return;
         }
         let (halves, root) = ([&order[first..second], &order[second..second + fold]], &order[second + fold..]);
@@ -208,9 +210,9 @@ impl<T: Real> TreeFactor<T> {
         let left = self.factor_halves(system, halves, [start, fresh(system, halves[1][0].outer)]);
         self.waiting.push(left.one(0));
         self.factor(system, root, first, left.one(1));
-        let impulse = self.substitute(system, root, first, Six::zero(), dlambda);
-        let waiting = self.impulses.pop().unwrap_or(Six::zero());
-        let impulse = self.substitute_halves(system, halves, Six::both(waiting, impulse), dlambda);
+        let impulse = self.substitute(system, root, first, Spatial::zero(), dlambda);
+        let waiting = self.impulses.pop().unwrap_or(Spatial::zero());
+        let impulse = self.substitute_halves(system, halves, Spatial::both(waiting, impulse), dlambda);
         self.substitute(system, &order[..first], 0, impulse.one(0), dlambda);
     }
 
@@ -263,13 +265,13 @@ impl<T: Real> TreeFactor<T> {
         system: &System<T>,
         order: &[Node],
         offset: usize,
-        mut impulse: Six<T>,
-        dlambda: &mut [Six<T>],
-    ) -> Six<T> {
+        mut impulse: Spatial<T>,
+        dlambda: &mut [Spatial<T>],
+    ) -> Spatial<T> {
         for (factor, node) in self.nodes[offset..offset + order.len()].iter().zip(order).rev() {
             let view = View::new(system, node);
             let change = match node.leaves {
-                Leaves::Nothing => Six::zero(),
+                Leaves::Nothing => Spatial::zero(),
                 leaves => {
                     if leaves == Leaves::Waiting {
                         impulse = self.impulses.pop().unwrap_or(impulse);
@@ -284,7 +286,7 @@ impl<T: Real> TreeFactor<T> {
             dlambda[node.joint as usize] = view.multipliers(x);
             let [on_outer, on_inner] = view.impulses(x);
             if node.resumes {
-                let before = if node.leaves == Leaves::Nothing { Six::zero() } else { impulse };
+                let before = if node.leaves == Leaves::Nothing { Spatial::zero() } else { impulse };
                 self.impulses.push(before.plus(on_inner, T::splat(1.0)));
             }
             impulse = on_outer;
@@ -298,9 +300,9 @@ impl<T: Real> TreeFactor<T> {
         &mut self,
         system: &System<T>,
         halves: [&[Node]; 2],
-        mut impulse: Six<Both<T>>,
-        dlambda: &mut [Six<T>],
-    ) -> Six<Both<T>> {
+        mut impulse: Spatial<Both<T>>,
+        dlambda: &mut [Spatial<T>],
+    ) -> Spatial<Both<T>> {
         for (factor, (a, b)) in self.folded.iter().zip(halves[0].iter().zip(halves[1])).rev() {
             let views = [View::new(system, a), View::new(system, b)];
             let joint = JointTerms::both(views[0].joint, views[1].joint);
@@ -334,7 +336,7 @@ impl<T: Real> Direct<T> {
 }
 
 impl<T: Real> LinearSolver<T> for Direct<T> {
-    fn solve(&mut self, system: &System<T>, _has_start: bool, dlambda: &mut [Six<T>]) -> LinearInfo {
+    fn solve(&mut self, system: &System<T>, _has_start: bool, dlambda: &mut [Spatial<T>]) -> LinearInfo {
         vectorized(
             #[inline(always)]
             || self.factor.solve(system, dlambda),
@@ -422,8 +424,8 @@ mod tests {
     }
 
     /// `A x` in world rows, from the parts of the system.
-    fn apply(system: &System<f64>, x: &[Six<f64>]) -> Vec<Six<f64>> {
-        let mut impulses = vec![Six::zero(); system.bodies.len()];
+    fn apply(system: &System<f64>, x: &[Spatial<f64>]) -> Vec<Spatial<f64>> {
+        let mut impulses = vec![Spatial::zero(); system.bodies.len()];
         for (j, &x) in x.iter().enumerate() {
             system.add_impulse(j, x, &mut impulses);
         }
@@ -431,29 +433,29 @@ mod tests {
         let change = |j: usize| {
             let axis = system.bodies[system.topology.joints[j][0] as usize].axis;
             let terms = &system.joints[j];
-            let compliance = Six {
-                stretch: terms.stretch_compliance(axis).apply(x[j].stretch),
-                bend: terms.bend_compliance(axis).apply(x[j].bend),
+            let compliance = Spatial {
+                linear: terms.stretch_compliance(axis).apply(x[j].linear),
+                angular: terms.bend_compliance(axis).apply(x[j].angular),
             };
             system.constraint_change(j, &corrections).plus(compliance, 1.0)
         };
         (0..x.len()).map(change).collect()
     }
 
-    fn flat(x: &[Six<f64>]) -> DVector<f64> {
+    fn flat(x: &[Spatial<f64>]) -> DVector<f64> {
         DVector::from_iterator(6 * x.len(), x.iter().flat_map(|x| x.to_array()))
     }
 
     /// Solves in world rows with the tree and densely; returns the relative difference.
-    fn difference(system: &System<f64>, dlambda: &mut [Six<f64>]) -> f64 {
+    fn difference(system: &System<f64>, dlambda: &mut [Spatial<f64>]) -> f64 {
         let n = system.joints.len();
         let orientation = |j: usize| system.bodies[system.topology.joints[j][0] as usize].orientation;
         let mut dense = DMatrix::zeros(6 * n, 6 * n);
         for column in 0..6 * n {
-            let mut unit = vec![Six::zero(); n];
+            let mut unit = vec![Spatial::zero(); n];
             let mut entry = [0.0; 6];
             entry[column % 6] = 1.0;
-            unit[column / 6] = Six::from_array(entry);
+            unit[column / 6] = Spatial::from_array(entry);
             dense.set_column(column, &flat(&apply(system, &unit)));
         }
         let world = |j: usize| system.joints[j].to_world(system.joints[j].rhs, orientation(j));
@@ -506,7 +508,7 @@ mod tests {
         component.predict(0.01, Formulation::Newton);
         component.evaluate(Formulation::Newton);
         for (k, terms) in component.system.joints.iter_mut().enumerate() {
-            terms.rhs = Six::from_array([k as f64, 1.0, -1.0, 0.5, 0.3, 0.1]);
+            terms.rhs = Spatial::from_array([k as f64, 1.0, -1.0, 0.5, 0.3, 0.1]);
         }
         let error = difference(&component.system, &mut component.dlambda);
         assert!(error < 1e-9, "{error:e}");

@@ -1,9 +1,10 @@
 //! The direct solver for graphs with loops (rings, nets): sparse Cholesky of the dual system, in world rows.
 
+use crate::kernel::Spatial;
 use crate::linear::direct::{joint_coupling, joint_diagonal};
 use crate::linear::sparse::{SparseCholesky, SparseError};
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
-use crate::system::{Six, System};
+use crate::system::System;
 use crate::topology::Topology;
 
 type Block = [[f64; 6]; 6];
@@ -63,7 +64,11 @@ impl Looped {
 
     /// Solves with the factor made last: `rhs(joint)` in world rows, `take(joint, x)` gets the multipliers of these.
     #[inline(always)]
-    pub(crate) fn solve_factored(&mut self, rhs: impl Fn(usize) -> Six<f64>, mut take: impl FnMut(usize, Six<f64>)) {
+    pub(crate) fn solve_factored(
+        &mut self,
+        rhs: impl Fn(usize) -> Spatial<f64>,
+        mut take: impl FnMut(usize, Spatial<f64>),
+    ) {
         self.solve_columns(1, |_, joint| rhs(joint), |_, joint, x| take(joint, x));
     }
 
@@ -72,8 +77,8 @@ impl Looped {
     pub(crate) fn solve_columns(
         &mut self,
         columns: usize,
-        rhs: impl Fn(usize, usize) -> Six<f64>,
-        mut take: impl FnMut(usize, usize, Six<f64>),
+        rhs: impl Fn(usize, usize) -> Spatial<f64>,
+        mut take: impl FnMut(usize, usize, Spatial<f64>),
     ) {
         let joints = self.diagonal.len();
         self.rhs.resize(columns * joints, [0.0; 6]);
@@ -82,7 +87,7 @@ impl Looped {
         }
         self.cholesky.solve(&mut self.rhs);
         for (k, x) in self.rhs.iter().enumerate() {
-            take(k / joints, k % joints, Six::from_array(*x));
+            take(k / joints, k % joints, Spatial::from_array(*x));
         }
     }
 
@@ -102,9 +107,9 @@ impl Looped {
 }
 
 impl LinearSolver for Looped {
-    fn solve(&mut self, system: &System<f64>, _has_start: bool, dlambda: &mut [Six<f64>]) -> LinearInfo {
+    fn solve(&mut self, system: &System<f64>, _has_start: bool, dlambda: &mut [Spatial<f64>]) -> LinearInfo {
         if self.factor(system).is_err() {
-            dlambda.fill(Six::zero());
+            dlambda.fill(Spatial::zero());
             return LinearInfo { status: LinearStatus::NotPositiveDefinite, ..LinearInfo::default() };
         }
         let q_a = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;

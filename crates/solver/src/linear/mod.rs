@@ -9,8 +9,9 @@ pub(crate) mod response;
 pub mod solvers;
 pub mod sparse;
 
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::system::{Six, System};
+use crate::system::System;
 
 /// How a linear solve ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,7 +46,7 @@ pub struct LinearInfo {
 /// Solves `A dlambda = b`.
 pub trait LinearSolver<T: Real = f64>: Send {
     /// Solves `system` into `dlambda` (one entry a joint), which holds the start when `has_start` and anything otherwise.
-    fn solve(&mut self, system: &System<T>, has_start: bool, dlambda: &mut [Six<T>]) -> LinearInfo;
+    fn solve(&mut self, system: &System<T>, has_start: bool, dlambda: &mut [Spatial<T>]) -> LinearInfo;
 
     /// Whether a start makes a difference.
     fn uses_start(&self) -> bool;

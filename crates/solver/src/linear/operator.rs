@@ -1,10 +1,11 @@
 //! The matrix `A = J M^-1 J^T + alpha~` as a product, in the original rows and SI units: stretch-shear in world axes [m],
 //! bend-twist in the frame of body a [1/m]. Nothing is multiplied out, so that it works on any graph, loops included.
 
+use crate::kernel::Spatial;
 use crate::kernel::block::Block;
 use crate::kernel::math::{Sym3, Vec3, transposed};
 use crate::linear::direct::joint_diagonal;
-use crate::system::{Six, System};
+use crate::system::System;
 use crate::topology::Topology;
 
 /// What a product needs of a joint.
@@ -35,7 +36,7 @@ pub struct Operator {
     joints: Vec<JointRows>,
     bodies: Vec<Mobility>,
     /// Per body: impulses, then corrections.
-    scratch: Vec<Six<f64>>,
+    scratch: Vec<Spatial<f64>>,
 }
 
 /// Matrix times vector.
@@ -66,7 +67,7 @@ impl Operator {
         Self {
             joints: vec![joint; topology.joints.len()],
             bodies: vec![body; topology.bodies()],
-            scratch: vec![Six::zero(); topology.bodies()],
+            scratch: vec![Spatial::zero(); topology.bodies()],
         }
     }
 
@@ -96,30 +97,30 @@ impl Operator {
 
     /// `out = A x`; returns `x^T A x`. One entry a joint.
     #[inline(always)]
-    pub fn apply(&mut self, topology: &Topology, x: &[Six<f64>], out: &mut [Six<f64>]) -> f64 {
+    pub fn apply(&mut self, topology: &Topology, x: &[Spatial<f64>], out: &mut [Spatial<f64>]) -> f64 {
         let Self { joints, bodies, scratch } = self;
-        scratch.fill(Six::zero());
+        scratch.fill(Spatial::zero());
         for ((rows, x), &[a, b]) in joints.iter().zip(x).zip(&topology.joints) {
-            let torque = times_transposed(&rows.g, x.bend);
+            let torque = times_transposed(&rows.g, x.angular);
             let on_a = &mut scratch[a as usize];
-            on_a.stretch += x.stretch;
-            on_a.bend += rows.arms[0].cross(x.stretch) - torque;
+            on_a.linear += x.linear;
+            on_a.angular += rows.arms[0].cross(x.linear) - torque;
             let on_b = &mut scratch[b as usize];
-            on_b.stretch -= x.stretch;
-            on_b.bend -= rows.arms[1].cross(x.stretch) - torque;
+            on_b.linear -= x.linear;
+            on_b.angular -= rows.arms[1].cross(x.linear) - torque;
         }
         for (impulse, body) in scratch.iter_mut().zip(bodies.iter()) {
-            impulse.stretch = impulse.stretch * body.inverse_mass;
-            impulse.bend = body.inverse_inertia.apply(impulse.bend);
+            impulse.linear = impulse.linear * body.inverse_mass;
+            impulse.angular = body.inverse_inertia.apply(impulse.angular);
         }
         let mut product = 0.0;
         for (((rows, x), out), &[a, b]) in joints.iter().zip(x).zip(out).zip(&topology.joints) {
             let (on_a, on_b) = (&scratch[a as usize], &scratch[b as usize]);
-            let gap = on_a.stretch - on_b.stretch + on_a.bend.cross(rows.arms[0]) - on_b.bend.cross(rows.arms[1]);
-            let along = rows.axis * (rows.stretch_extra * rows.axis.dot(x.stretch));
-            *out = Six {
-                stretch: gap + x.stretch * rows.shear + along,
-                bend: times(&rows.g, on_b.bend - on_a.bend) + scaled_by(x.bend, rows.bend),
+            let gap = on_a.linear - on_b.linear + on_a.angular.cross(rows.arms[0]) - on_b.angular.cross(rows.arms[1]);
+            let along = rows.axis * (rows.stretch_extra * rows.axis.dot(x.linear));
+            *out = Spatial {
+                linear: gap + x.linear * rows.shear + along,
+                angular: times(&rows.g, on_b.angular - on_a.angular) + scaled_by(x.angular, rows.bend),
             };
             product += x.dot(*out);
         }
@@ -155,12 +156,12 @@ impl Operator {
 
     /// The diagonal of A in a joint's rows.
     #[inline(always)]
-    pub fn diagonal(&self, system: &System<f64>, joint: usize) -> Six<f64> {
+    pub fn diagonal(&self, system: &System<f64>, joint: usize) -> Spatial<f64> {
         let block = self.diagonal_block(system, joint);
         let mut out = [0.0; 6];
         for k in 0..6 {
             out[k] = block[k][k];
         }
-        Six::from_array(out)
+        Spatial::from_array(out)
     }
 }

@@ -6,8 +6,9 @@ mod local;
 use std::fmt;
 use std::str::FromStr;
 
+use crate::kernel::Spatial;
 use crate::linear::operator::Operator;
-use crate::system::{Six, System};
+use crate::system::System;
 use crate::topology::Topology;
 
 pub use frozen::Frozen;
@@ -95,7 +96,7 @@ impl Preconditioner {
 
     /// `z = M^-1 r`, one entry a joint; returns `r^T z`.
     #[inline(always)]
-    pub fn apply(&mut self, system: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64 {
+    pub fn apply(&mut self, system: &System<f64>, r: &[Spatial<f64>], z: &mut [Spatial<f64>]) -> f64 {
         match &mut self.0 {
             Chosen::Raw(m) => m.apply(system, r, z),
             Chosen::Jacobi(m) => m.apply(system, r, z),
@@ -111,7 +112,7 @@ trait Precondition {
     fn prepare(&mut self, operator: &Operator, system: &System<f64>);
 
     /// `z = M^-1 r`; returns `r^T z`.
-    fn apply(&mut self, system: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64;
+    fn apply(&mut self, system: &System<f64>, r: &[Spatial<f64>], z: &mut [Spatial<f64>]) -> f64;
 }
 
 #[cfg(test)]
@@ -153,12 +154,12 @@ mod tests {
         preconditioner.prepare(&operator, system);
         let joints = system.joints.len();
         let mut out = DMatrix::zeros(6 * joints, 6 * joints);
-        let mut z = vec![Six::zero(); joints];
+        let mut z = vec![Spatial::zero(); joints];
         for column in 0..6 * joints {
-            let mut r = vec![Six::zero(); joints];
+            let mut r = vec![Spatial::zero(); joints];
             let mut unit = [0.0; 6];
             unit[column % 6] = 1.0;
-            r[column / 6] = Six::from_array(unit);
+            r[column / 6] = Spatial::from_array(unit);
             let product = preconditioner.apply(system, &r, &mut z);
             let values: Vec<f64> = z.iter().flat_map(|z| z.to_array()).collect();
             out.column_mut(column).copy_from_slice(&values);

@@ -1,6 +1,7 @@
 //! How a component's bodies answer impulses from outside: `P f` with `P = M^-1 - M^-1 J^T A^-1 J M^-1`, several at once.
 
-use crate::component::{copy_six, pick_six};
+use crate::component::{copy_spatial, pick_spatial};
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::kernel::math::{Quat, Sym3, Vec3};
@@ -8,7 +9,7 @@ use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
 use crate::linear::looped::Looped;
 use crate::linear::sparse::SparseError;
-use crate::system::{BodyTerms, JointTerms, Six, System};
+use crate::system::{BodyTerms, JointTerms, System};
 use crate::topology::Topology;
 
 /// Impulses that are answered side by side.
@@ -18,8 +19,8 @@ pub(crate) type Columns = Lanes<COLUMNS>;
 /// Solves for answers, with the memory for it.
 pub(crate) struct Response {
     system: System<Columns>,
-    dlambda: Vec<Six<Columns>>,
-    scratch: Vec<Six<Columns>>,
+    dlambda: Vec<Spatial<Columns>>,
+    scratch: Vec<Spatial<Columns>>,
     solver: Factor,
 }
 
@@ -46,8 +47,8 @@ impl Response {
         let (bodies, joints) = (topology.bodies(), topology.joints.len());
         Ok(Self {
             system: System::new(system.topology.clone()),
-            dlambda: vec![Six::zero(); joints],
-            scratch: vec![Six::zero(); bodies],
+            dlambda: vec![Spatial::zero(); joints],
+            scratch: vec![Spatial::zero(); bodies],
             solver,
         })
     }
@@ -67,7 +68,7 @@ impl Response {
     }
 
     /// Replaces impulses, one entry a body, by the corrections dp that answer them.
-    pub(crate) fn respond(&mut self, impulses: &mut [Six<Columns>]) {
+    pub(crate) fn respond(&mut self, impulses: &mut [Spatial<Columns>]) {
         let Self { system, dlambda, scratch, solver } = self;
         if matches!(solver, Factor::Alone) {
             for (i, impulse) in impulses.iter_mut().enumerate() {
@@ -84,7 +85,7 @@ impl Response {
                 for j in 0..system.joints.len() {
                     let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
                     let change = system.joints[j].from_world(system.constraint_change(j, scratch), q_a);
-                    system.joints[j].rhs = Six::zero().plus(change, Columns::splat(-1.0));
+                    system.joints[j].rhs = Spatial::zero().plus(change, Columns::splat(-1.0));
                 }
             },
         );
@@ -100,15 +101,15 @@ impl Response {
                 }
                 scratch.clear();
                 scratch.extend_from_slice(dlambda);
-                let take = |lane: usize, j: usize, x: Six<f64>| {
-                    copy_six(&mut dlambda[j], lane, &x, 0);
+                let take = |lane: usize, j: usize, x: Spatial<f64>| {
+                    copy_spatial(&mut dlambda[j], lane, &x, 0);
                 };
-                looped.solve_columns(COLUMNS, |lane, j| pick_six(&scratch[j], lane), take);
+                looped.solve_columns(COLUMNS, |lane, j| pick_spatial(&scratch[j], lane), take);
                 for (j, dlambda) in dlambda.iter_mut().enumerate() {
                     let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
                     *dlambda = system.joints[j].multipliers_from_world(*dlambda, q_a);
                 }
-                scratch.resize(system.bodies.len(), Six::zero());
+                scratch.resize(system.bodies.len(), Spatial::zero());
             }
         }
         vectorized(
@@ -149,6 +150,6 @@ fn splat_joint(joint: &JointTerms<f64>) -> JointTerms<Columns> {
         twist_extra: Columns::splat(joint.twist_extra),
         s: Columns::splat(joint.s),
         t: splat_vec(joint.t),
-        rhs: Six::zero(),
+        rhs: Spatial::zero(),
     }
 }

@@ -5,11 +5,12 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
+use solver::kernel::Spatial;
 use solver::kernel::math::{Quat, Sym3, Vec3};
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
-use solver::system::{Six, System};
+use solver::system::System;
 use std::sync::Arc;
 
 pub const DT: f64 = 0.02;
@@ -138,15 +139,15 @@ pub fn dense_matrix(system: &System<f64>) -> DMatrix<f64> {
     &j * inverse_mass * j.transpose() + alpha
 }
 
-pub fn flat(x: &[Six<f64>]) -> DVector<f64> {
+pub fn flat(x: &[Spatial<f64>]) -> DVector<f64> {
     DVector::from_iterator(6 * x.len(), x.iter().flat_map(|x| x.to_array()))
 }
 
-pub fn sixes(x: &DVector<f64>) -> Vec<Six<f64>> {
-    x.as_slice().chunks(6).map(|c| Six::from_array([c[0], c[1], c[2], c[3], c[4], c[5]])).collect()
+pub fn spatials(x: &DVector<f64>) -> Vec<Spatial<f64>> {
+    x.as_slice().chunks(6).map(|c| Spatial::from_array([c[0], c[1], c[2], c[3], c[4], c[5]])).collect()
 }
 
-pub fn rhs(system: &System<f64>) -> Vec<Six<f64>> {
+pub fn rhs(system: &System<f64>) -> Vec<Spatial<f64>> {
     system.joints.iter().map(|joint| joint.rhs).collect()
 }
 

@@ -13,11 +13,12 @@ use rod::Model;
 
 use super::Precondition;
 use crate::component::Members;
+use crate::kernel::Spatial;
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::linear::looped::Looped;
 use crate::linear::operator::Operator;
 use crate::linear::sparse::SparseError;
-use crate::system::{Six, System};
+use crate::system::System;
 use crate::topology::Topology;
 
 /// The factored rest configuration of one connected set of segments.
@@ -80,7 +81,7 @@ impl Frozen {
 
     /// `z = M^-1 r`, one entry a joint.
     #[inline(always)]
-    pub(crate) fn solve(&mut self, system: &System<f64>, r: impl Fn(usize) -> Six<f64>, z: &mut [Six<f64>]) {
+    pub(crate) fn solve(&mut self, system: &System<f64>, r: impl Fn(usize) -> Spatial<f64>, z: &mut [Spatial<f64>]) {
         let (frames, rest) = (&self.frames, &self.rest.joints);
         let current = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;
         self.factor.solve_factored(
@@ -89,13 +90,13 @@ impl Frozen {
                 // Bend-twist is in body frames already.
                 let turn = frames[joint] * current(joint).conj();
                 let r = r(joint);
-                rest[joint].to_world(Six { stretch: turn.rotate(r.stretch), bend: r.bend }, frames[joint])
+                rest[joint].to_world(Spatial { linear: turn.rotate(r.linear), angular: r.angular }, frames[joint])
             },
             #[inline(always)]
             |joint, x| {
                 let back = current(joint) * frames[joint].conj();
                 let x = rest[joint].multipliers_from_world(x, frames[joint]);
-                z[joint] = Six { stretch: back.rotate(x.stretch), bend: x.bend };
+                z[joint] = Spatial { linear: back.rotate(x.linear), angular: x.angular };
             },
         );
     }
@@ -108,7 +109,7 @@ impl Precondition for Frozen {
     }
 
     #[inline(always)]
-    fn apply(&mut self, system: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64 {
+    fn apply(&mut self, system: &System<f64>, r: &[Spatial<f64>], z: &mut [Spatial<f64>]) -> f64 {
         self.solve(
             system,
             #[inline(always)]

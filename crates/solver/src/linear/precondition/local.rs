@@ -1,9 +1,10 @@
 //! Preconditioners that know one joint at a time: none, the diagonal, the 6x6 blocks.
 
 use super::Precondition;
+use crate::kernel::Spatial;
 use crate::kernel::block::Block;
 use crate::linear::operator::Operator;
-use crate::system::{Six, System};
+use crate::system::System;
 
 /// M = I.
 #[derive(Clone, Debug)]
@@ -14,7 +15,7 @@ impl Precondition for Raw {
     fn prepare(&mut self, _: &Operator, _: &System<f64>) {}
 
     #[inline(always)]
-    fn apply(&mut self, _: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64 {
+    fn apply(&mut self, _: &System<f64>, r: &[Spatial<f64>], z: &mut [Spatial<f64>]) -> f64 {
         let mut product = 0.0;
         for (r, z) in r.iter().zip(z) {
             *z = *r;
@@ -45,14 +46,14 @@ impl Precondition for Jacobi {
     }
 
     #[inline(always)]
-    fn apply(&mut self, _: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64 {
+    fn apply(&mut self, _: &System<f64>, r: &[Spatial<f64>], z: &mut [Spatial<f64>]) -> f64 {
         let mut product = 0.0;
         for ((r, z), inverse) in r.iter().zip(z).zip(&self.inverse) {
             let mut out = r.to_array();
             for (x, k) in out.iter_mut().zip(inverse) {
                 *x *= k;
             }
-            *z = Six::from_array(out);
+            *z = Spatial::from_array(out);
             product += r.dot(*z);
         }
         product
@@ -80,7 +81,7 @@ impl Precondition for BlockJacobi {
     }
 
     #[inline(always)]
-    fn apply(&mut self, _: &System<f64>, r: &[Six<f64>], z: &mut [Six<f64>]) -> f64 {
+    fn apply(&mut self, _: &System<f64>, r: &[Spatial<f64>], z: &mut [Spatial<f64>]) -> f64 {
         let mut product = 0.0;
         for ((r, z), inverse) in r.iter().zip(z).zip(&self.inverse) {
             let x = r.to_array();
@@ -91,7 +92,7 @@ impl Precondition for BlockJacobi {
                     out[row] += inverse[k][row] * x[k];
                 }
             }
-            *z = Six::from_array(out);
+            *z = Spatial::from_array(out);
             product += r.dot(*z);
         }
         product
