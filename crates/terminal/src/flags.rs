@@ -24,3 +24,26 @@ pub fn threads(text: &str) -> Result<usize, String> {
         _ => Err(format!("it must be a whole number from 1 to {MOST_THREADS}")),
     }
 }
+
+/// A part `i/n` of the work: the `i`-th of every `n` cells, for the jobs of an array.
+///
+/// # Errors
+/// If `i` and `n` are no whole numbers, or if `i` is not below `n`.
+pub fn shard(text: &str) -> Result<(usize, usize), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    parts.filter(|&(i, n)| i < n).ok_or_else(|| "it must be i/n, whole numbers with i from 0 to n - 1".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shard_is_one_of_those_there_are() {
+        assert_eq!(shard("0/1"), Ok((0, 1)));
+        assert_eq!(shard("7/8"), Ok((7, 8)));
+        for wrong in ["", "1", "8/8", "-1/2", "0/0", "1/2/3", "a/b"] {
+            assert!(shard(wrong).unwrap_err().contains("from 0 to n - 1"), "{wrong}");
+        }
+    }
+}

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use copingnet::Backend;
 use dataset::Scenario;
-use terminal::threads;
+use terminal::{shard, threads};
 
-use crate::cli::{Recipe, SetArgs, shard, whole};
+use crate::cli::{Recipe, SetArgs, whole};
 
 /// `train sweep` and `train sweep merge`.
 #[derive(Args, Debug)]
