@@ -25,7 +25,8 @@ pub struct Segment {
     pub density: f64,
     /// Mass added at the centre [kg], without inertia of its own.
     pub added_mass: f64,
-    /// A fixed segment keeps its velocity whatever acts on it (the paper's clamp); at rest it stays where it is.
+    /// A fixed segment keeps its velocity whatever acts on it (the paper's clamp): where that is zero it stays where it is,
+    /// else it moves and turns at that rate.
     pub fixed: bool,
     /// Index of the rod that the segment belongs to.
     pub rod: usize,

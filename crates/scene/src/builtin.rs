@@ -1,4 +1,4 @@
-//! The scenes that come with the program: the files of `/scenes`, embedded.
+//! The scenes that come with the program: the files of this crate's `scenes/`, embedded.
 
 use std::num::NonZeroUsize;
 
@@ -17,7 +17,7 @@ pub struct Builtin {
 
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
-        &[$(($name, include_str!(concat!("../../../scenes/", $name, ".toml")))),*]
+        &[$(($name, include_str!(concat!("../scenes/", $name, ".toml")))),*]
     };
 }
 

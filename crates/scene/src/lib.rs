@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A file is read in two stages: serde reads names and types (`format`), then every value is checked and the model is
-//! assembled (`assemble`; a topic a file). Whatever is wrong, the first mistake gives one error with file, line, key,
+//! built (`assemble` calls `rods` and `net`, which add rods to a `builder`; each topic has a file). Whatever is wrong, the first mistake gives one error with file, line, key,
 //! value and what is allowed; no text makes it panic. `docs/scenes.md` documents the format. This crate knows no solver.
 
 use std::num::NonZeroUsize;
@@ -17,6 +17,7 @@ use std::path::Path;
 use rod::{Model, State};
 
 mod assemble;
+mod builder;
 mod builtin;
 mod contact;
 pub mod defaults;
@@ -26,6 +27,7 @@ mod net;
 mod properties;
 mod random;
 mod refine;
+mod rods;
 pub mod sampling;
 mod shape;
 mod strands;

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rod::{RodSpec, shape};
 use toml::Spanned;
 
-use crate::assemble::Builder;
+use crate::builder::Builder;
 use crate::error::{Result, Source};
 use crate::refine::Refinement;
 use crate::shape::{NODE_DISTANCE, number_or};

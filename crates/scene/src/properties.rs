@@ -6,7 +6,6 @@ use toml::Spanned;
 use crate::error::{Result, Source, short};
 use crate::refine::Refinement;
 use crate::shape::number_or;
-use crate::tree::taper;
 use crate::{defaults, format};
 
 /// The material of these moduli and this density.
@@ -61,6 +60,14 @@ pub(crate) fn radii(source: &Source, radius: &Option<Spanned<format::Radius>>, s
         true => Ok(taper(start, end, segments)),
         false => source.must_be(radius.span(), "finite and > 0 [m]"),
     }
+}
+
+/// Radii at the centres of `segments` segments, linear from `start` to `end` [m] at the faces.
+pub(crate) fn taper(start: f64, end: f64, segments: usize) -> Vec<f64> {
+    if start == end {
+        return vec![start];
+    }
+    (0..segments).map(|i| start + (end - start) * (i as f64 + 0.5) / segments as f64).collect()
 }
 
 /// Turn [rad] of the material frame along an open rod of `segments` segments.

@@ -87,10 +87,10 @@ impl Parameters {
     /// As [`parse`] for [`Parameters::to_toml`]: a parameter set by hand is outside of what a scene file allows.
     pub fn scene(&self) -> Result<Scene, SceneError> {
         let file = match self {
-            Self::Rod(_) => "sampled-rod.toml",
-            Self::Helix(_) => "sampled-helix.toml",
-            Self::Knot(_) => "sampled-knot.toml",
-            Self::Tree(_) => "sampled-tree.toml",
+            Self::Rod(_) => "random-rod.toml",
+            Self::Helix(_) => "random-helix.toml",
+            Self::Knot(_) => "random-knot.toml",
+            Self::Tree(_) => "random-tree.toml",
         };
         parse(&self.to_toml(), file)
     }
@@ -241,7 +241,7 @@ mod tests {
         let error = Parameters::Rod(Rod { length: f64::NAN, ..Rod::default() }).scene().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "sampled-rod.toml:11: rods[0].shape.straight.length_m = nan, but it must be finite and > 0 [m]"
+            "random-rod.toml:11: rods[0].shape.straight.length_m = nan, but it must be finite and > 0 [m]"
         );
     }
 }

@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rod::{RodSpec, shape};
 
-use crate::assemble::Builder;
+use crate::builder::Builder;
 use crate::error::{Result, Source};
 use crate::format::Tree;
+use crate::properties::taper;
 use crate::random::Random;
 use crate::refine::{Refinement, mean_radius};
 use crate::shape::number_or;
@@ -132,12 +133,4 @@ impl Growth {
         };
         (1..=self.levels).map(size).collect()
     }
-}
-
-/// Radii at the centres of `segments` segments, linear from `start` to `end` [m] at the faces.
-pub(crate) fn taper(start: f64, end: f64, segments: usize) -> Vec<f64> {
-    if start == end {
-        return vec![start];
-    }
-    (0..segments).map(|i| start + (end - start) * (i as f64 + 0.5) / segments as f64).collect()
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rod::measure;
 
 fn scenes_folder() -> std::path::PathBuf {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
 }
 
 #[test]

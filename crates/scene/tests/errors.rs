@@ -192,6 +192,9 @@ mistakes! {
         "14: nets[0]: with this net the scene has 200020030 segments, but 10000000 are the most";
     net_of_nothing: END => "segments = 30\n[[nets]]\nsize_m = [1, 1e-15]\nmeshes = [1, 1]\nsegments = 1\n",
         "15: nets[0].size_m[1]: segments of 0.000000000000001 m, but they must be 1e-12 to 1e12 m long";
+    negative_seed: "clamp" => "tree = { branches = 3, levels = 1, segments = 2, seed = -1 }\nclamp",
+        "9: rods[0].tree.seed = -1, but it must be a whole number >= 0";
+    description_that_is_no_text: "\"A rod.\"" => "3", "1: description = 3, but it must be a string";
     net_called_as_a_rod: END => "segments = 30\n[[nets]]\nname = \"a\"\nsize_m = [1, 1]\nmeshes = [1, 1]\nsegments = 1\n",
         "15: nets[0].name = \"a\", but it must be a name that no other rod has";
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 /// The texts of all builtin scenes that are small enough to be read thousands of times.
 static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     let small = files.into_iter().filter(|path| !path.ends_with("long-chain.toml") && !path.ends_with("tree.toml"));

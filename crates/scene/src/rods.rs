@@ -1,0 +1,176 @@
+//! From an entry of `[[rods]]` to a rod with all that belongs to it: clamps, masses, loads, velocities, branches, copies.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use rod::{Load, RodSpec};
+use toml::Spanned;
+
+use crate::builder::{Builder, check_fraction};
+use crate::error::{Result, Source};
+use crate::refine::mean;
+use crate::shape::number_or;
+use crate::strands::Strands;
+use crate::tree::Growth;
+use crate::{MAX_SEGMENTS, format, properties};
+
+/// Builds entry `index` of the file's rods with all that belongs to it.
+pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
+    let rod = entry.get_ref();
+    let name = builder.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
+    let branch_of = rod.branch_of.as_ref().map(|place| builder.place(source, place)).transpose()?;
+    let spec = spec(builder, source, rod, branch_of)?;
+    let Some(strands) = &rod.strands else { return build(builder, source, entry, name, &spec, branch_of) };
+    let strands = Strands::new(source, strands, rod, &spec, builder.refinement)?;
+    for (k, nodes) in strands.nodes().enumerate() {
+        build(builder, source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None)?;
+    }
+    Ok(())
+}
+
+/// Builds a rod with what the keys of its entry hang on it.
+fn build(
+    builder: &mut Builder,
+    source: &Source,
+    entry: &Spanned<format::Rod>,
+    name: String,
+    spec: &RodSpec,
+    branch_of: Option<(usize, f64)>,
+) -> Result<()> {
+    let rod = entry.get_ref();
+    let segments = builder.add_rod(name, spec, branch_of);
+    let count = builder.refinement.count(&segments);
+    if spec.closed && !rod.clamp.is_empty() {
+        return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
+    }
+    for (i, clamp) in rod.clamp.iter().enumerate() {
+        if rod.clamp[..i].iter().any(|earlier| earlier.get_ref() == clamp.get_ref()) {
+            return source.wrong(clamp.span(), "named twice");
+        }
+        match clamp.get_ref() {
+            format::Clamp::StartSegment => builder.fix(&segments, 0),
+            format::Clamp::EndSegment => builder.fix(&segments, count - 1),
+            format::Clamp::StartFace => _ = builder.assembly.clamp_start(&segments),
+            format::Clamp::EndFace => _ = builder.assembly.clamp_end(&segments),
+        };
+    }
+    for segment in &rod.fixed_segments {
+        builder.fix(&segments, source.index(segment, count)?);
+    }
+    for mass in &rod.masses {
+        let parts = builder.refinement.parts(&segments, source.index(&mass.segment, count)?);
+        let share = source.not_negative(&mass.mass_kg, "kg")? / parts.len() as f64;
+        for part in parts {
+            builder.assembly.add_mass(part, share);
+        }
+    }
+    for load in &rod.loads {
+        add_load(builder, source, load, &segments, spec.closed)?;
+    }
+    set_velocities(builder, source, rod, &segments)?;
+    if let Some(tree) = &rod.tree {
+        if spec.closed {
+            return source.wrong(rod.shape.span(), "a tree's trunk must not be closed");
+        }
+        let length = segments.map(|i| builder.segment(i).length).sum();
+        let trunk = builder.rods[builder.rods.len() - 1].clone();
+        let growth = Growth::new(source, tree)?;
+        if !growth.grow(builder, &trunk, length, spec, builder.refinement) {
+            let message = format!("with this tree the scene has more than {MAX_SEGMENTS} segments");
+            return source.wrong(entry.span(), &message);
+        }
+    }
+    Ok(())
+}
+
+fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Option<(usize, f64)>) -> Result<RodSpec> {
+    let shape = rod.shape.get_ref();
+    let closed = shape.closed();
+    if let (Some(_), Some(start)) = (branch_of, shape.start()) {
+        return source.wrong(start.span(), "a branch starts on its parent; leave `start_m` out");
+    }
+    if let (true, Some(place)) = (closed, &rod.branch_of) {
+        return source.wrong(place.rod.span(), "a closed rod cannot be a branch; use `joins`");
+    }
+    let at = branch_of.map(|(segment, fraction)| builder.point(segment, fraction));
+    let material = properties::material(source, &rod.youngs_modulus_pa, &rod.torsion_modulus_pa, &rod.density_kg_m3)?;
+    let nodes = shape.nodes(source, rod.shape.span(), at, builder.refinement)?;
+    let parts = if closed { nodes.len() } else { nodes.len() - 1 };
+    let segments = builder.refinement.count(&(0..parts));
+    let twist = properties::twist(source, &rod.twist_deg, closed, segments)?;
+    let longest = nodes.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max);
+    Ok(RodSpec {
+        closed,
+        radii: properties::radii(source, &rod.radius_m, parts)?,
+        stretch: properties::stretch(source, &rod.stretch, builder.refinement)?,
+        twist: builder.refinement.twist(twist, segments),
+        rest: properties::rest(source, &rod.rest, longest)?,
+        ..RodSpec::new(nodes, 0.0, material)
+    })
+}
+
+fn add_load(
+    builder: &mut Builder,
+    source: &Source,
+    load: &Spanned<format::Load>,
+    segments: &Range<usize>,
+    closed: bool,
+) -> Result<()> {
+    let format::Load { at, segment, fraction, force_n, torque_n_m } = load.get_ref();
+    let (segment, fraction) = match (at, segment) {
+        (Some(at), None) if closed => return source.wrong(at.span(), "a closed rod has no end faces"),
+        (Some(at), None) => {
+            if let Some(fraction) = fraction {
+                return source.wrong(fraction.span(), "goes with `segment`, not with `at`");
+            }
+            match at.get_ref() {
+                format::Face::StartFace => (segments.start, 0.0),
+                format::Face::EndFace => (segments.end - 1, 1.0),
+            }
+        }
+        (None, Some(segment)) => {
+            let index = source.index(segment, builder.refinement.count(segments))?;
+            let fraction = number_or(fraction, 0.5, |v| check_fraction(source, v))?;
+            builder.refinement.place(segments, index, fraction)
+        }
+        _ => return source.wrong(load.span(), "give either `at` or `segment`"),
+    };
+    if force_n.is_none() && torque_n_m.is_none() {
+        return source.wrong(load.span(), "give `force_n` or `torque_n_m` or both");
+    }
+    let vector =
+        |value: &Option<format::Vector>, unit| value.as_ref().map_or(Ok(Vector3::zeros()), |v| source.vector(v, unit));
+    let offset = (fraction - 0.5) * builder.segment(segment).length;
+    let (force, torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+    builder.assembly.load(Load { segment, offset, force, torque });
+    Ok(())
+}
+
+/// Gives the rod's free segments the velocities of a rigid body, then single segments their own.
+fn set_velocities(builder: &mut Builder, source: &Source, rod: &format::Rod, segments: &Range<usize>) -> Result<()> {
+    let vector = |value: &Option<format::Vector>, unit| value.as_ref().map(|v| source.vector(v, unit)).transpose();
+    let of_all = vector(&rod.velocity_m_s, "m/s")?.unwrap_or_default();
+    let spin = vector(&rod.angular_velocity_rad_s, "rad/s")?.unwrap_or_default();
+    let masses: Vec<f64> = segments.clone().map(|i| builder.segment(i).mass()).collect();
+    let fixed: Vec<bool> = segments.clone().map(|i| builder.segment(i).fixed).collect();
+    let state = builder.assembly.state_mut();
+    let weighted: Vector3<f64> = segments.clone().zip(&masses).map(|(i, mass)| state.positions[i] * *mass).sum();
+    let centre = weighted / masses.iter().sum::<f64>();
+    for i in segments.clone().filter(|i| !fixed[i - segments.start]) {
+        state.velocities[i] = of_all + spin.cross(&(state.positions[i] - centre));
+        state.angular_velocities[i] = spin;
+    }
+    for own in &rod.velocities {
+        let parts = builder.refinement.parts(segments, source.index(&own.segment, builder.refinement.count(segments))?);
+        let centre = mean(&state.positions[parts.clone()]);
+        let velocity = vector(&own.velocity_m_s, "m/s")?;
+        let velocity = velocity.unwrap_or_else(|| mean(&state.velocities[parts.clone()]));
+        let spin = vector(&own.angular_velocity_rad_s, "rad/s")?;
+        let spin = spin.unwrap_or(state.angular_velocities[parts.start]);
+        for i in parts {
+            state.velocities[i] = velocity + spin.cross(&(state.positions[i] - centre));
+            state.angular_velocities[i] = spin;
+        }
+    }
+    Ok(())
+}
