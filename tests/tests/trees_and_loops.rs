@@ -7,12 +7,12 @@ use nalgebra::{Rotation3, Vector3};
 use rod::{Assembly, Body, Joint, Model, RodSpec, State, measure, shape};
 use solver::component::{Component, split};
 use solver::formulation::Formulation;
+use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::Settings;
 use solver::statics::{StaticParams, equilibrium};
-use solver::system::Six;
 
 /// Gravity so small that the beam theory of small deflections holds to 1e-8.
 fn small_gravity(beam: &Beam) -> f64 {
@@ -122,7 +122,7 @@ fn the_tree_solver_solves_what_the_sparse_one_does() {
         component.evaluate(formulation);
         let [mut tree, mut sparse] = [SolverKind::Direct, SolverKind::Sparse].map(|kind| {
             let mut solver: Box<dyn LinearSolver> = kind.build(&model, &members, &topology).unwrap();
-            let mut x = vec![Six::zero(); model.joints.len()];
+            let mut x = vec![Spatial::zero(); model.joints.len()];
             solver.solve(&component.system, false, &mut x);
             x.into_iter()
         });
@@ -172,7 +172,7 @@ fn reaction(model: &Model, state: &State, formulation: Formulation, holds: impl 
     let component = simulation.singles().next().expect("one set of segments");
     let mut force = Vector3::zeros();
     for (joint, lambda) in model.joints.iter().zip(&component.lambda) {
-        let Vec3(on_a) = lambda.stretch;
+        let Vec3(on_a) = lambda.linear;
         // lambda / dt^2 acts on body a, its opposite on body b.
         let on_a = Vector3::from(on_a) / (dt * dt);
         force += if holds(joint.a) { -on_a } else { Vector3::zeros() };

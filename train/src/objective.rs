@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex};
 use copingnet::{CgLoss, Encoder, Encoding, Inputs};
 use dataset::{Dataset, Split, Trajectory};
 use solver::component::Component;
+use solver::kernel::Spatial;
 use solver::linear::precondition::{Preconditioner, PreconditionerKind};
-use solver::system::Six;
 
 use crate::samples::{Chunk, Samples};
 
@@ -45,15 +45,15 @@ pub(crate) struct LinearSystem {
     encoder: Encoder,
     inputs: Inputs<Vec<f32>>,
     loss: CgLoss,
-    start: Vec<Six<f64>>,
-    gradient: Vec<Six<f64>>,
+    start: Vec<Spatial<f64>>,
+    gradient: Vec<Spatial<f64>>,
 }
 
 impl LinearSystem {
     fn new(trajectory: &Trajectory<'_>, encoding: &Arc<Encoding>) -> Self {
         let topology = trajectory.topology();
         let preconditioner = Preconditioner::new(PreconditionerKind::BlockJacobi, topology, None);
-        let zero = vec![Six::zero(); topology.joints.len()];
+        let zero = vec![Spatial::zero(); topology.joints.len()];
         Self {
             component: trajectory.component(),
             encoder: Encoder::new(encoding.clone(), trajectory.graph().clone(), trajectory.planar_normal()),

@@ -15,11 +15,11 @@ use solver::component::{Component, Pose};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{InitialGuess, StepExtrapolation};
+use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Interval, NoGuess, Status, StepParams, attempt};
-use solver::system::Six;
 
 /// Time steps [s].
 pub(crate) const DTS: [f64; 3] = [0.02, 0.05, 0.1];
@@ -154,7 +154,7 @@ impl Recorder {
         let mut end = component.clone();
         end.predicted.clone_from(&component.poses);
         end.poses.clone_from(&component.start);
-        end.lambda = vec![Six::zero(); self.graph.edges().len()];
+        end.lambda = vec![Spatial::zero(); self.graph.edges().len()];
         // The scenes have no wind: any time is as good.
         let (interval, counters) = (Interval { time: 0.0, dt: component.dt() }, &mut Counters::default());
         let attempt = attempt(&mut end, interval, &TIGHT, self.solver.as_mut(), &mut NoGuess, counters);
@@ -182,7 +182,7 @@ impl InitialGuess for Recorder {
         true
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Six<f64>]) -> bool {
+    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
         self.asked += 1;
         if self.asked == 1 {
             self.record(component);

@@ -146,7 +146,9 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
     let mut unconverged = 0;
     for step in 0..config.steps {
         match simulation.step(config.dt_s).map_err(|error| wrong(error.to_string()))?.status {
-            Status::NonFinite => return Err(wrong(format!("step {step}: numbers are not finite"))),
+            status @ (Status::NonFinite | Status::TooManyContacts) => {
+                return Err(wrong(format!("step {step}: {}", status.name())));
+            }
             Status::OutOfIterations => unconverged += 1,
             Status::Converged | Status::ConvergedInSubsteps => {}
         }

@@ -79,6 +79,9 @@ pub enum Status {
     ConvergedInSubsteps,
     /// The cap on iterations came first, even with the smallest substep.
     OutOfIterations,
+    /// More contacts press at once than there is memory for; the segments were left where they were. Shorter steps would not
+    /// help, so that there are none.
+    TooManyContacts,
     /// The numbers were not finite, even with the smallest substep; the segments were left where they were.
     NonFinite,
 }
@@ -90,8 +93,14 @@ impl Status {
             Status::Converged => "converged",
             Status::ConvergedInSubsteps => "converged in substeps",
             Status::OutOfIterations => "out of iterations",
+            Status::TooManyContacts => "too many contacts",
             Status::NonFinite => "not finite",
         }
+    }
+
+    /// Whether a shorter step may do better.
+    pub(crate) fn may_be_halved(self) -> bool {
+        matches!(self, Status::OutOfIterations | Status::NonFinite)
     }
 }
 

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use rayon::prelude::*;
 use rod::{Body, Contacts, Model};
 
-use crate::contact::{Shape, Stage};
+use crate::contact::{Shape, Stage, TooManyContacts};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
@@ -112,13 +112,13 @@ impl Touching {
             self.roll_back();
             status = self.attempt(interval, params, false);
         }
-        if status != Status::Converged && halvings < params.max_halvings {
+        if status.may_be_halved() && halvings < params.max_halvings {
             self.roll_back();
             self.counters.retries += 1;
             let mut worst = Status::ConvergedInSubsteps;
             for half in interval.halves() {
                 worst = worst.max(self.advance_halved(half, halvings + 1, params));
-                if worst == Status::NonFinite {
+                if worst >= Status::TooManyContacts {
                     break;
                 }
             }
@@ -127,7 +127,8 @@ impl Touching {
         for (unit, turn) in self.units.iter_mut().zip(&self.turns) {
             accept(&turn.attempt, 0, &mut unit.counters);
         }
-        if status == Status::NonFinite {
+        if status >= Status::TooManyContacts {
+            self.counters.not_converged += u64::from(status == Status::TooManyContacts);
             self.roll_back();
         } else {
             let own = self.turns.iter().map(|turn| turn.attempt.status(0)).max();
@@ -177,12 +178,12 @@ impl Touching {
                 return Status::OutOfIterations;
             }
             before = now;
-            let goes_on = match params.contact_projection {
+            let solved = match params.contact_projection {
                 ContactProjection::Coupled => self.couple(iteration, contact, guessed, params),
                 ContactProjection::Alternating => self.alternate(iteration, contact, params),
             };
-            if !goes_on {
-                return Status::OutOfIterations;
+            if solved == Err(TooManyContacts) {
+                return Status::TooManyContacts;
             }
             contact = self.observe(params, iteration);
             self.each(|unit, turn| {
@@ -216,8 +217,14 @@ impl Touching {
     }
 
     /// An outer iteration in which contacts see how the rods answer them: the rods' solution, the contacts' impulses with
-    /// the rods' answer to them, and the solution with both. Returns false where there are too many contacts.
-    fn couple(&mut self, iteration: usize, contact: f64, guessed: bool, params: &StepParams) -> bool {
+    /// the rods' answer to them, and the solution with both.
+    fn couple(
+        &mut self,
+        iteration: usize,
+        contact: f64,
+        guessed: bool,
+        params: &StepParams,
+    ) -> Result<(), TooManyContacts> {
         let formulation = params.formulation;
         self.project(iteration, formulation);
         let solved = self.with_stage(|stage, units, counters| {
@@ -226,7 +233,7 @@ impl Touching {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
                 stage.press_as_before(units);
-                return true;
+                return Ok(());
             }
             stage.solve(units, formulation, (contact, params.contact_tolerance), counters)
         });
@@ -247,7 +254,7 @@ impl Touching {
     }
 
     /// An outer iteration as in Algorithm 1: the rods, then (line 11) the contacts with the bodies' own masses alone.
-    fn alternate(&mut self, iteration: usize, contact: f64, params: &StepParams) -> bool {
+    fn alternate(&mut self, iteration: usize, contact: f64, params: &StepParams) -> Result<(), TooManyContacts> {
         let formulation = params.formulation;
         self.project(iteration, formulation);
         self.each(|unit, _| {

@@ -13,3 +13,7 @@ mod stage;
 
 pub(crate) use geometry::Shape;
 pub(crate) use stage::Stage;
+
+/// More contacts press at once than there is memory for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TooManyContacts;

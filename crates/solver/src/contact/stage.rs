@@ -2,6 +2,7 @@
 
 use rod::{Model, Surface};
 
+use super::TooManyContacts;
 use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
@@ -186,30 +187,32 @@ impl Stage {
     }
 
     /// Finds the impulses that the contacts add in this iteration, beside the rods' own solution, and leaves them in
-    /// the components' `pushes`. Returns false where more contacts press than there is memory for. `worst` is
-    /// the largest error now, `tolerance` the one that is good enough.
+    /// the components' `pushes`. `worst` is the largest error now, `tolerance` the one that is good enough.
+    ///
+    /// # Errors
+    /// If more contacts press than there is memory for.
     pub(crate) fn solve(
         &mut self,
         components: &mut [Single],
         formulation: Formulation,
         (worst, tolerance): (f64, f64),
         counters: &mut Counters,
-    ) -> bool {
+    ) -> Result<(), TooManyContacts> {
         for component in components.iter_mut() {
             component.component.pushes.fill(Spatial::zero());
         }
         self.active.clear();
         if self.contacts.is_empty() {
-            return true;
+            return Ok(());
         }
         self.choose();
         if self.active.is_empty() {
-            return true;
+            return Ok(());
         }
         let shapes = self.detector.world().shapes;
         let contacts = (&*self.contacts, &*self.active);
         if !self.coupling.assemble(contacts, shapes, components, &mut self.responses, &mut self.problem) {
-            return false;
+            return Err(TooManyContacts);
         }
         let (sharper, part) = if formulation.momentum() { (MUCH_SHARPER, MUCH_SHARPER) } else { (SHARPER, PART) };
         let tolerance = (tolerance * sharper).max(worst * part);
@@ -225,7 +228,7 @@ impl Stage {
             contact.compliance = self.problem.compliance(k);
             push(contact, shapes, components, change, |component| &mut component.pushes);
         }
-        true
+        Ok(())
     }
 
     /// Chooses the contacts that may press and sets up their unknowns.
