@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Result, anyhow};
-use plotters::prelude::*;
+use anyhow::Result;
+use chart::{Axis, Conditions, Figure, LineChart, LineStyle, Reference, Series};
 
 use crate::course::with_ending;
 use crate::measure::{Columns, Measured};
@@ -67,44 +67,36 @@ pub(crate) fn write(path: &Path, columns: &Columns, rows: &[Row]) -> Result<()> 
         }
         Ok(())
     })?;
-    let svg = picture(columns, rows).map_err(|error| anyhow!("the training curves cannot be drawn: {error}"))?;
+    let svg = picture(columns, rows).svg();
     Ok(export::write_atomically(&with_ending(path, ".svg"), |out| out.write_all(svg.as_bytes()))?)
 }
 
-/// Ratios over epochs: the second of a pair in a thicker line.
-fn picture(columns: &Columns, rows: &[Row]) -> Result<String, Box<dyn std::error::Error>> {
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, (720, 420)).into_drawing_area();
-        area.fill(&WHITE)?;
-        let last = rows.last().map_or(1.0, |row| row.epoch as f64);
-        let ratios = rows.iter().flat_map(|row| row.measured.pairs.iter().flatten());
-        let highest = ratios.copied().fold(1.0, f64::max).min(2.0);
-        let mut chart = ChartBuilder::on(&area)
-            .caption(columns.about, ("sans-serif", 13))
-            .margin(12)
-            .x_label_area_size(36)
-            .y_label_area_size(44)
-            .build_cartesian_2d(0.0..last, 0.0..highest * 1.05)?;
-        chart.configure_mesh().x_desc("epoch").y_desc("ratio").light_line_style(WHITE).draw()?;
-        for (k, pair) in columns.pairs.iter().enumerate() {
-            let colour = Palette99::pick(k).to_rgba();
-            for (part, name) in columns.parts.iter().enumerate() {
-                let points = rows.iter().map(|row| (row.epoch as f64, row.measured.pairs[k][part].min(highest)));
-                let style = colour.stroke_width(1 + part as u32);
-                chart
-                    .draw_series(LineSeries::new(points, style))?
-                    .label(format!("{}, {name}", pair.head))
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], style));
-            }
-        }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::LowerLeft)
-            .background_style(WHITE)
-            .border_style(BLACK)
-            .draw()?;
-        area.present()?;
+/// Ratios over epochs: the first of a pair dashed, the second solid.
+fn picture(columns: &Columns, rows: &[Row]) -> Figure {
+    let ratios = rows.iter().flat_map(|row| row.measured.pairs.iter().flatten());
+    let highest = ratios.copied().fold(1.0, f64::max).min(2.0);
+    let series = columns.pairs.iter().enumerate().flat_map(|(k, pair)| {
+        let part = move |(part, style): (usize, LineStyle)| {
+            let points = rows.iter().map(|row| (row.epoch as f64, row.measured.pairs[k][part]));
+            let name = format!("{}, {}", pair.head, columns.parts[part]);
+            Series { style, markers: rows.len() == 1, colour: Some(pair.head.to_string()), ..Series::new(name, points) }
+        };
+        [LineStyle::Dashed, LineStyle::Solid].into_iter().enumerate().map(part)
+    });
+    let chart = LineChart {
+        x: Axis::linear("epoch"),
+        y: Axis { range: Some([0.0, 1.05 * highest]), ..Axis::linear("ratio") },
+        series: series.collect(),
+        references: vec![Reference::Horizontal { y: 1.0, label: String::new() }],
+        ..LineChart::default()
+    };
+    let [epochs, seconds] = rows.last().map_or([0.0; 2], |row| [row.epoch as f64, row.seconds]);
+    Figure {
+        id: "curves".into(),
+        title: columns.about.into(),
+        caption: String::new(),
+        charts: chart.into(),
+        conditions: Conditions::new("epochs", epochs.to_string())
+            .with("training and measuring", format!("{seconds:.0} s")),
     }
-    Ok(svg)
 }

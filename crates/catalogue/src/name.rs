@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use names::names;
 use solver::guess::GuessKind;
 
 /// How a network was trained.
@@ -15,6 +16,8 @@ pub enum Recipe {
     /// For starts of whole steps.
     Step,
 }
+
+names!(Recipe { Paper = "paper", Best = "best", Step = "step" });
 
 /// A guess that learned from a data set before the first step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -53,20 +53,6 @@ pub fn built_in() -> impl Iterator<Item = (&'static str, &'static [u8])> {
     BUILT_IN.iter().map(|built_in| (built_in.name, built_in.weights))
 }
 
-impl Recipe {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Paper, Self::Best, Self::Step];
-
-    /// Its name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Best => "best",
-            Self::Step => "step",
-        }
-    }
-}
-
 /// A network ready for use.
 #[derive(Clone, Debug)]
 pub struct Network {

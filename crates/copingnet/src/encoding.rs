@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use graph::semi::{self, Semi};
 use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper, project_to_plane, turns};
+use names::names;
 use serde::{Deserialize, Serialize};
 use solver::component::Component;
 use solver::kernel::Spatial;
@@ -36,19 +37,9 @@ pub enum Head {
     Turns,
 }
 
+names!(Head { Full = "full", Semi = "semi", Turns = "turns" });
+
 impl Head {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Full, Self::Semi, Self::Turns];
-
-    /// Its name in files and flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Semi => "semi",
-            Self::Turns => "turns",
-        }
-    }
-
     /// Outputs of a node, and of an edge.
     pub fn outputs(self) -> [usize; 2] {
         match self {
@@ -120,16 +111,9 @@ const HISTORY_CHANNELS: [Channel; body_frame::NODE_CHANGING + turns::NODE_HISTOR
     channels
 };
 
-impl Features {
-    /// Their name in files and flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::BodyFrame => "body-frame",
-            Self::History => "history",
-        }
-    }
+names!(Features { Paper = "paper", BodyFrame = "body-frame", History = "history" });
 
+impl Features {
     /// Kinds of the inputs.
     pub fn channels(self) -> Inputs<&'static [Channel]> {
         match self {

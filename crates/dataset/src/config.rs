@@ -1,9 +1,8 @@
 //! What to generate.
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::str::FromStr;
 
+use names::names;
 use scene::sampling::{Family, KNOT_STEPS, Knot, Parameters, TREE_STEPS, Tree};
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
@@ -25,20 +24,9 @@ pub enum Scenario {
     Tree,
 }
 
+names!(Scenario { Rod = "rod", Helix = "helix", Knot = "knot", Tree = "tree" });
+
 impl Scenario {
-    /// All of them.
-    pub const ALL: [Scenario; 4] = [Self::Rod, Self::Helix, Self::Knot, Self::Tree];
-
-    /// Its name in files and flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rod => "rod",
-            Self::Helix => "helix",
-            Self::Knot => "knot",
-            Self::Tree => "tree",
-        }
-    }
-
     /// Whether starts of whole steps are learned from it: in free motion, held at one place.
     pub fn teaches_steps(self) -> bool {
         matches!(self, Self::Rod | Self::Helix)
@@ -125,21 +113,6 @@ impl Scenario {
     }
 }
 
-impl fmt::Display for Scenario {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Scenario {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let names = || Self::ALL.map(Self::name).join(", ");
-        Self::ALL.into_iter().find(|s| s.name() == name).ok_or_else(|| format!("expected one of {}", names()))
-    }
-}
-
 /// Part of the trajectories.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -150,18 +123,7 @@ pub enum Split {
     Validation,
 }
 
-impl Split {
-    /// Both.
-    pub const ALL: [Split; 2] = [Self::Train, Self::Validation];
-
-    /// Its name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Validation => "validation",
-        }
-    }
-}
+names!(Split { Train = "train", Validation = "validation" });
 
 /// What to generate. The default is the paper's set of rods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

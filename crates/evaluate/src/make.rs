@@ -151,7 +151,7 @@ fn clear(directory: &Path, ending: &str) -> Result<()> {
 fn pictures(page: &Page, directory: &Path) -> Result<()> {
     std::fs::create_dir_all(directory)?;
     for figure in page.figures() {
-        let svg = figure.svg()?;
+        let svg = figure.svg();
         export::write_atomically(&directory.join(format!("{}.svg", figure.id)), |out| out.write_all(svg.as_bytes()))?;
     }
     Ok(())

@@ -1,10 +1,9 @@
 //! A recorded run in the formats of other programs.
 
-use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
+use names::names;
 use rod::{JointForce, Model, State};
 
 use crate::{ExportError, TrajectoryReader};
@@ -28,35 +27,7 @@ pub enum Format {
     Obj,
 }
 
-impl Format {
-    /// All of them.
-    pub const ALL: [Format; 4] = [Format::Vtp, Format::Glb, Format::Csv, Format::Obj];
-
-    /// Its name in flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Format::Vtp => "vtp",
-            Format::Glb => "glb",
-            Format::Csv => "csv",
-            Format::Obj => "obj",
-        }
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Format {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let names = || Self::ALL.map(Format::name).join(", ");
-        Self::ALL.into_iter().find(|f| f.name() == name).ok_or_else(|| format!("expected one of {}", names()))
-    }
-}
+names!(Format { Vtp = "vtp", Glb = "glb", Csv = "csv", Obj = "obj" });
 
 /// Writes a trajectory of `model` into `directory`, which is created if it does not exist, and returns the files and
 /// folders made. One frame is in memory at a time (of `glb`, some tens of MiB). What an earlier export left is replaced

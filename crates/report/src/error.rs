@@ -1,45 +1,21 @@
 //! What can go wrong with a page.
 
+use std::path::Path;
+
 use thiserror::Error;
 
 /// Why a page was not written or not read back.
 #[derive(Debug, Error)]
 pub enum ReportError {
-    /// An id that cannot be a file's name everywhere.
-    #[error("id {id:?}: allowed are a to z, 0 to 9, '-' and '_', beginning with a letter, at most 80 in all")]
-    Id {
-        /// The id of a section, a figure or a table.
+    /// A part of the page that cannot stand there.
+    #[error("{id:?}: {message}")]
+    Part {
+        /// The id of a section, a figure or a table; "page" for the page itself.
         id: String,
+        /// What is wrong with it, and what is allowed.
+        message: String,
     },
-    /// An id that two parts of the page have.
-    #[error("id {id:?}: more than one section, figure or table has it; ids must be unique in a page")]
-    DuplicateId {
-        /// The id.
-        id: String,
-    },
-    /// A condition that says nothing.
-    #[error("{id:?}: the condition {key:?} has the value {value:?}; neither may be empty")]
-    EmptyCondition {
-        /// The id of the figure or table; "page" for the page's own.
-        id: String,
-        /// The condition's key.
-        key: String,
-        /// The condition's value.
-        value: String,
-    },
-    /// Rows, columns or parts that do not match.
-    #[error("{id:?}: {what} has {found} entries instead of {expected}")]
-    Shape {
-        /// The id of the figure or table.
-        id: String,
-        /// Which list: "row 3", "values".
-        what: String,
-        /// Entries found.
-        found: usize,
-        /// Entries expected.
-        expected: usize,
-    },
-    /// Values that have no form in CSV, or a CSV file that cannot be read.
+    /// Values that have no form in CSV.
     #[error("csv/{id}.csv: {cause}")]
     Csv {
         /// The id of the figure or table.
@@ -50,4 +26,11 @@ pub enum ReportError {
     /// A file that cannot be written, or read.
     #[error(transparent)]
     File(#[from] export::ExportError),
+}
+
+impl ReportError {
+    /// What the system says of a file.
+    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |cause| Self::File(export::ExportError::Io { action, path: path.to_owned(), cause })
+    }
 }

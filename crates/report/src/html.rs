@@ -1,16 +1,14 @@
 //! Pages as HTML.
 
-use crate::draw::{self, Drawing};
+use chart::{Palette, Xml, style};
+
+use crate::evidence::Evidence;
 use crate::inline::{Labels, inline};
-use crate::page::{Evidence, evidence};
-use crate::palette::Palette;
-use crate::xml::{Px, Xml};
-use crate::{Align, Block, Cell, Conditions, Emphasis, Figure, Page, Table, theme};
+use crate::page::evidence;
+use crate::{Block, Conditions, Page, Table};
 
 /// Anchor of the table of contents.
 pub(crate) const CONTENTS: &str = "contents";
-/// Smallest text of a chart on a narrow screen \[px\]; below it, the chart scrolls.
-const SMALLEST_TEXT: f64 = 9.4;
 
 /// What all of a page has in common.
 struct Context<'a> {
@@ -20,22 +18,22 @@ struct Context<'a> {
 
 /// The page as HTML that is well-formed XML too.
 pub(crate) fn page(page: &Page) -> String {
-    let evidence = page.evidence();
-    let figures = evidence.iter().filter_map(|item| match item {
-        Evidence::Figure(figure) => Some(*figure),
-        Evidence::Table(_) => None,
-    });
-    let context = Context { palette: Palette::new(figures), labels: labels(&evidence) };
+    let context = Context { palette: Palette::new(page.figures()), labels: labels(&page.evidence()) };
     let mut xml = Xml::default();
     xml.raw("<!DOCTYPE html>\n");
     xml.open("html", &[("lang", &"en")]);
-    head(&mut xml, &page.title);
+    xml.open("head", &[]);
+    xml.leaf("meta", &[("charset", &"utf-8")]);
+    xml.leaf("meta", &[("name", &"viewport"), ("content", &"width=device-width, initial-scale=1")]);
+    xml.element("title", &[], &page.title);
+    // HTML does not resolve escapes in a style sheet: ours has nothing to escape.
+    xml.raw(&format!("<style>{}</style>", style(include_str!("page.css"))));
+    xml.close();
+    xml.line();
     xml.open("body", &[]);
     xml.open("header", &[]);
     xml.element("h1", &[], &page.title);
-    for text in &page.lead {
-        paragraph(&mut xml, text, &context);
-    }
+    page.lead.iter().for_each(|text| paragraph(&mut xml, text, &context));
     conditions(&mut xml, &page.conditions);
     xml.close();
     contents(&mut xml, page, &context);
@@ -65,19 +63,6 @@ fn labels<'a>(evidence: &[Evidence<'a>]) -> Labels<'a> {
     evidence.iter().map(label).collect()
 }
 
-fn head(xml: &mut Xml, title: &str) {
-    xml.open("head", &[]);
-    xml.leaf("meta", &[("charset", &"utf-8")]);
-    xml.leaf("meta", &[("name", &"viewport"), ("content", &"width=device-width, initial-scale=1")]);
-    xml.element("title", &[], title);
-    xml.open("style", &[]);
-    // HTML does not resolve escapes in a style sheet: ours has nothing to escape.
-    xml.raw(&theme::page_style());
-    xml.close();
-    xml.close();
-    xml.line();
-}
-
 fn contents(xml: &mut Xml, page: &Page, context: &Context<'_>) {
     xml.open("nav", &[("aria-labelledby", &CONTENTS)]);
     xml.element("h2", &[("id", &CONTENTS)], "Contents");
@@ -88,12 +73,13 @@ fn contents(xml: &mut Xml, page: &Page, context: &Context<'_>) {
         let items = evidence(&section.blocks);
         if !items.is_empty() {
             xml.open("ul", &[]);
-            for item in items {
-                xml.open("li", &[]);
-                let text = format!("{}. {}", context.labels[item.id()], item.title());
-                xml.element("a", &[("href", &format!("#{}", item.id()))], &text);
-                xml.close();
-            }
+        }
+        for [id, title, _] in items.iter().map(|item| item.words()) {
+            xml.open("li", &[]);
+            xml.element("a", &[("href", &format!("#{id}"))], &format!("{}. {title}", context.labels[id]));
+            xml.close();
+        }
+        if !items.is_empty() {
             xml.close();
         }
         xml.close();
@@ -106,8 +92,8 @@ fn contents(xml: &mut Xml, page: &Page, context: &Context<'_>) {
 fn block(xml: &mut Xml, block: &Block, context: &Context<'_>) {
     match block {
         Block::Paragraph(text) => paragraph(xml, text, context),
-        Block::Table(item) => table(xml, item, context),
-        Block::Figure(item) => figure(xml, item, context),
+        Block::Table(item) => shown(xml, Evidence::Table(item), context),
+        Block::Figure(item) => shown(xml, Evidence::Figure(item), context),
         Block::Details(details) => {
             xml.open("details", &[]);
             xml.element("summary", &[], &details.summary);
@@ -124,26 +110,28 @@ fn paragraph(xml: &mut Xml, text: &str, context: &Context<'_>) {
     xml.close();
 }
 
-/// Number, title and caption.
-fn caption(xml: &mut Xml, item: Evidence<'_>, caption: &str, context: &Context<'_>) {
+/// A figure or a table: number, title and caption above it, below it its conditions, and where the numbers are.
+fn shown(xml: &mut Xml, item: Evidence<'_>, context: &Context<'_>) {
+    let [id, title, caption] = item.words();
+    xml.open("figure", &[("id", &id)]);
     xml.open("figcaption", &[]);
     xml.open("h3", &[]);
-    xml.element("span", &[("class", &"number")], &format!("{}.", context.labels[item.id()]));
-    xml.text(" ");
-    xml.text(item.title());
+    xml.element("span", &[("class", &"number")], &format!("{}.", context.labels[id]));
+    xml.text(&format!(" {title}"));
     xml.close();
     if !caption.is_empty() {
         paragraph(xml, caption, context);
     }
     xml.close();
     xml.line();
-}
-
-/// Conditions, and where the numbers are.
-fn source(xml: &mut Xml, id: &str, list: &Conditions) {
+    match item {
+        Evidence::Figure(figure) => figure.draw(xml, &context.palette),
+        Evidence::Table(item) => table(xml, item),
+    }
     xml.open("div", &[("class", &"source")]);
-    conditions(xml, list);
+    conditions(xml, item.conditions());
     xml.element("a", &[("href", &format!("csv/{id}.csv"))], &format!("{id}.csv"));
+    xml.close();
     xml.close();
 }
 
@@ -160,60 +148,15 @@ fn conditions(xml: &mut Xml, conditions: &Conditions) {
     xml.close();
 }
 
-fn figure(xml: &mut Xml, figure: &Figure, context: &Context<'_>) {
-    xml.open("figure", &[("id", &figure.id)]);
-    caption(xml, Evidence::Figure(figure), &figure.caption, context);
-    let drawings = draw::charts(&figure.charts, &context.palette);
-    let class = if drawings.len() > 1 { "body wide" } else { "body" };
-    xml.open("div", &[("class", &class)]);
-    xml.open("div", &[("class", &"charts")]);
-    drawings.iter().for_each(|drawing| chart(xml, drawing));
-    xml.close();
-    let entries = draw::entries(&figure.charts, &context.palette);
-    if !entries.is_empty() {
-        draw::list(xml, &entries);
-    }
-    xml.close();
-    source(xml, &figure.id, &figure.conditions);
-    xml.close();
-}
-
-fn chart(xml: &mut Xml, drawing: &Drawing) {
-    let Drawing { width, height, font, label, body } = drawing;
-    xml.open("div", &[("class", &"scroll")]);
-    let narrowest = (width * SMALLEST_TEXT / font).ceil();
-    xml.open(
-        "svg",
-        &[
-            ("class", &"chart"),
-            ("role", &"img"),
-            ("aria-label", label),
-            ("width", &Px(*width)),
-            ("height", &Px(*height)),
-            ("viewBox", &format!("0 0 {} {}", Px(*width), Px(*height))),
-            ("font-size", font),
-            ("style", &format!("min-width:{narrowest}px")),
-        ],
-    );
-    xml.raw(body);
-    xml.close();
-    xml.close();
-    xml.line();
-}
-
-fn table(xml: &mut Xml, table: &Table, context: &Context<'_>) {
-    xml.open("figure", &[("id", &table.id)]);
-    caption(xml, Evidence::Table(table), &table.caption, context);
+fn table(xml: &mut Xml, table: &Table) {
     // Whoever has no mouse scrolls by keys, for which the box must take the focus.
-    xml.open(
-        "div",
-        &[("class", &"body scroll"), ("tabindex", &"0"), ("role", &"region"), ("aria-label", &table.title)],
-    );
+    let name = &table.title;
+    xml.open("div", &[("class", &"body scroll"), ("tabindex", &"0"), ("role", &"region"), ("aria-label", name)]);
     xml.open("table", &[]);
     xml.open("thead", &[]);
     xml.open("tr", &[]);
     for column in &table.columns {
-        xml.element("th", &[("scope", &"col"), ("class", &align(column.align))], &column.name);
+        xml.element("th", &[("scope", &"col"), ("class", &column.class)], &column.name);
     }
     xml.close();
     xml.close();
@@ -222,11 +165,8 @@ fn table(xml: &mut Xml, table: &Table, context: &Context<'_>) {
     for row in &table.rows {
         xml.open("tr", &[]);
         for (i, (cell, column)) in row.iter().zip(&table.columns).enumerate() {
-            let class = [align(column.align), emphasis(cell)].join(" ");
-            match i {
-                0 => xml.element("th", &[("scope", &"row"), ("class", &class.trim())], &cell.text),
-                _ => xml.element("td", &[("class", &class.trim())], &cell.text),
-            }
+            let (tag, scope) = if i == 0 { ("th", "row") } else { ("td", "") };
+            xml.element(tag, &[("scope", &scope), ("class", &[column.class, cell.class].concat())], &cell.text);
         }
         xml.close();
         xml.line();
@@ -234,21 +174,4 @@ fn table(xml: &mut Xml, table: &Table, context: &Context<'_>) {
     xml.close();
     xml.close();
     xml.close();
-    source(xml, &table.id, &table.conditions);
-    xml.close();
-}
-
-fn align(align: Align) -> &'static str {
-    match align {
-        Align::Left => "left",
-        Align::Right => "right",
-    }
-}
-
-fn emphasis(cell: &Cell) -> &'static str {
-    match cell.emphasis {
-        Emphasis::Plain => "",
-        Emphasis::Strong => "strong",
-        Emphasis::Muted => "muted",
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::xml::Xml;
+use chart::Xml;
 
 /// What a figure or a table is called, such as "Figure 3", by its id.
 pub(crate) type Labels<'a> = BTreeMap<&'a str, String>;

@@ -7,39 +7,23 @@
 //! reader's choice of light or dark, and fits a phone. The same page gives the same bytes. [`check`] reads a page back
 //! and lists what is wrong with it.
 //!
-//! The page is well-formed XML as well as HTML, so that it can be read back without guessing.
-//!
-//! This crate knows nothing of rods and solvers.
+//! The page is well-formed XML as well as HTML, so that it can be read back without guessing. Charts are the crate
+//! `chart`'s, and stand here under their names there. This crate knows nothing of rods and solvers.
 
-mod axis;
-mod bars;
 mod check;
-mod conditions;
-mod data;
-mod draw;
 mod error;
-mod figure;
-mod heat;
+mod evidence;
 mod html;
 mod inline;
-mod lines;
-mod number;
 mod page;
-mod palette;
-mod standalone;
 mod table;
-mod theme;
-mod validate;
-mod xml;
+mod write;
 
-pub use axis::{Axis, Scale};
-pub use bars::{Bar, BarChart};
+pub use chart::{
+    Aspect, Axis, Bar, BarChart, Charts, ColourScale, Conditions, Figure, HeatMap, LineChart, LineStyle, NumberFormat,
+    Point, Reference, Scale, Series,
+};
 pub use check::check;
-pub use conditions::Conditions;
 pub use error::ReportError;
-pub use figure::{Charts, Figure};
-pub use heat::{ColourScale, HeatMap};
-pub use lines::{Aspect, LineChart, LineStyle, Point, Reference, Series};
-pub use number::NumberFormat;
 pub use page::{Block, Details, Page, Section};
-pub use table::{Align, Cell, Column, Emphasis, Table};
+pub use table::{Cell, Column, Table};

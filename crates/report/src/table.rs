@@ -23,66 +23,45 @@ pub struct Table {
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Its heading, with the unit.
-    pub name: String,
-    /// Where its cells stand.
-    pub align: Align,
+    pub(crate) name: String,
+    /// On which side its cells stand.
+    pub(crate) class: &'static str,
 }
 
 impl Column {
     /// A column of text.
     pub fn text(name: impl Into<String>) -> Self {
-        Self { name: name.into(), align: Align::Left }
+        Self { name: name.into(), class: "left" }
     }
 
     /// A column of numbers.
     pub fn number(name: impl Into<String>) -> Self {
-        Self { name: name.into(), align: Align::Right }
+        Self { name: name.into(), class: "right" }
     }
-}
-
-/// Where the cells of a column stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Align {
-    /// At the left, as text does.
-    Left,
-    /// At the right, as numbers do.
-    Right,
 }
 
 /// A cell of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cell {
-    /// What it says.
-    pub text: String,
-    /// How loudly.
-    pub emphasis: Emphasis,
+    pub(crate) text: String,
+    /// How loudly it speaks.
+    pub(crate) class: &'static str,
 }
 
 impl Cell {
-    /// A cell that stands out.
+    /// A bold cell: the best of a row, the number to look at.
     pub fn strong(text: impl Into<String>) -> Self {
-        Self { text: text.into(), emphasis: Emphasis::Strong }
+        Self { text: text.into(), class: " strong" }
     }
 
-    /// A cell that stands back.
+    /// A grey cell: not measured, not applicable.
     pub fn muted(text: impl Into<String>) -> Self {
-        Self { text: text.into(), emphasis: Emphasis::Muted }
+        Self { text: text.into(), class: " muted" }
     }
 }
 
 impl<T: Into<String>> From<T> for Cell {
     fn from(text: T) -> Self {
-        Self { text: text.into(), emphasis: Emphasis::Plain }
+        Self { text: text.into(), class: "" }
     }
-}
-
-/// How loudly a cell speaks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Emphasis {
-    /// As the others.
-    Plain,
-    /// Bold: the best of a row, the number to look at.
-    Strong,
-    /// Grey: not measured, not applicable.
-    Muted,
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::Result;
+use chart::Conditions;
 use export::TrajectoryWriter;
-use report::Conditions;
 use rod::{JointForce, Model, State};
 use scene::Scene;
 use serde::Serialize;

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
+use chart::{Axis, Charts, Conditions, Figure, LineChart, Series};
 use export::write_atomically;
-use report::{Axis, Charts, Conditions, Figure, LineChart, Series};
 
 use crate::sample::Sample;
 
@@ -35,7 +35,7 @@ pub(crate) fn write(directory: &Path, samples: &[Sample], conditions: &Condition
             charts: Charts::from(chart),
             conditions: conditions.clone(),
         };
-        let svg = figure.svg()?;
+        let svg = figure.svg();
         write_atomically(&directory.join(file), |out| out.write_all(svg.as_bytes()))?;
     }
     Ok(())

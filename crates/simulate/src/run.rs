@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use catalogue::{Guess, GuessName, Learned, Training, plane};
+use chart::Conditions;
 use graph::Normal;
-use report::Conditions;
 use rod::{Model, State};
 use scene::Scene;
 use solver::auto::Choice;

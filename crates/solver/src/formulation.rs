@@ -1,7 +1,6 @@
 //! Which equations an outer iteration linearises, and how contacts enter it.
 
-use std::fmt;
-use std::str::FromStr;
+use names::names;
 
 /// The formulation of the projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -15,10 +14,9 @@ pub enum Formulation {
     Newton,
 }
 
-impl Formulation {
-    /// All of them.
-    pub const ALL: [Formulation; 3] = [Formulation::Xpbd, Formulation::XpbdGeometric, Formulation::Newton];
+names!(Formulation { Xpbd = "xpbd", XpbdGeometric = "xpbd-geometric", Newton = "newton" });
 
+impl Formulation {
     /// Whether the mass matrix holds the geometric stiffness.
     #[inline(always)]
     pub fn geometric(self) -> bool {
@@ -29,30 +27,6 @@ impl Formulation {
     #[inline(always)]
     pub fn momentum(self) -> bool {
         self == Formulation::Newton
-    }
-
-    /// Its name in files and flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Formulation::Xpbd => "xpbd",
-            Formulation::XpbdGeometric => "xpbd-geometric",
-            Formulation::Newton => "newton",
-        }
-    }
-}
-
-impl fmt::Display for Formulation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Formulation {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let names = || Self::ALL.map(Formulation::name).join(", ");
-        Self::ALL.into_iter().find(|f| f.name() == name).ok_or_else(|| format!("expected one of {}", names()))
     }
 }
 
@@ -66,30 +40,4 @@ pub enum ContactProjection {
     Alternating,
 }
 
-impl ContactProjection {
-    /// All of them.
-    pub const ALL: [ContactProjection; 2] = [ContactProjection::Coupled, ContactProjection::Alternating];
-
-    /// Its name in files and flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            ContactProjection::Coupled => "coupled",
-            ContactProjection::Alternating => "alternating",
-        }
-    }
-}
-
-impl fmt::Display for ContactProjection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for ContactProjection {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let names = || Self::ALL.map(ContactProjection::name).join(", ");
-        Self::ALL.into_iter().find(|p| p.name() == name).ok_or_else(|| format!("expected one of {}", names()))
-    }
-}
+names!(ContactProjection { Coupled = "coupled", Alternating = "alternating" });

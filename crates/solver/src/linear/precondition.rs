@@ -3,8 +3,7 @@
 mod frozen;
 mod local;
 
-use std::fmt;
-use std::str::FromStr;
+use names::names;
 
 use crate::kernel::Spatial;
 use crate::linear::operator::Operator;
@@ -28,35 +27,7 @@ pub enum PreconditionerKind {
     Frozen,
 }
 
-impl PreconditionerKind {
-    /// All of them.
-    pub const ALL: [PreconditionerKind; 4] = [Self::Raw, Self::Jacobi, Self::BlockJacobi, Self::Frozen];
-
-    /// Its name in files and flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Raw => "raw",
-            Self::Jacobi => "jacobi",
-            Self::BlockJacobi => "block-jacobi",
-            Self::Frozen => "frozen",
-        }
-    }
-}
-
-impl fmt::Display for PreconditionerKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for PreconditionerKind {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let names = || Self::ALL.map(Self::name).join(", ");
-        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| format!("expected one of {}", names()))
-    }
-}
+names!(PreconditionerKind { Raw = "raw", Jacobi = "jacobi", BlockJacobi = "block-jacobi", Frozen = "frozen" });
 
 /// A preconditioner of a chosen kind, with its memory.
 pub struct Preconditioner(Chosen);

@@ -9,11 +9,9 @@ mod text;
 mod ticks;
 
 pub(crate) use legend::{columns, entries, list};
-pub(crate) use text::{LINE, wrap};
+pub(crate) use text::paragraph;
 
-use crate::palette::Palette;
-use crate::xml::{Px, Xml};
-use crate::{BarChart, Charts, HeatMap, LineChart};
+use crate::{Charts, Palette};
 
 /// A drawn chart.
 pub(crate) struct Drawing {
@@ -53,37 +51,7 @@ pub(crate) fn charts(charts: &Charts, palette: &Palette<'_>) -> Vec<Drawing> {
     }
 }
 
-/// Writes `text` in lines of at most `width` \[px\], the first with its top at `y`; returns the bottom of the last.
-fn paragraph(svg: &mut Xml, text: &str, [x, mut y]: [f64; 2], width: f64, font: f64, class: &str) -> f64 {
-    for line in wrap(text, font, width) {
-        svg.element("text", &[("x", &Px(x)), ("y", &Px(y + font)), ("class", &class)], &line);
-        y += LINE * font;
-    }
-    y
-}
-
-fn titled(kind: &str, title: &str, rest: &str) -> String {
+/// What a chart shows, in words.
+fn description(kind: &str, title: &str, rest: &str) -> String {
     if title.is_empty() { format!("{kind}: {rest}") } else { format!("{kind}, {title}: {rest}") }
-}
-
-impl LineChart {
-    fn description(&self) -> String {
-        let rest = format!("{} over {}, {} series", self.y.label, self.x.label, self.series.len());
-        titled("Line chart", &self.title, &rest)
-    }
-}
-
-impl HeatMap {
-    fn description(&self) -> String {
-        let (rows, columns) = (self.rows.len(), self.columns.len());
-        let rest = format!("{} by {} ({rows}) and {} ({columns})", self.value_label, self.row_label, self.column_label);
-        titled("Heat map", &self.title, &rest)
-    }
-}
-
-impl BarChart {
-    fn description(&self) -> String {
-        let rest = format!("{}, {} bars of {} parts", self.label, self.bars.len(), self.parts.len());
-        titled("Stacked bars", &self.title, &rest)
-    }
 }

@@ -1,10 +1,7 @@
 //! Figures as SVG files of their own.
 
-use crate::Figure;
-use crate::draw::{self, Drawing, LINE, wrap};
-use crate::palette::Palette;
-use crate::theme;
-use crate::xml::{Px, Xml};
+use crate::draw::{self, Drawing, paragraph};
+use crate::{Figure, Palette, Px, Xml, theme};
 
 /// Margin around the figure, and distance of charts \[px\].
 const MARGIN: f64 = 16.0;
@@ -15,41 +12,30 @@ const NARROWEST: f64 = 480.0;
 pub(crate) fn svg(figure: &Figure) -> String {
     let palette = Palette::new([figure]);
     let drawings = draw::charts(&figure.charts, &palette);
-    let legend = draw::entries(&figure.charts, &palette);
-    let rows: Vec<&[Drawing]> = drawings.chunks(2).collect();
-    let second = drawings.iter().step_by(2).map(|drawing| drawing.width).fold(0.0, f64::max) + 1.5 * MARGIN;
+    let first = drawings.iter().step_by(2).map(|drawing| drawing.width).fold(0.0, f64::max);
+    let second = first + 1.5 * MARGIN;
     let right = drawings.iter().skip(1).step_by(2).map(|drawing| second + drawing.width);
-    let width = right.chain([NARROWEST, second - 1.5 * MARGIN]).fold(0.0, f64::max);
+    let width = right.chain([NARROWEST, first]).fold(0.0, f64::max);
     let font = drawings.first().map_or(14.0, |drawing| drawing.font);
 
     let mut body = Xml::default();
-    let mut y = 0.0;
-    for line in wrap(&figure.title, 1.15 * font, width) {
-        body.element(
-            "text",
-            &[("y", &Px(y + 1.15 * font)), ("font-size", &Px(1.15 * font)), ("class", &"head")],
-            &line,
-        );
-        y += LINE * 1.15 * font;
-    }
-    y += 0.5 * MARGIN;
-    for row in rows {
-        for (drawing, x) in row.iter().zip([0.0, second]) {
+    body.open("g", &[("font-size", &Px(1.15 * font))]);
+    let mut y = paragraph(&mut body, &figure.title, [0.0, 0.0], width, 1.15 * font, "head") + 0.5 * MARGIN;
+    body.close();
+    for row in drawings.chunks(2) {
+        for (Drawing { body: drawing, .. }, x) in row.iter().zip([0.0, second]) {
             body.open("g", &[("transform", &format!("translate({} {})", Px(x), Px(y)))]);
-            body.raw(&drawing.body);
+            body.raw(drawing);
             body.close();
         }
         y += row.iter().map(|drawing| drawing.height).fold(0.0, f64::max) + 0.5 * MARGIN;
     }
-    y = draw::columns(&mut body, &legend, y, width, font) + 0.5 * MARGIN;
+    y = draw::columns(&mut body, &draw::entries(&figure.charts, &palette), y, width, font) + 0.5 * MARGIN;
     let conditions: Vec<_> = figure.conditions.iter().map(|(key, value)| format!("{key}: {value}")).collect();
-    let small = 0.9 * font;
-    for line in wrap(&conditions.join(" · "), small, width) {
-        body.element("text", &[("y", &Px(y + small)), ("class", &"small")], &line);
-        y += LINE * small;
-    }
+    y = paragraph(&mut body, &conditions.join(" · "), [0.0, y], width, 0.9 * font, "small");
 
-    let (wide, high) = ((width + 2.0 * MARGIN).ceil(), (y + 2.0 * MARGIN).ceil());
+    let [wide, high] = [width, y].map(|length| (length + 2.0 * MARGIN).ceil());
+    let view = format!("0 0 {wide} {high}");
     let mut svg = Xml::default();
     svg.open(
         "svg",
@@ -57,7 +43,7 @@ pub(crate) fn svg(figure: &Figure) -> String {
             ("xmlns", &"http://www.w3.org/2000/svg"),
             ("width", &wide),
             ("height", &high),
-            ("viewBox", &format!("0 0 {wide} {high}")),
+            ("viewBox", &view),
             ("class", &"chart"),
             ("role", &"img"),
             ("aria-label", &figure.title),

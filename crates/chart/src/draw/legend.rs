@@ -1,26 +1,22 @@
 //! Legends: beside the plotting area, in the page or in an SVG file.
 
 use super::marker::{self, LARGE, RADIUS};
-use super::text::width;
-use crate::palette::Palette;
-use crate::xml::{Px, Xml};
-use crate::{Charts, LineStyle};
+use super::text::widest;
+use crate::{Charts, LineStyle, Palette, Px, Xml};
 
 /// Width and height of a sample \[px\].
 const SAMPLE: [f64; 2] = [30.0, 14.0];
 
 /// An entry of a legend.
-#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     name: String,
     sample: Sample,
 }
 
-/// What stands for a name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What stands for a name. Colours are classes.
 enum Sample {
-    Line { colour: usize, style: LineStyle, marker: Option<usize> },
-    Part { colour: usize },
+    Line { colour: String, style: LineStyle, marker: Option<usize> },
+    Part { colour: String },
     Emphasis,
 }
 
@@ -44,22 +40,24 @@ pub(crate) fn entries(charts: &Charts, palette: &Palette<'_>) -> Vec<Entry> {
         }
         Charts::Heat(_) => {}
         Charts::Bars(charts) => {
-            charts.iter().flat_map(|chart| &chart.parts).for_each(|part| {
-                add(part, Sample::Part { colour: palette.colour(part) });
-            });
+            let parts = charts.iter().flat_map(|chart| &chart.parts);
+            parts.for_each(|part| add(part, Sample::Part { colour: palette.colour(part) }));
         }
     }
     entries
 }
 
-/// The legend as a list of a page.
+/// The legend as a list of a page; nothing where it has no entries.
 pub(crate) fn list(xml: &mut Xml, entries: &[Entry]) {
+    if entries.is_empty() {
+        return;
+    }
     xml.open("ul", &[("class", &"legend")]);
     for entry in entries {
         xml.open("li", &[]);
         let view = format!("0 0 {} {}", SAMPLE[0], SAMPLE[1]);
         xml.open("svg", &[("class", &"chart"), ("viewBox", &view), ("aria-hidden", &"true")]);
-        sample(xml, entry.sample, [0.0, 0.0]);
+        sample(xml, &entry.sample, [0.0, 0.0]);
         xml.close();
         xml.text(&entry.name);
         xml.close();
@@ -71,44 +69,32 @@ pub(crate) fn list(xml: &mut Xml, entries: &[Entry]) {
 /// The legend in columns, the names below one another, in a drawing of width `room` \[px\], from (0, `y`) on; returns its bottom.
 pub(crate) fn columns(svg: &mut Xml, entries: &[Entry], y: f64, room: f64, font: f64) -> f64 {
     let height = 1.5 * font;
-    let wide = entries.iter().map(|entry| SAMPLE[0] + width(&entry.name, font) + 20.0).fold(1.0, f64::max);
+    let wide = SAMPLE[0] + widest(entries.iter().map(|entry| &entry.name), font) + 20.0;
     let rows = entries.len().div_ceil(((room / wide) as usize).max(1));
     for (i, entry) in entries.iter().enumerate() {
         let (x, y) = (wide * (i / rows) as f64, y + height * (i % rows) as f64);
-        sample(svg, entry.sample, [x, y + (height - SAMPLE[1]) / 2.0]);
-        let at = [x + SAMPLE[0] + 6.0, y + 0.5 * height + 0.35 * font];
-        svg.element("text", &[("x", &Px(at[0])), ("y", &Px(at[1]))], &entry.name);
+        sample(svg, &entry.sample, [x, y + (height - SAMPLE[1]) / 2.0]);
+        svg.label([x + SAMPLE[0] + 6.0, y + 0.5 * height + 0.35 * font], "", "", &entry.name);
     }
     y + height * rows as f64
 }
 
-fn sample(svg: &mut Xml, sample: Sample, [x, y]: [f64; 2]) {
+fn sample(svg: &mut Xml, sample: &Sample, [x, y]: [f64; 2]) {
     let [wide, high] = SAMPLE;
     let centre = [x + wide / 2.0, y + high / 2.0];
     match sample {
         Sample::Line { colour, style, marker } => {
-            svg.open("g", &[("class", &format!("s{colour}"))]);
-            if let Some(class) = line_class(style) {
-                let path = format!("M{} {}h{}", Px(x + 1.0), Px(centre[1]), Px(wide - 2.0));
-                svg.leaf("path", &[("class", &class), ("d", &path)]);
+            svg.open("g", &[("class", colour)]);
+            if let Some(class) = line_class(*style) {
+                svg.path(class, &format!("M{} {}h{}", Px(x + 1.0), Px(centre[1]), Px(wide - 2.0)), "");
             }
             if let Some(shape) = marker {
-                marker::draw(svg, shape, centre, RADIUS + 0.6, "marker", "");
+                marker::draw(svg, *shape, centre, RADIUS + 0.6, "marker", "");
             }
             svg.close();
         }
         Sample::Part { colour } => {
-            let class = format!("part s{colour}");
-            svg.leaf(
-                "rect",
-                &[
-                    ("x", &Px(x + 4.0)),
-                    ("y", &Px(y + 1.0)),
-                    ("width", &Px(wide - 8.0)),
-                    ("height", &Px(high - 2.0)),
-                    ("class", &class),
-                ],
-            );
+            svg.rect([x + 4.0, y + 1.0, wide - 8.0, high - 2.0], &format!("part {colour}"), "", "");
         }
         Sample::Emphasis => marker::draw(svg, 0, centre, LARGE, "marker emphasis neutral", ""),
     }

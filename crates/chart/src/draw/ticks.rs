@@ -1,8 +1,8 @@
 //! Where an axis has ticks.
 
+use super::text::widest;
 use crate::axis::Layout;
-use crate::xml::{Attribute, Px, Xml};
-use crate::{NumberFormat, Scale};
+use crate::{NumberFormat, Px, Scale, Xml};
 
 /// The ticks of an axis.
 pub(super) struct Ticks {
@@ -26,7 +26,7 @@ impl Ticks {
 
     /// The longest label \[px\].
     pub(super) fn width(&self, font: f64) -> f64 {
-        self.major.iter().map(|(_, label)| super::text::width(label, font)).fold(0.0, f64::max)
+        widest(self.major.iter().map(|(_, label)| label), font)
     }
 
     /// Lines at the ticks: from `from` to `to` across the axis, which is level or upright.
@@ -40,9 +40,7 @@ impl Ticks {
                     false => format!("M{} {}H{}", Px(from), Px(at), Px(to)),
                 })
                 .collect();
-            if !path.is_empty() {
-                svg.leaf("path", &[("d", &path), ("class", &class)]);
-            }
+            svg.path(class, &path, "");
         }
     }
 }
@@ -111,9 +109,9 @@ fn minus(number: &str) -> String {
 }
 
 /// A tick's label, its exponent raised.
-pub(super) fn label(svg: &mut Xml, text: &str, attributes: &[Attribute<'_>], font: f64) {
+pub(super) fn label(svg: &mut Xml, text: &str, [x, y]: [f64; 2], anchor: &str, font: f64) {
     let (base, power) = text.split_once('^').unwrap_or((text, ""));
-    svg.open("text", attributes);
+    svg.open("text", &[("x", &Px(x)), ("y", &Px(y)), ("text-anchor", &anchor)]);
     svg.text(base);
     if !power.is_empty() {
         svg.element("tspan", &[("dy", &Px(-0.4 * font)), ("font-size", &Px(0.75 * font))], power);

@@ -2,12 +2,11 @@
 
 use super::legend::line_class;
 use super::marker::{self, LARGE, RADIUS};
+use super::text::LINE;
 use super::ticks::{self, Ticks};
-use super::{Drawing, LINE, Size, paragraph};
+use super::{Drawing, Size, description, paragraph};
 use crate::axis::{Layout, span};
-use crate::palette::Palette;
-use crate::xml::{Px, Xml};
-use crate::{Aspect, LineChart, LineStyle, NumberFormat, Point, Reference, Series};
+use crate::{Aspect, LineChart, LineStyle, NumberFormat, Palette, Point, Px, Reference, Series, Xml, polyline};
 
 /// Points of a curve that are marked at most, beside those that stand out.
 const MARKED: usize = 40;
@@ -23,47 +22,33 @@ pub(super) fn draw(chart: &LineChart, size: Size, palette: &Palette<'_>) -> Draw
     let mut top = paragraph(&mut svg, &chart.title, [0.0, 0.0], width, font, "head");
     top = paragraph(&mut svg, &chart.y.label, [0.0, top], width, font, "small") + 6.0;
 
-    let spans = spans(chart);
     let right = width - 14.0;
-    let (left, bottom);
-    match spans {
+    let (mut left, mut bottom) = (1.0, top + 0.4 * width);
+    match spans(chart) {
         None => {
-            (left, bottom) = (1.0, top + 0.4 * width);
-            frame(&mut svg, [left, top], [right, bottom]);
-            let at: [f64; 2] = [0.5 * right, 0.5 * (top + bottom)];
-            svg.element(
-                "text",
-                &[("x", &Px(at[0])), ("y", &Px(at[1])), ("text-anchor", &"middle"), ("class", &"small")],
-                "no data",
-            );
+            svg.rect([left, top, right - left, bottom - top], "box", "", "");
+            svg.label([0.5 * right, 0.5 * (top + bottom)], "middle", "small", "no data");
         }
         Some(places) => {
             let axes = layout(chart, places, [top, right], size);
             (left, bottom) = (axes.x.pixels[0], axes.y.pixels[0]);
             grid(&mut svg, &axes, font);
             // A drawing of its own cuts off what reaches over the edge.
-            svg.open(
-                "svg",
-                &[
-                    ("x", &Px(left)),
-                    ("y", &Px(top)),
-                    ("width", &Px(right - left)),
-                    ("height", &Px(bottom - top)),
-                    ("viewBox", &format!("{} {} {} {}", Px(left), Px(top), Px(right - left), Px(bottom - top))),
-                ],
-            );
-            references(&mut svg, chart, &axes);
-            for series in &chart.series {
-                curve(&mut svg, series, &axes, palette);
-            }
+            let sides = [left, top, right - left, bottom - top];
+            let [x, y, wide, high] = sides.map(Px);
+            let view = format!("{x} {y} {wide} {high}");
+            svg.open("svg", &[("x", &x), ("y", &y), ("width", &wide), ("height", &high), ("viewBox", &view)]);
+            chart.references.iter().for_each(|reference| line_across(&mut svg, reference, &axes));
+            chart.series.iter().for_each(|series| curve(&mut svg, series, &axes, palette));
             svg.close();
-            frame(&mut svg, [left, top], [right, bottom]);
+            svg.rect(sides, "box", "", "");
             reference_labels(&mut svg, chart, &axes, font);
         }
     }
-    let height =
-        paragraph(&mut svg, &chart.x.label, [left, bottom + LINE * font + 4.0], width - left, font, "small") + 4.0;
-    Drawing { width, height, font, label: chart.description(), body: svg.finish() }
+    let below = [left, bottom + LINE * font + 4.0];
+    let height = paragraph(&mut svg, &chart.x.label, below, width - left, font, "small") + 4.0;
+    let rest = format!("{} over {}, {} series", chart.y.label, chart.x.label, chart.series.len());
+    Drawing { width, height, font, label: description("Line chart", &chart.title, &rest), body: svg.finish() }
 }
 
 /// A chart's axes on the drawing.
@@ -129,50 +114,25 @@ fn about_middle([low, high]: [f64; 2], length: f64) -> [f64; 2] {
     [middle - 0.5 * length, middle + 0.5 * length]
 }
 
-fn frame(svg: &mut Xml, [left, top]: [f64; 2], [right, bottom]: [f64; 2]) {
-    let size = [right - left, bottom - top];
-    svg.leaf(
-        "rect",
-        &[("x", &Px(left)), ("y", &Px(top)), ("width", &Px(size[0])), ("height", &Px(size[1])), ("class", &"box")],
-    );
-}
-
 fn grid(svg: &mut Xml, axes: &Axes, font: f64) {
     let (left, bottom) = (axes.x.pixels[0], axes.y.pixels[0]);
     axes.x_ticks.grid(svg, &axes.x, axes.y.pixels, true);
     axes.y_ticks.grid(svg, &axes.y, axes.x.pixels, false);
-    for (value, text) in &axes.x_ticks.major {
-        if let Some(x) = axes.x.at(*value) {
-            let y = bottom + 1.1 * font + 2.0;
-            ticks::label(svg, text, &[("x", &Px(x)), ("y", &Px(y)), ("text-anchor", &"middle")], font);
-        }
+    for (x, text) in axes.x_ticks.major.iter().filter_map(|(value, text)| Some((axes.x.at(*value)?, text))) {
+        ticks::label(svg, text, [x, bottom + 1.1 * font + 2.0], "middle", font);
     }
-    for (value, text) in &axes.y_ticks.major {
-        if let Some(y) = axes.y.at(*value) {
-            ticks::label(
-                svg,
-                text,
-                &[("x", &Px(left - 6.0)), ("y", &Px(y + 0.35 * font)), ("text-anchor", &"end")],
-                font,
-            );
-        }
+    for (y, text) in axes.y_ticks.major.iter().filter_map(|(value, text)| Some((axes.y.at(*value)?, text))) {
+        ticks::label(svg, text, [left - 6.0, y + 0.35 * font], "end", font);
     }
 }
 
-fn references(svg: &mut Xml, chart: &LineChart, axes: &Axes) {
-    for reference in &chart.references {
-        let path = match reference {
-            Reference::Vertical { x, .. } => {
-                axes.x.at(*x).map(|x| format!("M{} {}V{}", Px(x), Px(axes.y.pixels[0]), Px(axes.y.pixels[1])))
-            }
-            Reference::Horizontal { y, .. } => {
-                axes.y.at(*y).map(|y| format!("M{} {}H{}", Px(axes.x.pixels[0]), Px(y), Px(axes.x.pixels[1])))
-            }
-        };
-        if let Some(path) = path {
-            svg.leaf("path", &[("class", &"reference"), ("d", &path)]);
-        }
-    }
+fn line_across(svg: &mut Xml, reference: &Reference, axes: &Axes) {
+    let ([left, right], [bottom, top]) = (axes.x.pixels, axes.y.pixels);
+    let ends = match reference {
+        Reference::Vertical { x, .. } => axes.x.at(*x).map(|x| [[x, bottom], [x, top]]),
+        Reference::Horizontal { y, .. } => axes.y.at(*y).map(|y| [[left, y], [right, y]]),
+    };
+    svg.path("reference", &polyline(ends.into_iter().flatten()), "");
 }
 
 /// Labels inside of the plotting area: those of upright lines beside them at the top, one below the other; those of level
@@ -194,7 +154,7 @@ fn reference_labels(svg: &mut Xml, chart: &LineChart, axes: &Axes, font: f64) {
             }
             _ => continue,
         };
-        svg.element("text", &[("x", &Px(x)), ("y", &Px(y)), ("text-anchor", &anchor), ("class", &"small halo")], label);
+        svg.label([x, y], anchor, "small halo", label);
     }
 }
 
@@ -213,15 +173,13 @@ fn curve(svg: &mut Xml, series: &Series, axes: &Axes, palette: &Palette<'_>) {
         Some(Placed { at, band, point })
     });
     let placed: Vec<Option<Placed<'_>>> = placed.collect();
-    svg.open("g", &[("class", &format!("series s{}", palette.colour(series.colour_key())))]);
+    svg.open("g", &[("class", &format!("series {}", palette.colour(series.colour_key())))]);
     // What cannot be drawn parts the curve.
     for run in placed.split(Option::is_none) {
         let run: Vec<&Placed<'_>> = run.iter().flatten().collect();
         bands(svg, &run);
         if let Some(class) = line_class(series.style).filter(|_| run.len() > 1) {
-            svg.open("path", &[("class", &class), ("d", &path(&run, series.style))]);
-            svg.element("title", &[], &series.name);
-            svg.close();
+            svg.path(class, &path(&run, series.style), &series.name);
         }
     }
     let placed: Vec<Placed<'_>> = placed.into_iter().flatten().collect();
@@ -247,29 +205,23 @@ fn bands(svg: &mut Xml, run: &[&Placed<'_>]) {
         match ends.as_slice() {
             [] => {}
             [[x, low, high]] => {
-                let path = format!("M{} {}V{}", Px(*x), Px(*low), Px(*high));
-                svg.leaf("path", &[("class", &"whisker"), ("d", &path)]);
+                svg.path("whisker", &polyline([[*x, *low], [*x, *high]]), "");
             }
             ends => {
                 let upper = ends.iter().map(|[x, _, high]| [*x, *high]);
                 let lower = ends.iter().rev().map(|[x, low, _]| [*x, *low]);
-                let corners: Vec<_> = upper.chain(lower).map(|[x, y]| format!("{} {}", Px(x), Px(y))).collect();
-                svg.leaf("path", &[("class", &"band"), ("d", &format!("M{}z", corners.join("L")))]);
+                svg.path("band", &(polyline(upper.chain(lower)) + "z"), "");
             }
         }
     }
 }
 
 fn path(run: &[&Placed<'_>], style: LineStyle) -> String {
-    let mut path = String::new();
-    for (i, Placed { at: [x, y], .. }) in run.iter().enumerate() {
-        path += &match style {
-            _ if i == 0 => format!("M{} {}", Px(*x), Px(*y)),
-            LineStyle::Step => format!("H{}V{}", Px(*x), Px(*y)),
-            _ => format!("L{} {}", Px(*x), Px(*y)),
-        };
+    let stair = |pair: &[&Placed<'_>]| [[pair[1].at[0], pair[0].at[1]], pair[1].at];
+    match style {
+        LineStyle::Step => polyline(run[..1].iter().map(|first| first.at).chain(run.windows(2).flat_map(stair))),
+        _ => polyline(run.iter().map(|placed| placed.at)),
     }
-    path
 }
 
 /// What is read under the mouse.

@@ -1,4 +1,6 @@
-//! How much room text takes. A page does not know the reader's font, so this is an estimate on the wide side.
+//! Text, and how much room it takes. A page does not know the reader's font, so this is an estimate on the wide side.
+
+use crate::Xml;
 
 /// Distance of lines, in sizes of the text.
 pub(crate) const LINE: f64 = 1.3;
@@ -21,8 +23,13 @@ fn plain(text: &str) -> f64 {
     text.chars().map(letter).sum()
 }
 
+/// The width of the widest of `texts` \[px\].
+pub(super) fn widest<T: AsRef<str>>(texts: impl IntoIterator<Item = T>, font: f64) -> f64 {
+    texts.into_iter().map(|text| width(text.as_ref(), font)).fold(0.0, f64::max)
+}
+
 /// The words of `text` in lines of at most `room` \[px\], or of one word where that is longer.
-pub(crate) fn wrap(text: &str, font: f64, room: f64) -> Vec<String> {
+pub(super) fn wrap(text: &str, font: f64, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {
@@ -34,4 +41,25 @@ pub(crate) fn wrap(text: &str, font: f64, room: f64) -> Vec<String> {
         }
     }
     lines
+}
+
+/// Writes lines below one another, the first with its top at `y`; returns the bottom of the last.
+pub(super) fn lines(
+    svg: &mut Xml,
+    lines: &[String],
+    [x, mut y]: [f64; 2],
+    font: f64,
+    anchor: &str,
+    class: &str,
+) -> f64 {
+    for line in lines {
+        svg.label([x, y + font], anchor, class, line);
+        y += LINE * font;
+    }
+    y
+}
+
+/// Writes `text` in lines of at most `width` \[px\], the first with its top at `y`; returns the bottom of the last.
+pub(crate) fn paragraph(svg: &mut Xml, text: &str, at: [f64; 2], width: f64, font: f64, class: &str) -> f64 {
+    lines(svg, &wrap(text, font, width), at, font, "", class)
 }

@@ -11,14 +11,14 @@ pub(crate) const MARKERS: usize = 7;
 
 /// Colours and markers of all series of a page, given in turn to each key at its first appearance.
 #[derive(Default)]
-pub(crate) struct Palette<'a> {
+pub struct Palette<'a> {
     colours: BTreeMap<&'a str, usize>,
     markers: BTreeMap<&'a str, usize>,
 }
 
 impl<'a> Palette<'a> {
     /// The palette of `figures`, in their order.
-    pub(crate) fn new(figures: impl IntoIterator<Item = &'a Figure>) -> Self {
+    pub fn new(figures: impl IntoIterator<Item = &'a Figure>) -> Self {
         let mut palette = Self::default();
         for figure in figures {
             match &figure.charts {
@@ -35,9 +35,9 @@ impl<'a> Palette<'a> {
         palette
     }
 
-    /// Index of the colour of `key`.
-    pub(crate) fn colour(&self, key: &str) -> usize {
-        self.colours.get(key).map_or(0, |i| i % COLOURS)
+    /// Class of the colour of `key`.
+    pub(crate) fn colour(&self, key: &str) -> String {
+        format!("s{}", self.colours.get(key).map_or(0, |i| i % COLOURS))
     }
 
     /// Index of the marker of `key`.
