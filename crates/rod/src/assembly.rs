@@ -93,7 +93,7 @@ impl Assembly {
         self
     }
 
-    /// Adds a rod at rest (velocities zero) and returns the range of its segments; [`Model::joints_of`] gives its joints.
+    /// Adds a rod at rest (velocities zero) and returns the range of its segments.
     pub fn rod(&mut self, spec: &RodSpec) -> Range<usize> {
         let mut nodes = spec.nodes.clone();
         if spec.closed {
