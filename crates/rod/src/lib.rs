@@ -2,7 +2,7 @@
 //!
 //! A [`Model`] holds [`Segment`]s (rigid cylinders), [`Joint`]s between them (a stretch-shear and a bend-twist constraint
 //! each, with compliance), ground anchors, loads, gravity, damping and air. A [`State`] holds what moves. An [`Assembly`]
-//! builds both from rods with a centreline, branches and clamps.
+//! builds both from rods with a centreline, branches and clamps; [`Model::joints_of`] says which joints a rod has.
 //!
 //! Formulas follow Kugelstadt, Deul and Bender, "Direct Position-Based Solver for Stiff Rods" (2018), which the
 //! COPINGNet paper (Shao et al., "Accurately Solving Physical Systems with Graph Learning", ICLR 2021) builds on.

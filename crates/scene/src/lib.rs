@@ -104,13 +104,12 @@ pub fn parse(text: &str, file_name: &str) -> Result<Scene, SceneError> {
 /// The scene of [`parse`] with every segment cut into `factor` equal parts: segment i becomes the segments
 /// `factor * i .. factor * (i + 1)`.
 ///
-/// What the file says of segments keeps its place in the material: whole segments stay fixed, branches, joints and loads
-/// stay where they are, the parts of a segment share its mass and move as one rigid body at first. Curves are cut where
-/// they are, so that with growing `factor` the scene converges to smooth rods: those of the file's curves and tapers,
-/// clamped over the same length as the file's clamped segments, with rigid knots where branches and ropes are joined.
-/// Errors are of order 1 / `factor`, since a joint beside a clamped segment bends over half of it, too; of order
-/// 1 / `factor`^2 where faces are clamped and nothing branches. `stretch` compliances are of the whole segment. Number and
-/// length of the time steps stay the file's.
+/// Everything keeps its place in the material: a fixed segment stays fixed over its whole length, branches, joints and loads
+/// stay where they are, and the parts of a segment share its mass and begin to move as one rigid body. New nodes of curved
+/// shapes lie on the curve. So with growing `factor` the scene converges to smooth rods, which are rigid where the file's
+/// segments are fixed and where rods are joined. The error is of order 1 / `factor`, because a joint beside a fixed segment
+/// bends over half of that segment, too; it is of order 1 / `factor`^2 where faces are clamped and nothing branches. A
+/// `stretch` compliance is that of a whole segment. The time steps stay the file's.
 ///
 /// # Errors
 /// As [`parse`]; too many segments among them.

@@ -12,7 +12,7 @@ use crate::refine::Refinement;
 use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{MAX_SEGMENTS, defaults, format, properties};
 
-/// Number of segments of a net, uncut.
+/// Number of segments of a net, before refinement.
 pub(crate) fn segments(source: &Source, net: &format::Net) -> Result<usize> {
     let ([x, y], side) = counts(source, net)?;
     let of_side = |meshes: usize, ropes: usize| meshes.saturating_mul(side).saturating_mul(ropes + 1);
@@ -29,7 +29,7 @@ fn counts(source: &Source, net: &format::Net) -> Result<([usize; 2], usize)> {
 /// A checked [`format::Net`].
 pub(crate) struct Net {
     meshes: [usize; 2],
-    /// Parts of the segments of a mesh's side.
+    /// Number of segments of a mesh's side, after refinement.
     side: usize,
     /// Where its first ropes cross [m].
     corner: Vector3<f64>,

@@ -1,10 +1,10 @@
-//! From the segments that a file speaks of to the parts that they are cut into.
+//! Refinement: the segments that a file names are cut into equal parts, the segments of the model.
 
 use std::ops::Range;
 
 use nalgebra::Vector3;
 
-/// Into how many parts each segment is cut; at least one.
+/// The number of parts that each segment is cut into; at least one.
 #[derive(Clone, Copy)]
 pub(crate) struct Refinement(pub(crate) usize);
 

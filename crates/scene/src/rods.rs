@@ -14,7 +14,7 @@ use crate::strands::Strands;
 use crate::tree::Growth;
 use crate::{MAX_SEGMENTS, format, properties};
 
-/// Builds entry `index` of the file's rods with all that belongs to it.
+/// Builds entry `index` of the file's rods: one rod, or many strands.
 pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
     let rod = entry.get_ref();
     let name = builder.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
@@ -28,7 +28,7 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &
     Ok(())
 }
 
-/// Builds a rod with what the keys of its entry hang on it.
+/// Builds one rod of an entry, with its clamps, masses, loads, velocities and branches.
 fn build(
     builder: &mut Builder,
     source: &Source,

@@ -14,7 +14,7 @@ use crate::refine::Refinement;
 pub(crate) const NODE_DISTANCE: Range<f64> = 1e-12..1e12;
 
 impl Shape {
-    /// Number of segments, uncut.
+    /// Number of segments, before refinement.
     pub(crate) fn segments(&self, source: &Source) -> Result<usize> {
         let (count, least) = match self {
             Shape::Straight(Straight { segments, .. })

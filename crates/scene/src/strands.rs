@@ -31,9 +31,9 @@ pub(crate) struct Strands {
     /// Largest displacement of a root from its place in the lattice, in mean distances of roots.
     jitter: f64,
     seed: u64,
-    /// Of each strand [m].
+    /// Length of each strand [m].
     length: f64,
-    /// Parts of the segments of each strand.
+    /// Number of segments of each strand, after refinement.
     segments: usize,
 }
 

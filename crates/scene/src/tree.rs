@@ -14,12 +14,12 @@ use crate::refine::{Refinement, mean_radius};
 use crate::shape::number_or;
 use crate::{MAX_SEGMENTS, RodInfo};
 
-/// Into what branches are cut.
+/// How branches are cut into segments.
 #[derive(Clone, Copy)]
 enum Cut {
     /// Segments of each branch.
     Segments(usize),
-    /// Length of a segment [m], about.
+    /// Length of a segment [m], as nearly as whole numbers allow.
     Length(f64),
 }
 
@@ -59,7 +59,7 @@ impl Growth {
         }
     }
 
-    /// Segments of all branches, uncut, as far as it is known before they grow: the least.
+    /// The fewest segments that all branches can have, before refinement: their lengths are drawn as they grow.
     pub(crate) fn least_segments(&self) -> usize {
         match self.cut {
             Cut::Segments(segments) => self.branches.saturating_mul(segments),

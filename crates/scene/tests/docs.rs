@@ -1,8 +1,9 @@
-//! `docs/scenes.md` names every key that the reader knows, and its examples are scenes.
+//! `docs/scenes.md` names every key that the reader knows; its examples, and the README's, are scenes.
 
 use std::collections::BTreeSet;
 
 const DOCS: &str = include_str!("../../../docs/scenes.md");
+const README: &str = include_str!("../../../README.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
 const PROBES: [&str; 32] = [
@@ -60,11 +61,23 @@ fn every_key_is_documented_and_tried() {
 
 #[test]
 fn the_examples_are_scenes() {
-    let blocks: Vec<&str> = DOCS.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(blocks.len(), 3);
-    for block in blocks {
-        scene::parse(block, "docs.toml").unwrap();
+    let mut scenes = 0;
+    for text in [DOCS, README] {
+        for block in text.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()) {
+            scene::parse(block, "docs.toml").unwrap();
+            scenes += 1;
+        }
     }
+    assert_eq!(scenes, 4);
+}
+
+#[test]
+fn the_readmes_cable_hangs_where_it_says() {
+    let (_, rest) = README.split_once("```toml\n").unwrap();
+    let scene = scene::parse(rest.split("```").next().unwrap(), "cable.toml").unwrap();
+    let length = rod::measure::rod_lengths(&scene.model, &scene.state)[0];
+    let [first, last] = [0, 99].map(|i| scene.state.positions[i]);
+    assert!((length - 20.4).abs() < 0.05 && (last - first).z.abs() < 1e-3, "{length} m, from {first} to {last}");
 }
 
 #[test]

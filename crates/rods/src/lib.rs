@@ -1,0 +1,128 @@
+//! Accurate, stable and fast simulation of elastic rods: cables, ropes, sutures, springs, hair, trees.
+//!
+//! This crate is the door for Rust programs. Everything in it is defined in a crate behind it and gathered here by topic;
+//! [`prelude`] has what most programs need.
+//!
+//! ```
+//! use rods::prelude::*;
+//!
+//! // A rubber band of 1 m, held at its first segment, falls.
+//! let rubber = Material { youngs_modulus: 2e6, torsion_modulus: 7e5, density: 1100.0 };
+//! let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 20);
+//! let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+//! let band = assembly.rod(&RodSpec::new(nodes, 0.005, rubber));
+//! assembly.fix(band.start);
+//! let (model, mut state) = assembly.finish();
+//!
+//! let mut simulation = Simulation::new(&model, &state, &Settings::default(), None)?;
+//! for _ in 0..50 {
+//!     let report = simulation.step(0.01)?;
+//!     assert_eq!(report.status, Status::Converged);
+//! }
+//! simulation.store(&mut state);
+//! assert!(state.positions[band.end - 1].z < -0.5);
+//! # Ok::<(), SimulationError>(())
+//! ```
+//!
+//! # In four steps
+//!
+//! 1. **A model and its first state.** [`Assembly`](assembly::Assembly) builds them from rods, clamps, loads and obstacles;
+//!    [`scene`] reads them from a scene file or takes a builtin scene. A [`Model`](state::Model) holds what stays the same, a
+//!    [`State`](state::State) what moves. Both are plain data.
+//! 2. **A motion or an equilibrium.** [`Simulation::step`](simulation::Simulation::step) advances by a time step;
+//!    [`statics::equilibrium`] relaxes a state instead.
+//! 3. **What came of it.** [`Simulation::store`](simulation::Simulation::store) copies positions, orientations and
+//!    velocities into a state, [`Simulation::store_joint_forces`](simulation::Simulation::store_joint_forces) what each
+//!    joint transmits. [`measure`](state::measure) has energies, momenta and lengths.
+//! 4. **Which joint is which.** [`Model::joints_of`](state::Model::joints_of) gives a rod's joints in order along it.
+//!
+//! # Grips that move
+//!
+//! A fixed segment keeps its velocity, whatever pulls at it. So its velocity is its motion: set it before each step to where
+//! the segment is to go, `(target - position) / dt`, by
+//! [`Simulation::set_velocities`](simulation::Simulation::set_velocities). A velocity that is not set again goes on, and one
+//! of zero stops. Within a step it is constant. The example `moved_grip` shows it.
+//!
+//! # Examples
+//!
+//! `cargo run -p rods --example NAME`: `hang_a_cable` (assembly from code, equilibrium, tension at the grips),
+//! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip`.
+//!
+//! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
+
+pub use nalgebra;
+
+/// Building a model and its first state: rods, clamps, loads, air, contacts.
+pub mod assembly {
+    pub use rod::{
+        Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
+        Section, Stretch, Surface, Wind, shape,
+    };
+}
+
+/// Scenes: files, texts, and those that come with this crate, as a model and its first state.
+///
+/// `docs/scenes.md` of the repository documents the format.
+pub mod scene {
+    pub use ::scene::{Builtin, RodInfo, RunDefaults, Scene, SceneError, builtin, builtins, load, parse};
+}
+
+/// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
+pub mod state {
+    pub use rod::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, curvature, measure};
+}
+
+/// Stepping a model in time.
+pub mod simulation {
+    pub use solver::counters::{Counters, StageTimes};
+    pub use solver::formulation::{ContactProjection, Formulation};
+    pub use solver::linear::solvers::SolverKind;
+    pub use solver::simulation::{Settings, Simulation, SimulationError, StepReport};
+    pub use solver::step::{Status, StepParams};
+}
+
+/// The equilibrium that a state relaxes to.
+pub mod statics {
+    pub use solver::statics::{StaticParams, StaticReport, equilibrium};
+}
+
+/// Where solves and steps begin. A better start saves time, never accuracy, and most programs need none.
+///
+/// ```
+/// use rods::guess;
+/// use rods::prelude::*;
+///
+/// // Formulation `newton` is faster from a start that follows the last steps.
+/// let step = StepParams { formulation: Formulation::Newton, ..StepParams::default() };
+/// let Scene { model, state, .. } = scene::builtin("slack-rod")?;
+/// let choice = guess::choose(&model, &step, None);
+/// let settings = Settings { step, solver: choice.solver };
+/// let start: guess::GuessFactory = &|model, members, topology| choice.build_guess(model, members, topology);
+/// let mut simulation = Simulation::new(&model, &state, &settings, Some(start))?;
+/// simulation.step(0.02)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub mod guess {
+    pub use solver::auto::{Choice, choose};
+    pub use solver::guess::GuessKind;
+    pub use solver::simulation::GuessFactory;
+}
+
+/// What most programs need.
+pub mod prelude {
+    pub use nalgebra::{UnitQuaternion, Vector3};
+
+    pub use crate::assembly::{
+        Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
+        Stretch, Surface, Wind, shape,
+    };
+    pub use crate::scene::{self, Scene, SceneError};
+    pub use crate::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams, StepReport};
+    pub use crate::state::{Joint, JointForce, Model, ModelError, Segment, State, measure};
+    pub use crate::statics::{self, StaticParams};
+}
+
+/// The library example of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
