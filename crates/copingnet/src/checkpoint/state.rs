@@ -111,7 +111,7 @@ impl TrainingState {
     /// Checks that the state, loaded from `file`, was made with these settings.
     ///
     /// # Errors
-    /// [`CheckpointError::Value`] with the first setting that differs, in the order of the alphabet.
+    /// [`CheckpointError::Sealed`] with the first setting that differs, in the order of the alphabet.
     pub fn check_fingerprint(&self, file: &Path, wanted: &BTreeMap<String, String>) -> Result<(), CheckpointError> {
         let shown = |value: Option<&String>| value.map_or("missing".to_owned(), |value| format!("{value:?}"));
         let mut keys: Vec<&String> = self.fingerprint.keys().chain(wanted.keys()).collect();
