@@ -86,7 +86,7 @@ impl TrainingState {
     /// If the system refuses.
     pub fn save(&self, file: &Path) -> Result<(), CheckpointError> {
         let bytes = self.to_bytes().map_err(CheckpointError::io("write", file))?;
-        Ok(export::write_atomically(file, |out| std::io::Write::write_all(out, &bytes))?)
+        export::write_atomically(file, |out| std::io::Write::write_all(out, &bytes))
     }
 
     fn to_bytes(&self) -> std::io::Result<Vec<u8>> {
