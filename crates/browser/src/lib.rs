@@ -4,13 +4,13 @@ mod picture;
 
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use libtest_mimic::{Arguments, Trial};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
@@ -21,8 +21,40 @@ pub use picture::Picture;
 const PROGRAMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// Longest wait for anything; software rendering on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// One browser at a time: each draws with all processors.
-static TURN: Mutex<()> = Mutex::new(());
+/// Environment variable with which a missing browser is a failure.
+const REQUIRE: &str = "REQUIRE_CHROMIUM";
+
+/// A test with a browser of its own.
+pub type Test = fn(&mut Browser) -> Result<()>;
+
+/// The `main` of a test target without harness, of these functions, which are [`Test`]s.
+#[macro_export]
+macro_rules! tests {
+    ($($test:ident),+ $(,)?) => {
+        fn main() -> std::process::ExitCode {
+            $crate::run_tests(&[$((stringify!($test), $test as $crate::Test)),+])
+        }
+    };
+}
+
+/// Runs tests, with the flags of any test program; one at a time, because a browser draws with all processors. Where there
+/// is no Chromium they are ignored, or fail if the environment variable REQUIRE_CHROMIUM is set.
+pub fn run_tests(tests: &[(&str, Test)]) -> ExitCode {
+    let is_ignored = program().is_none() && std::env::var_os(REQUIRE).is_none();
+    let trial = |&(name, test): &(&str, Test)| {
+        let run = move || Ok(test(&mut Browser::start()?).map_err(|error| format!("{error:?}"))?);
+        Trial::test(name, run).with_ignored_flag(is_ignored).with_kind(if is_ignored { "needs Chromium" } else { "" })
+    };
+    let arguments = Arguments { test_threads: Some(1), ..Arguments::from_args() };
+    libtest_mimic::run(&arguments, tests.iter().map(trial).collect()).exit_code()
+}
+
+/// The first of the names that a program goes by.
+fn program() -> Option<&'static str> {
+    let version =
+        |name: &&&str| Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    PROGRAMS.iter().find(|name| version(name).is_ok()).copied()
+}
 
 /// A browser with one page.
 pub struct Browser {
@@ -33,7 +65,6 @@ pub struct Browser {
     /// Errors of the console, exceptions, and requests that were refused.
     pub complaints: Vec<String>,
     _profile: TempDir,
-    _turn: MutexGuard<'static, ()>,
 }
 
 /// How a page is looked at.
@@ -50,41 +81,17 @@ pub struct Look {
 }
 
 impl Browser {
-    /// A browser for a test: `None`, and a line that says so, where there is none and none is asked for.
+    /// A browser.
     ///
     /// # Errors
-    /// If the browser does not start, or if there is none and the environment variable REQUIRE_CHROMIUM is set.
-    pub fn for_test() -> Result<Option<Self>> {
-        let browser = Self::start()?;
-        if browser.is_none() {
-            ensure!(std::env::var_os("REQUIRE_CHROMIUM").is_none(), "no Chromium found, and REQUIRE_CHROMIUM is set");
-            println!("no Chromium found: nothing is tested");
-        }
-        Ok(browser)
-    }
-
-    /// A browser, or `None` where there is none. It waits for its turn: one runs at a time.
-    ///
-    /// # Errors
-    /// If it does not start.
-    pub fn start() -> Result<Option<Self>> {
-        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    /// If there is none, or if it does not start.
+    pub fn start() -> Result<Self> {
         let profile = tempfile::tempdir()?;
-        for program in PROGRAMS {
-            let mut command = Command::new(program);
-            command.args(["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]);
-            command.args(["--remote-debugging-port=0", "--no-first-run", "--hide-scrollbars", "about:blank"]);
-            command.arg(format!("--user-data-dir={}", profile.path().display()));
-            match command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn() {
-                Ok(process) => return Self::connect(process, profile, turn).map(Some),
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
-        Ok(None)
-    }
-
-    fn connect(mut process: Child, profile: TempDir, turn: MutexGuard<'static, ()>) -> Result<Self> {
+        let mut command = Command::new(program().context("no Chromium found")?);
+        command.args(["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]);
+        command.args(["--remote-debugging-port=0", "--no-first-run", "--hide-scrollbars", "about:blank"]);
+        command.arg(format!("--user-data-dir={}", profile.path().display()));
+        let mut process = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
         // The browser writes its port and the path of its socket there.
         let place = profile.path().join("DevToolsActivePort");
         let start = Instant::now();
@@ -102,9 +109,8 @@ impl Browser {
         let stream = TcpStream::connect(format!("127.0.0.1:{port}"))?;
         stream.set_read_timeout(Some(PATIENCE))?;
         let (socket, _) = tungstenite::client(format!("ws://127.0.0.1:{port}{path}"), stream)?;
-        let complaints = Vec::new();
-        let mut browser =
-            Self { process, socket, session: String::new(), last_id: 0, complaints, _profile: profile, _turn: turn };
+        let (session, complaints) = (String::new(), Vec::new());
+        let mut browser = Self { process, socket, session, last_id: 0, complaints, _profile: profile };
         let target = browser.call("Target.createTarget", json!({"url": "about:blank"}))?;
         let attached =
             browser.call("Target.attachToTarget", json!({"targetId": target["targetId"], "flatten": true}))?;
@@ -181,11 +187,9 @@ impl Browser {
         self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}))?;
         loop {
             let state = self.evaluate("document.documentElement?.dataset.state ?? 'loading'");
-            match state {
-                Ok(Value::String(state)) if state == "ready" => return Ok(start.elapsed()),
-                Ok(Value::String(state)) if state == "failed" => {
-                    bail!("the page failed: {}", self.evaluate("document.body.innerText")?)
-                }
+            match state.as_ref().ok().and_then(Value::as_str) {
+                Some("ready") => return Ok(start.elapsed()),
+                Some("failed") => bail!("the page failed: {}", self.evaluate("document.body.innerText")?),
                 _ if start.elapsed() > PATIENCE => bail!("the page is not ready"),
                 _ => std::thread::sleep(Duration::from_millis(20)),
             }

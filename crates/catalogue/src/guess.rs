@@ -7,26 +7,16 @@ use graph::{Graph, Normal, planar_normal};
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use scene::Scene;
-use serde::Serialize;
 use solver::component::Members;
 use solver::guess::{GuessKind, InitialGuess};
 use solver::projection::Projection;
 use solver::topology::Topology;
 
-use crate::name::{GuessName, LearnedName};
+use crate::name::{GuessName, LearnedName, Origin};
 #[cfg(feature = "gn")]
 use crate::network::Network;
 use crate::training::Training;
 use terminal::say;
-
-/// Which network a guess is.
-#[derive(Clone, Debug, Serialize)]
-pub struct Origin {
-    /// Its recipe, its training, and where it comes from, in words.
-    pub network: String,
-    /// BLAKE3 hash of its weights' file, as its card has it.
-    pub weights_blake3: String,
-}
 
 /// A guess with what it has learned, ready for any number of rods.
 pub enum Guess {
@@ -59,7 +49,7 @@ impl Guess {
             }
             #[cfg(feature = "gn")]
             GuessName::Learned(LearnedName::Network(recipe)) => {
-                let network = Network::load(recipe, training)?;
+                let network = Network::load(recipe, training.scenario, training.own.as_ref())?;
                 if !training.quiet {
                     say!("{name}: {}", network.origin.network)?;
                 }

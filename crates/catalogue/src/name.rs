@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use names::names;
+use serde::Serialize;
 use solver::guess::GuessKind;
 
 /// How a network was trained.
@@ -41,6 +42,15 @@ impl LearnedName {
             Self::Network(Recipe::Step) => "gn-step",
         }
     }
+}
+
+/// Which network a guess is.
+#[derive(Clone, Debug, Serialize)]
+pub struct Origin {
+    /// Its recipe, its training, and where it comes from, in words.
+    pub network: String,
+    /// BLAKE3 hash of its weights' file, as its card has it.
+    pub weights_blake3: String,
 }
 
 /// A guess as it stands on the command line.

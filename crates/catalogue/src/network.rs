@@ -8,10 +8,7 @@ use dataset::Scenario;
 use graph::{Graph, Normal};
 use solver::guess::InitialGuess;
 
-use crate::guess::Origin;
-use crate::name::{GuessName, Recipe};
-use crate::sources::Sources;
-use crate::training::Training;
+use crate::name::{GuessName, Origin, Recipe};
 
 /// A checkpoint in the program.
 struct BuiltIn {
@@ -64,13 +61,11 @@ pub struct Network {
 }
 
 impl Network {
-    /// The network of a scenario and recipe: that of `--checkpoint` if it is one, else the one that is built in, or where
-    /// there is none (starts of whole steps of knots and trees) that of rods.
-    pub fn load(recipe: Recipe, training: &Training) -> Result<Self> {
-        let (scenario, recipe) = (training.scenario.name(), recipe.name());
-        if let Some(own) =
-            training.own.as_ref().filter(|own| own.card.scenario == scenario && own.card.recipe == recipe)
-        {
+    /// The network of a scenario and recipe: `own`, that of `--checkpoint`, if it is one, else the one that is built in,
+    /// or where there is none (starts of whole steps of knots and trees) that of rods.
+    pub(crate) fn load(recipe: Recipe, scenario: Scenario, own: Option<&Self>) -> Result<Self> {
+        let (scenario, recipe) = (scenario.name(), recipe.name());
+        if let Some(own) = own.filter(|own| own.card.scenario == scenario && own.card.recipe == recipe) {
             return Ok(own.clone());
         }
         let [name, of_rods] = [scenario, Scenario::Rod.name()].map(|scenario| format!("{scenario}-{recipe}"));
@@ -127,33 +122,25 @@ impl Network {
     }
 }
 
-/// The network of `--checkpoint`, if one is given.
+/// The network of `--checkpoint`.
 ///
 /// # Errors
 /// If it is for none of these guesses and scenarios, cannot be read, or is damaged.
-pub(crate) fn own(args: &Sources, names: &[GuessName], scenarios: &[Scenario]) -> Result<Option<Network>> {
-    let Some(path) = &args.checkpoint else { return Ok(None) };
-    let read = || {
-        let [card, weights] = Checkpoint::contents(path)?;
-        Network::read(path, &card, &weights, &path.display().to_string())
-    };
-    let network = read().context("--checkpoint")?;
+pub(crate) fn own(path: &Path, names: &[GuessName], scenarios: &[Scenario]) -> Result<Network> {
+    let contents = Checkpoint::contents(path);
+    let network =
+        contents.and_then(|[card, weights]| Network::read(path, &card, &weights, &path.display().to_string()));
+    let network = network.context("--checkpoint")?;
     let scenarios: Vec<&str> = scenarios.iter().map(|scenario| scenario.name()).collect();
     let recipes: Vec<&str> = names.iter().filter_map(|name| name.recipe()).map(Recipe::name).collect();
-    let path = path.display();
-    if !scenarios.contains(&network.card.scenario.as_str()) {
-        bail!(
-            "--checkpoint {path}: scenario = {:?}, but it must be {} unless --scenario says otherwise",
-            network.card.scenario,
-            scenarios.join(" or ")
-        );
+    for (key, value, allowed, hint) in [
+        ("scenario", &network.card.scenario, scenarios, "unless --scenario says otherwise"),
+        ("recipe", &network.card.recipe, recipes, "(gn takes paper, gn-best best, gn-step step)"),
+    ] {
+        if !allowed.contains(&value.as_str()) {
+            let (path, allowed) = (path.display(), allowed.join(" or "));
+            bail!("--checkpoint {path}: {key} = {value:?}, but it must be {allowed} {hint}");
+        }
     }
-    if !recipes.contains(&network.card.recipe.as_str()) {
-        bail!(
-            "--checkpoint {path}: recipe = {:?}, but it must be {} (gn takes paper, gn-best best, gn-step step)",
-            network.card.recipe,
-            recipes.join(" or ")
-        );
-    }
-    Ok(Some(network))
+    Ok(network)
 }

@@ -9,8 +9,8 @@ use solver::guess::InitialGuess;
 use solver::projection::Projection;
 use solver::topology::Topology;
 
-use crate::guess::{Guess, Origin};
-use crate::name::GuessName;
+use crate::guess::Guess;
+use crate::name::{GuessName, Origin};
 use crate::training::Training;
 
 /// A row of a table: its name, the guess, and whether it is restricted to the scene's plane.

@@ -1,22 +1,33 @@
 //! What learned guesses come from: the paper's data sets, generated on first use.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
+use clap::Args;
 use dataset::{Config, Dataset, MANIFEST, Scenario, generate, open_as};
-use rod::{Body, Joint};
 use scene::Scene;
+use terminal::say;
 
-use crate::name::GuessName;
+use crate::fitting::{fitting, foreign};
+use crate::name::{GuessName, LearnedName};
 #[cfg(feature = "gn")]
 use crate::network::Network;
-use crate::sources::{Sources, check_sources};
-use terminal::say;
 
 /// Folder of the data sets, one a scenario.
 const DATA: &str = "data";
+
+/// Where learned guesses learned.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Sources {
+    /// Folder of the data sets for knn; they are generated there on first use [default: data].
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// Checkpoint of your own training for gn (recipe paper), gn-best (best) or gn-step (step), PATH.toml with PATH.safetensors,
+    /// in the place of the network of its scenario that is built in.
+    #[arg(long, value_name = "PATH")]
+    pub checkpoint: Option<PathBuf>,
+}
 
 /// Which scenario, and where what was learned from it is.
 #[derive(Clone, Debug)]
@@ -39,7 +50,7 @@ impl Training {
     pub fn of(args: &Sources, names: &[GuessName], scenarios: &[Scenario], quiet: bool) -> Result<Vec<Self>> {
         check_sources(args, names)?;
         #[cfg(feature = "gn")]
-        let own = crate::network::own(args, names, scenarios)?;
+        let own = args.checkpoint.as_ref().map(|path| crate::network::own(path, names, scenarios)).transpose()?;
         let data = args.data.as_deref().unwrap_or(Path::new(DATA));
         let training = |&scenario: &Scenario| Self {
             scenario,
@@ -114,84 +125,19 @@ impl Training {
     }
 }
 
-/// The scenario that is most like a scene: trees where rods hang together without loops, knots where a single rod that can
-/// touch itself is held at both ends, else helices where joints are bent or twisted at rest, else rods.
-pub fn fitting(scene: &Scene) -> Scenario {
-    let model = &scene.model;
-    let rod_of = |body: Body| match body {
-        Body::Segment(segment) => Some(model.segments[segment].rod),
-        Body::Anchor(_) => None,
-    };
-    let branches = |joint: &Joint| rod_of(joint.a).zip(rod_of(joint.b)).is_some_and(|(a, b)| a != b);
-    // Each set without a loop has one joint less than bodies.
-    if model.joints.iter().any(branches) && model.joints.len() < model.segments.len() + model.anchors.len() {
-        return Scenario::Tree;
-    }
-    let ends = [model.segments.first(), model.segments.last()];
-    let is_held = ends.iter().all(|end| end.is_some_and(|end| end.fixed));
-    if scene.rods.len() == 1 && model.contacts.between_segments.is_some() && is_held {
-        return Scenario::Knot;
-    }
-    // Where ropes of a net cross, joints are turned at rest.
-    let own = model.joints.iter().filter(|joint| !branches(joint));
-    let is_straight = own.map(|joint| joint.rest_darboux.norm() * joint.length).all(|angle| angle < 1e-9);
-    if is_straight { Scenario::Rod } else { Scenario::Helix }
-}
-
-/// What makes a scene unlike all that was learned from, in words.
-pub(crate) fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Option<String> {
-    let model = &scene.model;
-    // Rods are held by their first segment, trees by an anchor.
-    let trees = ranges.get("rods");
-    let rods = trees.map_or(1, |&[rods, _]| rods as usize);
-    if scene.rods.len() != rods || model.joints.len() + usize::from(trees.is_none()) != model.segments.len() {
-        let (rods, joints) = (scene.rods.len(), model.joints.len());
-        return Some(format!("{rods} rods with {} segments and {joints} joints", model.segments.len()));
-    }
-    let outside = |name: &str, value: f64| {
-        let &[low, high] = ranges.get(name)?;
-        let is_within = low * (1.0 - 1e-9) <= value && value <= high * (1.0 + 1e-9);
-        (!is_within).then(|| {
-            if low == high {
-                format!("{name} = {value:?}, not {low:?}")
-            } else {
-                format!("{name} = {value:?}, not {low:?} to {high:?}")
-            }
-        })
-    };
-    let length: f64 = model.segments.iter().map(|segment| segment.length).sum();
-    let whole = [("segments", model.segments.len() as f64), ("length_m", length)];
-    let of_segments = model.segments.iter().flat_map(|s| [("radius_m", s.radius), ("density_kg_m3", s.density)]);
-    let of_joints = model
-        .joints
-        .iter()
-        .flat_map(|j| [("youngs_modulus_pa", j.youngs_modulus), ("torsion_modulus_pa", j.torsion_modulus)]);
-    whole.into_iter().chain(of_segments).chain(of_joints).find_map(|(name, value)| outside(name, value))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scenes_fit_the_scenario_that_they_are_like() {
-        for scenario in Scenario::ALL {
-            let scene = scenario.sample(3, 1).scene().unwrap();
-            assert_eq!((fitting(&scene), foreign(&scene, &scenario.ranges())), (scenario, None));
-        }
-        for (name, scenario) in [
-            ("bending-rod", Scenario::Rod),
-            ("clamped-ends", Scenario::Rod),
-            ("two-rods", Scenario::Rod),
-            ("hair", Scenario::Rod),
-            ("net", Scenario::Rod),
-            ("helix-on-plane", Scenario::Helix),
-            ("knot", Scenario::Knot),
-            ("branch", Scenario::Tree),
-            ("tree", Scenario::Tree),
-            ("tree-10", Scenario::Tree),
-        ] {
-            assert_eq!(fitting(&scene::builtin(name).unwrap()), scenario, "{name}");
+/// Checks that what `--data` and `--checkpoint` name is read by a guess that was asked for.
+pub(crate) fn check_sources(args: &Sources, names: &[GuessName]) -> Result<()> {
+    let is_knn = |name: &GuessName| *name == GuessName::Learned(LearnedName::Knn);
+    let is_network = |name: &GuessName| name.recipe().is_some();
+    for (flag, given, guesses, is_read) in [
+        ("--data", args.data.is_some(), "knn", names.iter().any(is_knn)),
+        ("--checkpoint", args.checkpoint.is_some(), "gn, gn-best or gn-step", names.iter().any(is_network)),
+    ] {
+        if given && !is_read {
+            let asked: Vec<String> = names.iter().map(GuessName::to_string).collect();
+            let asked = if asked.is_empty() { "none".to_owned() } else { asked.join(", ") };
+            bail!("{flag} needs the guess {guesses}, but asked for: {asked}");
         }
     }
+    Ok(())
 }

@@ -110,10 +110,8 @@ fn simulate(config: &Config, index: u64) -> Result<Record, DatasetError> {
 
 fn write_shard(directory: &Path, config: &Config, plan: &Plan, records: &[Record]) -> Result<(), DatasetError> {
     let file = directory.join(plan.file());
-    let bytes = write::shard(records).map_err(|error| {
-        let cause = std::io::Error::other(error.to_string());
-        DatasetError::Io { action: "write", file: file.clone(), cause }
-    })?;
+    let bytes = write::shard(records)
+        .map_err(|error| DatasetError::io("write", &file)(std::io::Error::other(error.to_string())))?;
     export::write_atomically(&file, |out| std::io::Write::write_all(out, &bytes))?;
     let unconverged = records.iter().map(|record| record.unconverged).sum();
     let norms = records.iter().fold(graph::Norms::default(), |norms, record| norms.union(record.norms));
@@ -121,7 +119,7 @@ fn write_shard(directory: &Path, config: &Config, plan: &Plan, records: &[Record
         schema_version: SCHEMA_VERSION,
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         config: config.clone(),
-        norms: norms.into(),
+        norms,
         shard: ShardInfo {
             file: plan.file(),
             split: plan.split,
@@ -153,11 +151,12 @@ fn write_manifest(directory: &Path, config: &Config, entries: &[Entry]) -> Resul
 
 /// The entry of a shard, if it has one that can be read.
 fn entry(directory: &Path, plan: &Plan) -> Result<Option<Entry>, DatasetError> {
+    use export::ExportError::Io;
     let file = directory.join(plan.entry_file());
     match read_sealed::<Entry>(&file) {
         Ok(entry) => Ok(Some(entry)),
-        Err(DatasetError::Io { cause, .. }) if cause.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(error @ DatasetError::Io { .. }) => Err(error),
+        Err(DatasetError::File(Io { cause, .. })) if cause.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error @ DatasetError::File(Io { .. })) => Err(error),
         // Damaged: the shard is generated again.
         Err(_) => Ok(None),
     }

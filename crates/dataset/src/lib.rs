@@ -76,7 +76,7 @@ pub use batch::{PaperBatch, shuffled};
 pub use config::{Config, Scenario, Split};
 pub use error::DatasetError;
 pub use generate::{Generated, Progress, generate, open_as};
-pub use manifest::{MANIFEST, Manifest, Numbers, ShardInfo, StoredNorms};
+pub use manifest::{MANIFEST, Manifest, Numbers, ShardInfo};
 pub use reader::{Dataset, Sample, Trajectory};
 
 /// Version of the format.

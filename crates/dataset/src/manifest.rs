@@ -34,27 +34,13 @@ pub struct Manifest {
     /// Range of every parameter of the scenes.
     pub ranges: BTreeMap<String, [f64; 2]>,
     /// Largest magnitudes over the training samples.
-    pub norms: StoredNorms,
+    pub norms: Norms,
     /// Numbers of the training split.
     pub train: Numbers,
     /// Numbers of the validation split.
     pub validation: Numbers,
     /// The files, training first.
     pub shards: Vec<ShardInfo>,
-}
-
-/// [`Norms`] with units in their names.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StoredNorms {
-    /// Of dx [m].
-    pub dx_m: f64,
-    /// Of dphi [rad].
-    pub dphi_rad: f64,
-    /// Of dlambda's stretch-shear part [N s^2].
-    pub dlambda_stretch_n_s2: f64,
-    /// Of dlambda's bend-twist part [N m^2 s^2].
-    pub dlambda_bend_n_m2_s2: f64,
 }
 
 /// How much there is.
@@ -98,30 +84,8 @@ pub(crate) struct Entry {
     pub(crate) schema_version: u32,
     pub(crate) program_version: String,
     pub(crate) config: Config,
-    pub(crate) norms: StoredNorms,
+    pub(crate) norms: Norms,
     pub(crate) shard: ShardInfo,
-}
-
-impl From<Norms> for StoredNorms {
-    fn from(norms: Norms) -> Self {
-        Self {
-            dx_m: norms.dx,
-            dphi_rad: norms.dphi,
-            dlambda_stretch_n_s2: norms.dlambda_stretch,
-            dlambda_bend_n_m2_s2: norms.dlambda_bend,
-        }
-    }
-}
-
-impl From<StoredNorms> for Norms {
-    fn from(norms: StoredNorms) -> Self {
-        Self {
-            dx: norms.dx_m,
-            dphi: norms.dphi_rad,
-            dlambda_stretch: norms.dlambda_stretch_n_s2,
-            dlambda_bend: norms.dlambda_bend_n_m2_s2,
-        }
-    }
 }
 
 impl Numbers {
@@ -175,7 +139,7 @@ impl Manifest {
             let split = &mut numbers[entry.shard.split as usize];
             *split = split.plus(entry.shard.numbers);
             if entry.shard.split == Split::Train {
-                norms = norms.union(entry.norms.into());
+                norms = norms.union(entry.norms);
             }
         }
         Self {
@@ -185,7 +149,7 @@ impl Manifest {
             formulation: config.step().formulation.name().to_owned(),
             config: config.clone(),
             ranges: config.scenario.ranges(),
-            norms: norms.into(),
+            norms,
             train: numbers[Split::Train as usize],
             validation: numbers[Split::Validation as usize],
             shards: entries.iter().map(|entry| entry.shard.clone()).collect(),
@@ -205,10 +169,10 @@ impl Manifest {
             return wrong("formulation", format!("\"{}\"", self.formulation), format!("\"{formulation}\""));
         }
         let norms = [
-            ("norms.dx_m", self.norms.dx_m),
-            ("norms.dphi_rad", self.norms.dphi_rad),
-            ("norms.dlambda_stretch_n_s2", self.norms.dlambda_stretch_n_s2),
-            ("norms.dlambda_bend_n_m2_s2", self.norms.dlambda_bend_n_m2_s2),
+            ("norms.dx_m", self.norms.dx),
+            ("norms.dphi_rad", self.norms.dphi),
+            ("norms.dlambda_stretch_n_s2", self.norms.dlambda_stretch),
+            ("norms.dlambda_bend_n_m2_s2", self.norms.dlambda_bend),
         ];
         if let Some((key, value)) = norms.into_iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0)) {
             return wrong(key, value.to_string(), "finite and >= 0".to_owned());
@@ -252,5 +216,5 @@ impl Manifest {
 /// Reads what [`export::seal`] has made of a manifest or an entry.
 pub(crate) fn read_sealed<T: DeserializeOwned>(file: &Path) -> Result<T, DatasetError> {
     let bytes = std::fs::read(file).map_err(DatasetError::io("read", file))?;
-    Ok(export::unseal(file, &bytes, SCHEMA_VERSION)?)
+    Ok(export::unseal(file, &bytes, SCHEMA_VERSION).map_err(export::ExportError::from)?)
 }

@@ -86,7 +86,7 @@ impl Dataset {
 
     /// The recorded norms, of the training split.
     pub fn norms(&self) -> Norms {
-        self.manifest.norms.into()
+        self.manifest.norms
     }
 
     /// Number of trajectories of a split.

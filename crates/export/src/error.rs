@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::Format;
+use crate::{Format, SealedError};
 
 /// Why a file was not written or not read.
 #[derive(Debug, Error)]
@@ -53,6 +53,9 @@ pub enum ExportError {
         /// What is too large or missing, and what is allowed.
         reason: String,
     },
+    /// The text of a file cannot be read, is of another version or was changed, or a value in a file is not allowed.
+    #[error(transparent)]
+    Sealed(#[from] SealedError),
     /// There is no such frame.
     #[error("frame {frame} does not exist, the trajectory has {frames}")]
     NoFrame {
@@ -65,8 +68,14 @@ pub enum ExportError {
 
 impl ExportError {
     /// An [`ExportError::Io`] to be made from the system's error.
-    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |cause| Self::Io { action, path: path.to_owned(), cause }
+    }
+
+    /// A value in a file that must not stand there; `allowed` says what may.
+    pub fn value(file: &Path, key: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
+        let (key, value, allowed) = (key.into(), value.to_string(), allowed.into());
+        Self::Sealed(SealedError::Value { file: file.to_owned(), key, value, allowed })
     }
 
     pub(crate) fn damaged(path: &Path, reason: impl Into<String>) -> Self {

@@ -1,7 +1,7 @@
 //! The layout of `trajectory.safetensors`, shared by its writer and its reader.
 //!
 //! The format is that of safetensors: the header's length (u64), a JSON header, then the tensors one after the other,
-//! all of them F64 and little endian. [`Checksum`] covers header and tensors; it stands in the header, and counts as
+//! all of them F64 and little endian. A BLAKE3 hash covers header and tensors; it stands in the header, and counts as
 //! zeros there.
 
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ const UNITS: &str = "s, m, m/s, rad/s; orientations are quaternions x, y, z, w; 
 const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then couples [N m^2] in the frame of the joint's body a";
 
 const CHECKSUM_KEY: &str = "\"checksum\":\"";
-const CHECKSUM_DIGITS: usize = 16;
+const CHECKSUM_DIGITS: usize = 2 * blake3::OUT_LEN;
 
 /// What a trajectory says about itself beside its tensors.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,26 +113,4 @@ pub(crate) fn checksum_digits(header: &[u8]) -> Option<std::ops::Range<usize>> {
     let key = CHECKSUM_KEY.as_bytes();
     let start = header.windows(key.len()).position(|w| w == key)? + key.len();
     (start + CHECKSUM_DIGITS <= header.len()).then_some(start..start + CHECKSUM_DIGITS)
-}
-
-/// A checksum against damage (not against forgery): FNV-1a on words of 64 bits, with a rotation that carries every bit
-/// on. Each step is invertible, so one changed word always shows.
-pub(crate) struct Checksum(u64);
-
-impl Checksum {
-    pub(crate) fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-
-    /// Adds `bytes`, a multiple of eight.
-    pub(crate) fn update(&mut self, bytes: &[u8]) {
-        for &word in bytes.as_chunks::<VALUE>().0 {
-            self.0 = (self.0 ^ u64::from_le_bytes(word)).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29);
-        }
-    }
-
-    /// The digits that stand in the header.
-    pub(crate) fn digits(&self) -> String {
-        format!("{:0width$x}", self.0, width = CHECKSUM_DIGITS)
-    }
 }

@@ -10,7 +10,7 @@ use safetensors::tensor::Metadata;
 
 use crate::ExportError;
 use crate::file::CHUNK;
-use crate::layout::{Checksum, JOINT_FORCES, Layout, TrajectoryInfo, VALUE, checksum_digits};
+use crate::layout::{JOINT_FORCES, Layout, TrajectoryInfo, VALUE, checksum_digits};
 
 /// The header's length in bytes is at most this, as in the safetensors crate.
 const MAX_HEADER: u64 = 100_000_000;
@@ -90,7 +90,7 @@ impl TrajectoryReader {
         let digits = checksum_digits(&header).ok_or_else(|| damaged("it has no checksum".to_owned()))?;
         let expected = header[digits.clone()].to_vec();
         header[digits].fill(b'0');
-        let mut checksum = Checksum::new();
+        let mut checksum = blake3::Hasher::new();
         checksum.update(&header);
         let mut chunk = vec![0; CHUNK.min(data_bytes)];
         let mut left = data_bytes;
@@ -100,7 +100,7 @@ impl TrajectoryReader {
             checksum.update(chunk);
             left -= chunk.len();
         }
-        if checksum.digits().as_bytes() != expected {
+        if checksum.finalize().to_hex().as_bytes() != expected {
             return Err(damaged("its checksum does not fit its content".to_owned()));
         }
         Ok(Self { path: path.to_owned(), file, info, layout, data_start, bytes: Vec::new() })

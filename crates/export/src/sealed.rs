@@ -20,13 +20,13 @@ pub enum SealedError {
         /// The line, and what is wrong with it.
         message: String,
     },
-    /// It is of another version, or was changed after it was written.
+    /// A value in it is not allowed: it is of another version, for instance, or was changed after it was written.
     #[error("{}: {key} = {value}, but it must be {allowed}", file.display())]
     Value {
         /// The file it is from.
         file: PathBuf,
-        /// The key: `schema_version` or `checksum`.
-        key: &'static str,
+        /// The key, such as `schema_version` or `checksum`, or the name of a tensor.
+        key: String,
         /// Its value.
         value: String,
         /// What is allowed.
@@ -61,7 +61,8 @@ pub fn unseal<T: DeserializeOwned>(file: &Path, bytes: &[u8], schema_version: u3
     let table: toml::Table =
         toml::from_str(text).map_err(|error| wrong(error.span().map_or(0, |span| span.start), error.message()))?;
     let shown = |key: &str| table.get(key).map_or("missing".to_owned(), |value| one_line(&value.to_string()));
-    let value_error = |key, allowed| SealedError::Value { file: file.to_owned(), key, value: shown(key), allowed };
+    let value_error =
+        |key: &str, allowed| SealedError::Value { file: file.to_owned(), key: key.into(), value: shown(key), allowed };
     let version = table.get("schema_version").and_then(toml::Value::as_integer);
     if version != Some(i64::from(schema_version)) {
         let newer = version.is_some_and(|version| version > i64::from(schema_version));

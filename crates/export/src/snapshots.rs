@@ -1,11 +1,11 @@
 //! A picture of a motion: the centreline at several times in one SVG.
 
-use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 
+use chart::{Px, Xml, polyline};
 use nalgebra::{Vector2, Vector3};
-use rod::{Segment, State};
+use rod::{Model, ObstacleShape, State};
 
 use crate::file::write_atomically;
 use crate::{ExportError, TrajectoryReader};
@@ -17,19 +17,22 @@ const SIZE: [f64; 2] = [720.0, 480.0];
 const MARGIN: f64 = 40.0;
 /// Colours of the first and the last time (red, green, blue).
 const COLOURS: [[f64; 3]; 2] = [[176.0, 196.0, 222.0], [180.0, 60.0, 20.0]];
+/// Colour of obstacles.
+const OBSTACLE: &str = "#e4e4e0";
+/// What falls moves by more than this share of the scene's size along gravity.
+const FALL: f64 = 0.02;
+/// A plane is drawn if its normal leans out of the paper by less than this (sine of the angle).
+const ASKEW: f64 = 0.1;
 
-/// Draws the rods at up to twelve evenly spaced times, from pale (first) to dark (last), seen along the world axis in
-/// which they extend least; z points up where it is shown.
+/// Draws the rods at up to twelve evenly spaced times, from pale (first) to dark (last), and the obstacles. They are seen
+/// along a world axis: the one along which shape and motion are spread least, but never the one along which they fall. z
+/// points up where it is shown. Planes are drawn where they are seen from the side.
 ///
 /// # Errors
-/// [`ExportError::Segments`] if `segments` are not the trajectory's; [`ExportError::Io`] if the picture cannot be
+/// [`ExportError::Segments`] if the trajectory is not one of `model`; [`ExportError::Io`] if the picture cannot be
 /// written or the trajectory not be read.
-pub fn write_snapshots(
-    path: &Path,
-    trajectory: &mut TrajectoryReader,
-    segments: &[Segment],
-) -> Result<(), ExportError> {
-    trajectory.expect_segments(segments.len())?;
+pub fn write_snapshots(path: &Path, trajectory: &mut TrajectoryReader, model: &Model) -> Result<(), ExportError> {
+    trajectory.expect_segments(model.segments.len())?;
     let last = trajectory.frames().saturating_sub(1);
     let shown = FRAMES.min(trajectory.frames());
     let mut frames = Vec::with_capacity(shown);
@@ -38,7 +41,7 @@ pub fn write_snapshots(
         let time = trajectory.read_frame(k * last / (shown - 1).max(1), &mut state)?;
         frames.push((time, state));
     }
-    let svg = draw(&trajectory.info().scene.clone(), &frames, segments);
+    let svg = draw(&trajectory.info().scene.clone(), &frames, model);
     write_atomically(path, |writer| writer.write_all(svg.as_bytes()))
 }
 
@@ -52,16 +55,28 @@ struct View {
 }
 
 impl View {
-    fn new(frames: &[(f64, State)], reach: f64) -> Self {
+    fn new(frames: &[(f64, State)], reach: f64, gravity: &Vector3<f64>) -> Self {
         let points = || frames.iter().flat_map(|(_, state)| &state.positions);
         let none = Vector3::zeros();
         let first = points().next().unwrap_or(&none);
         let low = points().fold(*first, |low, p| low.inf(p)).add_scalar(-reach);
         let high = points().fold(*first, |high, p| high.sup(p)).add_scalar(reach);
         let extent = high - low;
-        let axes = match extent.imin() {
-            0 => [1, 2],
-            1 => [0, 2],
+        let down = gravity.iamax();
+        let begin = frames.first().map_or(&[][..], |(_, state)| &state.positions);
+        let moves = |(_, state): &(f64, State)| {
+            state.positions.iter().zip(begin).map(|(p, start)| (p[down] - start[down]).abs()).fold(0.0, f64::max)
+        };
+        let falls = gravity[down] != 0.0 && frames.iter().map(moves).fold(0.0, f64::max) > FALL * extent.max();
+        let mean = points().sum::<Vector3<f64>>() / points().count().max(1) as f64;
+        let spread: Vector3<f64> = points().map(|p| (p - mean).component_mul(&(p - mean))).sum();
+        let seen_along = (0..3).filter(|&axis| !(falls && axis == down)).min_by(|&a, &b| {
+            // Of equals the later one: from the side rather than from the front, and from above where nothing falls.
+            spread[a].total_cmp(&spread[b]).then(b.cmp(&a))
+        });
+        let axes = match seen_along {
+            Some(0) => [1, 2],
+            Some(1) => [0, 2],
             _ => [0, 1],
         };
         let pick = |v: Vector3<f64>| Vector2::new(v[axes[0]], v[axes[1]]);
@@ -72,55 +87,80 @@ impl View {
         Self { axes, low, scale, offset }
     }
 
-    fn place(&self, p: &Vector3<f64>) -> Vector2<f64> {
+    /// A place of the world on the paper [px].
+    fn place(&self, p: &Vector3<f64>) -> [f64; 2] {
         let v = (Vector2::new(p[self.axes[0]], p[self.axes[1]]) - self.low) * self.scale + self.offset;
-        Vector2::new(v.x, SIZE[1] - v.y)
+        [v.x, SIZE[1] - v.y]
     }
 }
 
-fn draw(scene: &str, frames: &[(f64, State)], segments: &[Segment]) -> String {
+fn draw(scene: &str, frames: &[(f64, State)], model: &Model) -> String {
+    let segments = &model.segments;
     let reach = segments.iter().map(|s| 0.5 * s.length + s.radius).fold(1e-9, f64::max);
-    let view = View::new(frames, reach);
+    let view = View::new(frames, reach, &model.gravity);
     let [width, height] = SIZE;
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" \
-         font-size=\"13\">\n<title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n",
-        escaped(scene)
-    );
+    let mut svg = Xml::default();
+    let frame = format!("0 0 {width} {height}");
+    let namespace = "http://www.w3.org/2000/svg";
+    svg.open("svg", &[("xmlns", &namespace), ("viewBox", &frame), ("font-family", &"sans-serif"), ("font-size", &13)]);
+    svg.element("title", &[], scene);
+    svg.leaf("rect", &[("width", &width), ("height", &height), ("fill", &"white")]);
+    for obstacle in &model.contacts.obstacles {
+        draw_obstacle(&mut svg, &view, &obstacle.shape);
+    }
     let [from, to] = COLOURS;
+    // As thick as the first segment, but to be seen.
+    let thickness = segments.first().map_or(0.0, |s| 2.0 * s.radius * view.scale).clamp(1.2, 30.0);
     for (k, (_, state)) in frames.iter().enumerate() {
         let share = k as f64 / (frames.len() - 1).max(1) as f64;
         let [r, g, b] = [0, 1, 2].map(|c| (from[c] + share * (to[c] - from[c])) as u8);
-        // One path a frame: a line per segment, as thick as the first one (but to be seen).
-        let thickness = segments.first().map_or(0.0, |s| 2.0 * s.radius * view.scale).clamp(1.2, 30.0);
-        let _ = write!(svg, "<path fill=\"none\" stroke=\"rgb({r},{g},{b})\" stroke-width=\"{thickness:.1}\" ");
-        svg.push_str("stroke-linecap=\"round\" d=\"");
-        for (i, segment) in segments.iter().enumerate() {
+        let line = |(i, segment): (usize, &rod::Segment)| {
             let half = state.axis(i) * (0.5 * segment.length);
-            let (a, b) = (view.place(&(state.positions[i] - half)), view.place(&(state.positions[i] + half)));
-            let _ = write!(svg, "M{:.1} {:.1}L{:.1} {:.1}", a.x, a.y, b.x, b.y);
-        }
-        svg.push_str("\"/>\n");
+            polyline([view.place(&(state.positions[i] - half)), view.place(&(state.positions[i] + half))])
+        };
+        let path: String = segments.iter().enumerate().map(line).collect();
+        stroke(&mut svg, &path, &format!("rgb({r},{g},{b})"), thickness);
     }
     let metre = nice_length(0.2 * width / view.scale);
     let digits = (-metre.log10().floor()).max(0.0) as usize;
-    let (x, y, bar) = (MARGIN, height - 14.0, metre * view.scale);
-    let _ = write!(
-        svg,
-        "<path stroke=\"#444\" stroke-width=\"2\" d=\"M{x} {y}h{bar:.1}\"/>\n\
-         <text x=\"{x}\" y=\"{:.1}\" fill=\"#444\">{metre:.digits$} m</text>\n",
-        y - 6.0
-    );
+    let at = [MARGIN, height - 14.0];
+    stroke(&mut svg, &polyline([at, [at[0] + metre * view.scale, at[1]]]), "#444", 2.0);
+    svg.label([at[0], at[1] - 6.0], "", "", &format!("{metre:.digits$} m"));
     if let (Some((first, _)), Some((end, _))) = (frames.first(), frames.last()) {
-        let _ = writeln!(
-            svg,
-            "<text x=\"{:.1}\" y=\"20\" fill=\"#444\" text-anchor=\"end\">{}, {first:.2} s (pale) to {end:.2} s</text>",
-            width - MARGIN,
-            escaped(scene)
-        );
+        let text = format!("{scene}, {first:.2} s (pale) to {end:.2} s");
+        svg.label([width - MARGIN, 20.0], "end", "", &text);
     }
-    svg.push_str("</svg>\n");
-    svg
+    svg.finish() + "\n"
+}
+
+fn stroke(svg: &mut Xml, path: &str, colour: &str, width: f64) {
+    let look: [chart::Attribute<'_>; 3] = [("fill", &"none"), ("stroke", &colour), ("stroke-width", &Px(width))];
+    svg.leaf("path", &[&look[..], &[("stroke-linecap", &"round"), ("d", &path)]].concat());
+}
+
+fn draw_obstacle(svg: &mut Xml, view: &View, shape: &ObstacleShape) {
+    match shape {
+        ObstacleShape::HalfSpace { point, normal } => {
+            let [across, up] = view.axes.map(|axis| normal[axis]);
+            if across.hypot(up) < (1.0 - ASKEW * ASKEW).sqrt() {
+                return;
+            }
+            // Far beyond the paper, which cuts it off. The paper's second axis points down.
+            let far = 4.0 * SIZE[0];
+            let [x, y] = view.place(point);
+            let corner = |along: f64, into: f64| {
+                [x + far * (along * up - into * across), y + far * (along * across + into * up)]
+            };
+            let path = polyline([corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)]) + "z";
+            svg.leaf("path", &[("fill", &OBSTACLE), ("d", &path)]);
+        }
+        ObstacleShape::Sphere { centre, radius } => {
+            stroke(svg, &polyline([view.place(centre); 2]), OBSTACLE, 2.0 * radius * view.scale);
+        }
+        ObstacleShape::Capsule { start, end, radius } => {
+            stroke(svg, &polyline([view.place(start), view.place(end)]), OBSTACLE, 2.0 * radius * view.scale);
+        }
+    }
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that is not above `length` [m].
@@ -129,13 +169,13 @@ fn nice_length(length: f64) -> f64 {
     [5.0, 2.0, 1.0].map(|k| k * power).into_iter().find(|&nice| nice <= length).unwrap_or(power)
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn frame(positions: &[[f64; 3]]) -> (f64, State) {
+        (0.0, State { positions: positions.iter().map(|p| Vector3::from(*p)).collect(), ..State::default() })
+    }
 
     #[test]
     fn lengths_are_round() {
@@ -145,16 +185,46 @@ mod tests {
 
     #[test]
     fn points_stay_on_the_paper() {
-        let state =
-            State { positions: vec![Vector3::new(-3.0, 0.0, 5.0), Vector3::new(4.0, 0.1, -2.0)], ..State::default() };
-        let view = View::new(&[(0.0, state.clone())], 0.5);
+        let frames = [frame(&[[-3.0, 0.0, 5.0], [4.0, 0.1, -2.0]])];
+        let view = View::new(&frames, 0.5, &Vector3::zeros());
         assert_eq!(view.axes, [0, 2]);
-        for p in &state.positions {
-            let place = view.place(p);
-            assert!(
-                place.x >= MARGIN && place.x <= SIZE[0] - MARGIN && place.y >= MARGIN && place.y <= SIZE[1] - MARGIN
-            );
+        let places: Vec<_> = frames[0].1.positions.iter().map(|p| view.place(p)).collect();
+        for [x, y] in &places {
+            assert!((MARGIN..=SIZE[0] - MARGIN).contains(x) && (MARGIN..=SIZE[1] - MARGIN).contains(y));
         }
-        assert!(view.place(&state.positions[0]).y < view.place(&state.positions[1]).y, "z points up");
+        assert!(places[0][1] < places[1][1], "z points up");
+    }
+
+    #[test]
+    fn a_fall_is_seen_even_if_it_is_short() {
+        let down = Vector3::new(0.0, 0.0, -9.81);
+        let flat = [[-1.0, -2.0, 0.0], [1.0, 2.0, 0.0]];
+        let fallen = flat.map(|[x, y, _]| [x, y, -0.3]);
+        let axes = |end: &[[f64; 3]], gravity| View::new(&[frame(&flat), frame(end)], 0.1, &gravity).axes;
+        assert_eq!(axes(&fallen, down), [1, 2]);
+        assert_eq!(axes(&fallen, Vector3::zeros()), [0, 1]);
+        assert_eq!(axes(&flat, down), [0, 1], "nothing falls");
+    }
+
+    #[test]
+    fn the_ground_is_below_the_rods() {
+        let frames = [frame(&[[-1.0, 0.0, 0.0], [1.0, 0.0, 1.0]])];
+        let view = View::new(&frames, 0.1, &Vector3::zeros());
+        assert_eq!(view.axes, [0, 2]);
+        let ground = |normal| ObstacleShape::HalfSpace {
+            point: Vector3::new(0.0, 7.0, 0.0),
+            normal: nalgebra::Unit::new_normalize(normal),
+        };
+        let drawn = |shape| {
+            let mut svg = Xml::default();
+            draw_obstacle(&mut svg, &view, &shape);
+            svg.finish()
+        };
+        let svg = drawn(ground(Vector3::z()));
+        let path = svg.split("d=\"M").nth(1).unwrap().trim_end_matches("z\"/>");
+        let heights: Vec<f64> = path.split('L').map(|p| p.split(' ').nth(1).unwrap().parse().unwrap()).collect();
+        let level = view.place(&Vector3::zeros())[1];
+        assert!(heights.iter().all(|y| *y > level - 0.1) && heights.iter().any(|y| *y > level + SIZE[1]), "{svg}");
+        assert_eq!(drawn(ground(Vector3::y())), "", "seen from above");
     }
 }

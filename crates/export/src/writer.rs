@@ -9,7 +9,7 @@ use tempfile::NamedTempFile;
 
 use crate::ExportError;
 use crate::file::{CHUNK, temporary, write_atomically};
-use crate::layout::{Checksum, FILE_NAME, Layout, TrajectoryInfo};
+use crate::layout::{FILE_NAME, Layout, TrajectoryInfo};
 
 /// Collects frames in a temporary file and turns them into `trajectory.safetensors` at the end, in constant memory.
 ///
@@ -110,7 +110,7 @@ impl TrajectoryWriter {
     /// Writes header and tensors, one pass over the spool for each tensor.
     fn write(&self, writer: &mut BufWriter<&File>) -> io::Result<()> {
         let (header, digits) = self.layout.header(&self.info)?;
-        let mut checksum = Checksum::new();
+        let mut checksum = blake3::Hasher::new();
         checksum.update(&header);
         writer.write_all(&header)?;
 
@@ -136,6 +136,6 @@ impl TrajectoryWriter {
             }
         }
         writer.seek(SeekFrom::Start(digits as u64))?;
-        writer.write_all(checksum.digits().as_bytes())
+        writer.write_all(checksum.finalize().to_hex().as_bytes())
     }
 }

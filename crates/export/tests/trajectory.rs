@@ -108,7 +108,7 @@ fn without_forces_the_file_is_what_it_was_before_there_were_any() {
     let (before, rest) = header.split_once("\"checksum\":\"").unwrap();
     assert_eq!(before, "{\"__metadata__\":{");
     assert_eq!(
-        rest[16..].trim_end(),
+        rest[64..].trim_end(),
         "\",\"dt\":\"0.01\",\"scene\":\"rod\",\"units\":\"s, m, m/s, rad/s; orientations are quaternions x, y, z, w; \
          vectors are in world axes\"},\"angular_velocities\":{\"dtype\":\"F64\",\"shape\":[1,1,3],\"data_offsets\":[88,\
          112]},\"orientations\":{\"dtype\":\"F64\",\"shape\":[1,1,4],\"data_offsets\":[32,64]},\"positions\":{\"dtype\":\

@@ -14,6 +14,7 @@
 //!   component over the training samples, so that every target lies in [-1, 1].
 //! - *Direction*: one edge a joint, from its body a to its body b.
 
+use serde::{Deserialize, Serialize};
 use solver::component::Pose;
 use solver::kernel::Spatial;
 
@@ -67,15 +68,21 @@ pub fn fill_edges(graph: &Graph, edges: &mut [f32]) {
 }
 
 /// The recorded norms: what outputs in [-1, 1] are multiplied with.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// In files, their units are in their names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Norms {
     /// Of dx [m].
+    #[serde(rename = "dx_m")]
     pub dx: f64,
     /// Of dphi [rad].
+    #[serde(rename = "dphi_rad")]
     pub dphi: f64,
     /// Of dlambda's stretch-shear part [N s^2].
+    #[serde(rename = "dlambda_stretch_n_s2")]
     pub dlambda_stretch: f64,
     /// Of dlambda's bend-twist part [N m^2 s^2].
+    #[serde(rename = "dlambda_bend_n_m2_s2")]
     pub dlambda_bend: f64,
 }
 

@@ -73,7 +73,7 @@ pub(crate) fn close(
     let trajectory = writer.finish()?;
     let mut reader = TrajectoryReader::open(&trajectory)?;
     write_centreline(&directory.join(CENTRELINE), &mut reader, &scene.model.segments)?;
-    write_snapshots(&directory.join(SNAPSHOTS), &mut reader, &scene.model.segments)?;
+    write_snapshots(&directory.join(SNAPSHOTS), &mut reader, &scene.model)?;
     write_json(&directory.join(SUMMARY), summary)?;
     let mut written = vec![trajectory];
     written.extend([CENTRELINE, SNAPSHOTS, SUMMARY].map(|name| directory.join(name)));

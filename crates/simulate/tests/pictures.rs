@@ -6,7 +6,6 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use browser::{Browser, Look};
 use common::{builtin_names, json, run, texts};
 use export::{Trajectory, read_trajectory};
 use gltf::Gltf;
@@ -68,40 +67,6 @@ fn the_player_shows_what_the_trajectory_has() {
         let page = fs::read_to_string(out.join("view.html")).expect("a page");
         assert!(page.contains("<canvas") && !page.contains("http://") && !page.contains("https://"), "{scene}");
     }
-}
-
-#[test]
-fn a_browser_plays_the_pages_of_runs() -> anyhow::Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
-    let folder = tempfile::tempdir()?;
-    browser.look(Look { width: 600, height: 500, phone: false, dark: false })?;
-    for (scene, steps) in [("knot", "30"), ("tree-70", "60"), ("helix-on-plane", "5")] {
-        let out = folder.path().join(scene);
-        let output = run(&[scene, "--steps", steps, "--view", "--quiet", "--out", out.to_str().expect("UTF-8")]);
-        assert_eq!(texts(&output), (Some(0), "", ""), "{scene}");
-        browser.open(&out.join("view.html"))?;
-        let exact = trajectory(&out);
-        assert_eq!(browser.evaluate("player.frames")?, exact.states.len(), "{scene}");
-        let precision = view::read_run(&out.join("view.json"))?.position_precision();
-        let last = exact.states.len() - 1;
-        for (i, x) in exact.states[last].positions.iter().enumerate().step_by(7) {
-            let shown: [f64; 3] =
-                serde_json::from_value(browser.evaluate(&format!("player.position(0, {last}, {i})"))?)?;
-            let off = (0..3).map(|axis| (shown[axis] - x[axis]).abs()).fold(0.0, f64::max);
-            assert!(off <= precision * (1.0 + 1e-9), "{scene}, {i}: {off} m");
-        }
-        let start = browser.screenshot(Some("#picture"))?;
-        browser.evaluate("player.play()")?;
-        browser.wait_for("player.frame > 0")?;
-        browser.evaluate("player.pause()")?;
-        browser.settle()?;
-        assert_eq!(browser.evaluate("Number(scrubber.value) === player.frame")?, true, "{scene}");
-        browser.evaluate(&format!("player.seek({last})"))?;
-        browser.settle()?;
-        assert_ne!(browser.screenshot(Some("#picture"))?, start, "{scene}");
-    }
-    assert_eq!(browser.complaints, [""; 0]);
-    Ok(())
 }
 
 #[test]

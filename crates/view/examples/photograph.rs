@@ -40,7 +40,7 @@ struct Args {
 fn main() -> Result<()> {
     let args = Args::parse();
     let Args { width, height, phone, dark, .. } = args;
-    let mut browser = Browser::start()?.context("no Chromium found")?;
+    let mut browser = Browser::start()?;
     browser.look(Look { width, height, phone, dark })?;
     let took = browser.open(&args.page.canonicalize().with_context(|| args.page.display().to_string())?)?;
     if !args.whole {

@@ -1,4 +1,4 @@
-//! The page in a headless Chromium. Without one these tests say so and pass, unless REQUIRE_CHROMIUM is set.
+//! The page in a headless Chromium. Without one these tests are ignored, unless REQUIRE_CHROMIUM is set.
 
 mod motions;
 
@@ -41,9 +41,7 @@ fn assert_decoded(browser: &mut Browser, index: usize, run: &Run, frame: usize, 
     Ok(())
 }
 
-#[test]
-fn a_page_of_two_runs_plays() -> Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+fn a_page_of_two_runs_plays(browser: &mut Browser) -> Result<()> {
     let motions = [motions::helix(1.0), motions::helix(2.0)];
     let runs = [motions[0].record("calm", 60, 30.0), motions[1].record("wild", 45, 30.0)];
     let (_folder, path) = page(&runs)?;
@@ -52,7 +50,7 @@ fn a_page_of_two_runs_plays() -> Result<()> {
     assert_eq!(browser.evaluate("player.frames")?, 60);
     for (index, (motion, run)) in motions.iter().zip(&runs).enumerate() {
         for frame in [0, 17, 44] {
-            assert_decoded(&mut browser, index, run, frame, &motion.state(frame as f64 / 30.0))?;
+            assert_decoded(browser, index, run, frame, &motion.state(frame as f64 / 30.0))?;
         }
     }
 
@@ -86,9 +84,7 @@ fn a_page_of_two_runs_plays() -> Result<()> {
     Ok(())
 }
 
-#[test]
-fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+fn keys_choices_and_the_chart_do_what_they_say(browser: &mut Browser) -> Result<()> {
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 60, 30.0)])?;
     browser.look(WIDE)?;
     browser.open(&path)?;
@@ -124,9 +120,7 @@ fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
     Ok(())
 }
 
-#[test]
-fn fingers_turn_move_and_enlarge() -> Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+fn fingers_turn_move_and_enlarge(browser: &mut Browser) -> Result<()> {
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
     browser.look(Look { width: 390, height: 844, phone: true, dark: false })?;
     browser.open(&path)?;
@@ -153,9 +147,7 @@ fn fingers_turn_move_and_enlarge() -> Result<()> {
     Ok(())
 }
 
-#[test]
-fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded() -> Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded(browser: &mut Browser) -> Result<()> {
     let tree = motions::tree();
     let run = tree.record("tree", 300, 60.0);
     let (_folder, path) = page(std::slice::from_ref(&run))?;
@@ -163,15 +155,13 @@ fn a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded() -> Result<()> 
     let took = browser.open(&path)?;
     println!("{} bytes, ready after {took:.2?}", std::fs::metadata(&path)?.len());
     for frame in [0, 299] {
-        assert_decoded(&mut browser, 0, &run, frame, &tree.state(frame as f64 / 60.0))?;
+        assert_decoded(browser, 0, &run, frame, &tree.state(frame as f64 / 60.0))?;
     }
     assert_eq!(browser.complaints, [""; 0]);
     Ok(())
 }
 
-#[test]
-fn a_lost_graphics_processor_comes_back() -> Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+fn a_lost_graphics_processor_comes_back(browser: &mut Browser) -> Result<()> {
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
     browser.look(WIDE)?;
     browser.open(&path)?;
@@ -187,9 +177,7 @@ fn a_lost_graphics_processor_comes_back() -> Result<()> {
     Ok(())
 }
 
-#[test]
-fn what_a_browser_lacks_is_said() -> Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+fn what_a_browser_lacks_is_said(browser: &mut Browser) -> Result<()> {
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
     browser.look(WIDE)?;
     browser.before_each_page("HTMLCanvasElement.prototype.getContext = () => null")?;
@@ -201,9 +189,7 @@ fn what_a_browser_lacks_is_said() -> Result<()> {
     Ok(())
 }
 
-#[test]
-fn odd_names_and_single_frames_are_shown() -> Result<()> {
-    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+fn odd_names_and_single_frames_are_shown(browser: &mut Browser) -> Result<()> {
     let motion = motions::helix(1.0);
     let name = "</script><script>document.title = 'broken'</script> & \u{2028} ' \"";
     let state = motion.state(0.0);
@@ -227,3 +213,13 @@ fn odd_names_and_single_frames_are_shown() -> Result<()> {
     assert_eq!(browser.complaints, [""; 0]);
     Ok(())
 }
+
+browser::tests![
+    a_page_of_two_runs_plays,
+    keys_choices_and_the_chart_do_what_they_say,
+    fingers_turn_move_and_enlarge,
+    a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded,
+    a_lost_graphics_processor_comes_back,
+    what_a_browser_lacks_is_said,
+    odd_names_and_single_frames_are_shown,
+];

@@ -36,9 +36,6 @@ fn quick_grid() -> Grid {
 
 impl SweepArgs {
     /// Checks what clap cannot.
-    ///
-    /// # Errors
-    /// If a flag's value is not for sweeps.
     pub(crate) fn check(&self) -> Result<()> {
         if self.recipe == Recipe::Step {
             bail!("--recipe step: it starts whole steps, but a sweep is about linear solves: paper or best");
@@ -56,9 +53,6 @@ impl SweepArgs {
     }
 
     /// The sweep. Data sets that are absent are generated, but not for a dry run.
-    ///
-    /// # Errors
-    /// If a data set cannot be read or made.
     pub(crate) fn sweep(&self) -> Result<Sweep> {
         let sources = self.scenario.iter().map(|&scenario| self.source(scenario)).collect::<Result<_>>()?;
         let plan = self.settings(self.recipe, self.epochs).plan()?;
@@ -88,9 +82,6 @@ impl SweepArgs {
     }
 
     /// The training of a cell.
-    ///
-    /// # Errors
-    /// If the recipe's choices contradict each other.
     pub(crate) fn plan(&self, scenario: Scenario, key: &Key, folder: &Folder) -> Result<Plan> {
         let Architecture { gn_blocks, mlp_layers, width } = key.architecture;
         let settings = TrainArgs {

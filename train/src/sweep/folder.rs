@@ -35,9 +35,6 @@ impl Folder {
     }
 
     /// What is swept here; `None` where nothing is yet.
-    ///
-    /// # Errors
-    /// If the file cannot be read or is damaged.
     pub(crate) fn sweep(&self) -> Result<Option<Sweep>> {
         let file = self.sweep_file();
         match fs::read(&file) {
@@ -53,9 +50,6 @@ impl Folder {
     }
 
     /// Sees that nothing else is swept here.
-    ///
-    /// # Errors
-    /// If something is.
     pub(crate) fn check(&self, sweep: &Sweep) -> Result<()> {
         let Some(found) = self.sweep()? else { return Ok(()) };
         if found == *sweep {
@@ -66,9 +60,6 @@ impl Folder {
     }
 
     /// Makes the folders, and says in them what is swept.
-    ///
-    /// # Errors
-    /// If the system refuses.
     pub(crate) fn prepare(&self, sweep: &Sweep) -> Result<()> {
         let training = self.path.join("training");
         fs::create_dir_all(&training)
@@ -79,9 +70,6 @@ impl Folder {
 }
 
 /// The first line that differs, in words.
-///
-/// # Errors
-/// If one has no form in TOML.
 pub(crate) fn difference(there: &Sweep, here: &Sweep) -> Result<String> {
     let [there, here] = [seal(there)?, seal(here)?];
     // The checksum in front differs whatever else does.

@@ -1,13 +1,12 @@
 //! `train sweep merge`: the cells of all shards together.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs;
-use std::io::Write as _;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evaluation::ablation::{Cell, Key, Outcome, SCHEMA_VERSION, SUMMARY, Summary, Sweep};
+use evaluation::ablation::{Architecture, Budget, Cell, Key, Outcome, Row, SCHEMA_VERSION, SUMMARY, Summary, Sweep};
 use evaluation::guesses::Spread;
 use export::{Stored, seal, write_atomically};
 use terminal::say;
@@ -22,10 +21,6 @@ const CSV: &str = "sweep.csv";
 const NAMED: usize = 5;
 
 /// Puts the cells together, writes sweep.csv and summary.toml, and prints the tables.
-///
-/// # Errors
-/// If folders are of different sweeps; if a cell is there twice with different weights; if cells are lost or damaged and
-/// `args` does not allow for it.
 pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     let sweep = common(&args.folders)?;
     let gathered = Gathered::new(&sweep, &args.folders)?;
@@ -137,52 +132,46 @@ fn name(file: &Path) -> String {
 
 /// One line a cell, guess, preconditioner and tolerance; empty where nothing was counted.
 fn csv(summary: &Summary) -> String {
-    let spreads = ["iteration_ratio", "speed_up", "zero_us", "inference_us"];
-    let parts = ["mean", "lower_quartile", "median", "upper_quartile"];
-    let names: Vec<String> = spreads.iter().flat_map(|spread| parts.map(|part| format!("{spread}_{part}"))).collect();
-    let mut text = format!(
+    let mut text = String::from(
         "scenario,recipe,gn_blocks,mlp_layers,width,seed,epochs,batch,node_visits,parameters,best_epoch,final_loss,\
-         training_s,weights_blake3,machine,threads,program_version,git_revision,\
-         guess,preconditioner,tolerance,solves,dropped,{}\n",
-        names.join(",")
+         training_s,weights_blake3,machine,threads,program_version,git_revision,guess,preconditioner,tolerance,solves,dropped",
     );
-    let budget = &summary.sweep.budget;
-    for Cell { scenario, architecture, seed, outcome } in &summary.cells {
-        let start = format!(
-            "{scenario},{},{},{},{},{seed},{},{},{},{},{},{:e},{:.1},{},\"{}\",{},{},{}",
-            budget.recipe,
-            architecture.gn_blocks,
-            architecture.mlp_layers,
-            architecture.width,
-            budget.epochs,
-            budget.batch,
-            outcome.node_visits,
-            outcome.parameters,
-            outcome.best_epoch,
-            outcome.final_loss,
-            outcome.training_s,
-            outcome.weights_blake3,
-            outcome.machine.replace('"', "\"\""),
-            outcome.threads,
-            outcome.program_version,
-            outcome.git_revision.as_deref().unwrap_or_default()
-        );
-        for row in &outcome.rows {
-            // Writing to a string cannot fail.
-            let _ = write!(
-                text,
-                "{start},{},{},{:e},{},{}",
-                row.guess, row.preconditioner, row.tolerance, row.solves, row.dropped
+    for spread in ["iteration_ratio", "speed_up", "zero_us", "inference_us"] {
+        text +=
+            &["mean", "lower_quartile", "median", "upper_quartile"].map(|part| format!(",{spread}_{part}")).concat();
+    }
+    let Budget { recipe, epochs, batch, .. } = &summary.sweep.budget;
+    for Cell { scenario, architecture: Architecture { gn_blocks, mlp_layers, width }, seed, outcome } in &summary.cells
+    {
+        let Outcome { node_visits, parameters, best_epoch, final_loss, training_s, .. } = outcome;
+        let Outcome { weights_blake3, threads, program_version, .. } = outcome;
+        let (machine, revision) =
+            (outcome.machine.replace('"', "\"\""), outcome.git_revision.as_deref().unwrap_or_default());
+        for Row {
+            guess,
+            preconditioner,
+            tolerance,
+            solves,
+            dropped,
+            iteration_ratio,
+            speed_up,
+            zero_us,
+            inference_us,
+        } in &outcome.rows
+        {
+            text += &format!(
+                "\n{scenario},{recipe},{gn_blocks},{mlp_layers},{width},{seed},{epochs},{batch},{node_visits},\
+                 {parameters},{best_epoch},{final_loss:e},{training_s:.1},{weights_blake3},\"{machine}\",{threads},\
+                 {program_version},{revision},{guess},{preconditioner},{tolerance:e},{solves},{dropped}"
             );
-            for spread in [row.iteration_ratio, row.speed_up, row.zero_us, row.inference_us] {
-                text.push_str(&spread.map_or(",,,,".to_owned(), |Spread { mean, lower, median, upper }| {
+            for spread in [iteration_ratio, speed_up, zero_us, inference_us] {
+                text += &spread.map_or(",,,,".to_owned(), |Spread { mean, lower, median, upper }| {
                     format!(",{mean:.6e},{lower:.6e},{median:.6e},{upper:.6e}")
-                }));
+                });
             }
-            text.push('\n');
         }
     }
-    text
+    text + "\n"
 }
 
 #[cfg(test)]

@@ -10,9 +10,9 @@ mod tables;
 use std::fmt::Arguments;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow};
 use dataset::Scenario;
-use evaluation::ablation::{Key, Outcome as Measured};
+use evaluation::ablation::{Key, Outcome as Measured, Row};
 
 use self::args::{SweepArgs, SweepCli, SweepCommand};
 use self::folder::Folder;
@@ -70,13 +70,10 @@ fn sweep(args: &SweepArgs) -> Result<Outcome> {
 /// Does these cells.
 fn work(args: &SweepArgs, folder: &Folder, keys: &[Key], say: impl Fn(Arguments<'_>) -> Result<()>) -> Result<Outcome> {
     let stopped = listen()?;
-    let mut left = Left::new(keys);
+    let (begin, all, mut done) = (Instant::now(), keys.iter().map(Key::cost).sum::<f64>(), 0.0);
     let mut last: Option<(Scenario, Taught)> = None;
     for (k, key) in keys.iter().enumerate() {
-        let scenario: Scenario = match key.source.scenario.parse() {
-            Ok(scenario) => scenario,
-            Err(expected) => bail!("--scenario: {expected}"),
-        };
+        let scenario: Scenario = key.source.scenario.parse().map_err(|expected| anyhow!("--scenario: {expected}"))?;
         let plan = args.plan(scenario, key, folder)?;
         say(format_args!("{} of {}: {key}", k + 1, keys.len()))?;
         // Samples are the same for all cells of a kind of scenes.
@@ -87,7 +84,7 @@ fn work(args: &SweepArgs, folder: &Folder, keys: &[Key], say: impl Fn(Arguments<
         let measured = cell::run(&plan, taught, key, &stopped, |course, nodes_per_second| {
             let Some(row) = course.rows.last() else { return Ok(()) };
             let (epoch, epochs, loss, score) = (row.epoch, plan.epochs, row.loss, row.measured.score);
-            let rest = left.with(epoch as f64 / epochs as f64 * key.cost());
+            let rest = left(begin, (done + epoch as f64 / epochs as f64 * key.cost()) / all);
             say(format_args!(
                 "  epoch {epoch} of {epochs}, loss {loss:.6}, score {score:.3}, {nodes_per_second:.0} nodes/s, {rest} left"
             ))
@@ -97,8 +94,8 @@ fn work(args: &SweepArgs, folder: &Folder, keys: &[Key], say: impl Fn(Arguments<
             return Ok(Outcome::Interrupted);
         };
         folder.cells.put(key, &measured)?;
-        left.done += key.cost();
-        say(format_args!("  {}, {} left", short(&measured), left.with(0.0)))?;
+        done += key.cost();
+        say(format_args!("  {}, {} left", short(&measured), left(begin, done / all)))?;
     }
     say(format_args!("all cells of this shard are done; `train sweep merge {}` makes tables", args.out.display()))?;
     Ok(Outcome::Done)
@@ -106,35 +103,18 @@ fn work(args: &SweepArgs, folder: &Folder, keys: &[Key], say: impl Fn(Arguments<
 
 /// An outcome in a few words.
 fn short(outcome: &Measured) -> String {
-    let rows =
-        outcome.rows.iter().filter(|row| row.tolerance == tables::TOLERANCE && row.preconditioner == tables::RAW);
-    let parts: Vec<String> = rows
-        .map(|row| {
-            let median = |spread: Option<evaluation::guesses::Spread>| spread.map_or(f64::NAN, |spread| spread.median);
-            let (ratio, speed_up) = (median(row.iteration_ratio), median(row.speed_up));
-            format!("{} {ratio:.2} of the iterations, speed-up {speed_up:.2}", row.guess)
-        })
-        .collect();
+    let is_own = |row: &&Row| row.tolerance == tables::TOLERANCE && row.preconditioner == tables::RAW;
+    let words = |row: &Row| {
+        let [ratio, speed_up] = [row.iteration_ratio, row.speed_up].map(|spread| spread.map_or(f64::NAN, |s| s.median));
+        format!("{} {ratio:.2} of the iterations, speed-up {speed_up:.2}", row.guess)
+    };
+    let parts: Vec<String> = outcome.rows.iter().filter(is_own).map(words).collect();
     format!("raw 1e-4: {}; {:.0} s", parts.join("; "), outcome.training_s + outcome.measuring_s)
 }
 
-/// An estimate of the time left.
-struct Left {
-    begin: Instant,
-    all: f64,
-    done: f64,
-}
-
-impl Left {
-    fn new(keys: &[Key]) -> Self {
-        Self { begin: Instant::now(), all: keys.iter().map(Key::cost).sum(), done: 0.0 }
-    }
-
-    /// With so much of the cell under way, in hours, minutes and seconds.
-    fn with(&self, more: f64) -> String {
-        let done = self.done + more;
-        let rest = self.begin.elapsed().as_secs_f64() * ((self.all - done) / done.max(f64::MIN_POSITIVE)).max(0.0);
-        let seconds = Duration::try_from_secs_f64(rest).unwrap_or(Duration::MAX).as_secs();
-        format!("{}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
-    }
+/// An estimate of the time left after a share of the work, in hours, minutes and seconds.
+fn left(begin: Instant, share: f64) -> String {
+    let rest = begin.elapsed().as_secs_f64() * (1.0 / share.max(f64::MIN_POSITIVE) - 1.0).max(0.0);
+    let seconds = Duration::try_from_secs_f64(rest).unwrap_or(Duration::MAX).as_secs();
+    format!("{}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }

@@ -86,25 +86,10 @@ pub(super) struct Stored {
     data_blake3: Option<String>,
     pub(super) weights_blake3: String,
     pub(super) network: NetworkConfig,
-    #[serde(with = "StoredNorms")]
     pub(super) norms: Norms,
     training: Training,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     measured: Vec<Measured>,
-}
-
-/// [`Norms`] with units in their names.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Norms", deny_unknown_fields)]
-struct StoredNorms {
-    #[serde(rename = "dx_m")]
-    dx: f64,
-    #[serde(rename = "dphi_rad")]
-    dphi: f64,
-    #[serde(rename = "dlambda_stretch_n_s2")]
-    dlambda_stretch: f64,
-    #[serde(rename = "dlambda_bend_n_m2_s2")]
-    dlambda_bend: f64,
 }
 
 impl Stored {

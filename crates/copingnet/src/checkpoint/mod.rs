@@ -1,7 +1,6 @@
 //! Checkpoints: trained networks in files, and training cut off.
 
 mod card;
-mod error;
 mod state;
 mod tensors;
 
@@ -12,7 +11,8 @@ use graph::Whitening;
 use safetensors::Dtype;
 
 pub use card::{Card, Measured, Training};
-pub use error::CheckpointError;
+/// Why there is no checkpoint, or no training state.
+pub use export::ExportError as CheckpointError;
 pub use state::TrainingState;
 
 use crate::{Encoding, Features, Inputs, TensorSpec, Weights};

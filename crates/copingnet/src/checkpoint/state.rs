@@ -86,7 +86,7 @@ impl TrainingState {
     /// If the system refuses.
     pub fn save(&self, file: &Path) -> Result<(), CheckpointError> {
         let bytes = self.to_bytes().map_err(CheckpointError::io("write", file))?;
-        Ok(export::write_atomically(file, |out| std::io::Write::write_all(out, &bytes))?)
+        export::write_atomically(file, |out| std::io::Write::write_all(out, &bytes))
     }
 
     fn to_bytes(&self) -> std::io::Result<Vec<u8>> {
@@ -111,7 +111,7 @@ impl TrainingState {
     /// Checks that the state, loaded from `file`, was made with these settings.
     ///
     /// # Errors
-    /// [`CheckpointError::Value`] with the first setting that differs, in the order of the alphabet.
+    /// [`CheckpointError::Sealed`] with the first setting that differs, in the order of the alphabet.
     pub fn check_fingerprint(&self, file: &Path, wanted: &BTreeMap<String, String>) -> Result<(), CheckpointError> {
         let shown = |value: Option<&String>| value.map_or("missing".to_owned(), |value| format!("{value:?}"));
         let mut keys: Vec<&String> = self.fingerprint.keys().chain(wanted.keys()).collect();

@@ -1,6 +1,6 @@
 //! Folders of made-up outcomes.
 
-use evaluation::ablation::{Architecture, Budget, FREE, Grid, Row, Source, Test};
+use evaluation::ablation::{FREE, Grid, Source, Test};
 use tempfile::TempDir;
 
 use super::*;
