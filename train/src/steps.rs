@@ -155,8 +155,7 @@ impl Recorder {
         end.predicted.clone_from(&component.poses);
         end.poses.clone_from(&component.start);
         end.lambda = vec![Spatial::zero(); self.graph.edges().len()];
-        // The scenes have no wind: any time is as good.
-        let (interval, counters) = (Interval { time: 0.0, dt: component.dt() }, &mut Counters::default());
+        let (interval, counters) = (Interval { time: component.time(), dt: component.dt() }, &mut Counters::default());
         let attempt = attempt(&mut end, interval, &TIGHT, self.solver.as_mut(), &mut NoGuess, counters);
         if attempt.status(0) != Status::Converged {
             return;

@@ -26,7 +26,7 @@ fn component(assembly: Assembly) -> Component<f64> {
     simulation.store(&mut state);
     let (members, topology) = split(&model).swap_remove(0);
     let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
-    component.predict(0.02, Formulation::Xpbd);
+    component.predict(0.0, 0.02, Formulation::Xpbd);
     component.evaluate(Formulation::Xpbd);
     component
 }

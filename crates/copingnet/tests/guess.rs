@@ -19,7 +19,7 @@ impl Prepared {
 
     /// The first system of a step of `dt` [s].
     fn set_dt(&mut self, dt: f64) {
-        self.component.predict(dt, Formulation::Xpbd);
+        self.component.predict(0.0, dt, Formulation::Xpbd);
         self.component.evaluate(Formulation::Xpbd);
     }
 

@@ -274,7 +274,7 @@ impl<'a> Sample<'a> {
         let dt = self.dt();
         if component.dt() != dt {
             // Compliances go with the time step; the prediction that comes with them is overwritten.
-            component.predict(dt, Formulation::Xpbd);
+            component.predict(0.0, dt, Formulation::Xpbd);
         }
         for (pose, [x, y, z, i, j, k, w]) in component.poses.iter_mut().zip(self.pose_rows()) {
             (pose.x, pose.q) = (Vec3([x, y, z]), Quat { v: Vec3([i, j, k]), w });

@@ -21,7 +21,7 @@ pub(crate) const VALUE: usize = size_of::<f64>();
 pub(crate) const JOINT_FORCES: &str = "joint_forces";
 
 const UNITS: &str = "s, m, m/s, rad/s; orientations are quaternions x, y, z, w; vectors are in world axes";
-const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then couples [N m^2] in the frame of the joint's body a";
+const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then moments [N m] in the frame of the joint's body a";
 
 const CHECKSUM_KEY: &str = "\"checksum\":\"";
 const CHECKSUM_DIGITS: usize = 2 * blake3::OUT_LEN;

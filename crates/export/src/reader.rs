@@ -157,9 +157,9 @@ impl TrajectoryReader {
     /// # Errors
     /// As [`TrajectoryReader::read_frame`].
     pub fn read_forces(&mut self, frame: usize, forces: &mut Vec<JointForce>) -> Result<(), ExportError> {
-        let joint = |[fx, fy, fz, cx, cy, cz]: [f64; 6]| JointForce {
+        let joint = |[fx, fy, fz, mx, my, mz]: [f64; 6]| JointForce {
             force: Vector3::new(fx, fy, fz),
-            couple: Vector3::new(cx, cy, cz),
+            moment: Vector3::new(mx, my, mz),
         };
         set(forces, self.part(JOINT_FORCES, frame)?, joint);
         Ok(())

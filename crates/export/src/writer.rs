@@ -16,7 +16,7 @@ use crate::layout::{FILE_NAME, Layout, TrajectoryInfo};
 /// The file has the tensors `time` `[frames]` [s], `positions` `[frames, segments, 3]` [m], `orientations`
 /// `[frames, segments, 4]` (x, y, z, w), `velocities` `[frames, segments, 3]` [m/s] and `angular_velocities`
 /// `[frames, segments, 3]` [rad/s], all F64, with the forces of joints also `joint_forces` `[frames, joints, 6]`
-/// ([`JointForce`]: force [N], then couple [N m^2]), and the strings `scene`, `dt`, `units` and `checksum`.
+/// ([`JointForce`]: force [N], then moment [N m]), and the strings `scene`, `dt`, `units` and `checksum`.
 ///
 /// A run that is interrupted finishes with the frames it has. A writer that is dropped leaves nothing behind. While it
 /// works, the trajectory needs its size on the disk twice.
@@ -74,7 +74,7 @@ impl TrajectoryWriter {
             .chain(orientations.iter().flat_map(|q| q.coords.iter()))
             .chain(velocities.iter().flatten())
             .chain(angular_velocities.iter().flatten())
-            .chain(forces.iter().flat_map(|joint| joint.force.iter().chain(&joint.couple)));
+            .chain(forces.iter().flat_map(|joint| joint.force.iter().chain(&joint.moment)));
         self.pending.extend(values.flat_map(|value| value.to_le_bytes()));
         self.layout.frames += 1;
         if self.pending.len() >= CHUNK { self.spill() } else { Ok(()) }

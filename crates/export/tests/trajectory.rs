@@ -38,7 +38,7 @@ fn write(directory: &Path, segments: usize, frames: usize) -> std::path::PathBuf
 fn forces(joints: usize, frame: usize) -> Vec<JointForce> {
     let value = |i: usize, k: usize| ((frame * 977 + i * 17 + k) as f64).cbrt() - 3.0;
     let vector = |i: usize, k: usize| Vector3::from_fn(|c, _| value(i, k + c));
-    (0..joints).map(|i| JointForce { force: vector(i, 0), couple: vector(i, 3) }).collect()
+    (0..joints).map(|i| JointForce { force: vector(i, 0), moment: vector(i, 3) }).collect()
 }
 
 fn write_with_forces(directory: &Path, segments: usize, joints: usize, frames: usize) -> std::path::PathBuf {
@@ -90,7 +90,7 @@ fn forces_of_joints_are_read_as_written() {
         let tensor = tensors.tensor("joint_forces").unwrap();
         assert_eq!((tensor.dtype(), tensor.shape()), (Dtype::F64, [frames, joints, 6].as_slice()));
         let written = (0..frames).flat_map(|frame| forces(joints, frame));
-        let values = written.flat_map(|joint| joint.force.iter().chain(&joint.couple).copied().collect::<Vec<_>>());
+        let values = written.flat_map(|joint| joint.force.iter().chain(&joint.moment).copied().collect::<Vec<_>>());
         assert!(tensor.data().iter().copied().eq(values.flat_map(f64::to_le_bytes)));
     }
 }

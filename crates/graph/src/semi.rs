@@ -236,7 +236,7 @@ mod tests {
             let (members, topology) = split(&model).swap_remove(0);
             let graph = Graph::new(&model, &members, &topology);
             let mut component = Component::<f64>::new(&model, &state, topology.into(), &[&members]);
-            component.predict(0.02, solver::formulation::Formulation::Xpbd);
+            component.predict(0.0, 0.02, solver::formulation::Formulation::Xpbd);
             component.evaluate(solver::formulation::Formulation::Xpbd);
             // The linear part alone.
             component.system.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());

@@ -1,28 +1,49 @@
 //! What a joint transmits, and what one reads off it: tension, curvature, residual.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::darboux::darboux;
+use crate::darboux::{darboux, relative_rotation};
 use crate::measure::{bend_strain, stretch_gap};
 use crate::{Joint, Model, State};
 
-/// What a joint transmits: its multipliers lambda over dt^2, so that it does not depend on the time step.
+/// What a joint transmits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointForce {
-    /// Force of body b on body a at the joint, in world axes [N]: the stretch-shear multiplier over dt^2.
+    /// Force of body b on body a at the joint, in world axes [N].
     pub force: Vector3<f64>,
-    /// The bend-twist multiplier over dt^2, in the frame of body a [N m^2]; over the joint's length it is the torque of
-    /// body b on body a [N m].
-    pub couple: Vector3<f64>,
+    /// Moment of body b on body a at the joint, in the frame of body a [N m]: bending about x and y, twist about z.
+    pub moment: Vector3<f64>,
 }
 
 impl Default for JointForce {
     fn default() -> Self {
-        Self { force: Vector3::zeros(), couple: Vector3::zeros() }
+        Self { force: Vector3::zeros(), moment: Vector3::zeros() }
     }
 }
 
 impl JointForce {
+    /// Of a joint's multipliers over dt^2 (Kugelstadt et al. 2018): `lambda_s` in world axes [N] and `lambda_b` in the frame
+    /// of body a [N m^2]. `a` and `b` are the bodies' orientations, `length` is the joint's [m].
+    ///
+    /// `J^T lambda` is the force `lambda_s` on body a and the torque `-(s lambda_b + u x lambda_b) / l`, (s, u) being the
+    /// relative rotation `conj(q_a) q_b`.
+    pub fn of_multipliers(
+        lambda_s: Vector3<f64>,
+        lambda_b: Vector3<f64>,
+        [a, b]: [&UnitQuaternion<f64>; 2],
+        length: f64,
+    ) -> Self {
+        let (s, u) = relative_rotation(a, b);
+        Self { force: lambda_s, moment: (lambda_b * s + u.cross(&lambda_b)) / -length }
+    }
+
+    /// The bend-twist multiplier over dt^2 [N m^2]: the inverse of [`Self::of_multipliers`].
+    fn lambda_b(&self, model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
+        let [a, b] = [joint.a, joint.b].map(|body| model.pose(body, state).orientation);
+        let ((s, u), m) = (relative_rotation(&a, &b), self.moment);
+        (m * s - u.cross(&m) + u * (u.dot(&m) / s)) * -joint.length
+    }
+
     /// Pull along the axis d3 of body a [N]; negative where the joint is pressed.
     pub fn tension(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
         self.force.dot(&axis(model, state, joint))
@@ -36,7 +57,8 @@ impl JointForce {
         let across = self.force - along;
         let gap = stretch_gap(model, state, joint) + along * joint.stretch_compliance + across * joint.shear_compliance;
         let (bend, twist) = (joint.bend_compliance, joint.twist_compliance);
-        let strain = bend_strain(model, state, joint) + self.couple.component_mul(&Vector3::new(bend, bend, twist));
+        let lambda_b = self.lambda_b(model, state, joint);
+        let strain = bend_strain(model, state, joint) + lambda_b.component_mul(&Vector3::new(bend, bend, twist));
         (gap.norm() / joint.length).max(strain.norm() * joint.length)
     }
 }
@@ -92,13 +114,18 @@ mod tests {
         // Darboux vectors are made of sin(angle / 2).
         let expected = 2.0 * (0.5 * angle).sin() / (radius * angle);
         assert!((curvature(&model, &state, &joint) - expected).abs() < 1e-12);
-        let couple = -bend_strain(&model, &state, &joint).component_div(&Vector3::new(
+        let lambda_b = -bend_strain(&model, &state, &joint).component_div(&Vector3::new(
             joint.bend_compliance,
             joint.bend_compliance,
             joint.twist_compliance,
         ));
         // The gap that turning about the centre leaves is the force's business.
         let force = -stretch_gap(&model, &state, &joint) / joint.shear_compliance;
-        assert!(JointForce { force, couple }.residual(&model, &state, &joint) < 1e-9);
+        let [a, b] = [0, 1].map(|i| &state.orientations[i]);
+        let answer = JointForce::of_multipliers(force, lambda_b, [a, b], joint.length);
+        assert!(answer.residual(&model, &state, &joint) < 1e-9);
+        // Body b is turned about y, and pulls body a after it.
+        let hooke = expected / joint.bend_compliance * (0.5 * angle).cos() / joint.length;
+        assert!((answer.moment - Vector3::y() * hooke).norm() < 1e-12 * hooke, "{}", answer.moment);
     }
 }

@@ -149,7 +149,7 @@ pub struct State {
     pub orientations: Vec<UnitQuaternion<f64>>,
     /// Velocities v [m/s].
     pub velocities: Vec<Vector3<f64>>,
-    /// Angular velocities w in world axes [rad/s].
+    /// Angular velocities w in world axes [rad/s], angle over time also where a segment turns far in a step.
     pub angular_velocities: Vec<Vector3<f64>>,
 }
 

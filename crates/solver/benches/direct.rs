@@ -50,7 +50,7 @@ fn iterate(component: &mut Component<f64>, solver: &mut dyn LinearSolver, iterat
     let formulation = Formulation::default();
     let mut sums = [0.0; 3];
     for _ in 0..iterations {
-        component.predict(DT, formulation);
+        component.predict(0.0, DT, formulation);
         let mut marks = [Instant::now(); 4];
         vectorized(
             #[inline(always)]
@@ -87,7 +87,7 @@ fn one_rod(n: usize, repeats: usize) -> [f64; 7] {
         SolverKind::Cg(params).build(&model, &members, &topology).expect("it works on any graph")
     };
     let mut gradients = [1, 11].map(cg);
-    component.predict(DT, Formulation::Xpbd);
+    component.predict(0.0, DT, Formulation::Xpbd);
     let mut predicted = state.clone();
     component.store_state(&mut predicted, &members, 0);
     let mut rival = Rival::new(&model, &predicted, DT);

@@ -79,6 +79,8 @@ pub struct Simulation {
     params: StepParams,
     segments: usize,
     time: f64,
+    /// What rounding has left out of the time [s]: a sum of many steps is as exact as one number can be.
+    time_lost: f64,
 }
 
 /// What a step came to.
@@ -163,7 +165,7 @@ impl Simulation {
         } else {
             units.push(Unit::Touching(Box::new(Touching::new(model, singles, params.contact_projection)?)));
         }
-        Ok(Self { units, params, segments: model.segments.len(), time: 0.0 })
+        Ok(Self { units, params, segments: model.segments.len(), time: 0.0, time_lost: 0.0 })
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
@@ -182,7 +184,9 @@ impl Simulation {
         } else {
             self.units.iter_mut().for_each(|unit| unit.advance(interval, &params));
         }
-        self.time += dt;
+        let (before, step) = (self.time, dt - self.time_lost);
+        self.time += step;
+        self.time_lost = (self.time - before) - step;
         let status = self.units.iter().map(Unit::status).max().unwrap_or(Status::Converged);
         Ok(StepReport { status })
     }
@@ -225,10 +229,11 @@ impl Simulation {
     }
 
     /// Takes the velocities of `state`, which must be of the model's size: an impulse between two steps. Poses stay, and
-    /// guesses are not told.
+    /// guesses are not told. Fixed segments go on with theirs from where they are; those whose velocities are the same
+    /// keep their motion to the last bit.
     pub fn set_velocities(&mut self, state: &State) {
         for unit in &mut self.units {
-            unit.set_velocities(state);
+            unit.set_velocities(state, self.time);
         }
     }
 

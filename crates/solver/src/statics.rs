@@ -90,7 +90,7 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
         report.steps += 1;
         before.copy_from_slice(&component.poses);
         component.evaluate_drag(0.0, dt);
-        component.predict(dt, Formulation::Xpbd);
+        component.predict(0.0, dt, Formulation::Xpbd);
         component.poses.copy_from_slice(&before);
         for (lambda, force) in component.lambda.iter_mut().zip(&forces) {
             *lambda = lambda.plus(*force, dt * dt);

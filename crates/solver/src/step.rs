@@ -284,7 +284,7 @@ pub(crate) fn predict<T: Real>(
     }
     vectorized(
         #[inline(always)]
-        || component.predict(dt, formulation),
+        || component.predict(time, dt, formulation),
     );
     watch.mark(&mut counters.times.predict);
 }
@@ -378,6 +378,13 @@ impl StepGuess<f64> for Box<dyn InitialGuess> {
         let mut poses = std::mem::take(&mut component.predicted);
         let mut lambda = std::mem::take(&mut component.lambda);
         let given = self.as_mut().start_step(component, &mut poses, &mut lambda);
+        for ((pose, predicted), is_fixed) in
+            poses.iter_mut().zip(&component.poses).zip(&component.system.topology.fixed)
+        {
+            if *is_fixed {
+                *pose = *predicted;
+            }
+        }
         let finite = lambda.iter().all(is_finite)
             && poses.iter().all(|p| p.x.dot(p.x).is_finite() && (p.q.v.dot(p.q.v) + p.q.w * p.q.w).is_finite());
         component.predicted = std::mem::replace(&mut component.poses, poses);

@@ -65,15 +65,15 @@ impl Unit {
         }
     }
 
-    pub(crate) fn set_velocities(&mut self, state: &State) {
+    pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
         match self {
-            Unit::Single(single) => single.set_velocities(state),
+            Unit::Single(single) => single.set_velocities(state, time),
             Unit::Group(group) => {
                 for (lane, members) in group.members.iter().enumerate() {
-                    group.component.set_velocities(state, members, lane);
+                    group.component.set_velocities(state, members, lane, time);
                 }
             }
-            Unit::Touching(touching) => touching.units.iter_mut().for_each(|unit| unit.set_velocities(state)),
+            Unit::Touching(touching) => touching.units.iter_mut().for_each(|unit| unit.set_velocities(state, time)),
         }
     }
 
@@ -116,8 +116,8 @@ impl Single {
         self.component.store_state(state, &self.members, 0);
     }
 
-    fn set_velocities(&mut self, state: &State) {
-        self.component.set_velocities(state, &self.members, 0);
+    fn set_velocities(&mut self, state: &State, time: f64) {
+        self.component.set_velocities(state, &self.members, 0, time);
     }
 
     pub(crate) fn new(component: Component<f64>, members: Members, line9: Line9) -> Self {

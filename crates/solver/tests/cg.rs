@@ -202,7 +202,7 @@ fn the_frozen_factor_solves_the_rest_shape_and_follows_the_time_step() {
     let mut solver = solver_for(&model, &members, &component, params);
     for dt in [0.02, 0.001, 0.02] {
         component.set_state(&state, &members, 0);
-        component.predict(dt, Formulation::Xpbd);
+        component.predict(0.0, dt, Formulation::Xpbd);
         component.evaluate(Formulation::Xpbd);
         let (info, _) = run(solver.as_mut(), &component);
         assert!(info.iterations <= 2, "dt = {dt}: {info:?}");

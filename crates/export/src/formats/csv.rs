@@ -13,7 +13,7 @@ const SEGMENTS: &str = "frame,time_s,rod,segment,x_m,y_m,z_m,q_x,q_y,q_z,q_w,v_x
                         w_x_rad_per_s,w_y_rad_per_s,w_z_rad_per_s";
 const JOINTS: &str = "frame,time_s,joint,a,b,curvature_per_m";
 /// Columns that only a trajectory with the forces of joints has.
-const FORCES: &str = ",tension_n,force_x_n,force_y_n,force_z_n,couple_x_n_m2,couple_y_n_m2,couple_z_n_m2";
+const FORCES: &str = ",tension_n,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m";
 
 /// Writes `segments.csv`, one row for each segment of each frame, and `joints.csv`, one for each joint of each frame.
 /// The bodies `a` and `b` of a joint are indices of segments, or "anchor 0" and so on.
@@ -73,7 +73,7 @@ fn write_joints(writer: &mut impl Write, model: &Model, index: usize, frame: &Fr
             None => writeln!(writer)?,
             Some(transmitted) => {
                 let tension = transmitted.tension(model, state, joint);
-                let parts = transmitted.force.iter().chain(&transmitted.couple);
+                let parts = transmitted.force.iter().chain(&transmitted.moment);
                 write_values(writer, std::iter::once(&tension).chain(parts))?;
             }
         }

@@ -26,7 +26,6 @@ pub(super) fn write(
     model: &Model,
 ) -> Result<Vec<PathBuf>, ExportError> {
     let lines = Centrelines::new(model);
-    let dt = trajectory.info().dt;
     let times = trajectory.times()?;
     let folder = Folder::stage(&directory.join(FOLDER), times.len(), "vtp")?;
     let collection = stage(&directory.join("run.pvd"), |writer| {
@@ -36,7 +35,7 @@ pub(super) fn write(
     let mut frame = Frame::default();
     for index in 0..times.len() {
         frame.read(trajectory, index)?;
-        folder.write(index, |writer| piece(&frame, model, &lines, dt).write(writer))?;
+        folder.write(index, |writer| piece(&frame, model, &lines).write(writer))?;
     }
     Ok(vec![folder.publish()?, collection.publish()?])
 }
@@ -53,19 +52,19 @@ fn write_collection<'a>(
     writeln!(writer, "</Collection>\n</VTKFile>")
 }
 
-fn piece(frame: &Frame, model: &Model, lines: &Centrelines, dt: f64) -> Piece {
+fn piece(frame: &Frame, model: &Model, lines: &Centrelines) -> Piece {
     let nodes = || lines.nodes.iter();
     let cells = model.segments.len();
     Piece {
         points: Array::floats("Points", 3, nodes().flat_map(|node| vector(node.position(model, &frame.state)))),
         connectivity: Array::integers("connectivity", lines.ends.iter().flatten().copied()),
         offsets: Array::integers("offsets", (1..=cells).map(|cell| 2 * cell)),
-        point_data: point_data(frame, model, &lines.nodes, dt),
+        point_data: point_data(frame, model, &lines.nodes),
         cell_data: cell_data(frame, model),
     }
 }
 
-fn point_data(frame: &Frame, model: &Model, nodes: &[Node], dt: f64) -> Vec<Array> {
+fn point_data(frame: &Frame, model: &Model, nodes: &[Node]) -> Vec<Array> {
     let Frame { state, forces, .. } = frame;
     let joint = |node: &Node| node.joint.map(|index| &model.joints[index]);
     let bent = nodes.iter().map(|node| joint(node).map_or(0.0, |joint| curvature(model, state, joint)));
@@ -76,12 +75,11 @@ fn point_data(frame: &Frame, model: &Model, nodes: &[Node], dt: f64) -> Vec<Arra
     if !forces.is_empty() {
         let transmitted = |node: &Node| node.joint.map_or(JointForce::default(), |index| forces[index]);
         let tension = |node: &Node| joint(node).map_or(0.0, |joint| transmitted(node).tension(model, state, joint));
-        let lambda = |part: fn(JointForce) -> Vector3<f64>| {
-            nodes.iter().flat_map(move |node| vector(part(transmitted(node)) * (dt * dt)))
-        };
+        let of_joints =
+            |part: fn(JointForce) -> Vector3<f64>| nodes.iter().flat_map(move |node| vector(part(transmitted(node))));
         arrays.push(Array::floats("Tension", 1, nodes.iter().map(tension)));
-        arrays.push(Array::floats("LambdaStretch", 3, lambda(|joint| joint.force)));
-        arrays.push(Array::floats("LambdaBend", 3, lambda(|joint| joint.couple)));
+        arrays.push(Array::floats("Force", 3, of_joints(|joint| joint.force)));
+        arrays.push(Array::floats("Moment", 3, of_joints(|joint| joint.moment)));
     }
     arrays
 }

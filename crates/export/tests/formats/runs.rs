@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, JointForce, Material, Model, RodSpec, State, shape};
 
 /// Time step of all runs [s].
-pub(crate) const DT: f64 = 0.02;
+const DT: f64 = 0.02;
 
 /// A model and a motion, made up.
 pub(crate) struct Run {
@@ -33,7 +33,7 @@ impl Run {
             let value = |k: usize| ((7 * frame + 13 * joint + k + 1) as f64).sqrt() - 4.0;
             JointForce {
                 force: Vector3::from_fn(|c, _| value(c)),
-                couple: Vector3::from_fn(|c, _| value(c + 3) * 1e-3),
+                moment: Vector3::from_fn(|c, _| value(c + 3) * 1e-3),
             }
         };
         let joints = model.joints.len();

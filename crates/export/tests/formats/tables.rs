@@ -52,7 +52,7 @@ fn every_number_of_every_joint_is_read_back() {
         let (columns, rows) = read(&made[1]);
         let mut expected = "frame time_s joint a b curvature_per_m".to_owned();
         if !run.forces.is_empty() {
-            expected += " tension_n force_x_n force_y_n force_z_n couple_x_n_m2 couple_y_n_m2 couple_z_n_m2";
+            expected += " tension_n force_x_n force_y_n force_z_n moment_x_n_m moment_y_n_m moment_z_n_m";
         }
         assert_eq!(columns.join(" "), expected);
         let mut rows = rows.iter();
@@ -69,7 +69,7 @@ fn every_number_of_every_joint_is_read_back() {
                 let mut expected = vec![curvature(&run.model, state, joint)];
                 if let Some(forces) = run.forces.get(frame) {
                     expected.push(forces[i].tension(&run.model, state, joint));
-                    expected.extend(forces[i].force.iter().chain(&forces[i].couple));
+                    expected.extend(forces[i].force.iter().chain(&forces[i].moment));
                 }
                 assert_eq!(numbers(row.iter().skip(5)), expected, "{}, frame {frame}", run.name);
             }

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rod::{JointForce, curvature};
 use vtkio::model::{Attribute, DataSet, Piece, VertexNumbers, Vtk};
 
-use crate::runs::{DT, Run, runs};
+use crate::runs::{Run, runs};
 
 /// What vtkio reads from a file.
 struct Lines {
@@ -73,12 +73,12 @@ fn check_frame(run: &Run, frame: usize, lines: &Lines) {
     ]);
     if let Some(forces) = run.forces.get(frame).filter(|forces| !forces.is_empty()) {
         let tension = |joint: usize| forces[joint].tension(model, state, &model.joints[joint]);
-        let lambda = |part: &dyn Fn(JointForce) -> Vector3<f64>| {
-            flat(run.joints.iter().map(|joint| joint.map_or(Vector3::zeros(), |i| part(forces[i]) * (DT * DT))))
+        let vectors = |part: &dyn Fn(JointForce) -> Vector3<f64>| {
+            flat(run.joints.iter().map(|joint| joint.map_or(Vector3::zeros(), |i| part(forces[i]))))
         };
         expected.insert("Tension", of_joints(&tension));
-        expected.insert("LambdaStretch", lambda(&|joint| joint.force));
-        expected.insert("LambdaBend", lambda(&|joint| joint.couple));
+        expected.insert("Force", vectors(&|joint| joint.force));
+        expected.insert("Moment", vectors(&|joint| joint.moment));
     }
     compare(&lines.point_data, &expected, &what);
 

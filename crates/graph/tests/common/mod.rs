@@ -82,7 +82,7 @@ pub fn component(model: &Model, state: &State) -> (Component<f64>, Graph, Member
     let (members, topology) = split(model).swap_remove(0);
     let graph = Graph::new(model, &members, &topology);
     let mut component = Component::new(model, state, Arc::new(topology), &[&members]);
-    component.predict(DT, Formulation::Xpbd);
+    component.predict(0.0, DT, Formulation::Xpbd);
     component.evaluate(Formulation::Xpbd);
     (component, graph, members)
 }

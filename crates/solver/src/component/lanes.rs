@@ -1,8 +1,9 @@
 //! Filling the lanes of a component from a model and its state, and taking one lane out.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{JointForce, Model, State};
+use rod::Model;
 
+use super::motion::Moved;
 use super::{BodyConstants, BodyLoad, Component, JointConstants, Members, Pose};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -21,7 +22,7 @@ pub(super) fn put<T: Real>(target: &mut Vec3<T>, lane: usize, v: [f64; 3]) {
     }
 }
 
-fn pick<T: Real>(v: Vec3<T>, lane: usize) -> Vec3<f64> {
+pub(super) fn pick<T: Real>(v: Vec3<T>, lane: usize) -> Vec3<f64> {
     Vec3(v.0.map(|x| x.lane(lane)))
 }
 
@@ -29,7 +30,7 @@ pub(crate) fn pick_spatial<T: Real>(x: &Spatial<T>, lane: usize) -> Spatial<f64>
     Spatial { linear: pick(x.linear, lane), angular: pick(x.angular, lane) }
 }
 
-fn pick_pose<T: Real>(pose: &Pose<T>, lane: usize) -> Pose<f64> {
+pub(super) fn pick_pose<T: Real>(pose: &Pose<T>, lane: usize) -> Pose<f64> {
     Pose { x: pick(pose.x, lane), q: Quat { v: pick(pose.q.v, lane), w: pose.q.w.lane(lane) } }
 }
 
@@ -51,7 +52,7 @@ pub(super) fn get<T: Real>(v: Vec3<T>, lane: usize) -> Vector3<f64> {
     Vector3::new(v.0[0].lane(lane), v.0[1].lane(lane), v.0[2].lane(lane))
 }
 
-fn get_quat<T: Real>(q: Quat<T>, lane: usize) -> UnitQuaternion<f64> {
+pub(super) fn get_quat<T: Real>(q: Quat<T>, lane: usize) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::from_parts(q.w.lane(lane), get(q.v, lane)))
 }
 
@@ -139,46 +140,6 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Copies one lane's poses and velocities from `state`.
-    pub fn set_state(&mut self, state: &State, members: &Members, lane: usize) {
-        for (k, &index) in members.segments.iter().enumerate() {
-            let pose = &mut self.poses[k];
-            put(&mut pose.x, lane, vec3(&state.positions[index]));
-            put(&mut pose.q.v, lane, vec3(&state.orientations[index].imag()));
-            pose.q.w.set_lane(lane, state.orientations[index].w);
-        }
-        self.set_velocities(state, members, lane);
-    }
-
-    /// Copies one lane's velocities from `state`.
-    pub fn set_velocities(&mut self, state: &State, members: &Members, lane: usize) {
-        for (k, &index) in members.segments.iter().enumerate() {
-            put(&mut self.velocities[k].linear, lane, vec3(&state.velocities[index]));
-            put(&mut self.velocities[k].angular, lane, vec3(&state.angular_velocities[index]));
-        }
-    }
-
-    /// Copies one lane's poses and velocities to `state`.
-    pub fn store_state(&self, state: &mut State, members: &Members, lane: usize) {
-        for (k, &index) in members.segments.iter().enumerate() {
-            state.positions[index] = get(self.poses[k].x, lane);
-            state.orientations[index] = get_quat(self.poses[k].q, lane);
-            state.velocities[index] = get(self.velocities[k].linear, lane);
-            state.angular_velocities[index] = get(self.velocities[k].angular, lane);
-        }
-    }
-
-    /// Copies what one lane's joints transmit, the multipliers of its last step over that step's dt^2, to `forces`; zero
-    /// before the first step.
-    pub fn store_joint_forces(&self, forces: &mut [JointForce], members: &Members, lane: usize) {
-        let dt = self.last_dt.lane(lane);
-        let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
-        for (lambda, &index) in self.lambda.iter().zip(&members.joints) {
-            forces[index] =
-                JointForce { force: get(lambda.linear, lane) * share, couple: get(lambda.angular, lane) * share };
-        }
-    }
-
     /// One lane as a component of its own.
     pub fn extract_lane(&self, lane: usize) -> Component<f64> {
         let mut out = Component {
@@ -195,6 +156,14 @@ impl<T: Real> Component<T> {
             held: self.held.iter().map(|held| pick(*held, lane)).collect(),
             pushes: Vec::new(),
             pushed: Vec::new(),
+            given: self.given.iter().map(|given| given.lane(lane)).collect(),
+            has_given: self.has_given,
+            moved: self
+                .moved
+                .iter()
+                .filter(|moved| moved.lane == lane)
+                .map(|moved| Moved { lane: 0, ..*moved })
+                .collect(),
             unsolved: 0.0,
             used: 1,
             pulls_hold: false,
@@ -209,6 +178,7 @@ impl<T: Real> Component<T> {
             gravity: pick(self.gravity, lane),
             damping: self.damping,
             last_dt: self.last_dt.lane(lane),
+            time: self.time,
             dt: self.dt,
         };
         for (terms, own) in out.system.joints.iter_mut().zip(&self.system.joints) {
@@ -232,6 +202,10 @@ impl<T: Real> Component<T> {
         for (held, own) in self.held.iter_mut().zip(&from.held) {
             put(held, lane, own.0);
         }
+        for (given, own) in self.given.iter_mut().zip(&from.given) {
+            given.set_lane(lane, *own);
+        }
+        self.has_given |= from.has_given;
         self.last_dt.set_lane(lane, from.last_dt);
     }
 }

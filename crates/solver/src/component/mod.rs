@@ -6,9 +6,11 @@
 mod drag;
 mod evaluate;
 mod lanes;
+mod motion;
 mod predict;
 mod pushes;
 mod split;
+mod state;
 mod update;
 
 use std::sync::Arc;
@@ -110,7 +112,8 @@ pub struct Component<T> {
     pub start: Vec<Pose<T>>,
     /// Predicted poses p*.
     pub predicted: Vec<Pose<T>>,
-    /// Velocities (v, w), one a body.
+    /// Velocities (v, w), one a body. w is `2 Im(q' conj(q)) / dt` of the last step (line 19 of Algorithm 1), of a fixed
+    /// segment and where it was given since the true rate [rad/s].
     pub velocities: Vec<Spatial<T>>,
     /// Multipliers lambda: stretch-shear in world axes [N s^2], bend-twist in the frame of body a [N m^2 s^2].
     pub lambda: Vec<Spatial<T>>,
@@ -136,6 +139,12 @@ pub struct Component<T> {
     pub unsolved: T,
     /// Lanes that hold a set of their own; the others repeat the first.
     pub used: usize,
+    /// Per body: >= 0 where w was given since the last step, a lane each.
+    given: Vec<T>,
+    /// Whether any was.
+    has_given: bool,
+    /// The fixed segments that move.
+    moved: Vec<motion::Moved>,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
     pulls_hold: bool,
     bodies: Vec<BodyConstants<T>>,
@@ -150,6 +159,8 @@ pub struct Component<T> {
     damping: [f64; 2],
     /// Length of the last step [s], a lane each; 0 before the first.
     last_dt: T,
+    /// Start of the step under way and its length [s].
+    time: f64,
     dt: f64,
 }
 
@@ -182,6 +193,9 @@ impl<T: Real> Component<T> {
             held: vec![Vec3::zero(); bodies],
             pushes: Vec::new(),
             pushed: Vec::new(),
+            given: vec![T::splat(-1.0); bodies],
+            has_given: false,
+            moved: Vec::new(),
             solves: 0,
             evaluations: 0,
             unsolved: zero,
@@ -196,6 +210,7 @@ impl<T: Real> Component<T> {
             gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),
             damping: [model.damping.linear, model.damping.angular],
             last_dt: zero,
+            time: 0.0,
             dt: 0.0,
         };
         for lane in 0..T::LANES {
@@ -221,6 +236,11 @@ impl<T: Real> Component<T> {
     /// Whether velocities are damped.
     pub fn is_damped(&self) -> bool {
         self.damping != [0.0; 2]
+    }
+
+    /// Start of the step under way, since the simulation's [s].
+    pub fn time(&self) -> f64 {
+        self.time
     }
 
     /// Time step of the step under way [s].

@@ -16,9 +16,9 @@ impl<T: Real> Component<T> {
     /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
     /// which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
     /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose tells it, and
-    /// the step is not converged.
+    /// the step is not converged. Fixed segments are placed where they are to be at `time + dt` [s].
     #[inline(always)]
-    pub fn predict(&mut self, dt: f64, formulation: Formulation) {
+    pub fn predict(&mut self, time: f64, dt: f64, formulation: Formulation) {
         if formulation.geometric() {
             self.expect_pulls(dt);
         } else {
@@ -31,7 +31,7 @@ impl<T: Real> Component<T> {
         let decay = self.damping.map(|rate| T::splat(if rate > 0.0 { (-rate * dt).exp() } else { 1.0 }));
         let one = T::splat(1.0);
         let mut unsolved = T::zero();
-        self.dt = dt;
+        (self.time, self.dt) = (time, dt);
         if !self.loads.is_empty() {
             self.scratch.fill(Spatial::zero());
             for load in &self.loads {
@@ -47,7 +47,8 @@ impl<T: Real> Component<T> {
             let free = constants.free;
             let kept = [one + (decay[0] - one) * free, one + (decay[1] - one) * free];
             let mut v = old.linear * kept[0] + self.gravity * (h * free);
-            let w = pose.q.rotate_back(old.angular);
+            let (rate, last_half) = if self.has_given { self.variable(i, last_half) } else { (old.angular, last_half) };
+            let w = pose.q.rotate_back(rate);
             let mut m = angular_momentum(constants, w, last_half);
             m = m * kept[1];
             if !self.loads.is_empty() {
@@ -59,10 +60,14 @@ impl<T: Real> Component<T> {
             }
             let (turn, solved) = free_turn(constants, m, w, half);
             let told = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();
-            unsolved = solved.select(told.select(unsolved, one), one);
+            let not_solved = unsolved.max(free);
+            unsolved = solved.select(told.select(unsolved, not_solved), not_solved);
             self.predicted[i] = Pose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
         }
         self.unsolved = unsolved;
+        if !self.moved.is_empty() {
+            self.follow_motions(time + dt);
+        }
         for i in self.segments..self.poses.len() {
             self.predicted[i] = self.poses[i];
             self.start[i] = self.poses[i];

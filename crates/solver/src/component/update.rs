@@ -76,6 +76,7 @@ impl<T: Real> Component<T> {
             self.velocities[i] = select(active, new, self.velocities[i]);
         }
         self.last_dt = active.select(T::splat(self.dt), self.last_dt);
+        self.take_in(active);
         if formulation.geometric() {
             let per_dt2 = rate * rate;
             for (held, pull) in self.held.iter_mut().zip(&self.pulls) {

@@ -54,7 +54,8 @@ pub trait InitialGuess: Send {
     }
 
     /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did. The component's poses
-    /// are p*, and its system is evaluated there; its own predicted poses are lent to `poses` meanwhile.
+    /// are p*, and its system is evaluated there; its own predicted poses are lent to `poses` meanwhile. What it says of
+    /// fixed bodies is not used.
     fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
         let _ = (component, poses, lambda);
         false

@@ -479,7 +479,7 @@ mod tests {
                     kinds[3] += usize::from(topology.joints.len() == 2 * (topology.joints.len() / 2));
                     let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
                     // With much longer steps the matrix is so ill-conditioned that dense LU and Cholesky disagree by more.
-                    component.predict(1e-3, formulation);
+                    component.predict(0.0, 1e-3, formulation);
                     for iteration in 0..3 {
                         component.evaluate(formulation);
                         let error = difference(&component.system, &mut component.dlambda);
@@ -505,7 +505,7 @@ mod tests {
         let (model, state) = assembly.finish();
         let (members, topology) = split(&model).remove(0);
         let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
-        component.predict(0.01, Formulation::Newton);
+        component.predict(0.0, 0.01, Formulation::Newton);
         component.evaluate(Formulation::Newton);
         for (k, terms) in component.system.joints.iter_mut().enumerate() {
             terms.rhs = Spatial::from_array([k as f64, 1.0, -1.0, 0.5, 0.3, 0.1]);

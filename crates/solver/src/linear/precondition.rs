@@ -113,7 +113,7 @@ mod tests {
         let (members, topology) = split(&model).swap_remove(0);
         let frozen = Frozen::new(&model, &members, &topology).unwrap();
         let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
-        component.predict(0.02, Formulation::XpbdGeometric);
+        component.predict(0.0, 0.02, Formulation::XpbdGeometric);
         component.evaluate(Formulation::XpbdGeometric);
         (component, frozen)
     }

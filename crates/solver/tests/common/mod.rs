@@ -91,7 +91,7 @@ pub fn component_after(
     }
     let (members, topology) = split(model).swap_remove(0);
     let mut component = Component::new(model, &state, Arc::new(topology), &[&members]);
-    component.predict(DT, formulation);
+    component.predict(0.0, DT, formulation);
     component.evaluate(formulation);
     (component, members)
 }

@@ -87,8 +87,10 @@ impl Motion {
         joints
             .map(|(k, joint)| {
                 let gap = rod::measure::stretch_gap(&self.model, state, joint);
-                let couple = -rod::measure::bend_strain(&self.model, state, joint) / joint.bend_compliance;
-                JointForce { force: force(k) - gap / joint.stretch_compliance, couple }
+                let lambda_b = -rod::measure::bend_strain(&self.model, state, joint) / joint.bend_compliance;
+                let [a, b] = [joint.a, joint.b].map(|body| self.model.pose(body, state).orientation);
+                let lambda_s = force(k) - gap / joint.stretch_compliance;
+                JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], joint.length)
             })
             .collect()
     }

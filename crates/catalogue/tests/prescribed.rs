@@ -1,0 +1,98 @@
+//! Fixed segments follow their motion exactly with every learned guess, too, and where projections are predicted.
+
+use std::sync::Arc;
+
+use catalogue::{Guess, Learned};
+use dataset::{Config, Dataset, Scenario, generate};
+use knn::{Knn, Params};
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{Assembly, Material, Model, RodSpec, State, shape};
+use solver::component::Members;
+use solver::formulation::Formulation;
+use solver::linear::cg::CgParams;
+use solver::linear::solvers::SolverKind;
+use solver::simulation::{Settings, Simulation};
+use solver::step::{Status, StepParams};
+use solver::topology::Topology;
+
+const DT: f64 = 0.01;
+const SPEED: Vector3<f64> = Vector3::new(0.05, -0.02, 0.03);
+const SPIN: Vector3<f64> = Vector3::new(0.6, 0.5, 1.0);
+
+/// A rod of 20 segments whose first one turns and drifts.
+fn turning() -> (Model, State) {
+    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+    let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 20);
+    let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 1000.0 };
+    assembly.rod(&RodSpec::new(nodes, 0.02, material));
+    assembly.fix(0);
+    let state = assembly.state_mut();
+    (state.velocities[0], state.angular_velocities[0]) = (SPEED, SPIN);
+    assembly.finish()
+}
+
+fn follow(mut simulation: Simulation, state: &State, what: &str) {
+    let mut now = state.clone();
+    for step in 1..=500 {
+        if simulation.step(DT).unwrap().status == Status::NonFinite {
+            // Predictions alone may throw a rod about until nothing is left of it.
+            assert!(what.ends_with("alone"), "{what}, step {step}");
+            break;
+        }
+        simulation.store(&mut now);
+        let elapsed = f64::from(step) * DT;
+        let gap = (now.positions[0] - (state.positions[0] + SPEED * elapsed)).norm();
+        let turned = UnitQuaternion::from_scaled_axis(SPIN * elapsed) * state.orientations[0];
+        let [apart, back] = [-1.0, 1.0].map(|sign| (now.orientations[0].coords + turned.coords * sign).norm());
+        assert!(gap <= 1e-12 && apart.min(back) <= 1e-12, "{what}, step {step}: {gap:e} m, {:e}", apart.min(back));
+    }
+    assert!(simulation.counters().guesses_used > 0, "{what}");
+}
+
+/// Starts of linear solves or of whole steps, and predictions in the projection's place where there are any.
+fn check(guess: &Guess, helps_steps: bool, what: &str) {
+    let (model, state) = turning();
+    for formulation in Formulation::ALL {
+        let what = format!("{what}, {formulation}");
+        if helps_steps && !formulation.momentum() {
+            continue;
+        }
+        let step = StepParams { formulation, ..StepParams::DEFAULT };
+        let solver = if helps_steps { SolverKind::Direct } else { SolverKind::Cg(CgParams::default()) };
+        // As it is, and in substeps.
+        for (max_iterations, relative_tolerance) in [(step.max_iterations, step.relative_tolerance), (1, 1e-10)] {
+            let step = StepParams { max_iterations, relative_tolerance, max_halvings: 1, ..step };
+            let build = guess.factory(None);
+            let simulation = Simulation::new(&model, &state, &Settings { step, solver }, Some(&build)).unwrap();
+            follow(simulation, &state, &format!("{what}, {max_iterations} iterations"));
+        }
+        let Guess::Learned(learned) = guess else { continue };
+        if !helps_steps {
+            let project =
+                |model: &Model, members: &Members, topology: &Topology| learned.project(None, model, members, topology);
+            let step = StepParams { max_iterations: 3, ..step };
+            follow(Simulation::end_to_end(&model, &state, &step, &project).unwrap(), &state, &format!("{what}, alone"));
+        }
+    }
+}
+
+#[test]
+fn with_nearest_neighbours() {
+    let directory = tempfile::tempdir().unwrap();
+    let config =
+        Config { train_trajectories: 4, validation_trajectories: 1, steps: 5, ..Config::table_1(Scenario::Rod) };
+    generate(directory.path(), &config, None, &|_| ()).unwrap();
+    let knn = Knn::new(&Dataset::open(directory.path()).unwrap(), Params::default());
+    check(&Guess::Learned(Learned::Knn(Arc::new(knn))), false, "knn");
+}
+
+#[cfg(feature = "gn")]
+#[test]
+fn with_the_networks_in_the_program() {
+    for name in ["gn", "gn-best", "gn-step"] {
+        let name: catalogue::GuessName = name.parse().unwrap();
+        let sources = catalogue::Sources::default();
+        let training = catalogue::Training::of(&sources, &[name], &[Scenario::Rod], true).unwrap().remove(0);
+        check(&Guess::load(name, &training).unwrap(), name.helps_steps(), &name.to_string());
+    }
+}

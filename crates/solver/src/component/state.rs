@@ -1,0 +1,119 @@
+//! Between a component and the outside: poses, velocities, and what joints transmit.
+//!
+//! The solver's variable of a rotation is `w = 2 Im(q' conj(q)) / dt` (Algorithm 1, line 19), which is
+//! `2 sin(angle / 2) / dt` for a turn by that angle in a step. Outside, an angular velocity is the true rate, angle / dt.
+//! One that is given stays what it is until a step begins, whose length says which variable stands for it.
+
+use std::f64::consts::FRAC_PI_2;
+
+use rod::{JointForce, State};
+
+use super::lanes::{copy_spatial, get, get_quat, pick, put, vec3};
+use super::motion::Moved;
+use super::{Component, Members};
+use crate::kernel::Spatial;
+use crate::kernel::lane::Real;
+use crate::kernel::math::Vec3;
+
+/// The solver's variable that stands for a `rate` [rad/s] in a step of `dt` [s]. Beyond half a turn a step no sine tells
+/// it; the variable goes on with the slope 2 / pi then, by which a prediction knows it.
+fn variable(rate: Vec3<f64>, dt: f64) -> Vec3<f64> {
+    let half = (0.5 * dt * rate.norm_squared().sqrt()).min(FRAC_PI_2);
+    rate * if half > 0.0 { half.sin() / half } else { 1.0 }
+}
+
+/// The rate [rad/s] for which `variable` stands after a step of `dt` [s]: the inverse of [`variable`].
+fn rate(variable: Vec3<f64>, dt: f64) -> Vec3<f64> {
+    let sine = (0.5 * dt * variable.norm_squared().sqrt()).min(1.0);
+    variable * if sine > 0.0 { sine.asin() / sine } else { 1.0 }
+}
+
+impl<T: Real> Component<T> {
+    /// Copies one lane's poses and velocities from `state`, at time 0.
+    pub fn set_state(&mut self, state: &State, members: &Members, lane: usize) {
+        for (k, &index) in members.segments.iter().enumerate() {
+            let pose = &mut self.poses[k];
+            put(&mut pose.x, lane, vec3(&state.positions[index]));
+            put(&mut pose.q.v, lane, vec3(&state.orientations[index].imag()));
+            pose.q.w.set_lane(lane, state.orientations[index].w);
+        }
+        self.set_velocities(state, members, lane, 0.0);
+    }
+
+    /// Copies one lane's velocities from `state`; fixed segments move on with them from their poses at `time` [s]. Those
+    /// that [`Component::store_state`] has just stored change nothing.
+    pub fn set_velocities(&mut self, state: &State, members: &Members, lane: usize, time: f64) {
+        for (k, &index) in members.segments.iter().enumerate() {
+            let (v, w) = (Vec3(vec3(&state.velocities[index])), Vec3(vec3(&state.angular_velocities[index])));
+            put(&mut self.velocities[k].linear, lane, v.0);
+            if w != self.rate(k, lane) {
+                put(&mut self.velocities[k].angular, lane, w.0);
+                self.given[k].set_lane(lane, 1.0);
+                self.has_given = true;
+            }
+            if self.is_fixed(k, lane) {
+                self.prescribe(lane, k, Spatial { linear: v, angular: w }, time);
+            }
+        }
+    }
+
+    /// Copies one lane's poses and velocities to `state`.
+    pub fn store_state(&self, state: &mut State, members: &Members, lane: usize) {
+        for (k, &index) in members.segments.iter().enumerate() {
+            state.positions[index] = get(self.poses[k].x, lane);
+            state.orientations[index] = get_quat(self.poses[k].q, lane);
+            state.velocities[index] = get(self.velocities[k].linear, lane);
+            state.angular_velocities[index] = self.rate(k, lane).0.into();
+        }
+    }
+
+    /// Copies what one lane's joints transmit at the end of its last step to `forces`; zero before the first.
+    pub fn store_joint_forces(&self, forces: &mut [JointForce], members: &Members, lane: usize) {
+        let dt = self.last_dt.lane(lane);
+        let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
+        for (k, &index) in members.joints.iter().enumerate() {
+            let [lambda_s, lambda_b] = [self.lambda[k].linear, self.lambda[k].angular].map(|x| get(x, lane) * share);
+            let [a, b] = self.system.topology.joints[k].map(|body| get_quat(self.poses[body as usize].q, lane));
+            let length = self.system.joints[k].length.lane(lane);
+            forces[index] = JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], length);
+        }
+    }
+
+    fn is_fixed(&self, body: usize, lane: usize) -> bool {
+        self.bodies[body].free.lane(lane) == 0.0
+    }
+
+    /// Angular velocity of a segment [rad/s].
+    fn rate(&self, body: usize, lane: usize) -> Vec3<f64> {
+        let w = pick(self.velocities[body].angular, lane);
+        let is_rate = self.given[body].lane(lane) >= 0.0 || self.is_fixed(body, lane);
+        if is_rate { w } else { rate(w, self.last_dt.lane(lane)) }
+    }
+
+    /// The solver's variable of a segment's rotation, and half the length of the step that it is of: the last one, or the
+    /// one under way where the rate was given since.
+    pub(super) fn variable(&self, body: usize, last_half: T) -> (Vec3<T>, T) {
+        let (mut w, mut half) = (self.velocities[body].angular, last_half);
+        for lane in 0..T::LANES {
+            if self.given[body].lane(lane) >= 0.0 {
+                let given = variable(pick(w, lane), self.dt);
+                put(&mut w, lane, given.0);
+                half.set_lane(lane, 0.5 * self.dt);
+            }
+        }
+        (w, half)
+    }
+
+    /// A step has ended in the lanes where `active` >= 0: given rates have become the solver's variables there.
+    pub(super) fn take_in(&mut self, active: T) {
+        if self.has_given {
+            self.given.iter_mut().for_each(|given| *given = active.select(T::splat(-1.0), *given));
+            self.has_given = self.given.iter().any(|given| (0..T::LANES).any(|lane| given.lane(lane) >= 0.0));
+        }
+        for Moved { lane, body, motion } in &self.moved {
+            if active.lane(*lane) >= 0.0 {
+                copy_spatial(&mut self.velocities[*body], *lane, &motion.velocity, 0);
+            }
+        }
+    }
+}
