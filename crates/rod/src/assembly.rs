@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
-use crate::{Air, Body, Damping, Joint, Load, Material, Model, Pose, Section, Segment, State, Stretch};
+use crate::{Air, Body, Damping, Joint, Load, Material, Model, ModelError, Pose, Section, Segment, State, Stretch};
 
 /// The shape in which a rod has no bend-twist energy.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub enum RestShape {
 /// A rod to be built.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodSpec {
-    /// Centreline [m]: one segment between each two consecutive nodes, which must not coincide.
+    /// Centreline [m]: at least two nodes, and one segment between each two consecutive ones, which must not coincide.
     pub nodes: Vec<Vector3<f64>>,
     /// Whether a further segment joins the last node to the first, and the last segment to the first.
     pub closed: bool,
@@ -54,8 +54,31 @@ impl RodSpec {
         }
     }
 
-    fn radius(&self, segment: usize) -> f64 {
-        self.radii[segment.min(self.radii.len() - 1)]
+    /// Number of segments and of joints between them.
+    fn counts(&self) -> (usize, usize) {
+        let open = self.nodes.len().saturating_sub(1);
+        match self.closed {
+            true if open > 1 => (open + 1, open + 1),
+            true => (open + 1, open),
+            false => (open, open.saturating_sub(1)),
+        }
+    }
+
+    /// Checks that there are as many nodes, radii and rest vectors as there must be; `rod` is the rod's index.
+    fn validate(&self, rod: usize) -> Result<(), ModelError> {
+        let (segments, joints) = self.counts();
+        let check = |quantity, found: usize, ok: bool, allowed: String| {
+            if ok { Ok(()) } else { Err(ModelError::Count { what: "rod", index: rod, quantity, found, allowed }) }
+        };
+        let nodes = self.nodes.len();
+        check("nodes", nodes, nodes >= 2, "2 or more".to_owned())?;
+        let radii = self.radii.len();
+        check("radii", radii, radii == 1 || radii == segments, format!("1, or one a segment ({segments})"))?;
+        if let RestShape::PerJoint(omegas) = &self.rest {
+            let found = omegas.len();
+            check("rest Darboux vectors", found, found == joints, format!("one a joint ({joints})"))?;
+        }
+        Ok(())
     }
 }
 
@@ -66,6 +89,9 @@ struct Half {
 }
 
 /// A [`Model`] and its first [`State`] in the making.
+///
+/// No step panics or fails. The first one that cannot be done, because it names a segment that does not exist or a rod whose
+/// lists are too short, is left out and remembered in [`Model::mistake`], so that [`Model::validate`] says what was wrong.
 #[derive(Clone, Debug, Default)]
 pub struct Assembly {
     model: Model,
@@ -94,16 +120,22 @@ impl Assembly {
     }
 
     /// Adds a rod at rest (velocities zero) and returns the range of its segments.
+    ///
+    /// A mistake, and no segment, where `spec` has fewer than two nodes, radii that are neither one nor one a segment, or
+    /// rest vectors that are not one a joint.
     pub fn rod(&mut self, spec: &RodSpec) -> Range<usize> {
+        let first = self.model.segments.len();
+        if !self.succeeds(spec.validate(self.rods)) {
+            return first..first;
+        }
         let mut nodes = spec.nodes.clone();
         if spec.closed {
             nodes.extend(spec.nodes.first());
         }
-        let first = self.model.segments.len();
         for (i, pose) in frames(&nodes, spec.twist).into_iter().enumerate() {
             self.model.segments.push(Segment {
                 length: (nodes[i + 1] - nodes[i]).norm(),
-                radius: spec.radius(i),
+                radius: if spec.radii.len() == 1 { spec.radii[0] } else { spec.radii[i] },
                 density: spec.material.density,
                 added_mass: 0.0,
                 fixed: false,
@@ -116,9 +148,7 @@ impl Assembly {
             self.state.angular_velocities.push(Vector3::zeros());
         }
         self.rods += 1;
-        let segments = first..self.model.segments.len();
-        let count = segments.len();
-        let joints = if spec.closed && count > 2 { count } else { count.saturating_sub(1) };
+        let (count, joints) = spec.counts();
         for k in 0..joints {
             let (a, b) = (first + k, first + (k + 1) % count);
             let mut joint = self.joint([(a, 1.0), (b, 0.0)], &[self.half(a), self.half(b)]);
@@ -132,12 +162,16 @@ impl Assembly {
             };
             self.set_last_rest(rest);
         }
-        segments
+        first..first + count
     }
 
     /// Joins the start of `branch` (a range returned by [`Assembly::rod`]) to segment `parent`, at `fraction` of its
-    /// length (0 its start, 1 its end), at the angle they have now. The joint is made of the branch's material.
+    /// length (0 its start, 1 its end), at the angle they have now. The joint is made of the branch's material. A mistake
+    /// where there is no such segment.
     pub fn branch(&mut self, parent: usize, fraction: f64, branch: &Range<usize>) -> &mut Self {
+        if !self.has_rod("branch", branch) || !self.has_segments("branch", &[parent]) {
+            return self;
+        }
         self.align(parent, branch);
         self.join(parent, fraction, branch.start, 0.0)
     }
@@ -174,8 +208,11 @@ impl Assembly {
     }
 
     /// Joins two segments where they are, at fractions of their lengths (0 the start, 1 the end), at rest as they are.
-    /// The joint is made of the material of `b` and bends over one segment of `b`.
+    /// The joint is made of the material of `b` and bends over one segment of `b`. A mistake where there is no such segment.
     pub fn join(&mut self, a: usize, fraction_a: f64, b: usize, fraction_b: f64) -> &mut Self {
+        if !self.has_segments("joint", &[a, b]) {
+            return self;
+        }
         let half = || self.half(b);
         let mut joint = self.joint([(a, fraction_a), (b, fraction_b)], &[half(), half()]);
         joint.rest_darboux = self.current_darboux(&joint);
@@ -183,20 +220,22 @@ impl Assembly {
         self
     }
 
-    /// Fixes a segment where it is (the paper's clamp).
+    /// Fixes a segment where it is (the paper's clamp). A mistake where there is no such segment.
     pub fn fix(&mut self, segment: usize) -> &mut Self {
-        self.model.segments[segment].fixed = true;
+        if self.has_segments("fixed segment", &[segment]) {
+            self.model.segments[segment].fixed = true;
+        }
         self
     }
 
-    /// Joins the start face of an open rod to the ground over half a segment.
+    /// Joins the start face of an open rod to the ground over half a segment. A mistake where the range holds no segment.
     pub fn clamp_start(&mut self, rod: &Range<usize>) -> &mut Self {
-        self.clamp_face(rod.start, -0.5, rod.len() > 1)
+        self.clamp_face(rod, rod.start, -0.5)
     }
 
-    /// Joins the end face of an open rod to the ground over half a segment.
+    /// Joins the end face of an open rod to the ground over half a segment. A mistake where the range holds no segment.
     pub fn clamp_end(&mut self, rod: &Range<usize>) -> &mut Self {
-        self.clamp_face(rod.end - 1, 0.5, rod.len() > 1)
+        self.clamp_face(rod, rod.end.saturating_sub(1), 0.5)
     }
 
     /// Adds a load.
@@ -205,9 +244,11 @@ impl Assembly {
         self
     }
 
-    /// Adds `mass` [kg] at the centre of a segment.
+    /// Adds `mass` [kg] at the centre of a segment. A mistake where there is no such segment.
     pub fn add_mass(&mut self, segment: usize, mass: f64) -> &mut Self {
-        self.model.segments[segment].added_mass += mass;
+        if self.has_segments("added mass", &[segment]) {
+            self.model.segments[segment].added_mass += mass;
+        }
         self
     }
 
@@ -221,9 +262,37 @@ impl Assembly {
         &mut self.model
     }
 
-    /// The model and its first state.
+    /// The model and its first state; [`Model::validate`] says whether all steps could be done.
     pub fn finish(self) -> (Model, State) {
         (self.model, self.state)
+    }
+
+    /// Whether a step can be done; remembers the first that cannot.
+    fn succeeds(&mut self, checked: Result<(), ModelError>) -> bool {
+        let is_ok = checked.is_ok();
+        if let (None, Err(mistake)) = (&self.model.mistake, checked) {
+            self.model.mistake = Some(mistake);
+        }
+        is_ok
+    }
+
+    /// Whether rods of this assembly have all these `segments`, asked for by `what`; a mistake if not.
+    fn has_segments(&mut self, what: &'static str, segments: &[usize]) -> bool {
+        let lists =
+            [self.made_of.len(), self.model.segments.len(), self.state.positions.len(), self.state.orientations.len()];
+        let count = lists.into_iter().fold(usize::MAX, usize::min);
+        let missing = segments.iter().find(|&&segment| segment >= count);
+        self.succeeds(missing.map_or(Ok(()), |&to| {
+            Err(ModelError::Index { what, index: self.model.joints.len(), target: "segment", to, count })
+        }))
+    }
+
+    /// Whether `rod` is a range of one or more segments of this assembly; a mistake if not.
+    fn has_rod(&mut self, what: &'static str, rod: &Range<usize>) -> bool {
+        let (index, allowed) = (self.model.joints.len(), "1 or more".to_owned());
+        let none = ModelError::Count { what, index, quantity: "segments", found: 0, allowed };
+        let checked = if rod.is_empty() { Err(none) } else { Ok(()) };
+        self.succeeds(checked) && self.has_segments(what, &[rod.start, rod.end - 1])
     }
 
     /// What segment `i` contributes to a joint at one of its ends.
@@ -238,7 +307,12 @@ impl Assembly {
         self.composed(ends.map(end), halves, ends[1].0)
     }
 
-    fn clamp_face(&mut self, segment: usize, side: f64, has_neighbour: bool) -> &mut Self {
+    /// Clamps the face of `segment`, an end of `rod`, that lies at `side` of its centre (in lengths).
+    fn clamp_face(&mut self, rod: &Range<usize>, segment: usize, side: f64) -> &mut Self {
+        if !self.has_rod("clamp", rod) {
+            return self;
+        }
+        let has_neighbour = rod.len() > 1;
         let length = self.model.segments[segment].length;
         let pose = Pose {
             position: self.state.positions[segment] + self.state.axis(segment) * (side * length),

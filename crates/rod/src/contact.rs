@@ -3,6 +3,7 @@
 use nalgebra::{Unit, Vector3};
 
 use crate::ModelError;
+use crate::model::unit;
 
 /// Coulomb friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -133,7 +134,8 @@ impl ObstacleShape {
         match self {
             ObstacleShape::HalfSpace { point, normal } => {
                 finite("point", point)?;
-                finite("normal", normal)
+                finite("normal", normal)?;
+                unit(what, index, "length of the normal", normal.norm())
             }
             ObstacleShape::Sphere { centre, radius } => {
                 finite("centre", centre)?;

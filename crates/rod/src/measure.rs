@@ -1,4 +1,5 @@
-//! What one measures of a state: energies, momenta, lengths.
+//! What one measures of a state: energies, momenta, lengths. All of it expects a model and a state that pass
+//! [`Model::validate`].
 
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -27,7 +27,7 @@ pub struct Segment {
     pub added_mass: f64,
     /// A fixed segment keeps its velocity whatever acts on it (the paper's clamp); at rest it stays where it is.
     pub fixed: bool,
-    /// Index of the rod that the segment belongs to.
+    /// Index of the rod that the segment belongs to; below the number of segments.
     pub rod: usize,
 }
 
@@ -135,6 +135,8 @@ pub struct Model {
     pub contacts: Contacts,
     /// The air about the segments; `None` where it is not felt.
     pub air: Option<Air>,
+    /// The first step of an [`crate::Assembly`] that could not be done; [`Model::validate`] returns it.
+    pub mistake: Option<ModelError>,
 }
 
 /// What moves: arrays with one entry a segment.
@@ -170,16 +172,30 @@ pub enum ModelError {
     /// An index points outside of the model.
     #[error("{what} {index}: {target} {to} does not exist (there are {count})")]
     Index {
-        /// "joint" or "load".
+        /// What points there: "joint", "load", "segment", or a step of an assembly.
         what: &'static str,
-        /// Index of the offender.
+        /// Index of the offender; in an assembly, of the next joint.
         index: usize,
-        /// "segment" or "anchor".
+        /// "segment", "anchor" or "rod".
         target: &'static str,
         /// The index it points to.
         to: usize,
         /// How many of the target there are.
         count: usize,
+    },
+    /// A list of an assembly's step is too short or too long.
+    #[error("{what} {index}: {found} {quantity}, but there must be {allowed}")]
+    Count {
+        /// "rod", "branch" or "clamp".
+        what: &'static str,
+        /// Index of the rod, or of the next joint.
+        index: usize,
+        /// What the list holds.
+        quantity: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        allowed: String,
     },
     /// A joint that holds no segment, or the same segment twice.
     #[error("joint {index}: it must hold two different bodies, at least one of them a segment")]
@@ -198,7 +214,7 @@ pub enum ModelError {
 }
 
 impl Model {
-    /// Pose of a joint's body in `state`.
+    /// Pose of a joint's body in `state`, both of which must exist.
     pub fn pose(&self, body: Body, state: &State) -> Pose {
         match body {
             Body::Segment(i) => Pose { position: state.positions[i], orientation: state.orientations[i] },
@@ -206,7 +222,7 @@ impl Model {
         }
     }
 
-    /// Checks every number and index, and that `state` fits.
+    /// Checks every number and index, and that `state` fits: what all functions that take a model and a state expect.
     ///
     /// # Errors
     /// The first thing found wrong, with the place and what is allowed.
@@ -230,7 +246,14 @@ impl Model {
             None => Ok(()),
             Some(&value) => Err(ModelError::Value { what, index, quantity, value, allowed: FINITE }),
         };
+        if let Some(mistake) = &self.mistake {
+            return Err(mistake.clone());
+        }
         for (i, s) in self.segments.iter().enumerate() {
+            let count = self.segments.len();
+            if s.rod >= count {
+                return Err(ModelError::Index { what: "segment", index: i, target: "rod", to: s.rod, count });
+            }
             positive("segment", i, "length", s.length)?;
             positive("segment", i, "radius", s.radius)?;
             positive("segment", i, "density", s.density)?;
@@ -250,6 +273,7 @@ impl Model {
         for (i, a) in self.anchors.iter().enumerate() {
             finite("anchor", i, "position", a.position.as_slice())?;
             finite("anchor", i, "orientation", a.orientation.as_vector().as_slice())?;
+            unit("anchor", i, "norm of the orientation", a.orientation.as_vector().norm())?;
         }
         for (i, l) in self.loads.iter().enumerate() {
             if l.segment >= self.segments.len() {
@@ -305,9 +329,21 @@ impl Model {
                     return Err(ModelError::Value { what: "segment", index, quantity, value, allowed: "finite" });
                 }
             }
+            unit("segment", index, "norm of the orientation", state.orientations[index].as_vector().norm())?;
         }
         Ok(())
     }
+}
+
+/// How far from 1 the norm of a quaternion or of a unit vector may be.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+/// Checks a norm that must be 1.
+pub(crate) fn unit(what: &'static str, index: usize, quantity: &'static str, value: f64) -> Result<(), ModelError> {
+    if (value - 1.0).abs() <= UNIT_TOLERANCE {
+        return Ok(());
+    }
+    Err(ModelError::Value { what, index, quantity, value, allowed: "1 to within 1e-6" })
 }
 
 impl State {
