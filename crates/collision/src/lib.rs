@@ -3,17 +3,14 @@
 //! - [`hash`]: all pairs of overlapping boxes, in time that grows linearly with their number.
 //! - [`closest`]: closest points of line segments, which are the centre lines of capsules.
 //! - [`sweep`]: the first touch of capsules whose ends move during a step.
-//! - [`half_space`]: the lowest points of a capsule above a plane.
 //!
 //! Lengths are in any one unit, here called m.
 
 pub mod closest;
-pub mod half_space;
 pub mod hash;
 pub mod shape;
 pub mod sweep;
 
-pub use half_space::HalfSpace;
 pub use hash::SpatialHash;
 pub use shape::{Aabb, Capsule};
 pub use sweep::MovingCapsule;

@@ -12,8 +12,7 @@ use crate::shape::{Aabb, Capsule};
 
 /// Capsules touch when their centre lines come within the sum of radii times one plus this.
 pub const TOLERANCE: f64 = 1e-3;
-/// Most advances of a pair. One is the median of random motions, 20 their 99th percentile; slow are those of a rod that
-/// turns while it passes close by.
+/// Most advances of a pair. A few do for random motions; a rod that turns while it passes close by takes more.
 const ADVANCES: usize = 1000;
 
 /// A capsule whose ends move linearly over a step, from time 0 to time 1.
@@ -75,9 +74,9 @@ impl MovingCapsule {
 /// First touch of two capsules, at least one of which has a radius above zero. Those that already touch at time 0 touch
 /// then. Where the centre lines cross at time 0, the normal is perpendicular to both and against the relative motion.
 ///
-/// `None` proves that the lines do not come within the sum of radii. A touch has a distance of at most this sum times one
-/// plus [`TOLERANCE`], or else, in motions which stay on the brink too long for 1000 advances, its time is that up
-/// to which no touch is proven, and its distance tells.
+/// `None` proves that the lines do not come within the sum of radii. The distance of a touch is at most this sum times one
+/// plus [`TOLERANCE`]. Motions that stay just outside of it for more than 1000 advances come back as a touch of a larger
+/// distance, at the time up to which no touch is proven.
 pub fn first_touch(a: &MovingCapsule, b: &MovingCapsule) -> Option<Touch> {
     let radii = a.radius + b.radius;
     // Half of the tolerance is aimed at, so that each advance has a least length.
@@ -122,9 +121,10 @@ fn relative_speed(ways_a: &[Vector3<f64>; 2], ways_b: &[Vector3<f64>; 2]) -> f64
     speed(&ways_a[0]).max(speed(&ways_a[1]))
 }
 
-/// Unit vector perpendicular to crossing lines, pointing against the relative motion of a.
+/// Unit vector perpendicular to lines a and b that cross, pointing against the relative `motion` of a [any unit]. For lines
+/// that are parallel or points: perpendicular to the longer one, or along the motion, or along an axis.
 #[cold]
-fn crossing_normal(a: &[Vector3<f64>; 2], b: &[Vector3<f64>; 2], motion: &Vector3<f64>) -> Vector3<f64> {
+pub fn crossing_normal(a: &[Vector3<f64>; 2], b: &[Vector3<f64>; 2], motion: &Vector3<f64>) -> Vector3<f64> {
     let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
     let longer = if along_a.norm() < along_b.norm() { along_b } else { along_a };
     let axis = Vector3::ith(longer.iamin(), 1.0);

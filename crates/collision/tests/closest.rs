@@ -1,7 +1,6 @@
-//! Closest points against parry, against a finer search where parry gives up digits, and lowest points.
+//! Closest points against parry, and against a finer search where parry gives up digits.
 
 use collision::closest::{Closest, point, segments};
-use collision::{Capsule, HalfSpace};
 use nalgebra::{Rotation3, Vector3};
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query;
@@ -147,23 +146,4 @@ fn points() {
     assert_eq!(point(&[line[0], line[0]], &line[1]), 0.0);
     let same = segments(&[line[0], line[0]], &[line[0], line[0]]);
     assert_eq!((same.distance, same.on_a), (0.0, line[0]));
-}
-
-#[test]
-fn lowest_points_bound_the_capsule() {
-    let mut random = ChaCha8Rng::seed_from_u64(5);
-    for _ in 0..1000 {
-        let ground = HalfSpace { normal: vector(&mut random).normalize(), offset: random.random_range(-1.0..1.0) };
-        let capsule = Capsule { start: vector(&mut random), end: vector(&mut random), radius: 0.2 };
-        let lowest = ground.lowest_points(&capsule);
-        let height = lowest[0].height.min(lowest[1].height);
-        for point in lowest {
-            assert!((ground.height(&point.point) - point.height).abs() < 1e-15);
-        }
-        for _ in 0..20 {
-            let middle = capsule.start.lerp(&capsule.end, random.random_range(0.0..1.0));
-            let surface = middle + vector(&mut random).normalize() * capsule.radius;
-            assert!(ground.height(&surface) >= height - 1e-15);
-        }
-    }
 }

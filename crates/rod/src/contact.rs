@@ -74,6 +74,9 @@ pub struct Contacts {
     pub between_segments: Option<Surface>,
     /// What stands about.
     pub obstacles: Vec<Obstacle>,
+    /// Whether bodies may overlap at the start. They are moved apart at a bounded speed then; otherwise a model that starts
+    /// with an overlap is refused.
+    pub allow_overlap: bool,
 }
 
 impl Contacts {
@@ -110,6 +113,15 @@ impl Surface {
 }
 
 impl ObstacleShape {
+    /// What it is, in a word: "plane", "sphere" or "capsule".
+    pub fn kind(&self) -> &'static str {
+        match self {
+            ObstacleShape::HalfSpace { .. } => "plane",
+            ObstacleShape::Sphere { .. } => "sphere",
+            ObstacleShape::Capsule { .. } => "capsule",
+        }
+    }
+
     /// Ends of the axis [m] and radius [m]; a sphere's axis is its centre twice. `None` for what has no end.
     pub fn capsule(&self) -> Option<([Vector3<f64>; 2], f64)> {
         match *self {

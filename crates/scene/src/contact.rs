@@ -13,7 +13,8 @@ use crate::shape::{NODE_DISTANCE, number_or};
 /// What segments can touch, and the obstacles' names.
 pub(crate) fn contacts(source: &Source, file: &format::File) -> Result<(Contacts, Vec<String>)> {
     let between_segments = file.contact.as_ref().map(|c| surface(source, &c.friction, &c.restitution)).transpose()?;
-    let mut contacts = Contacts { between_segments, obstacles: Vec::with_capacity(file.obstacles.len()) };
+    let allow_overlap = file.contact.as_ref().is_some_and(|contact| contact.allow_overlap);
+    let mut contacts = Contacts { between_segments, allow_overlap, ..Contacts::default() };
     let mut names = Vec::with_capacity(file.obstacles.len());
     let mut known = HashSet::new();
     for (i, entry) in file.obstacles.iter().enumerate() {

@@ -226,6 +226,7 @@ fn one_line(text: &str) -> String {
 /// What serde calls types, in a user's words.
 fn plain_words(expected: &str) -> String {
     match expected {
+        "a boolean" => "true or false".to_owned(),
         "f64" => "a number".to_owned(),
         "i64" => "a whole number".to_owned(),
         "u64" => "a whole number >= 0".to_owned(),

@@ -11,7 +11,7 @@ use scene::Scene;
 use solver::auto::Choice;
 use solver::component::Members;
 use solver::guess::GuessKind;
-use solver::simulation::{GuessFactory, Settings, Simulation};
+use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
@@ -50,6 +50,14 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let guess = Guess::load(name, &training)?;
     let plane = asked_plane.or_else(|| guess.own_plane(&scene));
     training.say_foreign(&[name], &scene)?;
+    let simulation = match (args.end_to_end, &guess) {
+        (Some(predictions), Guess::Learned(learned)) => predicted(&scene, &settings, learned, plane, predictions),
+        _ => solved(&scene, &settings, &guess, choice.as_ref(), plane),
+    };
+    let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
+        Some(SimulationError::Overlap(_)) => error.context(scene_args.scene.clone()),
+        _ => error,
+    })?;
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let label = label(&scene, &settings, name, args);
@@ -64,10 +72,6 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
             scene.run.dt
         )?;
     }
-    let mut simulation = match (args.end_to_end, &guess) {
-        (Some(predictions), Guess::Learned(learned)) => predicted(&scene, &settings, learned, plane, predictions)?,
-        _ => solved(&scene, &settings, &guess, choice.as_ref(), plane)?,
-    };
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
     let course = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;

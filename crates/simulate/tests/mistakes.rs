@@ -200,6 +200,32 @@ fn scenes() {
     assert_eq!(error(&[&scene]), format!("error: cannot read the scene {scene}: stream did not contain valid UTF-8"));
 }
 
+/// Bodies that overlap at the start: the pair that does so most, in the words of the model.
+#[test]
+fn overlaps() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("cross.toml").to_str().expect("UTF-8").to_owned();
+    let rod = |start: &str, direction: &str| {
+        let shape = format!("{{ length_m = 2, segments = 4, start_m = {start}, direction = {direction} }}");
+        format!("[[rods]]\nradius_m = 0.05\nshape.straight = {shape}\n")
+    };
+    let write = |text: &str| fs::write(&file, format!("{text}{}", rod("[0, 0, 0]", "[1, 0, 0]"))).expect("a scene");
+    let crossing = rod("[0.3, -0.8, 0.08]", "[0, 1, 0]");
+    let advice = "move them apart, or allow it (`allow_overlap`)";
+    write(&format!("contact = {{}}\n{crossing}"));
+    let found = error(&[&file]);
+    let expected = "segment 1 (rod 0) and segment 4 (rod 1) overlap by 0.02 m at the start";
+    assert_eq!(found, format!("error: {file}: {expected}; {advice}"));
+    assert_eq!(error(&[&file, "--json", "--contacts", "alternating"]), found);
+    write("[[obstacles]]\nshape.plane.point_m = [0, 0, 0.02]\n");
+    let expected = "segment 0 (rod 0) overlaps obstacle 0 (a plane) by 0.07 m at the start, and 3 other pairs too";
+    assert_eq!(error(&[&file]), format!("error: {file}: {expected}; {advice}"));
+    // Small enough to be within the tolerance, or allowed.
+    assert_eq!(run(&[&file, "--contact-tolerance", "2", "--steps", "1"]).status.code(), Some(0));
+    write(&format!("contact.allow_overlap = true\n{crossing}"));
+    assert_eq!(run(&[&file, "--steps", "1"]).status.code(), Some(0));
+}
+
 /// A place that cannot be written to is found out before the run, however long that would be.
 #[test]
 fn places_to_write() {

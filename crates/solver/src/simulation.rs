@@ -7,6 +7,7 @@ use rod::{JointForce, Model, ModelError, State};
 use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
+use crate::contact::{PairFilter, refuse_overlaps};
 use crate::counters::Counters;
 use crate::formulation::ContactProjection;
 use crate::guess::InitialGuess;
@@ -21,6 +22,8 @@ use crate::unit::{Group, Line9, Single, Unit};
 pub const GROUP: usize = 8;
 /// Below this many segments in all, threads cost more than they bring.
 pub(crate) const PARALLEL_SEGMENTS: usize = 256;
+
+pub use crate::contact::{ContactParams, ContactParamsError, Overlap, Overlapped};
 
 /// How to simulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,6 +62,12 @@ pub enum SimulationError {
         /// Number of obstacles.
         obstacles: usize,
     },
+    /// Bodies overlap at the start.
+    #[error(transparent)]
+    Overlap(#[from] Overlap),
+    /// A contact parameter is not allowed.
+    #[error(transparent)]
+    ContactParams(#[from] ContactParamsError),
     /// A time step that is not positive and finite.
     #[error("time step dt = {0} s, but it must be finite and > 0")]
     TimeStep(f64),
@@ -95,7 +104,8 @@ impl Simulation {
     /// the solver is direct and no guess is made for any of them.
     ///
     /// # Errors
-    /// If model, state or settings do not fit together.
+    /// If model, state or settings do not fit together, or bodies that can touch overlap by more than
+    /// `contact_tolerance` and [`rod::Contacts::allow_overlap`] does not allow it.
     pub fn new(
         model: &Model,
         state: &State,
@@ -125,7 +135,7 @@ impl Simulation {
                 singles.push(Single::new(component, members, Line9::Solved { solver, guess }));
             }
         }
-        Self::of(model, units, singles, settings.step)
+        Self::of(model, state, units, singles, settings.step)
     }
 
     /// A simulation whose constraint projections are predicted instead of solved: the paper's end-to-end comparison.
@@ -134,7 +144,7 @@ impl Simulation {
     /// them.
     ///
     /// # Errors
-    /// If model and state do not fit together.
+    /// If model and state do not fit together, or bodies overlap as in [`Simulation::new`].
     pub fn end_to_end(
         model: &Model,
         state: &State,
@@ -150,20 +160,24 @@ impl Simulation {
         };
         let singles = split(model).into_iter().map(single).collect();
         let contact_projection = ContactProjection::Alternating;
-        Self::of(model, Vec::new(), singles, StepParams { contact_projection, max_halvings: 0, ..*params })
+        Self::of(model, state, Vec::new(), singles, StepParams { contact_projection, max_halvings: 0, ..*params })
     }
 
     /// A simulation of these units and sets, which go in step where they can touch.
     fn of(
         model: &Model,
+        state: &State,
         mut units: Vec<Unit>,
         singles: Vec<Single>,
         params: StepParams,
     ) -> Result<Self, SimulationError> {
+        params.contact.validate()?;
         if model.contacts.is_empty() {
             units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
         } else {
-            units.push(Unit::Touching(Box::new(Touching::new(model, singles, params.contact_projection)?)));
+            let filter = PairFilter::new(model);
+            refuse_overlaps(model, state, &filter, params.contact_tolerance)?;
+            units.push(Unit::Touching(Box::new(Touching::new(model, singles, filter, &params)?)));
         }
         Ok(Self { units, params, segments: model.segments.len(), time: 0.0, time_lost: 0.0 })
     }

@@ -1,6 +1,7 @@
 //! Algorithm 1 (paper, section 3) for one connected set of segments: predict, outer iterations, velocities.
 
 use crate::component::{Component, Residuals};
+use crate::contact::ContactParams;
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::guess::InitialGuess;
@@ -24,6 +25,8 @@ pub struct StepParams {
     pub contact_tolerance: f64,
     /// How contacts are projected.
     pub contact_projection: ContactProjection,
+    /// How contacts are found and solved, in numbers.
+    pub contact: ContactParams,
     /// Cap on the outer iterations of a step; where it may be halved, one that still converges at the cap may take as many
     /// again, which costs less than doing it over.
     pub max_iterations: usize,
@@ -39,6 +42,7 @@ impl StepParams {
         absolute_tolerance: 1e-9,
         contact_tolerance: 1e-3,
         contact_projection: ContactProjection::Coupled,
+        contact: ContactParams::DEFAULT,
         max_iterations: 30,
         max_halvings: 6,
     };

@@ -3,9 +3,9 @@
 use std::cmp::Reverse;
 
 use rayon::prelude::*;
-use rod::{Body, Contacts, Model};
+use rod::{Body, Model};
 
-use crate::contact::{Shape, Stage, TooManyContacts};
+use crate::contact::{PairFilter, Shape, Stage, TooManyContacts};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
@@ -16,12 +16,6 @@ use crate::step::{
     Attempt, Interval, NoGuess, Start, Status, StepParams, begin, count_solve, evaluate, may_go_on, solve, update,
 };
 use crate::unit::{Line9, Single, accept, finish};
-
-/// Residual of the rods' own constraints that is always good enough, relative to the tolerance of contacts.
-const RODS: f64 = 0.01;
-
-/// An error so many times the least so far is not coming back.
-const LOST: f64 = 1e4;
 
 /// How the step of a connected set stands.
 struct Turn {
@@ -48,9 +42,9 @@ impl Touching {
     pub(crate) fn new(
         model: &Model,
         mut units: Vec<Single>,
-        projection: ContactProjection,
+        filter: PairFilter,
+        params: &StepParams,
     ) -> Result<Self, SolverError> {
-        debug_assert_ne!(model.contacts, Contacts::default());
         let nothing = Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2] };
         let mut shapes = vec![nothing; model.segments.len()];
         for (component, unit) in units.iter_mut().enumerate() {
@@ -79,7 +73,7 @@ impl Touching {
                 shapes[other].ends[end] = false;
             }
         }
-        let stage = Stage::new(model, shapes, &units, projection)?;
+        let stage = Stage::new(model, shapes, filter, &units, params)?;
         let (turns, counters) = (Vec::with_capacity(units.len()), Counters::default());
         let segments = model.segments.len();
         Ok(Self { units, stage, turns, counters, status: Status::Converged, segments })
@@ -157,7 +151,7 @@ impl Touching {
         self.with_stage(|stage, units, counters| stage.begin(units, guessed, counters));
         let mut contact = self.observe(params, 0);
         self.each(|unit, turn| {
-            turn.attempt.target = turn.attempt.target.max(RODS * params.contact_tolerance);
+            turn.attempt.target = turn.attempt.target.max(params.contact.rods_share * params.contact_tolerance);
             turn.takes_part = true;
             if guessed {
                 // Contacts press from the start.
@@ -174,7 +168,7 @@ impl Touching {
                 break;
             }
             best = best.min(now);
-            if !may_go_on(iteration, now, before, params) || now > LOST * best {
+            if !may_go_on(iteration, now, before, params) || now > params.contact.lost * best {
                 return Status::OutOfIterations;
             }
             before = now;
@@ -228,7 +222,7 @@ impl Touching {
         let formulation = params.formulation;
         self.project(iteration, formulation);
         let solved = self.with_stage(|stage, units, counters| {
-            stage.correct(units, formulation);
+            stage.keep_corrections(units, formulation);
             if iteration == 0 && !guessed && stage.is_far() {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
@@ -265,7 +259,7 @@ impl Touching {
         });
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, units, counters| {
-            stage.correct(units, Formulation::Xpbd);
+            stage.keep_corrections(units, Formulation::Xpbd);
             stage.solve(units, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();

@@ -31,6 +31,7 @@ fn on_the_ground(mut assembly: Assembly, friction: f64) -> Assembly {
     assembly.model_mut().contacts = Contacts {
         between_segments: Some(surface(friction)),
         obstacles: vec![half_space(Vector3::zeros(), Vector3::z(), friction)],
+        ..Contacts::default()
     };
     assembly
 }

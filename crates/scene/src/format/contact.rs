@@ -12,6 +12,8 @@ use super::{Number, Vector};
 pub(crate) struct Contact {
     pub(crate) friction: Option<Spanned<Friction>>,
     pub(crate) restitution: Option<Number>,
+    #[serde(default)]
+    pub(crate) allow_overlap: bool,
 }
 
 #[derive(Deserialize)]

@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 
 use crate::kernel::math::Vec3;
 
-pub(crate) fn to(v: Vec3<f64>) -> Vector3<f64> {
+pub(crate) fn to_nalgebra(v: Vec3<f64>) -> Vector3<f64> {
     Vector3::from(v.0)
 }
 
-pub(crate) fn from(v: &Vector3<f64>) -> Vec3<f64> {
+pub(crate) fn to_kernel(v: &Vector3<f64>) -> Vec3<f64> {
     Vec3([v.x, v.y, v.z])
 }

@@ -1,5 +1,6 @@
 //! The Delassus operator `W = J P J^T` of the contacts that may press, P being how the bodies answer impulses.
 
+use super::TooManyContacts;
 use super::geometry::{Contact, Partner, Shape};
 use super::problem::{Pattern, Problem};
 use crate::kernel::Spatial;
@@ -7,9 +8,6 @@ use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::linear::response::{COLUMNS, Columns, Response};
 use crate::unit::Single;
-
-/// Blocks of the operator, at most: 600 MB.
-const MOST_BLOCKS: usize = 8_000_000;
 
 /// A contact's side: its component, body, arm and sign.
 #[derive(Clone, Copy)]
@@ -61,7 +59,10 @@ fn sides(contact: &Contact, shapes: &[Shape], component: u32) -> [Option<Side>; 
 
 impl Coupling {
     /// Puts the operator of `(contacts, active)`, all and those that may press, together: P is the answer of whole
-    /// components, joints included. Returns false where it would have more than [`MOST_BLOCKS`].
+    /// components, joints included.
+    ///
+    /// # Errors
+    /// If it would have more than `most_blocks`.
     pub(crate) fn assemble(
         &mut self,
         (contacts, active): (&[Contact], &[u32]),
@@ -69,11 +70,12 @@ impl Coupling {
         components: &[Single],
         responses: &mut [Response],
         problem: &mut Problem,
-    ) -> bool {
+        most_blocks: usize,
+    ) -> Result<(), TooManyContacts> {
         self.group(contacts, active, shapes, components.len());
         let blocks = |group: &[usize]| (group[1] - group[0]).pow(2);
-        if self.start.windows(2).map(blocks).sum::<usize>() > MOST_BLOCKS {
-            return false;
+        if self.start.windows(2).map(blocks).sum::<usize>() > most_blocks {
+            return Err(TooManyContacts);
         }
         let Self { components: pushed, start, members, impulses, groups, .. } = self;
         problem.reset(&Pattern { start, members }, groups);
@@ -103,7 +105,7 @@ impl Coupling {
             }
         }
         problem.close();
-        true
+        Ok(())
     }
 
     /// Sorts the contacts by the components they push.

@@ -4,22 +4,19 @@ use collision::{Aabb, SpatialHash};
 use nalgebra::Vector3;
 use rod::{Contacts, Model, ObstacleShape, Surface};
 
-use super::convert::{from, to};
-use super::exclusion::Exclusion;
+use super::convert::{to_kernel, to_nalgebra};
+use super::exclusion::PairFilter;
 use super::geometry::{Contact, Feature, Partner, Shape, World};
+use super::params::ContactParams;
 use crate::kernel::math::Vec3;
 use crate::unit::Single;
-
-/// Room around a segment's way through the step, in radii, before its pairs must be looked for again.
-const ROOM: f64 = 0.5;
-/// Squared sine of the angle below which two axes count as parallel.
-const PARALLEL: f64 = 0.03;
 
 /// Finds the possible contacts of a step.
 pub(crate) struct Detector {
     shapes: Vec<Shape>,
     contacts: Contacts,
-    exclusion: Exclusion,
+    filter: PairFilter,
+    params: ContactParams,
     hash: SpatialHash,
     /// Boxes of all segments' ways with room, then of all bounded obstacles.
     boxes: Vec<Aabb>,
@@ -29,17 +26,13 @@ pub(crate) struct Detector {
 }
 
 impl Detector {
-    /// A detector for a model whose segments are found at `shapes`.
-    pub(crate) fn new(model: &Model, shapes: Vec<Shape>) -> Self {
+    /// A detector for a model whose segments are found at `shapes`, of those pairs that pass the `filter`.
+    pub(crate) fn new(model: &Model, shapes: Vec<Shape>, filter: PairFilter, params: ContactParams) -> Self {
         let contacts = model.contacts.clone();
         let is_bounded = |&i: &u32| contacts.obstacles[i as usize].shape.capsule().is_some();
         let bounded = (0..contacts.obstacles.len() as u32).filter(is_bounded).collect();
-        let exclusion = match contacts.between_segments {
-            Some(_) => Exclusion::new(model),
-            None => Exclusion::default(),
-        };
         let (hash, boxes, pairs) = (SpatialHash::new(), Vec::new(), Vec::new());
-        Self { shapes, contacts, exclusion, hash, boxes, bounded, pairs }
+        Self { shapes, contacts, filter, params, hash, boxes, bounded, pairs }
     }
 
     /// Everything that can touch.
@@ -47,12 +40,12 @@ impl Detector {
         World { shapes: &self.shapes, obstacles: &self.contacts.obstacles }
     }
 
-    /// Whether every segment is still within the room that was looked at last.
+    /// Whether every segment is still within the box of the last search.
     pub(crate) fn covers(&self, components: &[Single]) -> bool {
         self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
             let component = &components[shape.component as usize].component;
             let ends = shape.place(&component.poses[shape.body as usize]);
-            !shape.free || ends.iter().all(|&end| within(room, to(end), shape.radius))
+            !shape.free || ends.iter().all(|&end| within(room, to_nalgebra(end), shape.radius))
         })
     }
 
@@ -64,37 +57,24 @@ impl Detector {
             let component = &components[shape.component as usize].component;
             let body = shape.body as usize;
             let poses = [&component.start[body], &component.predicted[body], &component.poses[body]];
-            let ends = poses.into_iter().flat_map(|pose| shape.place(pose)).map(to);
-            self.boxes.push(around(ends, shape.radius * (1.0 + ROOM)));
+            let ends = poses.into_iter().flat_map(|pose| shape.place(pose)).map(to_nalgebra);
+            self.boxes.push(around(ends, shape.radius * (1.0 + self.params.search_room)));
         }
         out.clear();
         self.with_half_spaces(out);
         let bounded = self.bounded.iter().filter_map(|&i| self.contacts.obstacles[i as usize].shape.capsule());
         self.boxes.extend(bounded.map(|(ends, radius)| around(ends.into_iter(), radius)));
-        if self.contacts.between_segments.is_some() || !self.bounded.is_empty() {
+        if self.filter.has_pairs(self.bounded.len()) {
             self.hash.rebuild(&self.boxes);
             let mut pairs = std::mem::take(&mut self.pairs);
             pairs.clear();
-            self.hash.pairs(|a, b| self.may_touch(a, b), &mut pairs);
+            self.hash.pairs(|a, b| self.filter.contains(a, b), &mut pairs);
             for &[a, b] in &pairs {
                 self.add_pair(a, b, components, out);
             }
             self.pairs = pairs;
         }
         out.sort_unstable_by_key(|contact| contact.key);
-    }
-
-    fn may_touch(&self, a: u32, b: u32) -> bool {
-        let segments = self.shapes.len() as u32;
-        if a >= segments {
-            return false;
-        }
-        let first = &self.shapes[a as usize];
-        if b >= segments {
-            return first.free;
-        }
-        let second = &self.shapes[b as usize];
-        self.contacts.between_segments.is_some() && (first.free || second.free) && !self.exclusion.contains(a, b)
     }
 
     fn add_pair(&self, a: u32, b: u32, components: &[Single], out: &mut Vec<Contact>) {
@@ -109,10 +89,11 @@ impl Detector {
         } else {
             let index = self.bounded[(b - segments) as usize];
             let Some((axis, _)) = self.contacts.obstacles[index as usize].shape.capsule() else { return };
-            (Partner::Obstacle(index), axis.map(|end| from(&end)), own.radius)
+            (Partner::Obstacle(index), axis.map(|end| to_kernel(&end)), own.radius)
         };
         let friction = self.surface(partner).friction;
-        let features: &[Feature] = if are_parallel(ends(a), other) { &Feature::PARALLEL } else { &[Feature::Nearest] };
+        let parallel = are_parallel(ends(a), other, self.params.parallel);
+        let features: &[Feature] = if parallel { &Feature::PARALLEL } else { &[Feature::Nearest] };
         let stands = |feature: &&Feature| match **feature {
             Feature::Nearest => true,
             Feature::Own(end) => own.ends[end as usize],
@@ -149,6 +130,11 @@ impl Detector {
         }
     }
 
+    /// Whether bodies may overlap at the start.
+    pub(crate) fn allows_overlap(&self) -> bool {
+        self.contacts.allow_overlap
+    }
+
     /// Whether any surface bounces.
     pub(crate) fn bounces(&self) -> bool {
         let all = self.contacts.obstacles.iter().map(|obstacle| obstacle.surface);
@@ -169,8 +155,9 @@ fn within(room: &Aabb, centre: Vector3<f64>, radius: f64) -> bool {
     (0..3).all(|k| room.min[k] <= centre[k] - radius && centre[k] + radius <= room.max[k])
 }
 
-fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> bool {
+/// Whether the squared sine of the angle between two axes is below `most`.
+fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2], most: f64) -> bool {
     let (a, b) = (a[1] - a[0], b[1] - b[0]);
     let size = a.norm_squared() * b.norm_squared();
-    size > 0.0 && a.cross(b).norm_squared() < PARALLEL * size
+    size > 0.0 && a.cross(b).norm_squared() < most * size
 }

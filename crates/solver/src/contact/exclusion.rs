@@ -1,4 +1,4 @@
-//! Segments that never touch because they belong together.
+//! Which pairs of bodies can touch at all: segments that belong together never do.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -6,10 +6,43 @@ use std::f64::consts::FRAC_PI_2;
 
 use rod::{Body, Model};
 
+/// Which pairs of a model's bodies can touch: its segments in order, then its obstacles that have an end.
+#[derive(Debug)]
+pub(crate) struct PairFilter {
+    /// Whether each segment moves freely.
+    free: Vec<bool>,
+    /// Pairs of segments that never touch; `None` where no segments touch each other.
+    excluded: Option<Exclusion>,
+}
+
+impl PairFilter {
+    pub(crate) fn new(model: &Model) -> Self {
+        let free = model.segments.iter().map(|segment| !segment.fixed).collect();
+        Self { free, excluded: model.contacts.between_segments.map(|_| Exclusion::new(model)) }
+    }
+
+    /// Whether bodies `a` < `b` can touch.
+    pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
+        let is_free = |i: u32| self.free.get(i as usize).copied();
+        match (is_free(a), is_free(b)) {
+            (Some(first), None) => first,
+            (Some(first), Some(second)) => {
+                (first || second) && self.excluded.as_ref().is_some_and(|excluded| !excluded.contains(a, b))
+            }
+            (None, _) => false,
+        }
+    }
+
+    /// Whether any pair of bodies with ends can touch, with so many obstacles among them.
+    pub(crate) fn has_pairs(&self, obstacles: usize) -> bool {
+        self.excluded.is_some() || obstacles > 0
+    }
+}
+
 /// Pairs of segments that are joined, or nearer along the rods than half the circumference of their mean section: a rod
 /// cannot bend back onto itself within that length, and where a branch leaves its parent the two always overlap.
-#[derive(Debug, Default)]
-pub(crate) struct Exclusion {
+#[derive(Debug)]
+struct Exclusion {
     /// Where each segment's partners begin, and the end.
     start: Vec<usize>,
     /// Partners with a higher index, ascending.
@@ -18,7 +51,7 @@ pub(crate) struct Exclusion {
 
 impl Exclusion {
     /// All such pairs of a model.
-    pub(crate) fn new(model: &Model) -> Self {
+    fn new(model: &Model) -> Self {
         let count = model.segments.len();
         let mut neighbours: Vec<Vec<(usize, [f64; 2])>> = vec![Vec::new(); count];
         for joint in &model.joints {
@@ -71,7 +104,7 @@ impl Exclusion {
     }
 
     /// Whether segments `a` < `b` never touch.
-    pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
+    fn contains(&self, a: u32, b: u32) -> bool {
         self.partners[self.start[a as usize]..self.start[a as usize + 1]].binary_search(&b).is_ok()
     }
 }
@@ -93,3 +126,6 @@ impl Ord for Ordered {
         self.0.total_cmp(&other.0)
     }
 }
+
+#[cfg(test)]
+mod tests;

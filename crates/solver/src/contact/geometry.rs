@@ -1,10 +1,11 @@
 //! Where two bodies touch: normal, gap, slip and lever arms of a contact at the current poses.
 
 use collision::closest;
-use collision::sweep::{MovingCapsule, first_touch};
+use collision::sweep::{MovingCapsule, crossing_normal, first_touch};
+use nalgebra::Vector3;
 use rod::{Friction, Obstacle, ObstacleShape};
 
-use super::convert::{from, to};
+use super::convert::{to_kernel, to_nalgebra};
 use crate::component::{Component, Pose};
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
@@ -88,7 +89,7 @@ pub(crate) struct Contact {
     pub(crate) gap: f64,
     /// How far the surfaces have slipped past each other since the start of the step [m].
     pub(crate) slip: Vec3<f64>,
-    /// Gap to keep at least [m]: not 0 where the bodies bounce.
+    /// Gap to keep at least [m]: above 0 where the bodies bounce, below where an overlap at the start is let out.
     pub(crate) target: f64,
     /// Impulse times dt on the segment so far in this step [N s^2].
     pub(crate) impulse: Vec3<f64>,
@@ -145,7 +146,7 @@ impl Side {
 
     /// Its way through the step.
     fn way(&self) -> MovingCapsule {
-        MovingCapsule { from: self.ends_before.map(to), to: self.ends.map(to), radius: self.radius }
+        MovingCapsule { from: self.ends_before.map(to_nalgebra), to: self.ends.map(to_nalgebra), radius: self.radius }
     }
 
     fn at(&self, s: f64) -> Vec3<f64> {
@@ -197,13 +198,13 @@ impl Contact {
                         Feature::Own(1) => own.ends[1],
                         _ => own.ends[0],
                     };
-                    let normal = from(normal);
-                    let gap = normal.dot(end - from(point)) - own.radius;
+                    let normal = to_kernel(normal);
+                    let gap = normal.dot(end - to_kernel(point)) - own.radius;
                     self.set(&own, None, normal, gap, end - normal * (own.radius + 0.5 * gap));
                 }
                 shape => {
                     if let Some((ends, radius)) = shape.capsule() {
-                        let other = Side::fixed(ends.map(|end| from(&end)), radius);
+                        let other = Side::fixed(ends.map(|end| to_kernel(&end)), radius);
                         self.between(&own, &other, feature, poses);
                     }
                 }
@@ -227,7 +228,7 @@ impl Contact {
         let reach = own.radius + other.radius;
         let difference = a - b;
         let distance = difference.norm_squared().sqrt();
-        let mut normal = if distance > 0.0 { difference * (1.0 / distance) } else { Vec3([0.0, 0.0, 1.0]) };
+        let mut normal = if distance > 0.0 { difference * (1.0 / distance) } else { across(own.ends, other.ends) };
         let mut gap = distance - reach;
         // Fast enough to have passed through the other: what counts is the side from which it came.
         let moved = |side: &Side, k: usize| side.ends[k] - side.ends_before[k];
@@ -235,11 +236,11 @@ impl Contact {
         let travel = apart(0, 0).max(apart(0, 1)).max(apart(1, 0)).max(apart(1, 1));
         if travel > 0.25 * reach * reach
             && let Some(hit) = first_touch(&own.way(), &other.way())
-            && (from(&hit.normal).dot(normal) < 0.0 || distance == 0.0)
+            && (to_kernel(&hit.normal).dot(normal) < 0.0 || distance == 0.0)
         {
             // Ends follow when the nearest places are back where they belong.
             self.doubled |= feature != Feature::Nearest;
-            (a, b, normal) = (own.at(hit.s), other.at(hit.t), from(&hit.normal));
+            (a, b, normal) = (own.at(hit.s), other.at(hit.t), to_kernel(&hit.normal));
             gap = normal.dot(a - b) - reach;
         }
         if poses == Poses::Settling {
@@ -306,11 +307,22 @@ fn frame(n: Vec3<f64>) -> [Vec3<f64>; 3] {
     [n, t, n.cross(t)]
 }
 
+/// A normal of two axes that cross.
+#[cold]
+fn across(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> Vec3<f64> {
+    to_kernel(&crossing_normal(&a.map(to_nalgebra), &b.map(to_nalgebra), &Vector3::zeros()))
+}
+
+/// Where on axes `a` and `b` their nearest points are, from 0 to 1.
 fn nearest(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> [f64; 2] {
-    let found = closest::segments(&a.map(to), &b.map(to));
+    let found = closest::segments(&a.map(to_nalgebra), &b.map(to_nalgebra));
     [found.s, found.t]
 }
 
+/// Where on an axis the point nearest to `point` is, from 0 to 1.
 fn nearest_to(segment: [Vec3<f64>; 2], point: Vec3<f64>) -> f64 {
-    closest::point(&segment.map(to), &to(point))
+    closest::point(&segment.map(to_nalgebra), &to_nalgebra(point))
 }
+
+#[cfg(test)]
+mod tests;

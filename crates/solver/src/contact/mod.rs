@@ -8,10 +8,17 @@ mod detect;
 mod exclusion;
 mod geometry;
 mod newton;
+mod overlap;
+mod params;
 mod problem;
 mod stage;
 
+pub use overlap::{Overlap, Overlapped};
+pub use params::{ContactParams, ContactParamsError};
+
+pub(crate) use exclusion::PairFilter;
 pub(crate) use geometry::Shape;
+pub(crate) use overlap::refuse_overlaps;
 pub(crate) use stage::Stage;
 
 /// More contacts press at once than there is memory for.

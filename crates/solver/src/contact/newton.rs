@@ -3,27 +3,14 @@
 //!
 //! The equations are those of Alart and Curnier (1991), `z = project(z - w / compliance)` with the cone at the current
 //! normal impulse: semi-smooth, so that the derivative of whichever branch holds serves. A line search on the sum of their
-//! squares keeps the steps honest.
+//! squares accepts a step only where it lowers that sum.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
+use super::params::ContactParams;
 use super::problem::{Problem, Row, length, natural_residual};
-
-/// Unknowns, at most: beyond it, an iteration costs more than sweeps do.
-const MOST: usize = 300;
-/// Iterations in a row, at most.
-const ITERATIONS: usize = 12;
-/// How often a step may be halved.
-const HALVINGS: usize = 3;
-/// Damping: compliance, relative to that of a contact to its own impulse, that is added to the matrix. It keeps it regular
-/// where several contacts hold the same bodies at the same place, and steps short where they would leave the cones. It
-/// changes no solution.
-const DAMPING: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
-/// By how much the damping falls after a full step, and rises after none.
-const LESS: f64 = 0.1;
-const MORE: f64 = 30.0;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -40,8 +27,12 @@ pub(crate) struct Newton {
     /// The pivots' order and its inverse.
     orders: [Vec<u32>; 2],
     scratch: MemBuffer,
+    /// 0 before the first iteration.
     damping: f64,
 }
+
+/// By how much a step must lower the sum of squares, relative to it and to the part of the step taken.
+const SUFFICIENT: f64 = 0.1;
 
 impl Default for Newton {
     fn default() -> Self {
@@ -55,7 +46,7 @@ impl Default for Newton {
             rhs: Vec::new(),
             orders: Default::default(),
             scratch: MemBuffer::new(StackReq::empty()),
-            damping: 1e-5,
+            damping: 0.0,
         }
     }
 }
@@ -69,46 +60,49 @@ struct Merit {
 
 impl Newton {
     /// Improves the problem's impulses as long as an iteration helps. Returns whether they are within `tolerance`.
-    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64) -> bool {
+    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> bool {
+        if self.damping == 0.0 {
+            self.damping = params.newton_damping_start;
+        }
         let mut now = self.measure(problem);
-        for _ in 0..ITERATIONS {
+        for _ in 0..params.newton_iterations {
             if now.largest <= tolerance {
                 return true;
             }
-            if !self.find_step(problem) {
+            if !self.find_step(problem, params.newton_unknowns) {
                 return false;
             }
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
             let mut part = 1.0;
             let mut next = None;
-            for _ in 0..HALVINGS {
+            for _ in 0..params.newton_halvings {
                 for (k, (before, step)) in self.before.iter().zip(&self.step).enumerate() {
                     let mut force = [0, 1, 2].map(|k| before[k] + part * step[k]);
                     force[0] = force[0].max(0.0);
                     problem.set_force(k, force);
                 }
                 let merit = self.measure(problem);
-                if merit.squares < (1.0 - 0.1 * part) * now.squares {
+                if merit.squares < (1.0 - SUFFICIENT * part) * now.squares {
                     next = Some(merit);
                     break;
                 }
                 part *= 0.5;
             }
             let Some(merit) = next else {
-                self.damping *= MORE;
+                self.damping *= params.newton_damping_rise;
                 for (k, &before) in self.before.iter().enumerate() {
                     problem.set_force(k, before);
                 }
-                if self.damping > *DAMPING.end() {
-                    self.damping = *DAMPING.end();
+                if self.damping > params.newton_damping_most {
+                    self.damping = params.newton_damping_most;
                     return false;
                 }
                 now = self.measure(problem);
                 continue;
             };
             if part == 1.0 {
-                self.damping = (self.damping * LESS).max(*DAMPING.start());
+                self.damping = (self.damping * params.newton_damping_fall).max(params.newton_damping_least);
             }
             now = merit;
         }
@@ -130,9 +124,9 @@ impl Newton {
         merit
     }
 
-    /// The step of Newton's method. Returns whether there is one: not if too many contacts press, none, or the result is
-    /// not finite.
-    fn find_step(&mut self, problem: &Problem) -> bool {
+    /// The step of Newton's method. Returns whether there is one: not if no contact presses, if those that do have more than
+    /// `most` unknowns, or if the result is not finite.
+    fn find_step(&mut self, problem: &Problem, most: usize) -> bool {
         self.pressing.clear();
         self.place.clear();
         self.step.clear();
@@ -140,14 +134,14 @@ impl Newton {
             let [normal, _] = problem.compliance(k);
             let presses = normal > 0.0 && unknown.force[0] - self.w[k][0] / normal > 0.0;
             self.place.push(if presses { self.pressing.len() as u32 } else { u32::MAX });
-            // Contacts that do not press let go.
+            // Contacts that do not press lose their impulse.
             self.step.push(if presses { [0.0; 3] } else { unknown.force.map(|x| -x) });
             if presses {
                 self.pressing.push(k as u32);
             }
         }
         let size = 3 * self.pressing.len();
-        if size == 0 || size > MOST {
+        if size == 0 || size > most {
             return false;
         }
         self.linearise(problem, size);

@@ -13,13 +13,11 @@
 use rod::Friction;
 
 use super::newton::Newton;
+use super::params::ContactParams;
 use crate::kernel::dispatch::vectorized;
 
 pub(crate) type Row = [f64; 3];
 pub(crate) type Block3 = [Row; 3];
-
-/// Sweeps before a Newton iteration.
-const FEW: usize = 4;
 
 /// What a sweep knows of a contact.
 #[derive(Clone, Copy, Debug)]
@@ -121,14 +119,15 @@ impl Problem {
     }
 
     /// Solves until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by, relative
-    /// to the contact's scale) or `most` sweeps are done; returns their number.
+    /// to the contact's scale) or as many sweeps as `params` allow are done; returns their number.
     ///
     /// Sweeps find out who presses and who slides; in between, Newton iterations on those take out what sweeps are slow at.
-    pub(crate) fn solve(&mut self, tolerance: f64, most: usize) -> usize {
+    pub(crate) fn solve(&mut self, tolerance: f64, params: &ContactParams) -> usize {
         let mut newton = std::mem::take(&mut self.newton);
         let (mut sweeps, mut best) = (0, f64::INFINITY);
         // Sweeps between two tries of Newton's method; more where it does not help.
-        let mut round = FEW;
+        let (few, most) = (params.sweeps_before_newton, params.most_sweeps);
+        let mut round = few;
         while sweeps < most {
             let mut change = f64::INFINITY;
             for _ in 0..round.min(most - sweeps) {
@@ -138,10 +137,10 @@ impl Problem {
                     break;
                 }
             }
-            if change <= tolerance || newton.solve(self, tolerance) {
+            if change <= tolerance || newton.solve(self, tolerance, params) {
                 break;
             }
-            round = if change < 0.5 * best { FEW } else { 2 * round };
+            round = if change < 0.5 * best { few } else { 2 * round };
             best = best.min(change);
         }
         self.newton = newton;
@@ -307,3 +306,6 @@ fn merge(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
         out.push(next);
     }
 }
+
+#[cfg(test)]
+mod tests;

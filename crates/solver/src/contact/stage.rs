@@ -5,7 +5,9 @@ use rod::{Model, Surface};
 use super::TooManyContacts;
 use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
+use super::exclusion::PairFilter;
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
+use super::params::ContactParams;
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::counters::Counters;
@@ -14,24 +16,8 @@ use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
+use crate::step::StepParams;
 use crate::unit::Single;
-
-/// Contacts with a predicted gap above this many radii are left out of a solve.
-const NEAR: f64 = 0.1;
-/// Corrections beyond so many radii make another picture of what touches what.
-const FAR: f64 = 1.0;
-/// How exact the direction of sliding friction is, relative to how far the surfaces slip in the step.
-const SLIDING: f64 = 0.02;
-/// Outer iterations after which normals settle.
-const SETTLING: usize = 6;
-/// Sweeps of the complementarity problem, at most.
-const SWEEPS: usize = 200;
-/// How much nearer than the outer tolerance the sweeps come.
-const SHARPER: f64 = 0.1;
-/// What the sweeps leave of the largest error before, at most: the next linearisation leaves as much.
-const PART: f64 = 1e-3;
-/// The same where a momentum residual would see what is left.
-const MUCH_SHARPER: f64 = 1e-4;
 
 /// All contacts of a simulation.
 pub(crate) struct Stage {
@@ -48,26 +34,28 @@ pub(crate) struct Stage {
     corrections: Vec<Vec<Spatial<f64>>>,
     /// Time step of the impulses [s]; 0 before the first.
     dt: f64,
-    /// Speed that gravity alone gives in a step; slower meetings do not bounce [m/s].
+    /// Twice the gravitational acceleration [m/s^2]: meetings slower than what it gives in a step do not bounce.
     slow: f64,
+    params: ContactParams,
 }
 
 impl Stage {
-    /// The stage for a model whose segments are found at `shapes`.
+    /// The stage for a model whose segments are found at `shapes`, of those pairs that pass the `filter`.
     ///
     /// # Errors
     /// If a component's factor would be too large.
     pub(crate) fn new(
         model: &Model,
         shapes: Vec<Shape>,
+        filter: PairFilter,
         components: &[Single],
-        projection: ContactProjection,
+        params: &StepParams,
     ) -> Result<Self, SparseError> {
-        let with_joints = projection == ContactProjection::Coupled;
+        let with_joints = params.contact_projection == ContactProjection::Coupled;
         let response = |unit: &Single| Response::new(&unit.component.system, with_joints);
         let responses = components.iter().map(response).collect::<Result<_, _>>()?;
         Ok(Self {
-            detector: Detector::new(model, shapes),
+            detector: Detector::new(model, shapes, filter, params.contact),
             contacts: Vec::new(),
             remembered: Vec::new(),
             active: Vec::new(),
@@ -77,6 +65,7 @@ impl Stage {
             corrections: vec![Vec::new(); components.len()],
             dt: 0.0,
             slow: 2.0 * model.gravity.norm(),
+            params: params.contact,
         })
     }
 
@@ -93,19 +82,31 @@ impl Stage {
             contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
             contact.target = 0.0;
         }
+        if self.detector.allows_overlap() {
+            self.let_overlaps_out();
+        }
         if self.detector.bounces() {
             self.bounce(components);
         }
     }
 
-    /// Whether the rods' own solution takes a segment that may touch further than contacts can be seen from the
-    /// prediction.
+    /// Allows what overlaps at the start of the step, evaluated there, to overlap at its end, less what goes out at a bounded
+    /// speed.
+    fn let_overlaps_out(&mut self) {
+        let way = self.params.release_speed * self.dt;
+        for contact in self.contacts.iter_mut().filter(|contact| contact.target <= 0.0) {
+            contact.target = (contact.gap + way * contact.radius).min(0.0);
+        }
+    }
+
+    /// Whether the rods' own solution takes a segment that may touch so far from the prediction that contacts found there
+    /// mean nothing.
     pub(crate) fn is_far(&self) -> bool {
         let shapes = self.detector.world().shapes;
         let far = |contact: &Contact, i: u32| {
             let shape = &shapes[i as usize];
             let dp = self.corrections[shape.component as usize][shape.body as usize];
-            dp.linear.norm_squared() > (FAR * contact.radius).powi(2)
+            dp.linear.norm_squared() > (self.params.far * contact.radius).powi(2)
         };
         self.contacts.iter().any(|contact| {
             let other = match contact.key.1 {
@@ -117,7 +118,7 @@ impl Stage {
     }
 
     /// Keeps the corrections of the rods' own solution in `dlambda`, for [`Stage::is_far`] and [`Stage::solve`].
-    pub(crate) fn correct(&mut self, components: &[Single], formulation: Formulation) {
+    pub(crate) fn keep_corrections(&mut self, components: &[Single], formulation: Formulation) {
         if self.contacts.is_empty() {
             return;
         }
@@ -126,7 +127,7 @@ impl Stage {
         }
     }
 
-    /// Leaves the impulses with which contacts begin the step in the components' `pushes`.
+    /// Writes the impulses with which contacts begin the step to the components' `pushes`.
     pub(crate) fn press_as_before(&mut self, components: &mut [Single]) {
         let shapes = self.detector.world().shapes;
         self.active.clear();
@@ -142,7 +143,7 @@ impl Stage {
         }
     }
 
-    /// Finds contacts anew and lets them go on from what is remembered of them.
+    /// Finds the contacts; those that were found before keep their impulses.
     fn detect(&mut self, components: &[Single], counters: &mut Counters) {
         self.remembered.clear();
         let keep = |c: &Contact| (c.key, c.local(c.impulse), c.impulse, c.target);
@@ -167,7 +168,7 @@ impl Stage {
         counters.contact_evaluations += self.contacts.len() as u64;
     }
 
-    /// Asks contacts that meet fast to part again.
+    /// Raises the gap to keep of contacts that meet fast, so that they part again.
     fn bounce(&mut self, components: &[Single]) {
         let world = self.detector.world();
         for contact in &mut self.contacts {
@@ -181,16 +182,18 @@ impl Stage {
             };
             let speed = -contact.relative(velocity).dot(contact.normal);
             if speed > self.slow * self.dt && contact.gap < speed * self.dt {
-                contact.target = contact.gap.max(0.0) + restitution * speed * self.dt;
+                // An overlap that is let out must not leave at once.
+                let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };
+                contact.target = from + restitution * speed * self.dt;
             }
         }
     }
 
-    /// Finds the impulses that the contacts add in this iteration, beside the rods' own solution, and leaves them in
-    /// the components' `pushes`. `worst` is the largest error now, `tolerance` the one that is good enough.
+    /// Finds the impulses that the contacts add in this iteration, beside the rods' own solution, and writes them to the
+    /// components' `pushes`. `worst` is the largest error now, `tolerance` the one that is good enough.
     ///
     /// # Errors
-    /// If more contacts press than there is memory for.
+    /// If so many contacts press that their matrix would have more blocks than [`ContactParams::most_blocks`].
     pub(crate) fn solve(
         &mut self,
         components: &mut [Single],
@@ -211,12 +214,14 @@ impl Stage {
         }
         let shapes = self.detector.world().shapes;
         let contacts = (&*self.contacts, &*self.active);
-        if !self.coupling.assemble(contacts, shapes, components, &mut self.responses, &mut self.problem) {
-            return Err(TooManyContacts);
-        }
-        let (sharper, part) = if formulation.momentum() { (MUCH_SHARPER, MUCH_SHARPER) } else { (SHARPER, PART) };
-        let tolerance = (tolerance * sharper).max(worst * part);
-        counters.contact_sweeps += self.problem.solve(tolerance, SWEEPS) as u64;
+        let (params, problem) = (&self.params, &mut self.problem);
+        self.coupling.assemble(contacts, shapes, components, &mut self.responses, problem, params.most_blocks)?;
+        let (sharper, share) = match formulation.momentum() {
+            true => (params.momentum_sharper, params.momentum_sharper),
+            false => (params.sharper, params.share_left),
+        };
+        let tolerance = (tolerance * sharper).max(worst * share);
+        counters.contact_sweeps += problem.solve(tolerance, params) as u64;
         counters.contact_solves += self.active.len() as u64;
         for (k, &index) in self.active.iter().enumerate() {
             let contact = &mut self.contacts[index as usize];
@@ -242,7 +247,7 @@ impl Stage {
             };
             let mut free = contact.local(contact.relative(correction) + contact.slip);
             free[0] += contact.gap - contact.target;
-            if (free[0] > NEAR * contact.radius || contact.doubled) && contact.impulse == Vec3::zero() {
+            if (free[0] > self.params.near * contact.radius || contact.doubled) && contact.impulse == Vec3::zero() {
                 continue;
             }
             let before = contact.local(contact.impulse);
@@ -265,8 +270,12 @@ impl Stage {
     ) -> f64 {
         if !self.detector.covers(components) {
             self.detect(components, counters);
+            if self.detector.allows_overlap() {
+                self.evaluate(components, Poses::Start, counters);
+                self.let_overlaps_out();
+            }
         }
-        let poses = if iteration < SETTLING { Poses::Now } else { Poses::Settling };
+        let poses = if iteration < self.params.settle_after { Poses::Now } else { Poses::Settling };
         self.evaluate(components, poses, counters);
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
@@ -280,7 +289,7 @@ impl Stage {
                 let force = contact.local(contact.impulse);
                 let [normal, across] = natural_residual(contact.compliance, force, w, contact.friction);
                 // Where surfaces slide far, the direction of friction need not be nearer than this.
-                let slip = contact.slip.norm_squared().sqrt() * (SLIDING / tolerance);
+                let slip = contact.slip.norm_squared().sqrt() * (self.params.sliding / tolerance);
                 normal.max(across / (slip / contact.radius).max(1.0))
             } else {
                 (-w[0]).max(0.0)
@@ -293,7 +302,7 @@ impl Stage {
         worst
     }
 
-    /// Tells the components all impulses of the step, with the current arms.
+    /// Sums the impulses of the step in the components' `pushed`, with the current arms.
     fn press(&self, components: &mut [Single]) {
         for component in components.iter_mut() {
             component.component.pushed.fill(Spatial::zero());

@@ -1,0 +1,227 @@
+//! Contacts of capsules against closed forms, symmetries and brute force.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use rod::Friction;
+
+use super::*;
+use crate::kernel::math::Quat;
+
+/// A pose whose axis points along `direction`, rolled about it by `roll` [rad].
+fn pose(centre: Vector3<f64>, direction: Vector3<f64>, roll: f64) -> Pose<f64> {
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &direction)
+        .unwrap_or(UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    let q = turn * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll);
+    Pose { x: to_kernel(&centre), q: Quat { v: to_kernel(&q.imag()), w: q.w } }
+}
+
+/// A body that moves from `start` to `now`.
+fn moving(start: Pose<f64>, now: Pose<f64>, half: f64, radius: f64) -> Side {
+    let shape = Shape { component: 0, body: 0, half, radius, free: true, ends: [true; 2] };
+    Side { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius }
+}
+
+/// A body at rest.
+fn still(centre: Vector3<f64>, direction: Vector3<f64>, half: f64, radius: f64) -> Side {
+    let pose = pose(centre, direction, 0.0);
+    moving(pose, pose, half, radius)
+}
+
+fn contact(own: &Side, other: &Side, feature: Feature, poses: Poses) -> Contact {
+    let mut contact =
+        Contact::new((0, Partner::Segment(1), feature), Friction::default(), own.radius.min(other.radius));
+    contact.between(own, other, feature, poses);
+    contact
+}
+
+fn nearest_contact(own: &Side, other: &Side) -> Contact {
+    contact(own, other, Feature::Nearest, Poses::Now)
+}
+
+#[track_caller]
+fn assert_near(found: Vec3<f64>, expected: [f64; 3]) {
+    assert!((to_nalgebra(found) - Vector3::from(expected)).norm() < 1e-12, "{found:?} {expected:?}");
+}
+
+#[test]
+fn crossing_capsules_touch_along_the_normal_of_both_axes() {
+    let own = still(Vector3::new(0.3, 0.1, 0.5), Vector3::x(), 1.0, 0.2);
+    let other = still(Vector3::new(0.0, 0.4, 0.0), Vector3::y(), 1.0, 0.1);
+    let found = nearest_contact(&own, &other);
+    assert!((found.gap - (0.5 - 0.3)).abs() < 1e-12, "{}", found.gap);
+    assert_near(found.normal, [0.0, 0.0, 1.0]);
+    // Halfway between the surfaces, at x = 0, y = 0.1, z = (0.3 + 0.1) / 2.
+    assert_near(found.arms[0], [-0.3, 0.0, -0.3]);
+    assert_near(found.arms[1], [0.0, -0.3, 0.2]);
+    assert_near(found.slip, [0.0; 3]);
+    assert!(!found.doubled);
+}
+
+#[test]
+fn ends_touch_along_the_line_between_them() {
+    let own = still(Vector3::zeros(), Vector3::x(), 1.0, 0.2);
+    let ahead = nearest_contact(&own, &still(Vector3::new(3.0, 0.0, 0.0), Vector3::x(), 1.0, 0.3));
+    assert!((ahead.gap - 0.5).abs() < 1e-12);
+    assert_near(ahead.normal, [-1.0, 0.0, 0.0]);
+    // 3, 4, 5: from the end (1, 0, 0) to the other's middle.
+    let aside = nearest_contact(&own, &still(Vector3::new(4.0, 4.0, 0.0), Vector3::z(), 2.0, 0.3));
+    assert!((aside.gap - 4.5).abs() < 1e-12);
+    assert_near(aside.normal, [-0.6, -0.8, 0.0]);
+}
+
+#[test]
+fn parallel_capsules_touch_at_the_ends_of_what_they_share() {
+    let own = still(Vector3::zeros(), Vector3::x(), 1.0, 0.1);
+    let other = still(Vector3::new(0.5, 0.0, 1.0), Vector3::x(), 1.0, 0.1);
+    // Own runs from -1 to 1, the other from -0.5 to 1.5: they share -0.5 to 1.
+    for (feature, shared) in [
+        (Feature::Own(0), None),
+        (Feature::Own(1), Some(1.0)),
+        (Feature::Partners(0), Some(-0.5)),
+        (Feature::Partners(1), None),
+    ] {
+        let found = contact(&own, &other, feature, Poses::Now);
+        assert_eq!(found.doubled, shared.is_none(), "{feature:?}");
+        if let Some(x) = shared {
+            assert!((found.gap - 0.8).abs() < 1e-12);
+            assert_near(found.normal, [0.0, 0.0, -1.0]);
+            assert!((found.arms[0].0[0] - x).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn axes_that_cross_are_pushed_apart_across_both() {
+    let own = still(Vector3::zeros(), Vector3::x(), 1.0, 0.2);
+    for direction in [Vector3::y(), Vector3::z(), Vector3::new(1.0, 1.0, 1.0).normalize()] {
+        let found = nearest_contact(&own, &still(Vector3::zeros(), direction, 1.0, 0.1));
+        assert!((found.gap + 0.3).abs() < 1e-12, "{}", found.gap);
+        let normal = to_nalgebra(found.normal);
+        assert!((normal.norm() - 1.0).abs() < 1e-12);
+        assert!(normal.x.abs() < 1e-9 && normal.dot(&direction).abs() < 1e-9, "{normal}");
+    }
+    // The same place twice: across the axis.
+    let same = nearest_contact(&own, &still(Vector3::zeros(), Vector3::x(), 1.0, 0.1));
+    assert!(same.normal.0[0].abs() < 1e-12 && (same.normal.norm_squared() - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn slip_is_what_the_surfaces_move_past_each_other() {
+    let (radius, angle) = (0.1, 1e-3);
+    let start = pose(Vector3::new(0.0, 0.0, 2.0 * radius), Vector3::x(), 0.0);
+    let other = still(Vector3::zeros(), Vector3::y(), 1.0, radius);
+    let slipped = |shift: Vector3<f64>, roll: f64| {
+        let now = pose(Vector3::new(0.0, 0.0, 2.0 * radius) + shift, Vector3::x(), roll);
+        nearest_contact(&moving(start, now, 1.0, radius), &other).slip
+    };
+    // Along the normal it is no slip, across it is the way.
+    assert_near(slipped(Vector3::new(0.01, 0.02, 0.03), 0.0), [0.01, 0.02, 0.0]);
+    // Turning about the x axis takes the lowest point along y.
+    let turned = to_nalgebra(slipped(Vector3::zeros(), angle));
+    assert!((turned - Vector3::new(0.0, radius * angle, 0.0)).norm() < radius * angle * angle, "{turned}");
+    // Rolling: the centre moves against it, and nothing slips.
+    let rolled = to_nalgebra(slipped(Vector3::new(0.0, -radius * angle, 0.0), angle));
+    assert!(rolled.norm() < radius * angle * angle, "{rolled}");
+}
+
+#[test]
+fn a_fast_body_keeps_to_the_side_it_came_from() {
+    let at = |z: f64| pose(Vector3::new(0.0, 0.0, z), Vector3::x(), 0.0);
+    let own = moving(at(1.0), at(-1.0), 1.0, 0.1);
+    let other = still(Vector3::zeros(), Vector3::y(), 1.0, 0.1);
+    let found = nearest_contact(&own, &other);
+    assert_near(found.normal, [0.0, 0.0, 1.0]);
+    assert!((found.gap + 1.2).abs() < 1e-9, "{}", found.gap);
+    // One that was there from the start is pushed out where it is.
+    let slow = nearest_contact(&moving(at(-1.0), at(-1.0), 1.0, 0.1), &other);
+    assert_near(slow.normal, [0.0, 0.0, -1.0]);
+}
+
+#[test]
+fn settling_normals_lie_between_the_last_and_the_new() {
+    let other = still(Vector3::zeros(), Vector3::y(), 1.0, 0.1);
+    let at = |x: f64, z: f64| still(Vector3::new(x, 0.0, z), Vector3::y(), 1.0, 0.1);
+    let mut found = nearest_contact(&at(0.0, 1.0), &other);
+    found.between(&at(1.0, 0.0), &other, Feature::Nearest, Poses::Settling);
+    let half = 0.5_f64.sqrt();
+    assert_near(found.normal, [half, 0.0, half]);
+    // Along any other normal the bodies are nearer.
+    assert!((found.gap - (half - 0.2)).abs() < 1e-12, "{}", found.gap);
+}
+
+/// Least distance of two axes on a grid of places, and how far that may be above the least of all.
+fn sampled(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> (f64, f64) {
+    const PLACES: usize = 200;
+    let (a, b) = (a.map(to_nalgebra), b.map(to_nalgebra));
+    let places = |line: [Vector3<f64>; 2]| {
+        (0..=PLACES).map(move |k| line[0].lerp(&line[1], k as f64 / PLACES as f64)).collect::<Vec<_>>()
+    };
+    let (on_a, on_b) = (places(a), places(b));
+    let least = on_a.iter().flat_map(|p| on_b.iter().map(move |q| (p - q).norm())).fold(f64::INFINITY, f64::min);
+    (least, 0.5 * ((a[1] - a[0]).norm() + (b[1] - b[0]).norm()) / PLACES as f64)
+}
+
+/// Vectors in a cube of side 2.
+fn place() -> impl Strategy<Value = Vector3<f64>> {
+    [-1.0..1.0, -1.0..1.0, -1.0..1.0].prop_map(Vector3::from)
+}
+
+fn direction() -> impl Strategy<Value = Vector3<f64>> {
+    place().prop_filter("a direction", |v| v.norm() > 0.1).prop_map(|v| v.normalize())
+}
+
+/// A body at rest, anywhere.
+fn body() -> impl Strategy<Value = (Vector3<f64>, Vector3<f64>, f64, f64)> {
+    (place(), direction(), 0.05..1.0, 0.01..0.3)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn gaps_are_distances((x, d, h, r) in body(), (y, e, g, s) in body()) {
+        let (own, other) = (still(x, d, h, r), still(y, e, g, s));
+        let found = nearest_contact(&own, &other);
+        let (least, above) = sampled(own.ends, other.ends);
+        let distance = found.gap + r + s;
+        prop_assert!(distance <= least + 1e-12 && least <= distance + above, "{distance} {least} {above}");
+    }
+
+    #[test]
+    fn the_partner_sees_the_same_from_the_other_side((x, d, h, r) in body(), (y, e, g, s) in body()) {
+        let (own, other) = (still(x, d, h, r), still(y, e, g, s));
+        let (one, two) = (nearest_contact(&own, &other), nearest_contact(&other, &own));
+        prop_assert!((one.gap - two.gap).abs() < 1e-12);
+        // Axes that nearly cross, or lie side by side, leave normals or places open.
+        let separate = one.gap + r + s > 1e-3 && d.cross(&e).norm() > 1e-3;
+        if separate {
+            prop_assert!(to_nalgebra(one.normal + two.normal).norm() < 1e-6);
+            prop_assert!(to_nalgebra(one.arms[0] - two.arms[1]).norm() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn turning_the_world_turns_the_contact(
+        (x, d, h, r) in body(), (y, e, g, s) in body(), axis in direction(), angle in 0.0..6.0, shift in place(),
+    ) {
+        let turn = UnitQuaternion::from_axis_angle(&nalgebra::Unit::new_normalize(axis), angle);
+        let one = nearest_contact(&still(x, d, h, r), &still(y, e, g, s));
+        let turned = |x: Vector3<f64>| turn * x + shift;
+        let two = nearest_contact(&still(turned(x), turn * d, h, r), &still(turned(y), turn * e, g, s));
+        prop_assert!((one.gap - two.gap).abs() < 1e-12);
+        if one.gap + r + s > 1e-3 && d.cross(&e).norm() > 1e-3 {
+            prop_assert!((turn * to_nalgebra(one.normal) - to_nalgebra(two.normal)).norm() < 1e-6);
+            prop_assert!((turn * to_nalgebra(one.arms[0]) - to_nalgebra(two.arms[0])).norm() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn frames_are_orthonormal_and_vectors_come_back((x, d, h, r) in body(), (y, e, g, s) in body(), v in place()) {
+        let found = nearest_contact(&still(x, d, h, r), &still(y, e, g, s));
+        let [n, t1, t2] = found.frame.map(to_nalgebra);
+        prop_assert!((n.cross(&t1) - t2).norm() < 1e-12 && n.dot(&t1).abs() < 1e-12);
+        prop_assert!((n.norm() - 1.0).abs() < 1e-12 && (t1.norm() - 1.0).abs() < 1e-12);
+        let back = found.world(found.local(to_kernel(&v)));
+        prop_assert!((to_nalgebra(back) - v).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,146 @@
+//! Bodies that overlap where a simulation begins.
+
+use std::cmp::Reverse;
+use std::fmt;
+
+use collision::{Capsule, SpatialHash, closest};
+use rod::{Model, ObstacleShape, State};
+use thiserror::Error;
+
+use super::exclusion::PairFilter;
+
+/// Bodies overlap where a simulation begins: the pair that does so most.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error(
+    "segment {segment} (rod {rod}) {other} by {} m at the start{}; move them apart, or allow it (`allow_overlap`)",
+    short(*.depth),
+    more(*.pairs)
+)]
+pub struct Overlap {
+    /// Index of the segment in the model.
+    pub segment: usize,
+    /// Index of its rod.
+    pub rod: usize,
+    /// What it overlaps.
+    pub other: Overlapped,
+    /// How deep \[m\].
+    pub depth: f64,
+    /// How many pairs overlap in all.
+    pub pairs: usize,
+}
+
+/// What a segment overlaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overlapped {
+    /// Another segment.
+    Segment {
+        /// Its index in the model.
+        index: usize,
+        /// Index of its rod.
+        rod: usize,
+    },
+    /// An obstacle.
+    Obstacle {
+        /// Its index in the model.
+        index: usize,
+        /// What it is: [`ObstacleShape::kind`].
+        kind: &'static str,
+    },
+}
+
+impl fmt::Display for Overlapped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Overlapped::Segment { index, rod } => write!(f, "and segment {index} (rod {rod}) overlap"),
+            Overlapped::Obstacle { index, kind } => write!(f, "overlaps obstacle {index} (a {kind})"),
+        }
+    }
+}
+
+/// `depth` to four digits.
+fn short(depth: f64) -> f64 {
+    format!("{depth:.3e}").parse().unwrap_or(depth)
+}
+
+/// The pairs that an error does not name.
+fn more(pairs: usize) -> String {
+    match pairs {
+        0 | 1 => String::new(),
+        2 => ", and another pair too".to_owned(),
+        pairs => format!(", and {} other pairs too", pairs - 1),
+    }
+}
+
+/// Refuses a start at which bodies of a pair in `filter` overlap by more than `tolerance` times the smaller radius, if the
+/// model does not allow it. In a contact with an obstacle the segment's radius counts.
+///
+/// # Errors
+/// The deepest overlap.
+pub(crate) fn refuse_overlaps(
+    model: &Model,
+    state: &State,
+    filter: &PairFilter,
+    tolerance: f64,
+) -> Result<(), Overlap> {
+    if model.contacts.allow_overlap {
+        return Ok(());
+    }
+    let capsules: Vec<Capsule> = (0..model.segments.len()).map(|i| capsule(model, state, i)).collect();
+    let mut worst: Option<Overlap> = None;
+    let mut pairs = 0;
+    let mut see = |segment: usize, other: Overlapped, depth: f64, radius: f64| {
+        if depth.is_nan() || depth <= tolerance * radius {
+            return;
+        }
+        pairs += 1;
+        let key = |found: &Overlap| match found.other {
+            Overlapped::Segment { index, .. } => (0, found.segment, index),
+            Overlapped::Obstacle { index, .. } => (1, found.segment, index),
+        };
+        let found = Overlap { segment, rod: model.segments[segment].rod, other, depth, pairs: 0 };
+        let is_worse = |old: &Overlap| {
+            depth.total_cmp(&old.depth).then_with(|| Reverse(key(&found)).cmp(&Reverse(key(old)))).is_gt()
+        };
+        if worst.as_ref().is_none_or(is_worse) {
+            worst = Some(found);
+        }
+    };
+    let mut obstacles = Vec::new();
+    for (index, obstacle) in model.contacts.obstacles.iter().enumerate() {
+        let other = Overlapped::Obstacle { index, kind: obstacle.shape.kind() };
+        if let ObstacleShape::HalfSpace { point, normal } = &obstacle.shape {
+            for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| !model.segments[i].fixed) {
+                let height = normal.dot(&(own.start - point)).min(normal.dot(&(own.end - point)));
+                see(i, other, own.radius - height, own.radius);
+            }
+        } else if let Some(([start, end], radius)) = obstacle.shape.capsule() {
+            obstacles.push((other, Capsule { start, end, radius }));
+        }
+    }
+    if filter.has_pairs(obstacles.len()) {
+        let bodies = capsules.iter().chain(obstacles.iter().map(|(_, capsule)| capsule));
+        let mut hash = SpatialHash::new();
+        hash.rebuild(&bodies.map(Capsule::aabb).collect::<Vec<_>>());
+        let mut candidates = Vec::new();
+        hash.pairs(|a, b| filter.contains(a, b), &mut candidates);
+        for [a, b] in candidates.into_iter().map(|pair| pair.map(|i| i as usize)) {
+            let own = &capsules[a];
+            let (other, capsule, radius) = match b.checked_sub(capsules.len()) {
+                None => {
+                    let other = Overlapped::Segment { index: b, rod: model.segments[b].rod };
+                    (other, &capsules[b], own.radius.min(capsules[b].radius))
+                }
+                Some(k) => (obstacles[k].0, &obstacles[k].1, own.radius),
+            };
+            let distance = closest::segments(&[own.start, own.end], &[capsule.start, capsule.end]).distance;
+            see(a, other, own.radius + capsule.radius - distance, radius);
+        }
+    }
+    worst.map_or(Ok(()), |worst| Err(Overlap { pairs, ..worst }))
+}
+
+/// A segment's capsule.
+fn capsule(model: &Model, state: &State, i: usize) -> Capsule {
+    let arm = state.axis(i) * (0.5 * model.segments[i].length);
+    Capsule { start: state.positions[i] - arm, end: state.positions[i] + arm, radius: model.segments[i].radius }
+}

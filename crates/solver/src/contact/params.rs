@@ -1,0 +1,189 @@
+//! How contacts are found and solved, in numbers.
+
+use thiserror::Error;
+
+/// The parameters of contacts. Lengths are in radii: those of the smaller body of a contact, or of the segment itself.
+///
+/// [`ContactParams::DEFAULT`] serves all shipped scenes. None of these numbers changes what a contact is, only how soon and
+/// how exactly it is found; how exact it must be in the end is [`crate::step::StepParams::contact_tolerance`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactParams {
+    /// Room around a segment's way through the step in the search for pairs \[radii\]. Larger: more pairs are looked at.
+    /// Smaller: pairs are searched again more often within a step, as segments leave their room.
+    pub search_room: f64,
+    /// Squared sine of the angle below which two axes count as parallel, so that they touch along a line: its two ends are
+    /// held apart. Larger: more contacts for the same pair. Smaller: rods that lie along each other rock.
+    pub parallel: f64,
+    /// Contacts whose gap is predicted to stay above this are left out of a solve \[radii\]. Larger: larger problems.
+    /// Smaller: more iterations in which a contact turns up late.
+    pub near: f64,
+    /// Where the rods' own correction moves a segment that may touch further than this \[radii\], the first iteration of a
+    /// step moves the rods alone, and contacts are looked at from there. Larger: contacts are solved where the bodies are
+    /// not going to be. Smaller: an iteration more.
+    pub far: f64,
+    /// Outer iterations after which a contact's normal is taken between its last one and the new one, so that normals which
+    /// jump to and fro come to rest. Larger: steps with jumping normals take longer. Smaller: all converge more slowly.
+    pub settle_after: usize,
+    /// How exact the direction of sliding friction is, relative to the slip of the step. Larger: fewer iterations.
+    pub sliding: f64,
+    /// Speed at which bodies that overlap at the start, where [`rod::Contacts::allow_overlap`] allows it, are moved apart
+    /// \[radii/s\]. Larger: the overlap is gone sooner. Smaller: less energy.
+    pub release_speed: f64,
+    /// Gauss-Seidel sweeps of a complementarity problem, at most. Smaller: problems that sweeps are slow at are left to the
+    /// next outer iteration.
+    pub most_sweeps: usize,
+    /// Error at which the sweeps end, relative to the contact tolerance. Smaller: more sweeps and fewer outer iterations.
+    pub sharper: f64,
+    /// The same relative to the largest error before the solve, where that is more: the next linearisation leaves as much.
+    pub share_left: f64,
+    /// Takes the place of the two before in a formulation with momentum residual, which sees what the sweeps leave.
+    pub momentum_sharper: f64,
+    /// Sweeps between two tries of Newton's method, at first; twice as many after each try that did not help.
+    pub sweeps_before_newton: usize,
+    /// Unknowns of Newton's method, at most; its cost grows with their cube, and beyond this sweeps alone are faster.
+    pub newton_unknowns: usize,
+    /// Newton iterations in a row, at most.
+    pub newton_iterations: usize,
+    /// How often the line search halves a Newton step, counting the whole step.
+    pub newton_halvings: usize,
+    /// Least damping of Newton's matrix: compliance added to a contact's own, relative to it. It keeps the matrix regular
+    /// where several contacts hold the same bodies at the same place, and steps short where they would leave the friction
+    /// cones. It changes no solution.
+    pub newton_damping_least: f64,
+    /// Damping at the start.
+    pub newton_damping_start: f64,
+    /// Damping above which the method gives up until the next try.
+    pub newton_damping_most: f64,
+    /// What a full Newton step multiplies the damping by.
+    pub newton_damping_fall: f64,
+    /// What a step that did not help multiplies the damping by.
+    pub newton_damping_rise: f64,
+    /// Blocks of 3 x 3 numbers in the contacts' matrix, at most: 75 bytes each. A step with more ends with a status of its
+    /// own instead of taking all memory.
+    pub most_blocks: usize,
+    /// Residual of the rods' own constraints that is always good enough in a model with contacts, relative to the contact
+    /// tolerance. Larger: fewer iterations, and joints less exact.
+    pub rods_share: f64,
+    /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
+    pub lost: f64,
+}
+
+/// A contact parameter outside of what is allowed.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("contact parameter {name} = {value}, but it must be {allowed}")]
+pub struct ContactParamsError {
+    /// Name of the field.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What is allowed.
+    pub allowed: &'static str,
+}
+
+impl ContactParams {
+    /// Those that a simulation has unless told otherwise.
+    pub const DEFAULT: Self = Self {
+        search_room: 0.5,
+        parallel: 0.03,
+        near: 0.1,
+        far: 1.0,
+        settle_after: 6,
+        sliding: 0.02,
+        release_speed: 5.0,
+        most_sweeps: 200,
+        sharper: 0.1,
+        share_left: 1e-3,
+        momentum_sharper: 1e-4,
+        sweeps_before_newton: 4,
+        newton_unknowns: 300,
+        newton_iterations: 12,
+        newton_halvings: 3,
+        newton_damping_least: 1e-6,
+        newton_damping_start: 1e-5,
+        newton_damping_most: 0.1,
+        newton_damping_fall: 0.1,
+        newton_damping_rise: 30.0,
+        most_blocks: 8_000_000,
+        rods_share: 0.01,
+        lost: 1e4,
+    };
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first that is not allowed.
+    pub fn validate(&self) -> Result<(), ContactParamsError> {
+        let check = |name, value: f64, ok: bool, allowed| {
+            if ok && value.is_finite() { Ok(()) } else { Err(ContactParamsError { name, value, allowed }) }
+        };
+        let positive = [
+            ("search_room", self.search_room),
+            ("near", self.near),
+            ("far", self.far),
+            ("sliding", self.sliding),
+            ("release_speed", self.release_speed),
+            ("newton_damping_least", self.newton_damping_least),
+            ("rods_share", self.rods_share),
+        ];
+        for (name, value) in positive {
+            check(name, value, value > 0.0, "finite and > 0")?;
+        }
+        let shares = [
+            ("parallel", self.parallel),
+            ("sharper", self.sharper),
+            ("share_left", self.share_left),
+            ("momentum_sharper", self.momentum_sharper),
+            ("newton_damping_fall", self.newton_damping_fall),
+        ];
+        for (name, value) in shares {
+            check(name, value, value > 0.0 && value < 1.0, "> 0 and < 1")?;
+        }
+        for (name, value) in [("newton_damping_rise", self.newton_damping_rise), ("lost", self.lost)] {
+            check(name, value, value > 1.0, "finite and > 1")?;
+        }
+        let counts = [("most_sweeps", self.most_sweeps), ("sweeps_before_newton", self.sweeps_before_newton)];
+        for (name, count) in counts {
+            check(name, count as f64, count > 0, "1 or more")?;
+        }
+        let [least, start, most] = [self.newton_damping_least, self.newton_damping_start, self.newton_damping_most];
+        check("newton_damping_start", start, least <= start, "finite and not below newton_damping_least")?;
+        check("newton_damping_most", most, start <= most, "finite and not below newton_damping_start")
+    }
+}
+
+impl Default for ContactParams {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_valid_and_each_mistake_is_named() {
+        type Change = (&'static str, fn(&mut ContactParams));
+        ContactParams::DEFAULT.validate().unwrap();
+        let mistakes: [Change; 8] = [
+            ("search_room", |p| p.search_room = 0.0),
+            ("near", |p| p.near = f64::NAN),
+            ("release_speed", |p| p.release_speed = f64::INFINITY),
+            ("parallel", |p| p.parallel = 1.0),
+            ("lost", |p| p.lost = 0.5),
+            ("most_sweeps", |p| p.most_sweeps = 0),
+            ("newton_damping_start", |p| p.newton_damping_start = 1e-7),
+            ("newton_damping_most", |p| p.newton_damping_most = 1e-6),
+        ];
+        for (name, change) in mistakes {
+            let mut params = ContactParams::DEFAULT;
+            change(&mut params);
+            assert_eq!(params.validate().unwrap_err().name, name);
+        }
+        let zero = ContactParams { most_sweeps: 0, ..ContactParams::DEFAULT };
+        assert_eq!(
+            zero.validate().unwrap_err().to_string(),
+            "contact parameter most_sweeps = 0, but it must be 1 or more"
+        );
+    }
+}
