@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evaluation::ablation::{Cell, Key, Outcome, SCHEMA_VERSION, SUMMARY, Summary, Sweep};
+use evaluation::ablation::{Key, Outcome, SCHEMA_VERSION, SUMMARY, Summary, Sweep, SweepCell};
 use evaluation::guesses::Spread;
 use export::{Stored, seal, write_atomically};
 use terminal::say;
@@ -50,7 +50,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     }
     let cell = |(key, outcome): (Key, Option<Outcome>)| {
         let Key { seed, architecture, source, .. } = key;
-        outcome.map(|outcome| Cell { scenario: source.scenario, architecture, seed, outcome })
+        outcome.map(|outcome| SweepCell { scenario: source.scenario, architecture, seed, outcome })
     };
     let cells = gathered.outcomes.into_iter().filter_map(cell).collect();
     let summary = Summary { schema_version: SCHEMA_VERSION, lost, sweep, cells };
@@ -147,7 +147,7 @@ fn csv(summary: &Summary) -> String {
         names.join(",")
     );
     let budget = &summary.sweep.budget;
-    for Cell { scenario, architecture, seed, outcome } in &summary.cells {
+    for SweepCell { scenario, architecture, seed, outcome } in &summary.cells {
         let start = format!(
             "{scenario},{},{},{},{},{seed},{},{},{},{},{},{:e},{:.1},{},\"{}\",{},{},{}",
             budget.recipe,

@@ -23,6 +23,7 @@
 
 mod clock;
 pub mod curve;
+pub mod level;
 pub mod metrics;
 pub mod pareto;
 pub mod problem;
@@ -30,6 +31,7 @@ pub mod reference;
 pub mod run;
 
 pub use curve::{Against, Curve, Errors, GivenUp, Part, Point};
+pub use level::{Level, Outer};
 pub use problem::Problem;
 pub use reference::{Converged, Exact, Refined};
-pub use run::{Budget, Level, Outer, Start, Way, run_way, yardstick};
+pub use run::{Budget, Start, Way, run_way, yardstick};
