@@ -153,6 +153,8 @@ fn guesses_are_measured_on_random_scenes_by_step() {
     assert_eq!(names("helix"), "zero, count; fischer; gn; gn-best");
     let page = fs::read_to_string(folder.path().join("out/index.html")).expect("a page");
     assert!(["rod-paper", "rod-best", "helix-paper", "helix-best"].iter().all(|name| page.contains(&weights(name))));
+    measured(&folder, &["compare", "--steps", "3", "--with", "knn"]);
+    assert!(column(&table(&folder, "compare-runs"), "way").contains(&"xpbd-geometric, cg jacobi, knn, planar"));
     // A network out of its mind.
     let wild = scaled(&folder, "rod-best", 1e30);
     let flags = ["guesses", "--scenario", "rod", "--simulations", "1", "--steps", "2", "--guess", "gn-best"];

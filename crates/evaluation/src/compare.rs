@@ -98,7 +98,7 @@ pub fn run(
 }
 
 /// Runs `steps` steps of `dt` [s] of all entries in turns of `turn` steps beside a reference of these settings, which runs
-/// until its first contact. Short turns share the machine's moods, long ones also have the caches to themselves. After
+/// until its first contact. Short turns share what else the machine does, long ones also have the caches to themselves. After
 /// each turn `progress(steps)` says whether to go on.
 ///
 /// # Errors

@@ -192,7 +192,7 @@ impl Shadow {
         }
         for (column, solver) in self.solvers.iter_mut().enumerate() {
             let Some(solver) = solver else { continue };
-            // All starts of a column one after the other, so that they share the machine's moods.
+            // All starts of a column one after the other, so that they share what else the machine does.
             for (g, Guess { start, given, .. }) in self.guesses.iter().enumerate() {
                 self.solution.copy_from_slice(start);
                 let begin = Instant::now();

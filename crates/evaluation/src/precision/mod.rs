@@ -16,7 +16,7 @@
 //! cell (a way on a problem) takes its turns beside a yardstick, [`yardstick`], and its times are told relative to it,
 //! too. To compare cells that were run at different times take [`Point::ratio`] and, for seconds, multiply it with the
 //! median of [`Curve::yardstick`] over all cells of the problem, [`Curve::common_yardstick`]: then all share the
-//! machine's mood.
+//! same conditions.
 //!
 //! At the exact reference's time step the second kind of error is mostly that of implicit Euler, the same for all ways.
 //! [`Level::substeps`] make it a choice: a way's curve against the converged reference then says what accuracy costs.

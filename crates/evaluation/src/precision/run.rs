@@ -16,7 +16,7 @@ use super::metrics::{length_ratio, position_error};
 use super::problem::Problem;
 use crate::guesses::Spread;
 
-/// Steps that one simulation does before the next has its turn: they share the machine's moods, not its caches.
+/// Steps that one simulation does before the next has its turn: so they share what else the machine does, but not its caches.
 const TURN: usize = 25;
 
 /// Where a way's solves begin, or what takes their place.
