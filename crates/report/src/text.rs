@@ -77,7 +77,8 @@ mod tests {
             ],
             conditions: Conditions::new("machine", "any"),
         };
-        let expected = ["        time", "           a", "way     step status", "direct  1.25 converged", "cg     *12.5"];
+        let expected =
+            ["        time", "           a", "way     step status", "direct  1.25 converged", "cg     *12.5"];
         assert_eq!(table.text(), expected.join("\n"));
     }
 }

@@ -9,7 +9,7 @@ pub(crate) mod stress;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
-use catalogue::{Guess, GuessName, Row, Sources, Training, load, networks};
+use catalogue::{GuessName, Row, Sources, Training, load, networks};
 use clap::Args;
 use dataset::{Config, Scenario};
 use report::{Block, Conditions, Page, Section, wrapped};
@@ -18,6 +18,7 @@ use solver::guess::GuessKind;
 use terminal::{Progress, say};
 
 use crate::Outcome;
+use crate::library::Guesses;
 
 /// Characters of a line on the terminal.
 const WIDTH: usize = 120;
@@ -100,7 +101,7 @@ impl OutputArgs {
 
 impl ScenesArgs {
     /// The zero start and these guesses, for each scenario that is asked for.
-    fn load(&self, guesses: &[GuessName]) -> Result<Vec<(Scenario, Vec<(GuessName, Guess)>)>> {
+    fn load(&self, guesses: &[GuessName]) -> Result<Vec<(Scenario, Guesses)>> {
         if self.seed == Config::table_1(Scenario::Rod).seed {
             bail!(
                 "--seed {}, but it must differ from the data sets' seed: learned guesses have seen those scenes",

@@ -187,7 +187,6 @@ fn figure(summary: &Summary, scenario: &str, solver: (&str, f64)) -> Figure {
                 "inference" => ColourScale::Sequential,
                 _ => ColourScale::Diverging { centre: 1.0 },
             },
-            ..HeatMap::default()
         }
     };
     let (preconditioner, tolerance) = solver;
