@@ -1,30 +1,30 @@
 //! The stability table by its statuses: what holds in the default formulation, and where the others give way.
 //!
-//! `simulate stress` prints the same table.
+//! `evaluate stress` prints the same table.
 
-use evaluation::stress::{self, Case, Row};
+use evaluation::stress::{self, Case, CaseRun};
 use rod::{Body, Segment, measure};
 use solver::formulation::Formulation;
 use solver::step::StepParams;
 
 /// Runs every case in a formulation; the pile, which takes as long as all others, in the default one alone.
-fn table(formulation: Formulation) -> Vec<Row> {
+fn table(formulation: Formulation) -> Vec<CaseRun> {
     let mut cases = stress::cases();
     cases.retain(|case| case.formulations.contains(&formulation));
     cases.iter().map(|case| stress::run(case, &stress::settings(formulation), None).expect("a valid case")).collect()
 }
 
-fn row<'a>(rows: &'a [Row], case: &str) -> &'a Row {
+fn row<'a>(rows: &'a [CaseRun], case: &str) -> &'a CaseRun {
     rows.iter().find(|row| row.case == case).unwrap_or_else(|| panic!("no case {case}"))
 }
 
 /// Names of the rows that are as `is` says.
-fn names(rows: &[Row], is: impl Fn(&Row) -> bool) -> Vec<&str> {
+fn names(rows: &[CaseRun], is: impl Fn(&CaseRun) -> bool) -> Vec<&str> {
     rows.iter().filter(|row| is(row)).map(|row| row.case.as_str()).collect()
 }
 
 /// Finite, without energy from nowhere, of unchanged length, and converged.
-fn stands(row: &Row) -> bool {
+fn stands(row: &CaseRun) -> bool {
     let converged = ["converged", "converged in substeps"].contains(&row.status.as_str());
     converged && row.finite && row.energy_rise.is_none_or(|rise| rise <= 1e-6) && row.length_drift <= 1e-3
 }

@@ -4,6 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
+use crate::commands::compare::CompareArgs;
+use crate::commands::guesses::GuessesArgs;
+use crate::commands::steps::StepsArgs;
+use crate::commands::stress::StressArgs;
 use crate::sections::Name;
 
 /// Measures solvers, guesses and networks, and makes a report of it: one HTML page and its numbers as CSV files.
@@ -43,7 +47,15 @@ pub(crate) enum Command {
     /// Look for faults in a report: broken links, figures without conditions or numbers.
     Check(CheckArgs),
     /// Hold what two runs have measured against each other: all but times must be the same; of times, their order is.
+    Agree(AgreeArgs),
+    /// Run a scene with several solvers and guesses: iterations, time by stage, error against a tight reference.
     Compare(CompareArgs),
+    /// Measure guesses on the paper's random scenes: iterations and time relative to a zero start, by step.
+    Guesses(GuessesArgs),
+    /// Measure starts of whole steps on random scenes, slack ones too: outer iterations and time (formulation newton).
+    Steps(StepsArgs),
+    /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
+    Stress(StressArgs),
 }
 
 #[derive(Args, Debug)]
@@ -80,7 +92,7 @@ pub(crate) struct CheckArgs {
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct CompareArgs {
+pub(crate) struct AgreeArgs {
     /// Folder of what the first run has measured: its --cells.
     #[arg(value_name = "FIRST")]
     pub(crate) first: PathBuf,

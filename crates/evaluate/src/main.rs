@@ -3,6 +3,7 @@
 mod agreement;
 mod cells;
 mod cli;
+mod commands;
 mod context;
 mod library;
 mod make;
@@ -13,8 +14,9 @@ mod ways;
 use std::process::ExitCode;
 
 use crate::cli::{Cli, Command};
+use crate::commands::{compare, guesses, steps, stress};
 
-/// Exit code of a report with faults, and of runs that differ.
+/// Exit code of a report with faults, of runs that differ, and of numbers that are not finite.
 const FAILED: u8 = 1;
 /// Exit code of bad input: flags, places to write to, damaged results.
 const BAD_INPUT: u8 = 2;
@@ -24,18 +26,28 @@ enum Outcome {
     Done,
     Interrupted,
     Faulty,
+    /// Numbers were not finite: where.
+    NotFinite(String),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::read() {
         Command::Report(args) => make::report(&args),
         Command::Check(args) => make::check(&args.report),
-        Command::Compare(args) => make::compare([&args.first, &args.second]),
+        Command::Agree(args) => make::compare([&args.first, &args.second]),
+        Command::Compare(args) => compare::compare(&args),
+        Command::Guesses(args) => guesses::guesses(&args),
+        Command::Steps(args) => steps::steps(&args),
+        Command::Stress(args) => stress::stress(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(terminal::INTERRUPTED),
         Ok(Outcome::Faulty) => ExitCode::from(FAILED),
+        Ok(Outcome::NotFinite(place)) => {
+            terminal::complain(format_args!("numbers are not finite: {place}"));
+            ExitCode::from(FAILED)
+        }
         Err(error) => {
             terminal::complain(format_args!("{error:#}"));
             ExitCode::from(BAD_INPUT)

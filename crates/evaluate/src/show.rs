@@ -1,7 +1,7 @@
 //! Numbers as text, the same way in all sections.
 
 use evaluation::guesses::Spread;
-use report::{NumberFormat, Point, Series};
+use report::{Column, NumberFormat, Point, Series};
 
 /// What times of whole runs include.
 pub(crate) const ALL_STAGES: &str = "all stages of a step, guesses with features, inference and guards";
@@ -32,4 +32,13 @@ pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, O
         Some(Point { x, y: spread.median * scale, band, ..Point::default() })
     };
     Series::new(name, values.filter_map(point))
+}
+
+/// Columns by their headings: of numbers where these begin with '#', else of text.
+pub(crate) fn columns(headings: &[&str]) -> Vec<Column> {
+    let column = |heading: &&str| match heading.strip_prefix('#') {
+        Some(heading) => Column::number(heading),
+        None => Column::text(*heading),
+    };
+    headings.iter().map(column).collect()
 }

@@ -41,12 +41,12 @@ fn a_report_is_whole_names_its_conditions_and_is_kept() {
     make(again.path());
     let cells = [&folder, &again].map(|folder| folder.path().join("data/report"));
     let [first, second] = [0, 1].map(|k| cells[k].to_str().expect("UTF-8"));
-    let compared = evaluate(folder.path(), &["compare", first, second]);
+    let compared = evaluate(folder.path(), &["agree", first, second]);
     let text = String::from_utf8_lossy(&compared.stdout);
     assert!(compared.status.success(), "{text}{}", String::from_utf8_lossy(&compared.stderr));
     let needs = text.lines().find(|line| line.starts_with("needs: ")).expect("the section");
     assert!(needs.contains(" 0 in one alone; 0 differences beside times; of "), "{needs}");
-    assert!(error(&evaluate(folder.path(), &["compare", first, "nowhere"])).contains("nowhere"));
+    assert!(error(&evaluate(folder.path(), &["agree", first, "nowhere"])).contains("nowhere"));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::guesses::Spread;
+use crate::guesses::{BesideZero, DIRECT, Spread, beside_zero};
 use crate::starts::{Measured, Plan};
 
 /// Version of [`Key`], [`Outcome`], [`Sweep`] and [`Summary`] in files.
@@ -22,7 +22,6 @@ pub const SUMMARY: &str = "summary.toml";
 
 /// Sizes that are varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Architecture {
     /// GN blocks M.
     pub gn_blocks: u16,
@@ -45,7 +44,6 @@ impl fmt::Display for Architecture {
 
 /// Which architectures: GN blocks x width at the benchmark's layers, and layers at the benchmark.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Grid {
     /// GN blocks, each with each width.
     pub gn_blocks: Vec<u16>,
@@ -76,7 +74,6 @@ impl Grid {
 
 /// Scenes of one kind, and the data set of them that is learned from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Source {
     /// Kind of scenes.
     pub scenario: String,
@@ -90,7 +87,6 @@ pub struct Source {
 
 /// How every network is trained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Budget {
     /// Recipe, which stands for the following where they are not given.
     pub recipe: String,
@@ -120,7 +116,6 @@ pub struct Budget {
 
 /// What the networks are measured on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Test {
     /// Seed of the scenes, none of which is in the data sets.
     pub seed: u64,
@@ -132,7 +127,6 @@ pub struct Test {
 
 /// A whole sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Sweep {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
@@ -150,7 +144,6 @@ pub struct Sweep {
 
 /// A cell of a sweep: all that its outcome depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Key {
     /// Seed of the parameters and of the samples' order.
     pub seed: u64,
@@ -212,7 +205,6 @@ impl fmt::Display for Key {
 
 /// A guess with one preconditioner and tolerance, in later steps, over the simulations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Row {
     /// [`FREE`] or [`PLANAR`].
     pub guess: String,
@@ -241,7 +233,6 @@ pub const PLANAR: &str = "planar";
 
 /// What came of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Outcome {
     /// Parameters of the network.
     pub parameters: usize,
@@ -271,8 +262,7 @@ pub struct Outcome {
 
 /// A cell that is done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Cell {
+pub struct SweepCell {
     /// Kind of scenes.
     pub scenario: String,
     /// The network's sizes.
@@ -285,7 +275,6 @@ pub struct Cell {
 
 /// All cells of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Summary {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
@@ -294,7 +283,7 @@ pub struct Summary {
     /// What was swept.
     pub sweep: Sweep,
     /// Those that are there, in the order of [`Sweep::keys`].
-    pub cells: Vec<Cell>,
+    pub cells: Vec<SweepCell>,
 }
 
 /// Place of the later steps among [`crate::guesses::buckets`].
@@ -307,26 +296,20 @@ pub fn buckets(steps: usize) -> Vec<Option<usize>> {
 
 /// One row for each guess but the first, which must be the zero start, and for each column of the plan.
 pub fn rows(plan: &Plan<'_>, simulations: &[Measured]) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for (g, (guess, _)) in plan.guesses.iter().enumerate().skip(1) {
-        for (column, (preconditioner, tolerance)) in plan.columns().enumerate() {
-            let own = || simulations.iter().map(move |measured| measured.tally(LATER, g, column));
-            let pairs = || simulations.iter().map(move |measured| measured.tally(LATER, 0, column)).zip(own());
-            let per_solve = |seconds: f64, solves: u64| 1e6 * seconds / solves as f64;
-            rows.push(Row {
-                guess: guess.clone(),
-                preconditioner: preconditioner.name().to_owned(),
-                tolerance,
-                solves: own().map(|own| own.solves).sum(),
-                dropped: own().map(|own| own.dropped).sum(),
-                iteration_ratio: Spread::of(pairs().map(|(zero, own)| own.iterations as f64 / zero.iterations as f64)),
-                speed_up: Spread::of(pairs().map(|(zero, own)| zero.solve_s / (own.guess_s + own.solve_s))),
-                zero_us: Spread::of(pairs().map(|(zero, _)| per_solve(zero.solve_s, zero.solves))),
-                inference_us: Spread::of(own().map(|own| per_solve(own.guess_s, own.solves))),
-            });
-        }
-    }
-    rows
+    let per_solve = |seconds: f64, solves: u64| 1e6 * seconds / solves as f64;
+    let guesses = beside_zero(plan, simulations, LATER).into_iter().skip(plan.columns().count());
+    let row = |own: BesideZero| Row {
+        preconditioner: own.preconditioner.name().to_owned(),
+        tolerance: own.tolerance,
+        solves: own.count(|own| own.solves),
+        dropped: own.count(|own| own.dropped),
+        iteration_ratio: own.iteration_ratio(),
+        speed_up: own.spread(|zero, own| zero.solve_s / (own.guess_s + own.solve_s)),
+        zero_us: own.spread(|zero, _| per_solve(zero.solve_s, zero.solves)),
+        inference_us: own.spread(|_, own| per_solve(own.guess_s, own.solves)),
+        guess: own.guess,
+    };
+    guesses.filter(|own| own.guess != DIRECT).map(row).collect()
 }
 
 #[cfg(test)]
@@ -340,7 +323,7 @@ mod tests {
     use crate::guesses;
 
     #[test]
-    fn rows_say_of_later_steps_what_the_table_of_guesses_says() {
+    fn rows_say_what_was_summed_in_later_steps() {
         let mut assembly = rod::Assembly::new(Vector3::new(0.0, 0.0, -9.81));
         let nodes = rod::shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 12);
         let material = rod::Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
@@ -358,22 +341,17 @@ mod tests {
         let measured = guesses::measure(&model, &state, 0.02, &Settings::default(), &plan, || true).unwrap();
         let rows = rows(&plan, std::slice::from_ref(&measured));
         assert_eq!(rows.len(), 4);
-        let table = guesses::table(&plan, &[measured]);
-        for row in rows {
-            let is_own = |cell: &&guesses::Cell| {
-                cell.bucket == "later steps"
-                    && (cell.preconditioner, cell.tolerance) == (row.preconditioner.as_str(), row.tolerance)
-            };
-            let [zero, own] =
-                ["zero", FREE].map(|name| table.iter().filter(is_own).find(|cell| cell.guess == name).unwrap());
+        for (column, row) in rows.into_iter().enumerate() {
+            let [zero, own] = [0, 1].map(|guess| measured.tally(LATER, guess, column));
             // Steps 15, 20, 25 and 30.
-            assert_eq!((row.solves, own.solves, row.dropped), (4, 4, own.dropped));
-            assert_eq!(row.iteration_ratio, own.iteration_ratio);
-            assert!(row.iteration_ratio.unwrap().median < 1.0);
-            assert_eq!(row.zero_us, zero.time_us);
+            assert_eq!((row.guess.as_str(), row.solves, own.solves, row.dropped), (FREE, 4, 4, own.dropped));
             let median = |spread: Option<Spread>| spread.unwrap().median;
-            assert!((median(row.speed_up) * median(own.time_ratio) - 1.0).abs() < 1e-12);
-            assert!(median(row.inference_us) > 0.0 && median(row.inference_us) < median(own.time_us));
+            assert_eq!(median(row.iteration_ratio), own.iterations as f64 / zero.iterations as f64);
+            assert!(median(row.iteration_ratio) < 1.0);
+            assert_eq!(median(row.zero_us), 1e6 * zero.solve_s / 4.0);
+            assert_eq!(median(row.speed_up), zero.solve_s / (own.guess_s + own.solve_s));
+            assert_eq!(median(row.inference_us), 1e6 * own.guess_s / 4.0);
+            assert!(own.guess_s > 0.0);
         }
     }
 }

@@ -1,15 +1,18 @@
 //! Several solvers and guesses side by side on one scene.
+//!
+//! All run the same scene in turns, so that they share what else the machine does; each to the tolerances of its own
+//! settings. The error of each against a reference at the same time step stands beside its times.
 
-use std::time::Duration;
-
+use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
-use solver::counters::{Counters, StageTimes};
+use solver::counters::Counters;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 
 use crate::precision::metrics::position_error;
 use crate::precision::reference;
+use crate::stages::Stages;
 
 /// A way to simulate the scene.
 pub struct Entry<'a> {
@@ -21,46 +24,26 @@ pub struct Entry<'a> {
     pub guess: Option<GuessFactory<'a>>,
 }
 
-/// What a way came to.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
+/// What an entry came to.
+#[derive(Clone, Debug)]
+pub struct EntryRun {
     /// Name of the entry.
     pub name: String,
     /// Worst status of any step.
     pub status: &'static str,
     /// The step in which it was given up, because it did not converge and its linear solver had run out of iterations;
     /// `None` where it did all.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub given_up: Option<usize>,
-    /// Outer iterations per step and connected set.
-    pub iterations_per_step: f64,
-    /// Iterations of the linear solver per outer iteration; 0 for direct solvers.
-    pub linear_iterations_per_solve: f64,
-    /// Median outer iterations of a step, summed over connected sets.
-    pub outer_median: f64,
-    /// Median iterations of the linear solver in a step, summed over connected sets.
-    pub linear_median: f64,
-    /// Median wall time of a step [us]: wind and drag.
-    pub drag_us: f64,
-    /// Median wall time of a step [us]: prediction and velocities.
-    pub predict_us: f64,
-    /// Median wall time of a step [us]: guesses.
-    pub guess_us: f64,
-    /// Median wall time of a step [us]: constraints, Jacobians, mass matrices.
-    pub assemble_us: f64,
-    /// Median wall time of a step [us]: linear solves.
-    pub solve_us: f64,
-    /// Median wall time of a step [us]: update of multipliers and poses.
-    pub update_us: f64,
-    /// Median wall time of a step [us]: contacts.
-    pub contact_us: f64,
-    /// Median wall time of a step [us]: all stages.
-    pub total_us: f64,
+    /// Connected sets of segments.
+    pub sets: usize,
+    /// What was done in all steps.
+    pub counters: Counters,
+    /// Median wall time of each stage of a step.
+    pub median_us: Stages,
     /// Largest error of any step's positions against the reference: root mean square over the segments, relative to
     /// the rods' mean length. It is taken before the first contact alone: see [`Comparison::first_contact`].
     pub error: f64,
     /// What each step came to.
-    #[serde(skip)]
     pub by_step: Vec<Cost>,
 }
 
@@ -82,13 +65,14 @@ pub struct Cost {
 }
 
 /// All ways, and what they were measured against.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Comparison {
-    /// One row an entry.
-    pub rows: Vec<Row>,
+    /// One an entry.
+    pub rows: Vec<EntryRun>,
     /// Steps done.
     pub steps: usize,
-    /// Worst status of any step of the reference before its first contact; "out of iterations" where its tolerance is below rounding errors.
+    /// Worst status of any step of the reference before its first contact; "out of iterations" where its tolerance is
+    /// below rounding errors.
     pub reference_status: &'static str,
     /// The first step of the reference in which segments met an obstacle or each other. There it ends: a contact that one
     /// way meets a moment earlier, or beside another segment, sends the rods elsewhere, and errors tell chaos from accuracy
@@ -96,8 +80,8 @@ pub struct Comparison {
     pub first_contact: Option<usize>,
 }
 
-/// Runs all entries in lockstep, so that they share the machine's moods, beside a reference: the first entry's
-/// formulation, solved as [`reference::exact_settings`] until its first contact. After each step `progress(step)` says whether to go on.
+/// Runs all entries step by step beside the first one's formulation, solved as [`reference::exact_settings`]. After each
+/// step `progress(1)` says whether to go on.
 ///
 /// # Errors
 /// If the scene or an entry is not valid.
@@ -107,137 +91,119 @@ pub fn run(
     dt: f64,
     steps: usize,
     entries: &[Entry<'_>],
-    mut progress: impl FnMut(usize) -> bool,
+    progress: impl FnMut(usize) -> bool,
 ) -> Result<Comparison, SimulationError> {
     let step = entries.first().map_or(StepParams::default(), |first| first.settings.step);
-    let exact = reference::exact_settings(&step);
-    let mut reference = Simulation::new(model, state, &exact, None)?;
-    let mut runs = Vec::new();
-    for entry in entries {
-        runs.push(Run {
-            simulation: Simulation::new(model, state, &entry.settings, entry.guess)?,
-            status: Status::Converged,
-            given_up: None,
-            error: 0.0,
-            costs: Vec::with_capacity(steps),
-        });
-    }
-    let (mut expected, mut found) = (state.clone(), state.clone());
+    run_in_turns(model, state, (dt, steps), (1, &reference::exact_settings(&step)), entries, progress)
+}
+
+/// Runs `steps` steps of `dt` [s] of all entries in turns of `turn` steps beside a reference of these settings, which runs
+/// until its first contact. Short turns share what else the machine does, long ones also have the caches to themselves. After
+/// each turn `progress(steps)` says whether to go on.
+///
+/// # Errors
+/// If the scene, the reference or an entry is not valid.
+pub fn run_in_turns(
+    model: &Model,
+    state: &State,
+    (dt, steps): (f64, usize),
+    (turn, reference): (usize, &Settings),
+    entries: &[Entry<'_>],
+    mut progress: impl FnMut(usize) -> bool,
+) -> Result<Comparison, SimulationError> {
+    let mut reference = Simulation::new(model, state, reference, None)?;
+    let mut runs = entries.iter().map(|entry| Running::new(model, state, entry)).collect::<Result<Vec<_>, _>>()?;
     let (mut done, mut reference_status, mut first_contact) = (0, Status::Converged, None);
+    let mut now = state.clone();
     while done < steps {
-        if first_contact.is_none() {
+        let turn = turn.clamp(1, steps - done);
+        let mut expected = Vec::with_capacity(turn);
+        while expected.len() < turn && first_contact.is_none() {
             let status = reference.step(dt)?.status;
             if reference.counters().contact_solves > 0 {
-                first_contact = Some(done + 1);
+                first_contact = Some(done + expected.len() + 1);
             } else {
                 reference_status = reference_status.max(status);
-                reference.store(&mut expected);
+                reference.store(&mut now);
+                expected.push(now.positions.clone());
             }
         }
-        for run in runs.iter_mut().filter(|run| run.given_up.is_none()) {
-            let before = run.simulation.counters();
-            let status = run.simulation.step(dt)?.status;
-            let after = run.simulation.counters();
-            run.status = run.status.max(status);
-            run.costs.push(between(&before, &after));
-            if status >= Status::OutOfIterations && after.linear_failures > before.linear_failures {
-                run.given_up = Some(done + 1);
-            }
-            if first_contact.is_some() {
-                continue;
-            }
-            run.simulation.store(&mut found);
-            run.error = run.error.max(position_error(model, &found.positions, &expected.positions));
+        for run in &mut runs {
+            run.turn((model, dt), turn, &expected, &mut now)?;
         }
-        done += 1;
-        if !progress(done) {
+        done += turn;
+        if !progress(turn) {
             break;
         }
     }
-    let rows = entries.iter().zip(&runs).map(|(entry, run)| run.row(entry, done)).collect();
+    let rows = entries.iter().zip(runs).map(|(entry, run)| run.finish(entry)).collect();
     Ok(Comparison { rows, steps: done, reference_status: reference_status.name(), first_contact })
 }
 
-struct Run {
+/// An entry being run.
+struct Running {
     simulation: Simulation,
     status: Status,
     given_up: Option<usize>,
     error: f64,
-    /// Of each step, the times of the seven stages and their sum [us], then its outer and its linear iterations.
-    costs: Vec<[f64; 10]>,
+    by_step: Vec<Cost>,
+    stages: Vec<Stages>,
 }
 
-impl Run {
-    fn row(&self, entry: &Entry<'_>, steps: usize) -> Row {
-        let counters = self.simulation.counters();
-        let solves = (self.given_up.unwrap_or(steps) * self.simulation.components()).max(1);
-        let [
-            drag_us,
-            predict_us,
-            guess_us,
-            assemble_us,
-            solve_us,
-            update_us,
-            contact_us,
-            total_us,
-            outer_median,
-            linear_median,
-        ] = std::array::from_fn(|k| median(self.costs.iter().map(|costs| costs[k]).collect()));
-        Row {
+impl Running {
+    fn new(model: &Model, state: &State, entry: &Entry<'_>) -> Result<Self, SimulationError> {
+        let simulation = Simulation::new(model, state, &entry.settings, entry.guess)?;
+        let (by_step, stages) = (Vec::new(), Vec::new());
+        Ok(Self { simulation, status: Status::Converged, given_up: None, error: 0.0, by_step, stages })
+    }
+
+    /// A turn; `expected` has the reference's positions after its steps, as far as there are some.
+    fn turn(
+        &mut self,
+        (model, dt): (&Model, f64),
+        steps: usize,
+        expected: &[Vec<Vector3<f64>>],
+        found: &mut State,
+    ) -> Result<(), SimulationError> {
+        for step in 0..steps {
+            if self.given_up.is_some() {
+                break;
+            }
+            let before = self.simulation.counters();
+            let status = self.simulation.step(dt)?.status;
+            let after = self.simulation.counters();
+            self.status = self.status.max(status);
+            let stages = Stages::between(&before, &after);
+            self.by_step.push(Cost {
+                iterations: after.iterations - before.iterations,
+                linear_iterations: after.linear_iterations - before.linear_iterations,
+                guess_s: 1e-6 * stages.guess,
+                solve_s: 1e-6 * stages.solve,
+                contact_s: 1e-6 * stages.contact,
+                total_s: 1e-6 * stages.total,
+            });
+            self.stages.push(stages);
+            if status >= Status::OutOfIterations && after.linear_failures > before.linear_failures {
+                self.given_up = Some(self.by_step.len());
+            }
+            if let Some(expected) = expected.get(step) {
+                self.simulation.store(found);
+                self.error = self.error.max(position_error(model, &found.positions, expected));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self, entry: &Entry<'_>) -> EntryRun {
+        EntryRun {
             name: entry.name.clone(),
             status: self.status.name(),
             given_up: self.given_up,
-            iterations_per_step: counters.iterations as f64 / solves as f64,
-            linear_iterations_per_solve: counters.linear_iterations as f64 / counters.iterations.max(1) as f64,
-            outer_median,
-            linear_median,
-            drag_us,
-            predict_us,
-            guess_us,
-            assemble_us,
-            solve_us,
-            update_us,
-            contact_us,
-            total_us,
+            sets: self.simulation.components(),
+            counters: self.simulation.counters(),
+            median_us: Stages::medians(&self.stages),
             error: self.error,
-            by_step: self.costs.iter().map(cost).collect(),
+            by_step: self.by_step,
         }
     }
-}
-
-/// What a step cost, by two readings: see [`Run::costs`].
-pub(crate) fn between(before: &Counters, after: &Counters) -> [f64; 10] {
-    let us = |time: fn(&StageTimes) -> Duration| (time(&after.times) - time(&before.times)).as_secs_f64() * 1e6;
-    let count = |count: fn(&Counters) -> u64| (count(after) - count(before)) as f64;
-    [
-        us(|times| times.drag),
-        us(|times| times.predict),
-        us(|times| times.guess),
-        us(|times| times.assemble),
-        us(|times| times.solve),
-        us(|times| times.update),
-        us(|times| times.contact),
-        us(StageTimes::total),
-        count(|counters| counters.iterations),
-        count(|counters| counters.linear_iterations),
-    ]
-}
-
-/// A step's costs that are told one by one.
-fn cost(&[_, _, guess_us, _, solve_us, _, contact_us, total_us, iterations, linear_iterations]: &[f64; 10]) -> Cost {
-    Cost {
-        // Whole numbers, exact in an f64.
-        iterations: iterations as u64,
-        linear_iterations: linear_iterations as u64,
-        guess_s: 1e-6 * guess_us,
-        solve_s: 1e-6 * solve_us,
-        contact_s: 1e-6 * contact_us,
-        total_s: 1e-6 * total_us,
-    }
-}
-
-/// Median; zero where there is nothing.
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -8,9 +8,10 @@
 use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
+use solver::linear::precondition::PreconditionerKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
 
-use crate::starts::{self, Measured, Plan};
+use crate::starts::{self, Measured, Plan, Tally};
 
 /// Steps that are told apart, counted from 1; the last are those after the impulse.
 pub const BUCKETS: [&str; 6] = ["step 1", "step 2", "step 3", "steps 4 to 10", "later steps", "after the impulse"];
@@ -106,70 +107,61 @@ impl Spread {
     }
 }
 
-/// A guess, or the direct solver, in one bucket with one preconditioner and tolerance of conjugate gradients.
-#[derive(Clone, Debug, Serialize)]
-pub struct Cell {
-    /// Which steps: one of [`BUCKETS`].
-    pub bucket: &'static str,
+/// A guess, or the direct solver, beside the zero start: on the same systems, with one preconditioner and tolerance of
+/// conjugate gradients, in the steps of one bucket.
+#[derive(Clone, Debug)]
+pub struct BesideZero {
     /// Guess; [`DIRECT`] for the direct solver.
     pub guess: String,
     /// Preconditioner.
-    pub preconditioner: &'static str,
+    pub preconditioner: PreconditionerKind,
     /// Tolerance, relative to the right-hand side.
     pub tolerance: f64,
-    /// Solves of all simulations.
-    pub solves: u64,
-    /// Those whose start was dropped: see [`solver::linear::LinearInfo::start_dropped`].
-    pub dropped: u64,
-    /// Iterations a solve.
-    pub iterations: Option<Spread>,
-    /// Iterations relative to the zero start's.
-    pub iteration_ratio: Option<Spread>,
+    /// Of each simulation the sums of the zero start and its own.
+    pub sums: Vec<[Tally; 2]>,
+}
+
+impl BesideZero {
+    /// A count, over all simulations.
+    pub fn count(&self, of: fn(&Tally) -> u64) -> u64 {
+        self.sums.iter().map(|[_, own]| of(own)).sum()
+    }
+
+    /// A number of each simulation, from the sums of the zero start and its own.
+    pub fn spread(&self, value: impl Fn(&Tally, &Tally) -> f64) -> Option<Spread> {
+        Spread::of(self.sums.iter().map(|[zero, own]| value(zero, own)))
+    }
+
+    /// Iterations relative to the zero start's; `None` for the direct solver, which has none.
+    pub fn iteration_ratio(&self) -> Option<Spread> {
+        self.spread(|zero, own| own.iterations as f64 / zero.iterations as f64).filter(|_| self.guess != DIRECT)
+    }
+
     /// Time relative to the zero start's, the guess's own included.
-    pub time_ratio: Option<Spread>,
-    /// Time a solve, the guess's own included [us].
-    pub time_us: Option<Spread>,
+    pub fn time_ratio(&self) -> Option<Spread> {
+        self.spread(|zero, own| (own.guess_s + own.solve_s) / zero.solve_s)
+    }
 }
 
 /// Name of the direct solver among the guesses.
 pub const DIRECT: &str = "direct solve";
 
-/// One cell for each bucket, guess (the direct solver last) and column, over the simulations of one plan.
-pub fn table(plan: &Plan<'_>, simulations: &[Measured]) -> Vec<Cell> {
-    let mut cells = Vec::new();
-    for (b, bucket) in BUCKETS.into_iter().enumerate() {
-        for g in 0..=plan.guesses.len() {
-            let guess = plan.guesses.get(g);
-            for (column, (preconditioner, tolerance)) in plan.columns().enumerate() {
-                let tallies = || {
-                    simulations.iter().map(|measured| {
-                        let zero = measured.tally(b, 0, column);
-                        let own = if guess.is_some() { measured.tally(b, g, column) } else { measured.direct(b) };
-                        (own, zero, own.solve_s + own.guess_s)
-                    })
-                };
-                let counted = |values: Option<Spread>| values.filter(|_| guess.is_some());
-                let iterations = |n: u64| n as f64;
-                cells.push(Cell {
-                    bucket,
-                    guess: guess.map_or(DIRECT.to_owned(), |(name, _)| name.clone()),
-                    preconditioner: preconditioner.name(),
-                    tolerance,
-                    solves: tallies().map(|(own, ..)| own.solves).sum(),
-                    dropped: tallies().map(|(own, ..)| own.dropped).sum(),
-                    iterations: counted(Spread::of(
-                        tallies().map(|(own, ..)| iterations(own.iterations) / iterations(own.solves)),
-                    )),
-                    iteration_ratio: counted(Spread::of(
-                        tallies().map(|(own, zero, _)| iterations(own.iterations) / iterations(zero.iterations)),
-                    )),
-                    time_ratio: Spread::of(tallies().map(|(_, zero, time)| time / zero.solve_s)),
-                    time_us: Spread::of(tallies().map(|(own, _, time)| 1e6 * time / iterations(own.solves))),
-                });
-            }
-        }
-    }
-    cells
+/// Each guess of a plan (the first must be the zero start, the direct solver comes last) in each column, in one bucket of
+/// the plan.
+pub fn beside_zero(plan: &Plan<'_>, simulations: &[Measured], bucket: usize) -> Vec<BesideZero> {
+    let guesses = plan.guesses.iter().map(|(name, _)| name.as_str()).chain([DIRECT]).enumerate();
+    let of = |(g, guess): (usize, &str)| {
+        let guess = guess.to_owned();
+        plan.columns().enumerate().map(move |(column, (preconditioner, tolerance))| {
+            let own = |measured: &Measured| match plan.guesses.get(g) {
+                Some(_) => measured.tally(bucket, g, column),
+                None => measured.direct(bucket),
+            };
+            let sums = simulations.iter().map(|measured| [measured.tally(bucket, 0, column), own(measured)]);
+            BesideZero { guess: guess.clone(), preconditioner, tolerance, sums: sums.collect() }
+        })
+    };
+    guesses.flat_map(of).collect()
 }
 
 #[cfg(test)]
@@ -191,6 +183,21 @@ mod tests {
         let spread = Spread::of([4.0, 1.0, f64::NAN, 3.0, 2.0, 10.0].into_iter());
         assert_eq!(spread, Some(Spread { mean: 4.0, lower: 2.0, median: 3.0, upper: 4.0 }));
         assert_eq!(Spread::of([f64::NAN].into_iter()), None);
+    }
+
+    #[test]
+    fn ratios_are_of_sums_within_a_simulation() {
+        let tally = |iterations, solve_s, guess_s| Tally { solves: 2, dropped: 1, iterations, solve_s, guess_s };
+        let sums = [10, 20, 60].map(|own| [tally(100, 4.0, 0.0), tally(own, 1.0, 1.0)]).to_vec();
+        let of = |guess: &str| BesideZero {
+            guess: guess.to_owned(),
+            preconditioner: PreconditionerKind::Raw,
+            tolerance: 1e-4,
+            sums: sums.clone(),
+        };
+        let (net, median) = (of("net"), |spread: Option<Spread>| spread.map(|spread| spread.median));
+        assert_eq!((median(net.iteration_ratio()), median(net.time_ratio())), (Some(0.2), Some(0.5)));
+        assert_eq!((net.count(|own| own.dropped), of(DIRECT).iteration_ratio()), (3, None));
     }
 
     #[test]

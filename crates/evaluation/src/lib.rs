@@ -10,7 +10,6 @@ pub mod knot;
 pub mod needs;
 pub mod paper;
 pub mod precision;
+pub mod stages;
 pub mod starts;
-pub mod steps;
 pub mod stress;
-pub mod work;

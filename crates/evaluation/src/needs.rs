@@ -2,8 +2,9 @@
 
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
-use solver::auto;
+use solver::auto::{self, Choice};
 use solver::component::{Members, split};
+use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::solvers::SolverKind;
@@ -11,14 +12,11 @@ use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
-use crate::compare::{between, median};
-use crate::work::Work;
+use crate::stages::Stages;
 
 /// What a scene needs of the solver that is chosen for it ([`auto::choose`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Needs {
-    /// Formulation.
-    pub formulation: String,
     /// Linear solver.
     pub solver: String,
     /// Start of steps.
@@ -27,8 +25,6 @@ pub struct Needs {
     pub reason: String,
     /// Number of segments.
     pub segments: usize,
-    /// Number of joints.
-    pub joints: usize,
     /// Number of connected sets of segments.
     pub sets: usize,
     /// Number of those that move in the lanes of vector registers.
@@ -44,30 +40,9 @@ pub struct Needs {
     /// Median wall time of each stage of a step.
     pub median_us: Stages,
     /// What was done in all steps.
-    pub work: Work,
+    pub work: Counters,
     /// What the scene does not need.
     pub left_out: Vec<LeftOut>,
-}
-
-/// Wall time of each stage of a step [us], summed over threads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Stages {
-    /// Wind and drag.
-    pub drag: f64,
-    /// Prediction and velocities.
-    pub predict: f64,
-    /// Starts, what they learn included.
-    pub guess: f64,
-    /// Constraints, residuals, Jacobians, mass matrices.
-    pub assemble: f64,
-    /// Linear solves.
-    pub solve: f64,
-    /// Update of multipliers and poses.
-    pub update: f64,
-    /// Contacts.
-    pub contact: f64,
-    /// All of them; its median is not the sum of theirs.
-    pub total: f64,
 }
 
 /// Something that a scene does not need.
@@ -100,50 +75,38 @@ pub fn measure(
     while costs.len() < steps {
         let before = simulation.counters();
         status = status.max(simulation.step(dt)?.status);
-        costs.push(between(&before, &simulation.counters()));
+        costs.push(Stages::between(&before, &simulation.counters()));
         if !progress(costs.len()) {
             break;
         }
     }
-    let of = |stage: usize| median(costs.iter().map(|costs| costs[stage]).collect());
-    let [drag, predict, guess, assemble, solve, update, contact, total] = std::array::from_fn(of);
-    let work = Work::from(&simulation.counters());
-    let mut needs = Needs {
-        formulation: params.formulation.to_string(),
+    Ok(Needs {
         solver: choice.solver.to_string(),
         guess: choice.guess.to_string(),
         reason: choice.reason(),
         segments: model.segments.len(),
-        joints: model.joints.len(),
         sets: simulation.components(),
         sets_in_lanes: simulation.in_lanes(),
         threads: simulation.threads(),
         steps: costs.len(),
         dt_s: dt,
         status: status.name().to_owned(),
-        median_us: Stages { drag, predict, guess, assemble, solve, update, contact, total },
-        work,
-        left_out: Vec::new(),
-    };
-    needs.left_out = left_out(model, params.formulation, choice.solver, choice.guess, &needs);
-    Ok(needs)
+        median_us: Stages::medians(&costs),
+        work: simulation.counters(),
+        left_out: left_out(model, params.formulation, &choice, &simulation),
+    })
 }
 
 /// What the model has no use for, by the model itself; the counts are what the solver did all the same.
-fn left_out(
-    model: &Model,
-    formulation: Formulation,
-    solver: SolverKind,
-    guess: GuessKind,
-    needs: &Needs,
-) -> Vec<LeftOut> {
-    let work = &needs.work;
+fn left_out(model: &Model, formulation: Formulation, choice: &Choice, simulation: &Simulation) -> Vec<LeftOut> {
+    let work = simulation.counters();
     let contacts = work.contact_searches
         + work.contact_candidates
         + work.contact_evaluations
         + work.contact_solves
         + work.contact_sweeps;
     let is_damped = model.damping.linear != 0.0 || model.damping.angular != 0.0;
+    let iterates = matches!(choice.solver, SolverKind::Cg(_));
     let branches = || split(model).iter().any(|(_, topology)| topology.branches > 0);
     let parts = [
         ("drag", model.air.is_none(), "there is no air", work.drag_evaluations),
@@ -153,15 +116,15 @@ fn left_out(
         ("branches", !branches(), "no segment has three joints", work.branch_eliminations),
         ("geometric stiffness", !formulation.geometric(), "not in this formulation", work.geometric_evaluations),
         ("momentum residual", !formulation.momentum(), "not in this formulation", work.momentum_evaluations),
-        ("start", guess == GuessKind::Zero, "steps begin at the prediction", work.guesses_used + work.guesses_dropped),
         (
-            "linear iterations",
-            !matches!(solver, SolverKind::Cg(_)),
-            "the linear solver is direct",
-            work.linear_iterations,
+            "start",
+            choice.guess == GuessKind::Zero,
+            "steps begin at the prediction",
+            work.guesses_used + work.guesses_dropped,
         ),
-        ("lanes", needs.sets_in_lanes == 0, "too few alike sets that cannot touch", 0),
-        ("threads", needs.threads == 1, "too little to share", 0),
+        ("linear iterations", !iterates, "the linear solver is direct", work.linear_iterations),
+        ("lanes", simulation.in_lanes() == 0, "too few alike sets that cannot touch", 0),
+        ("threads", simulation.threads() == 1, "too little to share", 0),
     ];
     let left_out = parts.into_iter().filter(|(_, is_left_out, ..)| *is_left_out);
     left_out.map(|(what, _, why, count)| LeftOut { what: what.to_owned(), why: why.to_owned(), count }).collect()

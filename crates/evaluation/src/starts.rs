@@ -98,46 +98,6 @@ impl Measured {
     }
 }
 
-/// Mean iterations of a guess with one preconditioner to one tolerance.
-#[derive(Clone, Debug, Serialize)]
-pub struct Cell {
-    /// Guess.
-    pub guess: String,
-    /// Preconditioner.
-    pub preconditioner: &'static str,
-    /// Tolerance.
-    pub tolerance: f64,
-    /// Mean iterations per solve; not a number where the preconditioner does not fit the scene.
-    pub iterations: f64,
-    /// Iterations relative to the first guess of the plan.
-    pub ratio: f64,
-    /// Number of solves.
-    pub solves: u64,
-    /// Those whose start was dropped: see [`solver::linear::LinearInfo::start_dropped`].
-    pub dropped: u64,
-}
-
-/// The first bucket's sums as a table.
-pub fn cells(plan: &Plan<'_>, measured: &Measured) -> Vec<Cell> {
-    let mean = |tally: Tally| tally.iterations as f64 / tally.solves as f64;
-    let mut cells = Vec::new();
-    for (g, (guess, _)) in plan.guesses.iter().enumerate() {
-        for (column, (preconditioner, tolerance)) in plan.columns().enumerate() {
-            let own = measured.tally(0, g, column);
-            cells.push(Cell {
-                guess: guess.clone(),
-                preconditioner: preconditioner.name(),
-                tolerance,
-                iterations: mean(own),
-                ratio: mean(own) / mean(measured.tally(0, 0, column)),
-                solves: own.solves,
-                dropped: own.dropped,
-            });
-        }
-    }
-    cells
-}
-
 /// Runs the scene and measures; after each step `after(step, simulation)` says whether to go on, and may give the
 /// motion a push.
 ///
@@ -232,7 +192,7 @@ impl Shadow {
         }
         for (column, solver) in self.solvers.iter_mut().enumerate() {
             let Some(solver) = solver else { continue };
-            // All starts of a column one after the other, so that they share the machine's moods.
+            // All starts of a column one after the other, so that they share what else the machine does.
             for (g, Guess { start, given, .. }) in self.guesses.iter().enumerate() {
                 self.solution.copy_from_slice(start);
                 let begin = Instant::now();

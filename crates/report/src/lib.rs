@@ -17,6 +17,7 @@ mod html;
 mod inline;
 mod page;
 mod table;
+mod text;
 mod write;
 
 pub use chart::{
@@ -27,3 +28,4 @@ pub use check::check;
 pub use error::ReportError;
 pub use page::{Block, Details, Page, Section};
 pub use table::{Cell, Column, Table};
+pub use text::wrapped;

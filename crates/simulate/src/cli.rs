@@ -10,26 +10,12 @@ use export::Format;
 use solver::formulation::{ContactProjection, Formulation};
 use solver::linear::precondition::PreconditionerKind;
 
-use crate::choice::SolverName;
 use crate::files::Wanted;
+use crate::solver_name::SolverName;
 use terminal::{positive, threads};
 
 /// Folder of a run's files where none is named.
 const OUT: &str = "out";
-
-/// What `guesses` compares: all that this program has.
-const GUESSES: &str = if cfg!(feature = "gn") {
-    "previous,linear,quadratic,fischer,frozen,knn,gn,gn-best"
-} else {
-    "previous,linear,quadratic,fischer,frozen,knn"
-};
-
-/// What `steps` compares.
-const STARTS: &str = if cfg!(feature = "gn") {
-    "step-previous,step-linear,step-quadratic,gn-step"
-} else {
-    "step-previous,step-linear,step-quadratic"
-};
 
 /// Simulates elastic rods: ropes, cables, springs, trees.
 ///
@@ -52,16 +38,8 @@ pub(crate) enum Command {
     List,
     /// Put several runs into one page, side by side or overlaid.
     View(ViewArgs),
-    /// Run a scene with several solvers and guesses: iterations, time per stage, error against a tight reference.
-    Compare(CompareArgs),
-    /// Measure guesses on the paper's random scenes: iterations and time relative to a zero start, by step.
-    Guesses(GuessesArgs),
-    /// Measure starts of whole steps on random scenes, slack ones too: outer iterations and time (formulation newton).
-    Steps(StepsArgs),
     /// Find the equilibrium that a scene without contacts relaxes to, in the wind of time 0.
     Static(StaticArgs),
-    /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
-    Stress(StressArgs),
 }
 
 /// Which scene, and for how long.
@@ -181,77 +159,6 @@ pub(crate) struct ViewArgs {
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct CompareArgs {
-    #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    /// More guesses to compare: knn, gn, gn-best, gn-step, or fischer-16 for instance. Where the scene is planar, knn and
-    /// gn are shown a second time, restricted to the plane; the others always are.
-    #[arg(long, value_delimiter = ',', value_name = "GUESSES")]
-    pub(crate) with: Vec<GuessName>,
-    #[command(flatten)]
-    pub(crate) learned: Sources,
-    /// What learned guesses learned from: rod, helix, knot, tree [default: tree where rods branch, knot where a rod that can
-    /// touch itself is held at both ends, helix where joints are bent or twisted at rest, else rod].
-    #[arg(long)]
-    pub(crate) scenario: Option<Scenario>,
-    /// Steps to leave out of the table of starts, where a history is not full yet.
-    #[arg(long, default_value = "10", value_parser = whole::<usize>, allow_hyphen_values = true)]
-    pub(crate) skip: usize,
-}
-
-/// Random scenes to measure on, and where the numbers go.
-#[derive(Args, Debug)]
-pub(crate) struct TableArgs {
-    /// Which random scenes: rod, helix, knot, tree (`steps`: rod, helix).
-    #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
-    pub(crate) scenario: Vec<Scenario>,
-    /// Simulations of each kind of scenes (for `steps`, at each time step and tolerance).
-    #[arg(long, default_value = "50", value_parser = at_least_one, allow_hyphen_values = true)]
-    pub(crate) simulations: usize,
-    /// Steps of each. In `guesses` the rod is struck after step 60.
-    #[arg(long, default_value = "100", value_parser = at_least_one, allow_hyphen_values = true)]
-    pub(crate) steps: usize,
-    /// Seed of the scenes. Those that learned guesses know have seed 0.
-    #[arg(long, default_value = "1", value_parser = whole::<u64>, allow_hyphen_values = true)]
-    pub(crate) seed: u64,
-    #[command(flatten)]
-    pub(crate) learned: Sources,
-    /// Write all numbers to this file as comma-separated values.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) csv: Option<PathBuf>,
-    /// Print JSON with all numbers instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct GuessesArgs {
-    #[command(flatten)]
-    pub(crate) table: TableArgs,
-    /// Guesses to compare with the zero start. Where the scenes are planar (rod), knn and gn are shown a second time,
-    /// restricted to the plane; gn-best always is.
-    #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = GUESSES)]
-    pub(crate) guess: Vec<GuessName>,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct StepsArgs {
-    #[command(flatten)]
-    pub(crate) table: TableArgs,
-    /// Time steps [s].
-    #[arg(long, value_delimiter = ',', default_value = "0.02,0.05,0.1", value_parser = positive,
-        allow_hyphen_values = true)]
-    pub(crate) dt: Vec<f64>,
-    /// Residuals at which a step is done, relative to that of its prediction.
-    #[arg(long, value_delimiter = ',', default_value = "1e-3,1e-6", value_parser = positive,
-        allow_hyphen_values = true)]
-    pub(crate) tolerance: Vec<f64>,
-    /// Starts to compare with the prediction (zero).
-    #[arg(long, value_delimiter = ',', value_name = "GUESSES", default_value = STARTS)]
-    pub(crate) guess: Vec<GuessName>,
-}
-
-#[derive(Args, Debug)]
 pub(crate) struct StaticArgs {
     /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod, -helix, -knot or -tree.
     #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
@@ -274,28 +181,8 @@ pub(crate) struct StaticArgs {
     pub(crate) json: bool,
 }
 
-#[derive(Args, Debug)]
-pub(crate) struct StressArgs {
-    /// Formulations to run [default: all].
-    #[arg(long, value_delimiter = ',')]
-    pub(crate) formulation: Vec<Formulation>,
-    /// Run only the cases whose name holds this text.
-    #[arg(long, default_value = "")]
-    pub(crate) only: String,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| format!("it must be a whole number from 0 to {}", u64::MAX))
-}
-
-fn at_least_one(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count) if count > 0 => Ok(count),
-        _ => Err("it must be a whole number of at least 1".to_owned()),
-    }
 }
 
 fn predictions(text: &str) -> Result<usize, String> {

@@ -3,8 +3,10 @@
 use anyhow::Result;
 use catalogue::{Guess, GuessName, LearnedName, Recipe, Training};
 use clap::Parser;
-use evaluation::compare::{self, Entry, Row};
+use evaluation::compare::{self, Cost, Entry, EntryRun};
+use evaluation::guesses::Spread;
 use graph::planar_normal;
+use report::{Column, Conditions, Table};
 use solver::guess::GuessKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings};
@@ -12,7 +14,6 @@ use solver::simulation::{GuessFactory, Settings};
 use crate::Outcome;
 use crate::choice::way;
 use crate::cli::Cli;
-use crate::compare::{runs_table, say_stopped};
 use crate::run;
 use crate::scenes::{scene, settings};
 use terminal::{Progress, say};
@@ -63,17 +64,47 @@ pub(crate) fn demo() -> Result<Outcome> {
         "\nThe same motion in other ways, side by side; medians over the steps: outer iterations, cg iterations and us a step;\n\
          error: the largest of any step"
     )?;
-    say_stopped(compared.steps, scene.run.steps)?;
-    let medians = |row: &Row| [row.outer_median, row.linear_median].map(|median| format!("{median:.0}"));
-    say!("{}", runs_table(&compared.rows, medians))?;
+    if compared.steps < scene.run.steps {
+        say!("Stopped after {} of {} steps: what follows is of these alone.", compared.steps, scene.run.steps)?;
+    }
+    say!("{}", table(&compared.rows).text())?;
     say!("{}", verdict(&compared.rows))?;
     Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
+/// Median of the steps; zero without any.
+fn median(run: &EntryRun, value: fn(&Cost) -> f64) -> f64 {
+    Spread::of(run.by_step.iter().map(value)).map_or(0.0, |spread| spread.median)
+}
+
+/// Iterations of conjugate gradients in a step.
+fn linear(run: &EntryRun) -> f64 {
+    median(run, |step| step.linear_iterations as f64)
+}
+
+fn table(runs: &[EntryRun]) -> Table {
+    let row = |run: &EntryRun| {
+        let us = &run.median_us;
+        let times = [us.guess, us.assemble, us.solve, us.total].map(|us| format!("{us:.1}"));
+        let counts = [median(run, |step| step.iterations as f64), linear(run)].map(|count| format!("{count:.0}"));
+        let cells = std::iter::once(run.name.clone()).chain(counts).chain(times);
+        cells.chain([format!("{:.1e}", run.error), run.status.to_owned()]).map(Into::into).collect()
+    };
+    let numbers = ["outer", "cg", "guess", "assemble", "solve", "total", "error"].map(Column::number);
+    Table {
+        id: "demonstration".to_owned(),
+        title: "The same motion in other ways".to_owned(),
+        caption: String::new(),
+        columns: std::iter::once(Column::text("way")).chain(numbers).chain([Column::text("status")]).collect(),
+        rows: runs.iter().map(row).collect(),
+        conditions: Conditions::new("times", "median of a step [us]"),
+    }
+}
+
 /// Who is fastest, and what the network's start is worth, in words.
-fn verdict(rows: &[Row]) -> String {
+fn verdict(rows: &[EntryRun]) -> String {
     let named = |name: &str| rows.iter().find(|row| row.name == name);
-    let fastest = rows.iter().min_by(|a, b| a.total_us.total_cmp(&b.total_us));
+    let fastest = rows.iter().min_by(|a, b| a.median_us.total.total_cmp(&b.median_us.total));
     let (Some(fastest), Some(direct), Some(zero), Some(best)) = (fastest, named(DIRECT), named(ZERO), named(BEST))
     else {
         return String::new();
@@ -82,39 +113,33 @@ fn verdict(rows: &[Row]) -> String {
         "Fastest here: {}, {:.0} us a step. From COPINGNet (gn-best) conjugate gradients take {:.0} % of the iterations\n\
          and {:.0} % of the time that they take from zero, and {:.1} times the time of the direct solve.",
         fastest.name,
-        fastest.total_us,
-        100.0 * best.linear_median / zero.linear_median,
-        100.0 * best.total_us / zero.total_us,
-        best.total_us / direct.total_us
+        fastest.median_us.total,
+        100.0 * linear(best) / linear(zero),
+        100.0 * best.median_us.total / zero.median_us.total,
+        best.median_us.total / direct.median_us.total
     )
 }
 
 #[cfg(test)]
 mod tests {
+    use evaluation::stages::Stages;
+    use solver::counters::Counters;
+
     use super::*;
 
     #[test]
     fn the_verdict_is_what_the_numbers_say() {
-        let row = |name: &str, linear_median, total_us| Row {
+        let row = |name: &str, linear_iterations, total| EntryRun {
             name: name.to_owned(),
             status: "converged",
             given_up: None,
-            iterations_per_step: 2.0,
-            linear_iterations_per_solve: 0.0,
-            outer_median: 2.0,
-            linear_median,
-            drag_us: 0.0,
-            predict_us: 0.0,
-            guess_us: 0.0,
-            assemble_us: 0.0,
-            solve_us: 0.0,
-            update_us: 0.0,
-            contact_us: 0.0,
-            total_us,
+            sets: 1,
+            counters: Counters::default(),
+            median_us: Stages { total, ..Stages::default() },
             error: 0.0,
-            by_step: vec![],
+            by_step: vec![Cost { linear_iterations, ..Cost::default() }],
         };
-        let rows = [row(DIRECT, 0.0, 20.0), row(ZERO, 40.0, 50.0), row(FISCHER, 8.0, 19.0), row(BEST, 20.0, 60.0)];
+        let rows = [row(DIRECT, 0, 20.0), row(ZERO, 40, 50.0), row(FISCHER, 8, 19.0), row(BEST, 20, 60.0)];
         assert_eq!(
             verdict(&rows),
             "Fastest here: cg from Fischer's projection, 19 us a step. From COPINGNet (gn-best) conjugate gradients take 50 % \

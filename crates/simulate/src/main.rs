@@ -2,11 +2,9 @@
 
 mod choice;
 mod cli;
-mod compare;
 #[cfg(feature = "gn")]
 mod demo;
 mod files;
-mod guesses;
 mod keep;
 mod list;
 mod measured;
@@ -14,13 +12,9 @@ mod plots;
 mod run;
 mod sample;
 mod scenes;
-mod spreads;
-mod standing;
+mod solver_name;
 mod statics;
-mod steps;
-mod stress;
 mod summary;
-mod table;
 mod view;
 
 use std::process::ExitCode;
@@ -34,6 +28,9 @@ const FAILED: u8 = 1;
 /// Exit code of bad input: flags, scenes, places to write to.
 const BAD_INPUT: u8 = 2;
 
+/// Commands that `evaluate` has.
+const MEASURING: [&str; 4] = ["compare", "guesses", "steps", "stress"];
+
 /// How a command ended.
 enum Outcome {
     Done,
@@ -45,6 +42,10 @@ enum Outcome {
 }
 
 fn main() -> ExitCode {
+    if let Some(name) = std::env::args().nth(1).filter(|name| MEASURING.contains(&name.as_str())) {
+        terminal::complain(format_args!("`simulate {name}` is `evaluate {name}` now: cargo run -p evaluate -- {name}"));
+        return ExitCode::from(BAD_INPUT);
+    }
     let cli = Cli::parse();
     let result = match cli.command {
         #[cfg(feature = "gn")]
@@ -52,11 +53,7 @@ fn main() -> ExitCode {
         None => run::run(&cli.scene, &cli.run),
         Some(Command::List) => list::list(),
         Some(Command::View(args)) => view::view(&args),
-        Some(Command::Compare(args)) => compare::compare(&args),
-        Some(Command::Guesses(args)) => guesses::guesses(&args),
-        Some(Command::Steps(args)) => steps::steps(&args),
         Some(Command::Static(args)) => statics::relax(&args),
-        Some(Command::Stress(args)) => stress::stress(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -3,7 +3,6 @@
 use anyhow::{Result, anyhow, bail};
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
-use solver::formulation::Formulation;
 use solver::simulation::Settings;
 
 use crate::cli::SceneArgs;
@@ -51,20 +50,14 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
     })
 }
 
-/// Settings with the formulation and the tolerances of the arguments.
+/// Settings with the formulation and the tolerances of the arguments; the absolute one goes down with the relative one.
 pub(crate) fn settings(args: &SceneArgs) -> Settings {
-    let mut settings = settings_for(args.formulation, args.tolerance);
+    let mut settings = Settings::default();
+    settings.step.formulation = args.formulation;
+    settings.step.relative_tolerance = args.tolerance;
+    settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * args.tolerance);
     settings.step.contact_tolerance = args.contact_tolerance;
     settings.step.contact_projection = args.contacts;
-    settings
-}
-
-/// The settings of a formulation and a relative tolerance; the absolute one goes down with it.
-pub(crate) fn settings_for(formulation: Formulation, tolerance: f64) -> Settings {
-    let mut settings = Settings::default();
-    settings.step.formulation = formulation;
-    settings.step.relative_tolerance = tolerance;
-    settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * tolerance);
     settings
 }
 

@@ -6,11 +6,10 @@ use std::time::Duration;
 use anyhow::Result;
 use catalogue::{GuessName, Origin};
 use comfy_table::Table;
-use evaluation::work::Work;
 use rod::State;
 use scene::Scene;
 use serde::Serialize;
-use solver::counters::StageTimes;
+use solver::counters::{Counters, StageTimes};
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
@@ -97,7 +96,7 @@ pub(crate) struct Summary {
     /// The same, for the table.
     #[serde(skip)]
     times: StageTimes,
-    work: Work,
+    work: Counters,
     worst_residuals: Worst,
     /// Frames whose energy and length were measured: the first, up to 200 evenly spaced ones, and the last.
     frames_measured: usize,
@@ -162,7 +161,7 @@ impl Summary {
                 contact: seconds(times.contact),
             },
             times: *times,
-            work: Work::from(&counters),
+            work: counters,
             worst_residuals: Worst {
                 stretch_per_length: counters.worst_stretch,
                 bend_rad: counters.worst_bend,
@@ -196,10 +195,10 @@ impl Summary {
         let speed = self.times_real_time;
         let speed = if speed < 1e6 { format!("{speed:.1}") } else { format!("{speed:.1e}") };
         say!("{}: {} steps{stopped} in {:.3} s, {speed} times real time", self.status, self.steps, self.wall_s)?;
-        let per_step = work.outer_iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
+        let per_step = work.iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
         let mut line = format!("outer iterations: {per_step:.2} a step");
         if work.linear_iterations > 0 {
-            let each = work.linear_iterations as f64 / work.outer_iterations.max(1) as f64;
+            let each = work.linear_iterations as f64 / work.iterations.max(1) as f64;
             line += &format!(", {each:.1} linear iterations in each");
         }
         if work.retries > 0 {

@@ -3,7 +3,6 @@
 mod common;
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -173,30 +172,4 @@ fn an_interrupted_run_keeps_its_results() {
     assert_eq!((&summary["interrupted"], &summary["status"]), (&true.into(), &"converged".into()));
     assert_eq!(summary["steps_asked"], 1_000_000_000);
     assert!(summary["steps"].as_u64().is_some_and(|steps| (1..1_000_000_000).contains(&steps)));
-}
-
-/// The same for the commands without files: the table of what was done so far.
-#[test]
-#[cfg(unix)]
-fn interrupted_tables_are_printed() {
-    for arguments in [&["compare", "helix", "--steps", "1000000"][..], &["stress", "--formulation", "xpbd"]] {
-        let mut child = simulate(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
-        // The first line comes when the program listens to Ctrl-C already, and at once.
-        let begin = Instant::now();
-        let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
-        let mut out = String::new();
-        stdout.read_line(&mut out).expect("a line");
-        assert!(begin.elapsed() < Duration::from_secs(1), "{arguments:?}: {:?} to the first line", begin.elapsed());
-        std::thread::sleep(Duration::from_millis(200));
-        interrupt(child.id());
-        stdout.read_to_string(&mut out).expect("the rest");
-        let output = child.wait_with_output().expect("it ends");
-        let (code, _, err) = texts(&output);
-        assert_eq!((code, err), (Some(130), ""), "{arguments:?}");
-        assert!(out.lines().count() > 4 && !out.contains("NaN"), "{out}");
-        assert!(
-            arguments[0] != "compare" || out.contains(" of 1000000 steps: what follows is of these alone"),
-            "{out}"
-        );
-    }
 }

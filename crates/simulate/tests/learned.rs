@@ -1,4 +1,4 @@
-//! Learned guesses on the command line: the data set on first use, starts, end to end, and the table of guesses.
+//! Learned guesses on the command line: the data set on first use, starts, end to end.
 
 mod common;
 
@@ -70,47 +70,6 @@ fn nearest_neighbours_from_the_first_use_on() {
     // A foreign scene works and says so; the data set may be chosen.
     let text = out(&["helix", "--guess", "knn", "--solver", "cg", "--steps", "2", "--scenario", "rod"]);
     assert!(text.contains("nothing is like this scene: segments = 60.0, not 10.0 to 55.0"), "{text}");
-
-    // Tables.
-    let compared = summary(&["compare", "--steps", "3", "--with", "knn,fischer-2"]);
-    let names: Vec<_> = compared["runs"].as_array().expect("runs").iter().map(|run| run["name"].clone()).collect();
-    assert!(names.contains(&"xpbd-geometric, cg jacobi, knn".into()), "{names:?}");
-    assert!(names.contains(&"xpbd-geometric, cg raw, fischer-2".into()), "{names:?}");
-    let csv = path("guesses.csv");
-    let names = "previous,linear,quadratic,fischer,frozen,knn";
-    let table =
-        ["guesses", "--scenario", "rod", "--simulations", "2", "--steps", "62", "--guess", names, "--csv", &csv];
-    let report = summary(&table);
-    let cells = report["standings"][0]["cells"].as_array().expect("cells");
-    // Six buckets, eight guesses (knn twice) and the direct solve, nine columns.
-    assert_eq!(cells.len(), 6 * 9 * 9);
-    let value = |guess: &str, bucket: &str, key: &str| {
-        let own = |cell: &&Value| {
-            cell["guess"] == guess
-                && cell["bucket"] == bucket
-                && cell["preconditioner"] == "jacobi"
-                && cell["tolerance"] == 1e-2
-        };
-        cells.iter().find(own).expect("a cell")[key].clone()
-    };
-    let median = |guess: &str, bucket: &str| value(guess, bucket, "iteration_ratio")["median"].as_f64();
-    assert_eq!(median("zero", "later steps"), Some(1.0));
-    assert_eq!(median("fischer", "step 1"), Some(1.0));
-    assert!(median("fischer", "later steps") < Some(0.2) && median("knn, planar", "step 2") > Some(0.1));
-    assert_eq!(value("knn", "after the impulse", "solves"), 4);
-    assert_eq!(value("knn", "later steps", "solves"), 20);
-    assert_eq!(value("direct solve", "step 2", "iteration_ratio"), Value::Null);
-    assert!(value("direct solve", "step 2", "time_us")["median"].as_f64() > Some(0.0));
-    let lines = fs::read_to_string(&csv).expect("a file");
-    assert_eq!(lines.lines().count(), 1 + cells.len());
-    let columns = lines.lines().next().expect("a line").split(',').count();
-    assert!(lines.lines().skip(1).all(|line| line.replace("knn, planar", "").split(',').count() == columns));
-    let text = out(&["guesses", "--scenario", "rod", "--simulations", "2", "--steps", "4", "--guess", "fischer,knn"]);
-    assert!(
-        text.contains("The direct solve takes less time") && text.contains("rod, 2 simulations, step 3: iterations")
-    );
-    assert!(text.lines().all(|line| line.trim_end().chars().count() <= 120), "{text}");
-    assert!(!text.contains("after the impulse:") && !text.contains("NaN") && !text.contains("inf"), "{text}");
 
     // What is not a data set is one error.
     fs::write(folder.path().join("data/rod/manifest.toml"), "schema_version = 1\n").expect("a file");

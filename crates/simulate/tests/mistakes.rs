@@ -40,7 +40,6 @@ fn flags() {
         ("--steps -3", format!("invalid value '-3' for '--steps <STEPS>': {whole}")),
         ("--steps 1.5", format!("invalid value '1.5' for '--steps <STEPS>': {whole}")),
         ("--steps 99999999999999999999", format!("invalid value '99999999999999999999' for '--steps <STEPS>': {whole}")),
-        ("compare --steps 0", "--steps 0, but a comparison needs at least 1".to_owned()),
         ("--threads 0", "invalid value '0' for '--threads <THREADS>': it must be a whole number from 1 to 1024".to_owned()),
         ("--threads 60000", "invalid value '60000' for '--threads <THREADS>': it must be a whole number from 1 to 1024".to_owned()),
         (
@@ -88,7 +87,6 @@ fn flags() {
         ("--planar --guess zero", learned("--planar", "zero")),
         ("--data x --guess frozen --solver cg", "--data needs the guess knn, but asked for: frozen".to_owned()),
         ("--checkpoint x", "--checkpoint needs the guess gn, gn-best or gn-step, but asked for: none".to_owned()),
-        ("compare --checkpoint x --with knn", "--checkpoint needs the guess gn, gn-best or gn-step, but asked for: knn".to_owned()),
         ("--scenario rod", learned("--scenario", "the default")),
         ("--guess knn --scenario bush", "invalid value 'bush' for '--scenario <SCENARIO>': expected one of rod, helix, knot, tree".to_owned()),
         (
@@ -96,23 +94,6 @@ fn flags() {
             "--planar needs a scene that lies and stays in a plane to which d1 or d2 of all segments is normal, but helix \
              does not"
                 .to_owned(),
-        ),
-        (
-            "guesses --seed 0",
-            "--seed 0, but it must differ from the data sets' seed: guesses have seen those scenes".to_owned(),
-        ),
-        ("guesses --simulations 0", "invalid value '0' for '--simulations <SIMULATIONS>': it must be a whole number of at least 1".to_owned()),
-        (
-            "guesses --guess zero,step-linear",
-            "--guess step-linear starts whole steps, but guesses of linear solves are compared here".to_owned(),
-        ),
-        (
-            "guesses --data x --guess fischer,linear",
-            "--data needs the guess knn, but asked for: fischer, linear".to_owned(),
-        ),
-        (
-            "guesses --csv nowhere/at/all.csv",
-            "--csv: cannot write nowhere/at/all.csv: there is no directory nowhere/at".to_owned(),
         ),
         ("--preconditioner jacobi --solver direct", "--preconditioner needs --solver cg, but the solver is direct".to_owned()),
         (
@@ -130,9 +111,16 @@ fn flags() {
         let words: Vec<&str> = arguments.split(' ').collect();
         assert_eq!(error(&words), format!("error: {expected}"), "{arguments}");
     }
-    assert!(
-        error(&["stress", "--only", "jelly"]).starts_with("error: --only jelly: no case's name holds this text; there")
-    );
+}
+
+/// What `evaluate` measures is no scene, whatever follows.
+#[test]
+fn measuring_commands_name_the_program_that_has_them() {
+    for name in ["compare", "guesses", "steps", "stress"] {
+        let expected = format!("error: `simulate {name}` is `evaluate {name}` now: cargo run -p evaluate -- {name}");
+        assert_eq!(error(&[name]), expected);
+        assert_eq!(error(&[name, "helix", "--json"]), expected);
+    }
 }
 
 #[cfg(not(feature = "gn"))]
@@ -142,8 +130,6 @@ fn networks_that_the_program_does_not_have() {
     for (arguments, flag) in [
         (&["--guess", "gn"][..], "'gn' for '--guess <GUESS>'"),
         (&["--guess", "gn-best", "--solver", "cg", "--checkpoint", "x"], "'gn-best' for '--guess <GUESS>'"),
-        (&["compare", "--with", "knn,gn"], "'gn' for '--with <GUESSES>'"),
-        (&["guesses", "--guess", "gn"], "'gn' for '--guess <GUESSES>'"),
     ] {
         assert_eq!(error(arguments), format!("error: invalid value {flag}: {absent}"));
     }

@@ -3,6 +3,8 @@
 use std::ops::AddAssign;
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 /// Wall time of each stage, summed over the threads that ran it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageTimes {
@@ -42,8 +44,9 @@ impl StageTimes {
     }
 }
 
-/// Counters of a simulation.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Counters of a simulation. In files stand the counts alone: how often something was done, over all steps and connected
+/// sets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counters {
     /// Steps of a connected set of segments, substeps counted each.
     pub steps: u64,
@@ -54,6 +57,7 @@ pub struct Counters {
     /// Steps whose numbers were not finite, after the smallest substep; the segments were left where they were.
     pub non_finite: u64,
     /// Outer iterations (linear solves), taken-back steps included.
+    #[serde(rename = "outer_iterations")]
     pub iterations: u64,
     /// Outer iterations times segments.
     pub segment_iterations: u64,
@@ -89,16 +93,22 @@ pub struct Counters {
     /// Sweeps over complementarity problems.
     pub contact_sweeps: u64,
     /// Worst error of a contact of an accepted step, relative to the smaller radius.
+    #[serde(skip)]
     pub worst_contact: f64,
     /// Deepest penetration after an accepted step, relative to the smaller radius.
+    #[serde(skip)]
     pub deepest_penetration: f64,
     /// Worst stretch-shear residual of an accepted step, `|C_s + alpha~ lambda_s| / l`.
+    #[serde(skip)]
     pub worst_stretch: f64,
     /// Worst bend-twist residual of an accepted step, `|C_b + alpha~ lambda_b| l` [rad].
+    #[serde(skip)]
     pub worst_bend: f64,
     /// Worst momentum residual of an accepted step.
+    #[serde(skip)]
     pub worst_momentum: f64,
     /// Wall time per stage.
+    #[serde(skip)]
     pub times: StageTimes,
 }
 

@@ -6,7 +6,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evaluation::ablation::{Architecture, Budget, Cell, Key, Outcome, Row, SCHEMA_VERSION, SUMMARY, Summary, Sweep};
+use evaluation::ablation::{
+    Architecture, Budget, Key, Outcome, Row, SCHEMA_VERSION, SUMMARY, Summary, Sweep, SweepCell,
+};
 use evaluation::guesses::Spread;
 use export::{Stored, seal, write_atomically};
 use terminal::say;
@@ -45,7 +47,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     }
     let cell = |(key, outcome): (Key, Option<Outcome>)| {
         let Key { seed, architecture, source, .. } = key;
-        outcome.map(|outcome| Cell { scenario: source.scenario, architecture, seed, outcome })
+        outcome.map(|outcome| SweepCell { scenario: source.scenario, architecture, seed, outcome })
     };
     let cells = gathered.outcomes.into_iter().filter_map(cell).collect();
     let summary = Summary { schema_version: SCHEMA_VERSION, lost, sweep, cells };
@@ -141,7 +143,7 @@ fn csv(summary: &Summary) -> String {
             &["mean", "lower_quartile", "median", "upper_quartile"].map(|part| format!(",{spread}_{part}")).concat();
     }
     let Budget { recipe, epochs, batch, .. } = &summary.sweep.budget;
-    for Cell { scenario, architecture: Architecture { gn_blocks, mlp_layers, width }, seed, outcome } in &summary.cells
+    for SweepCell { scenario, architecture: Architecture { gn_blocks, mlp_layers, width }, seed, outcome } in &summary.cells
     {
         let Outcome { node_visits, parameters, best_epoch, final_loss, training_s, .. } = outcome;
         let Outcome { weights_blake3, threads, program_version, .. } = outcome;

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context as _, Result};
-use evaluation::ablation::{Architecture, FREE, PLANAR, Row, SCHEMA_VERSION, Summary};
+use evaluation::ablation::{Architecture, Budget, FREE, PLANAR, Row, SCHEMA_VERSION, Summary, Sweep, SweepCell, Test};
 use evaluation::guesses::Spread;
-use report::{Block, Charts, ColourScale, Column, Figure, HeatMap, NumberFormat, Scale, Section as PageSection, Table};
+use report::{
+    Block, Cell, Charts, ColourScale, Column, Figure, HeatMap, NumberFormat, Scale, Section as PageSection, Table,
+};
 use terminal::Progress;
 
 use crate::agreement::Agreement;
@@ -96,13 +98,13 @@ fn read(file: &Path) -> Result<Option<Summary>> {
 /// Preconditioner and tolerance whose numbers are told in words.
 const SOLVER: (&str, f64) = ("raw", 1e-4);
 
-/// What is shown of a row, with its name, unit and factor.
-type Shown = (&'static str, &'static str, fn(&Row) -> Option<Spread>, f64);
+/// What is shown of a row, with its name and unit.
+type Shown = (&'static str, &'static str, fn(&Row) -> Option<Spread>);
 
 const SHOWN: [Shown; 3] = [
-    ("iterations", "relative to zero", iterations, 1.0),
-    ("inference", "us a solve", |row| row.inference_us, 1.0),
-    ("speed-up of the solve, guess included", "time of zero over time", |row| row.speed_up, 1.0),
+    ("iterations", "relative to zero", iterations),
+    ("inference", "us a solve", |row| row.inference_us),
+    ("speed-up of the solve, guess included", "time of zero over time", |row| row.speed_up),
 ];
 
 fn iterations(row: &Row) -> Option<Spread> {
@@ -113,20 +115,35 @@ fn scenarios(summary: &Summary) -> Vec<&str> {
     summary.sweep.sources.iter().map(|source| source.scenario.as_str()).collect()
 }
 
-/// Mean over the seeds of the medians: of the planar guess where there is one.
+/// The medians of a network with one solver: of the planar guess where there is one.
+fn of_cell(
+    cell: &SweepCell,
+    (preconditioner, tolerance): (&str, f64),
+    value: fn(&Row) -> Option<Spread>,
+) -> Option<f64> {
+    let is_solver = |row: &&Row| row.preconditioner == preconditioner && row.tolerance == tolerance;
+    let of = |guess: &str| cell.outcome.rows.iter().filter(is_solver).find(|row| row.guess == guess);
+    Some(value(of(PLANAR).or_else(|| of(FREE))?)?.median)
+}
+
+/// The networks of an architecture, one a seed.
+fn networks<'a>(
+    summary: &'a Summary,
+    scenario: &str,
+    architecture: Architecture,
+) -> impl Iterator<Item = &'a SweepCell> {
+    summary.cells.iter().filter(move |cell| cell.scenario == scenario && cell.architecture == architecture)
+}
+
+/// Mean over the seeds.
 fn mean(
     summary: &Summary,
     scenario: &str,
     architecture: Architecture,
-    (preconditioner, tolerance): (&str, f64),
+    solver: (&str, f64),
     value: fn(&Row) -> Option<Spread>,
 ) -> Option<f64> {
-    let own = summary.cells.iter().filter(|cell| cell.scenario == scenario && cell.architecture == architecture);
-    let medians = own.filter_map(|cell| {
-        let is_solver = |row: &&Row| row.preconditioner == preconditioner && row.tolerance == tolerance;
-        let of = |guess: &str| cell.outcome.rows.iter().filter(is_solver).find(|row| row.guess == guess);
-        Some(value(of(PLANAR).or_else(|| of(FREE))?)?.median)
-    });
+    let medians = networks(summary, scenario, architecture).filter_map(|cell| of_cell(cell, solver, value));
     Some(Spread::of(medians)?.mean)
 }
 
@@ -135,65 +152,53 @@ fn blocks(summary: &Summary) -> Vec<Block> {
     if !summary.lost.is_empty() {
         blocks.push(Block::Paragraph(format!("**{} cells are missing.**", summary.lost.len())));
     }
-    let (grid, benchmark) = (&summary.sweep.grid, summary.sweep.grid.benchmark);
-    let names = |values: &[u16]| values.iter().map(u16::to_string).collect::<Vec<_>>();
     for scenario in scenarios(summary) {
         for solver in [SOLVER, ("block-jacobi", 1e-2)] {
-            let (preconditioner, tolerance) = solver;
-            let map = |&(title, value_label, value, factor): &Shown,
-                       rows: &[u16],
-                       of: &dyn Fn(u16, u16) -> Architecture,
-                       columns: &[u16]| HeatMap {
-                title: title.to_owned(),
-                value_label: value_label.to_owned(),
-                rows: names(rows),
-                columns: names(columns),
-                values: rows
-                    .iter()
-                    .map(|&row| {
-                        let at =
-                            |&column: &u16| mean(summary, scenario, of(row, column), solver, value).map(|x| x * factor);
-                        columns.iter().map(at).collect()
-                    })
-                    .collect(),
-                format: NumberFormat::Significant(3),
-                scale: Scale::Linear,
-                colours: if title == "inference" {
-                    ColourScale::Sequential
-                } else {
-                    ColourScale::Diverging { centre: 1.0 }
-                },
-                ..HeatMap::default()
-            };
-            let mut maps = Vec::new();
-            for shown in &SHOWN {
-                let of = |gn_blocks, width| Architecture { gn_blocks, width, ..benchmark };
-                maps.push(HeatMap {
-                    row_label: "GN blocks".to_owned(),
-                    column_label: "width".to_owned(),
-                    ..map(shown, &grid.gn_blocks, &of, &grid.widths)
-                });
-            }
-            for shown in &SHOWN {
-                let of = |_, mlp_layers| Architecture { mlp_layers, ..benchmark };
-                maps.push(HeatMap {
-                    row_label: "GN blocks".to_owned(),
-                    column_label: "MLP layers".to_owned(),
-                    ..map(shown, &[benchmark.gn_blocks], &of, &grid.mlp_layers)
-                });
-            }
-            blocks.push(Block::Figure(Figure {
-                id: format!("ablation-{scenario}-{preconditioner}"),
-                title: format!("{scenario}: {preconditioner} conjugate gradients to {tolerance:e}"),
-                caption: "Means over the seeds of medians over the held-out simulations; rods in their plane."
-                    .to_owned(),
-                charts: Charts::Heat(maps),
-                conditions: conditions(summary, scenario),
-            }));
+            blocks.push(Block::Figure(figure(summary, scenario, solver)));
         }
     }
     blocks.push(Block::Table(seeds(summary)));
     blocks
+}
+
+fn figure(summary: &Summary, scenario: &str, solver: (&str, f64)) -> Figure {
+    let (grid, benchmark) = (&summary.sweep.grid, summary.sweep.grid.benchmark);
+    let names = |values: &[u16]| values.iter().map(u16::to_string).collect::<Vec<_>>();
+    let by_width = |gn_blocks, width| Architecture { gn_blocks, width, ..benchmark };
+    let by_layers = |_, mlp_layers| Architecture { mlp_layers, ..benchmark };
+    type Of<'a> = &'a dyn Fn(u16, u16) -> Architecture;
+    let maps: [(&str, &[u16], &[u16], Of<'_>); 2] = [
+        ("width", &grid.gn_blocks, &grid.widths, &by_width),
+        ("MLP layers", &[benchmark.gn_blocks], &grid.mlp_layers, &by_layers),
+    ];
+    let map = |(column_label, rows, columns, of): (&str, &[u16], &[u16], Of<'_>), &(title, label, value): &Shown| {
+        let value = |row: u16, column: u16| mean(summary, scenario, of(row, column), solver, value);
+        HeatMap {
+            title: title.to_owned(),
+            row_label: "GN blocks".to_owned(),
+            column_label: column_label.to_owned(),
+            value_label: label.to_owned(),
+            rows: names(rows),
+            columns: names(columns),
+            values: rows.iter().map(|&row| columns.iter().map(|&column| value(row, column)).collect()).collect(),
+            format: NumberFormat::Significant(3),
+            scale: Scale::Linear,
+            colours: match title {
+                "inference" => ColourScale::Sequential,
+                _ => ColourScale::Diverging { centre: 1.0 },
+            },
+        }
+    };
+    let (preconditioner, tolerance) = solver;
+    Figure {
+        id: format!("ablation-{scenario}-{preconditioner}"),
+        title: format!("{scenario}: {preconditioner} conjugate gradients to {tolerance:e}"),
+        caption: "Means over the seeds of medians over the held-out simulations; rods in their plane.".to_owned(),
+        charts: Charts::Heat(
+            maps.into_iter().flat_map(|maps| SHOWN.iter().map(move |shown| map(maps, shown))).collect(),
+        ),
+        conditions: conditions(summary, scenario),
+    }
 }
 
 const INTRODUCTION: &str = "The supplement's figure on the architecture: networks of other sizes after equal budgets of \
@@ -201,27 +206,19 @@ const INTRODUCTION: &str = "The supplement's figure on the architecture: network
     deeper perceptrons nothing, and wider ones something, most for the helix.";
 
 fn conditions(summary: &Summary, scenario: &str) -> report::Conditions {
-    let budget = &summary.sweep.budget;
-    let test = &summary.sweep.test;
-    let visits = summary.sweep.sources.iter().find(|source| source.scenario == scenario);
-    let visits = visits.map_or(0, |source| source.nodes * budget.epochs);
+    let Sweep { seeds, budget, test, sources, .. } = &summary.sweep;
+    let visits =
+        sources.iter().find(|source| source.scenario == scenario).map_or(0, |source| source.nodes * budget.epochs);
     let mut machines: Vec<&str> = summary.cells.iter().map(|cell| cell.outcome.machine.as_str()).collect();
     machines.dedup();
-    report::Conditions::new("budget", format!("{} epochs, {visits} node visits, equal for all", budget.epochs))
-        .with(
-            "recipe",
-            format!(
-                "{}, batch {}, rate {:e} ({}), loss {}",
-                budget.recipe, budget.batch, budget.learning_rate, budget.schedule, budget.loss
-            ),
-        )
-        .with("seeds", format!("{:?}", summary.sweep.seeds))
+    let Budget { recipe, batch, learning_rate, schedule, loss, epochs, .. } = budget;
+    let Test { simulations, steps, seed } = test;
+    report::Conditions::new("budget", format!("{epochs} epochs, {visits} node visits, equal for all"))
+        .with("recipe", format!("{recipe}, batch {batch}, rate {learning_rate:e} ({schedule}), loss {loss}"))
+        .with("seeds", format!("{seeds:?}"))
         .with(
             "measured on",
-            format!(
-                "{} simulations of {} steps, seed {}, every fifth step after the tenth",
-                test.simulations, test.steps, test.seed
-            ),
+            format!("{simulations} simulations of {steps} steps, seed {seed}, every fifth step after the tenth"),
         )
         .with("time", "guess with features and inference, and solve; ratios within one run")
         .with("machine", machines.join("; "))
@@ -229,32 +226,24 @@ fn conditions(summary: &Summary, scenario: &str) -> report::Conditions {
 
 /// How far seeds differ.
 fn seeds(summary: &Summary) -> Table {
-    let mut rows = Vec::new();
-    for scenario in scenarios(summary) {
-        for architecture in summary.sweep.grid.architectures() {
-            let own = |seed: u64| {
-                let cell = summary
-                    .cells
-                    .iter()
-                    .find(|cell| cell.scenario == scenario && cell.architecture == architecture && cell.seed == seed)?;
-                let is_solver = |row: &&Row| (row.preconditioner.as_str(), row.tolerance) == SOLVER;
-                let of = |guess: &str| cell.outcome.rows.iter().filter(is_solver).find(|row| row.guess == guess);
-                Some(of(PLANAR).or_else(|| of(FREE))?.iteration_ratio?.median)
-            };
-            let mut row = vec![format!("{scenario}, {architecture}").into()];
-            for &seed in &summary.sweep.seeds {
-                row.push(own(seed).map_or("-".to_owned(), number).into());
-            }
-            rows.push(row);
-        }
-    }
+    let all = scenarios(summary).into_iter().flat_map(|scenario| {
+        summary.sweep.grid.architectures().into_iter().map(move |architecture| (scenario, architecture))
+    });
+    let row = |(scenario, architecture)| {
+        let own = |&seed: &u64| {
+            let cell = networks(summary, scenario, architecture).find(|cell| cell.seed == seed);
+            cell.and_then(|cell| of_cell(cell, SOLVER, iterations)).map_or("-".to_owned(), number).into()
+        };
+        let name = Cell::from(format!("{scenario}, {architecture}"));
+        std::iter::once(name).chain(summary.sweep.seeds.iter().map(own)).collect()
+    };
     let of_seed = summary.sweep.seeds.iter().map(|seed| Column::number(format!("seed {seed}")));
     Table {
         id: "ablation-seeds".to_owned(),
         title: "Iterations relative to zero, raw 1e-4, by seed".to_owned(),
         caption: "Medians over the held-out simulations.".to_owned(),
         columns: std::iter::once(Column::text("network")).chain(of_seed).collect(),
-        rows,
+        rows: all.map(row).collect(),
         conditions: conditions(summary, scenarios(summary).first().copied().unwrap_or_default()),
     }
 }

@@ -11,7 +11,7 @@ mod paper;
 mod performance;
 mod precision;
 mod speedups;
-mod stability;
+pub(crate) mod stability;
 mod temporal;
 
 use clap::ValueEnum;

@@ -3,9 +3,9 @@
 use anyhow::{Context as _, Result};
 use catalogue::rows;
 use dataset::Scenario;
-use evaluation::stress::{self, Case, Row};
+use evaluation::stress::{self, Case, CaseRun};
 use graph::planar_normal;
-use report::{Block, Cell, Column, Section as PageSection, Table};
+use report::{Block, Cell, Conditions, Section as PageSection, Table};
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
@@ -17,9 +17,9 @@ use solver::simulation::{GuessFactory, Settings};
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::show::number;
+use crate::show::{columns, number};
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Key {
     case: String,
     formulation: String,
@@ -30,7 +30,7 @@ pub(crate) struct Key {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Value {
-    row: Row,
+    row: CaseRun,
 }
 
 /// The section, with its cases.
@@ -98,30 +98,18 @@ impl Section for Stability {
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Value)]) -> Result<PageSection> {
-        let conditions = context.conditions("wall time of all steps").with(
-            "tolerance",
-            format!("{:e} relative, {:e} absolute", stress::RELATIVE_TOLERANCE, stress::ABSOLUTE_TOLERANCE),
-        );
-        let direct = cells.iter().filter(|(key, _)| key.solver == DIRECT && key.start == ZERO);
-        let plain = Table {
-            id: "stability-cases".to_owned(),
-            title: "Stiff and extreme cases".to_owned(),
-            caption: "Energy: largest rise of the total energy above its start, relative to the energy at stake; none in wind, \
-                      which does work. Length: largest relative change. Stretch in segment lengths, bend in radians. Depth: \
-                      deepest penetration over the radius."
-                .to_owned(),
-            columns: columns(&["case", "formulation", "status"], &COLUMNS),
-            rows: direct.map(|(key, value)| row(&[&key.case, &key.formulation], &value.row)).collect(),
-            conditions: conditions.clone(),
-        };
-        let guessed = cells.iter().filter(|(key, _)| key.solver == CG || key.start != ZERO);
+        let conditions = tolerances(context.conditions("wall time of all steps"));
+        let is_plain = |key: &Key| key.solver == DIRECT && key.start == ZERO;
+        let plain: Vec<_> = cells.iter().filter(|(key, _)| is_plain(key)).map(|(_, value)| &value.row).collect();
+        let plain = cases_table(&plain, conditions.clone());
+        let guessed = cells.iter().filter(|(key, _)| !is_plain(key));
         let learned = Table {
             id: "stability-guesses".to_owned(),
             title: "Learned guesses far outside of their training".to_owned(),
             caption: "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time at \
                       worst: status, energy and length must be those of the row without it."
                 .to_owned(),
-            columns: columns(&["case", "formulation", "solver", "start", "status"], &COLUMNS),
+            columns: columns(&[&["case", "formulation", "solver", "start", "status"], &NUMBERS[..]].concat()),
             rows: guessed.map(|(key, value)| row(&[&key.case, &key.formulation, &key.solver, &key.start], &value.row)).collect(),
             conditions,
         };
@@ -130,8 +118,29 @@ impl Section for Stability {
     }
 }
 
+/// Conditions with the table's tolerances.
+pub(crate) fn tolerances(conditions: Conditions) -> Conditions {
+    let tolerances = format!("{:e} relative, {:e} absolute", stress::RELATIVE_TOLERANCE, stress::ABSOLUTE_TOLERANCE);
+    conditions.with("tolerance", tolerances)
+}
+
+/// The table of cases that are solved directly.
+pub(crate) fn cases_table(runs: &[&CaseRun], conditions: Conditions) -> Table {
+    Table {
+        id: "stability-cases".to_owned(),
+        title: "Stiff and extreme cases".to_owned(),
+        caption: "Energy: largest rise of the total energy above its start, relative to the energy at stake; none in wind, \
+                  which does work. Length: largest relative change. Stretch in segment lengths, bend in radians. Depth: \
+                  deepest penetration over the radius."
+            .to_owned(),
+        columns: columns(&[&["case", "formulation", "status"], &NUMBERS[..]].concat()),
+        rows: runs.iter().map(|run| row(&[&run.case, &run.formulation], run)).collect(),
+        conditions,
+    }
+}
+
 /// Runs a case from a start by name; rods' networks, or helices' where the case is bent or twisted at rest.
-fn run(context: &Context, case: &Case, settings: &Settings, start: &str) -> Result<Row> {
+fn run(context: &Context, case: &Case, settings: &Settings, start: &str) -> Result<CaseRun> {
     if start == ZERO {
         return Ok(stress::run(case, settings, None)?);
     }
@@ -148,14 +157,10 @@ fn run(context: &Context, case: &Case, settings: &Settings, start: &str) -> Resu
     Ok(stress::run(case, settings, Some(&guess.factory(plane) as GuessFactory<'_>))?)
 }
 
-const COLUMNS: [&str; 8] =
-    ["iterations a step", "halved", "energy rise", "length", "stretch", "bend [rad]", "depth", "time [s]"];
+const NUMBERS: [&str; 8] =
+    ["#iterations a step", "#halved", "#energy rise", "#length", "#stretch", "#bend [rad]", "#depth", "#time [s]"];
 
-fn columns(texts: &[&str], numbers: &[&str]) -> Vec<Column> {
-    texts.iter().map(|&name| Column::text(name)).chain(numbers.iter().map(|&name| Column::number(name))).collect()
-}
-
-fn row(names: &[&str], row: &Row) -> Vec<Cell> {
+fn row(names: &[&str], row: &CaseRun) -> Vec<Cell> {
     let optional = |value: Option<f64>| value.map_or(Cell::muted("-"), |value| number(value).into());
     let status = if is_good(row) { Cell::from(row.status.as_str()) } else { Cell::strong(row.status.as_str()) };
     let numbers = [
@@ -172,29 +177,40 @@ fn row(names: &[&str], row: &Row) -> Vec<Cell> {
 }
 
 /// Whether all steps converged.
-fn is_good(row: &Row) -> bool {
+fn is_good(row: &CaseRun) -> bool {
     row.finite && row.status.starts_with("converged")
 }
 
 /// The tables in words.
 fn verdict(cells: &[(&Key, &Value)]) -> String {
-    let count = |is: &dyn Fn(&Key) -> bool| {
-        let own = || cells.iter().filter(|(key, _)| is(key));
-        (own().filter(|(_, value)| is_good(&value.row)).count(), own().count())
-    };
-    let mut words = Vec::new();
-    for formulation in Formulation::ALL {
-        let (good, all) =
-            count(&|key| key.formulation == formulation.name() && key.solver == DIRECT && key.start == ZERO);
-        words.push(format!("{formulation}, direct: {good} of {all} cases converge in every step"));
+    // Good runs and all, of each formulation, solver and start in their order.
+    let mut counts: Vec<([&str; 3], [usize; 2])> = Vec::new();
+    // The same solver from zero stands where the network's guess does not.
+    let (mut learned, mut fallen) = (0, 0);
+    for (key, value) in cells {
+        let (way, good) = ([&key.formulation, &key.solver, &key.start].map(String::as_str), is_good(&value.row));
+        let place = counts.iter().position(|(known, _)| *known == way).unwrap_or_else(|| {
+            counts.push((way, [0; 2]));
+            counts.len() - 1
+        });
+        counts[place].1[0] += usize::from(good);
+        counts[place].1[1] += 1;
+        if key.start.starts_with("gn") {
+            let base = Key { start: ZERO.to_owned(), ..(*key).clone() };
+            let stands = cells.iter().any(|(other, value)| **other == base && is_good(&value.row));
+            learned += 1;
+            fallen += usize::from(stands && !good);
+        }
     }
-    for start in [ZERO, "gn", "gn-best"] {
-        let (good, all) = count(&|key| key.solver == CG && key.start == start);
-        words.push(format!("xpbd, conjugate gradients from {start}: {good} of {all}"));
-    }
-    for start in [GuessKind::StepQuadratic.name(), "gn-step"] {
-        let (good, all) = count(&|key| key.start == start && key.formulation == Formulation::Newton.name());
-        words.push(format!("newton from {start}: {good} of {all}"));
-    }
-    format!("{}. The paper's formulation is xpbd, the default xpbd-geometric.", words.join("; "))
+    counts.sort_by_key(|([formulation, solver, start], _)| {
+        (Formulation::ALL.iter().position(|known| known.name() == *formulation), *solver != DIRECT, *start != ZERO)
+    });
+    let words = counts.into_iter().map(|([formulation, solver, start], [good, all])| {
+        format!("{formulation}, {solver}, from {start}: {good} of {all}")
+    });
+    format!(
+        "Cases that converge in every step: {}. The paper's formulation is xpbd, the default xpbd-geometric. Of {learned} runs \
+         from a learned guess {fallen} do not where the same solver does from zero.",
+        words.collect::<Vec<_>>().join("; ")
+    )
 }

@@ -10,7 +10,7 @@ use solver::simulation::SimulationError;
 use solver::step::Status;
 
 use super::{Motion, saved};
-use crate::compare::{self, Comparison, Cost, Entry, Row};
+use crate::compare::{self, Comparison, Cost, Entry, EntryRun};
 use crate::guesses::Spread;
 
 /// Topologies of a size of trees (paper, section 4).
@@ -84,7 +84,7 @@ pub fn measure(
             None => quietest = Some(comparison),
         }
     }
-    let way = |row: Row| Way {
+    let way = |row: EntryRun| Way {
         name: row.name,
         status: row.status.to_owned(),
         given_up: row.given_up,

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::level::Level;
 use super::pareto::{Line, Place};
-use super::run::Level;
 use crate::guesses::Spread;
 
 /// What an error is measured against.

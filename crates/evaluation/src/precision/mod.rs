@@ -16,13 +16,14 @@
 //! cell (a way on a problem) takes its turns beside a yardstick, [`yardstick`], and its times are told relative to it,
 //! too. To compare cells that were run at different times take [`Point::ratio`] and, for seconds, multiply it with the
 //! median of [`Curve::yardstick`] over all cells of the problem, [`Curve::common_yardstick`]: then all share the
-//! machine's mood.
+//! same conditions.
 //!
 //! At the exact reference's time step the second kind of error is mostly that of implicit Euler, the same for all ways.
 //! [`Level::substeps`] make it a choice: a way's curve against the converged reference then says what accuracy costs.
 
 mod clock;
 pub mod curve;
+pub mod level;
 pub mod metrics;
 pub mod pareto;
 pub mod problem;
@@ -30,6 +31,7 @@ pub mod reference;
 pub mod run;
 
 pub use curve::{Against, Curve, Errors, GivenUp, Part, Point};
+pub use level::{Level, Outer};
 pub use problem::Problem;
 pub use reference::{Converged, Exact, Refined};
-pub use run::{Budget, Level, Outer, Start, Way, run_way, yardstick};
+pub use run::{Budget, Start, Way, run_way, yardstick};

@@ -1,9 +1,7 @@
 //! Ways at equal error: which is fastest, and by how much.
 
-use serde::{Deserialize, Serialize};
-
 /// What a level came to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Error; zero where the result has the reference's bits.
     pub error: f64,
@@ -19,7 +17,7 @@ impl Place {
 }
 
 /// A way's places, in any order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     /// Name of the way.
     pub way: String,
@@ -64,7 +62,7 @@ fn time_at_error(places: &[Place], error: f64) -> Option<f64> {
 }
 
 /// A way's time at an error.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Timed {
     /// Name of the way.
     pub way: String,
@@ -74,50 +72,39 @@ pub struct Timed {
     pub time: f64,
 }
 
-/// Who is fastest at an error.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Winner {
+/// A way at an error, beside the fastest of some others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beside {
     /// Error.
     pub error: f64,
-    /// The fastest way; the first of equals; `None` where no way reaches the error.
-    pub fastest: Option<Timed>,
-    /// The fastest way of any other kind.
-    pub rival: Option<Timed>,
-    /// The rival's time over the fastest's: at least 1.
-    pub lead: Option<f64>,
+    /// The way; `None` where it does not reach the error.
+    pub own: Option<Timed>,
+    /// The fastest of the others; `None` where none of them reaches it.
+    pub other: Option<Timed>,
 }
 
-/// The winner at each of these errors.
-pub fn winners(lines: &[Line], errors: &[f64]) -> Vec<Winner> {
+impl Beside {
+    /// The other's time over the way's own: above 1 where the way is faster.
+    pub fn lead(&self) -> Option<f64> {
+        Some(self.other.as_ref()?.time / self.own.as_ref()?.time)
+    }
+}
+
+/// The fastest way at each of these errors, the first of equals, beside the fastest of any other kind.
+pub fn winners(lines: &[Line], errors: &[f64]) -> Vec<Beside> {
     let winner = |&error: &f64| {
-        let fastest = fastest(lines, error, |_| true);
-        let rival = fastest.as_ref().and_then(|first| self::fastest(lines, error, |line| line.kind != first.kind));
-        let lead = fastest.as_ref().zip(rival.as_ref()).map(|(first, rival)| rival.time / first.time);
-        Winner { error, fastest, rival, lead }
+        let own = fastest(lines, error, |_| true);
+        let other = own.as_ref().and_then(|first| fastest(lines, error, |line| line.kind != first.kind));
+        Beside { error, own, other }
     };
     errors.iter().map(winner).collect()
 }
 
-/// A way beside all others at one error.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Standing {
-    /// Error.
-    pub error: f64,
-    /// The way's time; `None` where it does not reach the error.
-    pub time: Option<f64>,
-    /// The fastest of all others; `None` where none reaches the error.
-    pub best_other: Option<Timed>,
-    /// The way's time over the best other's: below 1 where it wins.
-    pub ratio: Option<f64>,
-}
-
-/// How the way called `name` stands at each of these errors.
-pub fn standings(lines: &[Line], name: &str, errors: &[f64]) -> Vec<Standing> {
+/// The way called `name` at each of these errors, beside the fastest of all others.
+pub fn standings(lines: &[Line], name: &str, errors: &[f64]) -> Vec<Beside> {
     let standing = |&error: &f64| {
-        let time = fastest(lines, error, |line| line.way == name).map(|own| own.time);
-        let best_other = fastest(lines, error, |line| line.way != name);
-        let ratio = time.zip(best_other.as_ref()).map(|(own, other)| own / other.time);
-        Standing { error, time, best_other, ratio }
+        let [own, other] = [true, false].map(|is_own| fastest(lines, error, |line| (line.way == name) == is_own));
+        Beside { error, own, other }
     };
     errors.iter().map(standing).collect()
 }
@@ -201,16 +188,13 @@ mod tests {
         ];
         let table = winners(&lines, &[1e-1, 1e-4, 1e-6, 1e-9]);
         let names = |timed: &Option<Timed>| timed.as_ref().map(|timed| timed.way.clone());
-        assert_eq!(names(&table[0].fastest).as_deref(), Some("direct, quick"));
-        assert_eq!(names(&table[0].rival).as_deref(), Some("cg"));
-        assert_eq!(table[0].lead, Some(8.0));
-        assert_eq!(names(&table[1].fastest).as_deref(), Some("direct"));
-        assert!((table[1].lead.unwrap() - 16.0 / 2f64.powf(4.0 / 3.0)).abs() < 1e-12);
-        assert_eq!(
-            (names(&table[2].fastest).as_deref(), &table[2].rival, table[2].lead),
-            (Some("direct"), &None, None)
-        );
-        assert_eq!((&table[3].fastest, &table[3].rival, table[3].lead), (&None, &None, None));
+        assert_eq!(names(&table[0].own).as_deref(), Some("direct, quick"));
+        assert_eq!(names(&table[0].other).as_deref(), Some("cg"));
+        assert_eq!(table[0].lead(), Some(8.0));
+        assert_eq!(names(&table[1].own).as_deref(), Some("direct"));
+        assert!((table[1].lead().unwrap() - 16.0 / 2f64.powf(4.0 / 3.0)).abs() < 1e-12);
+        assert_eq!((names(&table[2].own).as_deref(), &table[2].other, table[2].lead()), (Some("direct"), &None, None));
+        assert_eq!((&table[3].own, &table[3].other, table[3].lead()), (&None, &None, None));
     }
 
     #[test]
@@ -221,17 +205,17 @@ mod tests {
             line("cg", "cg", &[(1e-3, 4.0)]),
         ];
         let table = standings(&lines, "auto", &[1e-1, 1e-8, 1e-9]);
-        assert_eq!((table[0].time, table[0].ratio), (Some(3.0), Some(1.5)));
-        assert_eq!((table[1].time, table[1].ratio), (None, None));
-        assert_eq!(table[1].best_other.as_ref().unwrap().way, "direct");
-        assert_eq!((table[2].time, &table[2].best_other, table[2].ratio), (None, &None, None));
-        assert_eq!(standings(&lines, "nobody", &[1.0])[0].time, None);
+        assert_eq!((table[0].own.as_ref().unwrap().time, table[0].lead()), (3.0, Some(2.0 / 3.0)));
+        assert_eq!((&table[1].own, table[1].lead()), (&None, None));
+        assert_eq!(table[1].other.as_ref().unwrap().way, "direct");
+        assert_eq!((&table[2].own, &table[2].other, table[2].lead()), (&None, &None, None));
+        assert_eq!(standings(&lines, "nobody", &[1.0])[0].own, None);
     }
 
     #[test]
     fn equal_ways_are_told_in_their_order() {
         let lines = [line("a", "x", &[(1e-3, 1.0)]), line("b", "y", &[(1e-3, 1.0)])];
         let winner = &winners(&lines, &[1e-3])[0];
-        assert_eq!((winner.fastest.as_ref().unwrap().way.as_str(), winner.lead), ("a", Some(1.0)));
+        assert_eq!((winner.own.as_ref().unwrap().way.as_str(), winner.lead()), ("a", Some(1.0)));
     }
 }

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use rod::{Model, State};
-use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
@@ -110,7 +109,7 @@ impl Refined {
 /// Segments are cut into k parts and time steps into k^2, formulation `newton`, direct solves. What is left are the
 /// errors of implicit Euler, O(1/k^2), and of the segments' length: O(1/k) where whole segments are clamped or rods branch,
 /// O(1/k^2) elsewhere. With contacts there is nothing to converge to after the first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Converged {
     /// Parts of a segment, in each run; those of the reference come last.
     pub factors: Vec<usize>,
@@ -119,7 +118,6 @@ pub struct Converged {
     /// First step of the problem's, from 1, in which the reference had contacts.
     pub first_contact: Option<usize>,
     /// Centres of the uncut segments [m] at each of the problem's samples.
-    #[serde(with = "frames")]
     pub frames: Vec<Vec<Vector3<f64>>>,
     /// Position errors of each run but the last against the next one, at each sample.
     pub differences: Vec<Vec<f64>>,
@@ -130,7 +128,7 @@ impl Converged {
     ///
     /// Where a refinement by two halves the error (order 1/k) this is the error itself, where it divides it by four three
     /// times as much. Where [`Converged::differences`] do not fall from run to run it is no estimate, but says that the motion
-    /// is not converged: that of the builtin helix is for 40 steps, not for 100.
+    /// is not converged.
     pub fn error(&self) -> &[f64] {
         self.differences.last().map_or(&[], Vec::as_slice)
     }
@@ -182,21 +180,5 @@ impl Converged {
         }
         let factors = refined.iter().map(|scene| scene.factor).collect();
         Ok(Some(Self { factors, status: status.name().to_owned(), first_contact, frames, differences }))
-    }
-}
-
-/// Frames in files: three numbers a position.
-mod frames {
-    use nalgebra::Vector3;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(frames: &[Vec<Vector3<f64>>], serializer: S) -> Result<S::Ok, S::Error> {
-        let numbers = |frame: &Vec<Vector3<f64>>| frame.iter().map(|&x| x.into()).collect::<Vec<[f64; 3]>>();
-        frames.iter().map(numbers).collect::<Vec<_>>().serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<Vector3<f64>>>, D::Error> {
-        let frames = Vec::<Vec<[f64; 3]>>::deserialize(deserializer)?;
-        Ok(frames.into_iter().map(|frame| frame.into_iter().map(Vector3::from).collect()).collect())
     }
 }

@@ -4,20 +4,19 @@ use rod::{Model, State};
 use serde::{Deserialize, Serialize};
 use solver::auto;
 use solver::component::Members;
-use solver::linear::cg::CgParams;
-use solver::linear::solvers::SolverKind;
 use solver::projection::ProjectionFactory;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::{Status, StepParams};
+use solver::step::Status;
 use solver::topology::Topology;
 
 use super::clock::{Moment, Turns};
 use super::curve::{Curve, Errors, GivenUp, Point};
+use super::level::{Level, Outer};
 use super::metrics::{length_ratio, position_error};
 use super::problem::Problem;
 use crate::guesses::Spread;
 
-/// Steps that one simulation does before the next has its turn: they share the machine's moods, not its caches.
+/// Steps that one simulation does before the next has its turn: so they share what else the machine does, but not its caches.
 const TURN: usize = 25;
 
 /// Where a way's solves begin, or what takes their place.
@@ -44,66 +43,6 @@ pub struct Way<'a> {
     pub settings: Settings,
     /// Where solves begin.
     pub start: Start<'a>,
-}
-
-/// When the outer iterations of a step end.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Outer {
-    /// At this residual, relative to the prediction's: see [`StepParams::relative_tolerance`].
-    Tolerance(f64),
-    /// After so many, converged or not, without substeps.
-    Iterations(usize),
-}
-
-/// A level of accuracy.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Level {
-    /// When outer iterations end.
-    pub outer: Outer,
-    /// Tolerance of conjugate gradients; `None` leaves it as it is.
-    pub linear: Option<f64>,
-    /// Into how many steps each of the problem's is divided; at least 1.
-    pub substeps: usize,
-}
-
-impl Level {
-    /// Levels at these outer tolerances. Where `solver` iterates, its tolerance is the same: looser solves, to the square
-    /// root of the outer tolerance, were dominated throughout (bending rod and helix, block-Jacobi, at equal error).
-    pub fn of_tolerances(solver: SolverKind, tolerances: &[f64]) -> Vec<Self> {
-        let linear = |tolerance| matches!(solver, SolverKind::Cg(_)).then_some(tolerance);
-        let level =
-            |&tolerance: &f64| Self { outer: Outer::Tolerance(tolerance), linear: linear(tolerance), substeps: 1 };
-        tolerances.iter().map(level).collect()
-    }
-
-    /// The settings at this level. The absolute tolerance goes down with the relative one, as far as a thousandth of it;
-    /// so does the contacts', from that of the settings on, in proportion to their relative tolerance.
-    pub fn settings(&self, base: &Settings) -> Settings {
-        let step = match self.outer {
-            Outer::Tolerance(tolerance) => {
-                let contact = base.step.contact_tolerance;
-                let tied = contact * tolerance / base.step.relative_tolerance;
-                StepParams {
-                    relative_tolerance: tolerance,
-                    absolute_tolerance: base.step.absolute_tolerance.min(1e-3 * tolerance),
-                    contact_tolerance: contact.min(tied.max(super::reference::CONTACT_TOLERANCE)),
-                    ..base.step
-                }
-            }
-            Outer::Iterations(count) => StepParams {
-                relative_tolerance: 0.0,
-                absolute_tolerance: 0.0,
-                max_iterations: count,
-                max_halvings: 0,
-                ..base.step
-            },
-        };
-        let solver = match (base.solver, self.linear) {
-            (SolverKind::Cg(params), Some(tolerance)) => SolverKind::Cg(CgParams { tolerance, ..params }),
-            (solver, _) => solver,
-        };
-        Settings { step, solver }
-    }
 }
 
 /// How much time a level may take.
@@ -135,7 +74,7 @@ pub fn run_way(
     budget: &Budget,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Curve>, SimulationError> {
-    let mut runs: Vec<Run> = levels.iter().map(|level| Run::new(problem, way, level)).collect();
+    let mut runs: Vec<LevelRun> = levels.iter().map(|level| LevelRun::new(problem, way, level)).collect();
     let mut found = problem.state.clone();
     let mut yardstick = Turns::default();
     for repetition in 0..budget.repetitions.max(1) {
@@ -143,7 +82,7 @@ pub fn run_way(
         let mut beside_turns = Vec::new();
         let mut simulations = Vec::new();
         for run in runs.iter_mut().filter(|run| run.is_due(repetition, budget)) {
-            let simulation = way.simulation(problem, &run.level)?;
+            let simulation = way.simulation(problem, &run.point.level)?;
             simulations.push((run, simulation));
         }
         let mut done = 0;
@@ -165,7 +104,7 @@ pub fn run_way(
         yardstick.push(beside_turns);
         for (run, _) in simulations {
             let turns = std::mem::take(&mut run.turns);
-            if run.given_up.is_none() {
+            if run.point.given_up.is_none() {
                 run.times.push(turns);
             }
         }
@@ -213,49 +152,45 @@ impl Way<'_> {
 }
 
 /// A level being run.
-struct Run {
-    level: Level,
+struct LevelRun {
+    /// What it came to, but for the times.
+    point: Point,
+    /// Worst status of any step.
     status: Status,
-    given_up: Option<(usize, GivenUp)>,
     /// Time of all repetitions [s].
     spent: f64,
     /// Times of the turns of the repetition that is running [s].
     turns: Vec<f64>,
     times: Turns,
-    outer_per_step: f64,
-    linear_per_step: f64,
     /// Index of the way's exact reference among the problem's.
     reference: Option<usize>,
-    exact: Option<Errors>,
-    converged: Option<Errors>,
-    length_ratio: Vec<f64>,
 }
 
-impl Run {
+impl LevelRun {
     fn new(problem: &Problem, way: &Way<'_>, level: &Level) -> Self {
         let formulation = way.settings.step.formulation;
         let reference = problem.exact.iter().position(|exact| exact.formulation == formulation);
         let reference = reference.filter(|_| level.substeps == 1);
-        Self {
+        let point = Point {
             level: *level,
-            status: Status::Converged,
+            status: String::new(),
             given_up: None,
-            spent: 0.0,
-            turns: Vec::new(),
-            times: Turns::default(),
+            time: None,
+            ratio: None,
             outer_per_step: 0.0,
             linear_per_step: 0.0,
-            reference,
             exact: reference.map(|_| Errors(Vec::new())),
             converged: problem.converged.as_ref().map(|_| Errors(Vec::new())),
             length_ratio: Vec::new(),
-        }
+        };
+        let (turns, times) = (Vec::new(), Turns::default());
+        Self { point, status: Status::Converged, spent: 0.0, turns, times, reference }
     }
 
     /// Whether another repetition, as long as those before, fits into the budget.
     fn is_due(&self, repetition: usize, budget: &Budget) -> bool {
         let after = self.spent * (repetition + 1) as f64 / repetition.max(1) as f64;
-        self.given_up.is_none()
+        self.point.given_up.is_none()
             && self.times.repetitions() == repetition
             && (repetition == 0 || after <= budget.seconds)
     }
@@ -269,10 +204,10 @@ impl Run {
         (repetition, budget): (usize, &Budget),
         found: &mut State,
     ) -> Result<(), SimulationError> {
-        let substeps = self.level.substeps.max(1);
+        let substeps = self.point.level.substeps.max(1);
         let mut turn = 0.0;
         for step in done + 1..=until {
-            if self.given_up.is_some() {
+            if self.point.given_up.is_some() {
                 return Ok(());
             }
             let failures = simulation.counters().linear_failures;
@@ -289,18 +224,18 @@ impl Run {
             self.status = self.status.max(status);
             let counters = simulation.counters();
             let steps = (step * simulation.components()).max(1) as f64;
-            self.outer_per_step = counters.iterations as f64 / steps;
-            self.linear_per_step = counters.linear_iterations as f64 / steps;
+            self.point.outer_per_step = counters.iterations as f64 / steps;
+            self.point.linear_per_step = counters.linear_iterations as f64 / steps;
             let has_failed = status >= Status::OutOfIterations && counters.linear_failures > failures;
             let is_finite = status != Status::NonFinite && self.measure(problem, simulation, step, found);
             let reason = if !is_finite {
                 Some(GivenUp::NotFinite)
-            } else if has_failed && matches!(self.level.outer, Outer::Tolerance(_)) {
+            } else if has_failed && matches!(self.point.level.outer, Outer::Tolerance(_)) {
                 Some(GivenUp::LinearSolver)
             } else {
                 (self.spent > budget.seconds).then_some(GivenUp::OverBudget)
             };
-            self.given_up = reason.map(|reason| (step, reason));
+            self.point.given_up = reason.map(|reason| (step, reason));
         }
         self.turns.push(turn);
         Ok(())
@@ -317,28 +252,18 @@ impl Run {
         if !exact.into_iter().chain(converged).chain([ratio]).all(f64::is_finite) {
             return false;
         }
-        for (errors, error) in [(&mut self.exact, exact), (&mut self.converged, converged)] {
+        for (errors, error) in [(&mut self.point.exact, exact), (&mut self.point.converged, converged)] {
             if let (Some(Errors(samples)), Some(error)) = (errors, error) {
                 samples.push(error);
             }
         }
-        self.length_ratio.push(ratio);
+        self.point.length_ratio.push(ratio);
         true
     }
 
     /// The point, of a run of `simulated` seconds [s] beside a yardstick.
     fn point(self, simulated: f64, yardstick: Option<Spread>) -> Point {
-        Point {
-            level: self.level,
-            status: self.status.name().to_owned(),
-            given_up: self.given_up,
-            time: self.times.spread(simulated),
-            ratio: yardstick.and_then(|yardstick| self.times.spread(simulated * yardstick.median)),
-            outer_per_step: self.outer_per_step,
-            linear_per_step: self.linear_per_step,
-            exact: self.exact,
-            converged: self.converged,
-            length_ratio: self.length_ratio,
-        }
+        let ratio = yardstick.and_then(|yardstick| self.times.spread(simulated * yardstick.median));
+        Point { status: self.status.name().to_owned(), time: self.times.spread(simulated), ratio, ..self.point }
     }
 }

@@ -12,24 +12,27 @@ fn material(y: f64) -> Material {
     Material { youngs_modulus: y, torsion_modulus: y, density: 100.0 }
 }
 
-/// A straight rod of `segments` of `length` [m] each along x, its first segment fixed.
-fn cantilever(segments: usize, length: f64, radius: f64, material: Material) -> Assembly {
+/// A rod whose first segment is fixed.
+fn held(spec: &RodSpec) -> Assembly {
     let mut assembly = Assembly::new(GRAVITY);
-    let nodes = shape::straight(Vector3::zeros(), Vector3::x(), length * segments as f64, segments);
-    let rod = assembly.rod(&RodSpec::new(nodes, radius, material));
+    let rod = assembly.rod(spec);
     assembly.fix(rod.start);
     assembly
 }
 
+/// A straight rod of `segments` of `length` [m] each along x, its first segment fixed.
+fn cantilever(segments: usize, length: f64, radius: f64, material: Material) -> Assembly {
+    held(&RodSpec::new(straight(length * segments as f64, segments), radius, material))
+}
+
+/// Nodes along x.
+fn straight(length: f64, segments: usize) -> Vec<Vector3<f64>> {
+    shape::straight(Vector3::zeros(), Vector3::x(), length, segments)
+}
+
 /// All cases of single rods without contacts.
 pub(super) fn all() -> Vec<Case> {
-    let mut cases = ranges();
-    cases.extend(sizes());
-    cases.extend(masses());
-    cases.extend(slack());
-    cases.extend(supports());
-    cases.extend(free());
-    cases
+    [ranges(), sizes(), masses(), slack(), supports(), free()].into_iter().flatten().collect()
 }
 
 /// Stiffness, time step and number of segments over their ranges.
@@ -91,9 +94,7 @@ fn masses() -> Vec<Case> {
 
 fn slack() -> Vec<Case> {
     let heavy = |y| Material { youngs_modulus: y, torsion_modulus: y, density: 1000.0 };
-    let mut helix = Assembly::new(GRAVITY);
-    let rod = helix.rod(&RodSpec::new(shape::helix(Vector3::zeros(), 0.5, 0.5, 2.5, 60), 0.01, heavy(1e4)));
-    helix.fix(rod.start);
+    let helix = held(&RodSpec::new(shape::helix(Vector3::zeros(), 0.5, 0.5, 2.5, 60), 0.01, heavy(1e4)));
     // Pushed together along its axis: a buckled, loose rod that falls through its own straight line.
     let mut loose = cantilever(60, 0.05, 0.01, heavy(1e4));
     for (i, v) in loose.state_mut().velocities.iter_mut().enumerate() {
@@ -108,10 +109,7 @@ fn slack() -> Vec<Case> {
 }
 
 fn supports() -> Vec<Case> {
-    let rod = |y| {
-        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 3.0, 30);
-        RodSpec::new(nodes, 0.05, material(y))
-    };
+    let rod = |y| RodSpec::new(straight(3.0, 30), 0.05, material(y));
     let with = |fixed: &[usize], y: f64| {
         let mut assembly = Assembly::new(GRAVITY);
         let range = assembly.rod(&rod(y));
@@ -136,23 +134,17 @@ fn supports() -> Vec<Case> {
 
 fn free() -> Vec<Case> {
     let mut spinning = Assembly::new(Vector3::zeros());
-    let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 2.0, 20);
-    spinning.rod(&RodSpec::new(nodes, 0.05, material(1e6)));
-    let count = 20;
-    for i in 0..count {
+    spinning.rod(&RodSpec::new(straight(2.0, 20), 0.05, material(1e6)));
+    for i in 0..20 {
         let arm = spinning.state_mut().positions[i] - Vector3::x();
         let spin = Vector3::new(5.0, 0.0, 8.0);
         spinning.state_mut().angular_velocities[i] = spin;
         spinning.state_mut().velocities[i] = spin.cross(&arm);
     }
-    let mut ring = Assembly::new(GRAVITY);
-    let nodes = shape::ring(Vector3::zeros(), 0.5, 60);
-    let rod = ring.rod(&RodSpec { closed: true, ..RodSpec::new(nodes, 0.02, material(1e6)) });
-    ring.fix(rod.start);
-    let mut stiff_ring = Assembly::new(GRAVITY);
-    let nodes = shape::ring(Vector3::zeros(), 0.5, 60);
-    let rod = stiff_ring.rod(&RodSpec { closed: true, ..RodSpec::new(nodes, 0.02, material(1e12)) });
-    stiff_ring.fix(rod.start);
+    let ring = |y| {
+        let nodes = shape::ring(Vector3::zeros(), 0.5, 60);
+        held(&RodSpec { closed: true, ..RodSpec::new(nodes, 0.02, material(y)) })
+    };
     let mut still = Assembly::new(Vector3::zeros());
     still.rod(&RodSpec::new(shape::helix(Vector3::zeros(), 0.5, 0.5, 2.5, 60), 0.05, material(1e5)));
     let mut folded = cantilever(20, 0.1, 0.02, material(1e5));
@@ -170,16 +162,13 @@ fn free() -> Vec<Case> {
     }
     let mut damped = cantilever(30, 0.1, 0.05, material(1e5));
     damped.damping(Damping { linear: 5.0, angular: 5.0 });
-    let mut physical = Assembly::new(GRAVITY);
-    let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 3.0, 30);
-    let spec = RodSpec { stretch: Stretch::Physical, ..RodSpec::new(nodes, 0.05, material(1e9)) };
-    let rod = physical.rod(&RodSpec { rest: RestShape::Straight, ..spec });
-    physical.fix(rod.start);
+    let spec = RodSpec::new(straight(3.0, 30), 0.05, material(1e9));
+    let physical = held(&RodSpec { stretch: Stretch::Physical, rest: RestShape::Straight, ..spec });
     vec![
         case("zero gravity, at rest", still, 0.02, 50),
         case("zero gravity, spinning", spinning, 0.02, 200),
-        case("ring hung at a segment", ring, 0.02, 100),
-        case("ring hung at a segment, 1e12 Pa", stiff_ring, 0.02, 100),
+        case("ring hung at a segment", ring(1e6), 0.02, 100),
+        case("ring hung at a segment, 1e12 Pa", ring(1e12), 0.02, 100),
         case("folded back: almost antiparallel frames", folded, 0.02, 100),
         case("every second quaternion negated", flipped, 0.02, 100),
         case("damped", damped, 0.02, 100),

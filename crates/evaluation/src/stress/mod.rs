@@ -32,7 +32,7 @@ pub struct Case {
 
 /// A row of the table: one case in one formulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct CaseRun {
     /// Name of the case.
     pub case: String,
     /// Formulation.
@@ -89,13 +89,13 @@ pub fn settings(formulation: Formulation) -> Settings {
 ///
 /// # Errors
 /// If the case is not valid, or the guess does not fit the settings.
-pub fn run(case: &Case, settings: &Settings, guess: Option<GuessFactory<'_>>) -> Result<Row, SimulationError> {
+pub fn run(case: &Case, settings: &Settings, guess: Option<GuessFactory<'_>>) -> Result<CaseRun, SimulationError> {
     let mut simulation = Simulation::new(&case.model, &case.state, settings, guess)?;
     let mut state = case.state.clone();
     let first = measure::energy(&case.model, &state);
     let lengths = measure::rod_lengths(&case.model, &state);
     let every = case.steps.div_ceil(MEASURED_FRAMES);
-    let mut row = Row {
+    let mut row = CaseRun {
         case: case.name.clone(),
         formulation: settings.step.formulation.name().to_owned(),
         segments: case.model.segments.len(),

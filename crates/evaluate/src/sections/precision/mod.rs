@@ -151,13 +151,13 @@ fn learned(size: Size, scene: &Scene) -> Learned {
 /// Levels of accuracy of a way.
 fn levels(spec: &Spec, size: Size) -> Vec<Level> {
     if spec.is_end_to_end() {
-        let level = |&count: &usize| Level { outer: Outer::Iterations(count), linear: None, substeps: 1 };
+        let level = |&count: &usize| Level::new(Outer::Iterations(count));
         return PREDICTIONS[..size.pick(2, 4)].iter().map(level).collect();
     }
     let mut levels = Level::of_tolerances(spec.settings.solver, &TOLERANCES[..size.pick(3, 4)]);
     if size == Size::Full && spec.settings.solver == SolverKind::Direct {
         let outer = Outer::Tolerance(SUBSTEPS_TOLERANCE);
-        levels.extend(SUBSTEPS.map(|substeps| Level { outer, linear: None, substeps }));
+        levels.extend(SUBSTEPS.map(|substeps| Level { substeps, ..Level::new(outer) }));
     }
     levels
 }

@@ -2,12 +2,12 @@
 
 use evaluation::precision::pareto::{Line, Timed, fastest, standings, winners};
 use evaluation::precision::{Against, Curve};
-use report::{Cell, Column, Table};
+use report::{Cell, Table};
 use solver::formulation::Formulation;
 
 use super::show::{Sheet, conditions};
 use crate::context::Context;
-use crate::show::{ALL_STAGES, number};
+use crate::show::{ALL_STAGES, columns, number};
 use crate::ways::{AUTO, kinds};
 
 /// Errors of the overview.
@@ -20,25 +20,20 @@ const AUTO_BAR: f64 = 1.1;
 const ERRORS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 
 /// Who is compared.
-const CONTENDERS: &str = "Predictions end to end stand in the charts alone: their error grows with every step, so that a \
-    short run would flatter them.";
+const CONTENDERS: &str =
+    "Predictions end to end stand in the charts alone: they have no tolerance, so that no error can be asked of them.";
 
 /// Who wins at each error in a scene.
 pub(super) fn winners_of(context: &Context, sheet: &Sheet<'_>) -> Option<Table> {
     let first = sheet.curves.first()?;
     let mut rows = Vec::new();
     for winner in winners(&sheet.contenders(), &ERRORS) {
-        let Some(fastest) = winner.fastest else { continue };
-        let rival = winner.rival.map_or(Cell::muted("-"), |rival| rival.way.into());
-        let lead = winner.lead.map_or("-".to_owned(), |lead| format!("{lead:.2}"));
+        let lead = winner.lead().map_or("-".to_owned(), |lead| format!("{lead:.2}"));
+        let Some(fastest) = winner.own else { continue };
+        let rival = winner.other.map_or(Cell::muted("-"), |rival| rival.way.into());
         let time = format!("{:.3}", 1e3 * fastest.time * sheet.yardstick);
-        rows.push(vec![
-            format!("{:e}", winner.error).into(),
-            Cell::strong(fastest.way),
-            time.into(),
-            rival,
-            lead.into(),
-        ]);
+        let error = format!("{:e}", winner.error);
+        rows.push(vec![error.into(), Cell::strong(fastest.way), time.into(), rival, lead.into()]);
     }
     Some(Table {
         id: format!("winners-{}", sheet.scene),
@@ -46,13 +41,7 @@ pub(super) fn winners_of(context: &Context, sheet: &Sheet<'_>) -> Option<Table> 
         caption: format!(
             "The rival is the fastest way of another kind; the lead is its time over the fastest one's. {CONTENDERS}"
         ),
-        columns: vec![
-            Column::number("error"),
-            Column::text("fastest"),
-            Column::number("time [ms/s]"),
-            Column::text("rival"),
-            Column::number("lead"),
-        ],
+        columns: columns(&["#error", "fastest", "#time [ms/s]", "rival", "#lead"]),
         rows,
         conditions: conditions(context, sheet, first),
     })
@@ -120,17 +109,15 @@ pub(super) fn overview(context: &Context, all: &[Worth<'_>]) -> Table {
         Some(way) => Cell::from(way.way.as_str()),
         None => Cell::muted("none reaches it"),
     };
-    let ratio = |ratio: Option<f64>| ratio.map_or(Cell::muted("-"), verdict);
+    let ratio = |ratio: Option<f64>| match ratio {
+        Some(ratio) if ratio < 1.0 => Cell::strong(number(ratio)),
+        Some(ratio) => number(ratio).into(),
+        None => Cell::muted("-"),
+    };
     let row = |worth: &Worth<'_>| {
-        vec![
-            worth.scene.into(),
-            format!("{:e}", worth.error).into(),
-            name(&worth.fastest),
-            name(&worth.learned),
-            ratio(worth.to_cg),
-            ratio(worth.to_direct),
-            ratio(worth.newton),
-        ]
+        let error = format!("{:e}", worth.error);
+        let ways = [worth.scene.into(), error.into(), name(&worth.fastest), name(&worth.learned)];
+        ways.into_iter().chain([worth.to_cg, worth.to_direct, worth.newton].map(ratio)).collect()
     };
     let rows = all.iter().map(row).collect();
     Table {
@@ -141,15 +128,15 @@ pub(super) fn overview(context: &Context, all: &[Worth<'_>]) -> Table {
              the fastest direct solve's; and of implicit Euler from a learned start of the whole step over that from the \
              best start without learning. Below 1 the learned guess pays; these cells are bold. {CONTENDERS}"
         ),
-        columns: vec![
-            Column::text("scene"),
-            Column::number("error"),
-            Column::text("fastest of all"),
-            Column::text("best learned"),
-            Column::number("time, to cg without learning"),
-            Column::number("time, to direct"),
-            Column::number("newton: time, to without learning"),
-        ],
+        columns: columns(&[
+            "scene",
+            "#error",
+            "fastest of all",
+            "best learned",
+            "#time, to cg without learning",
+            "#time, to direct",
+            "#newton: time, to without learning",
+        ]),
         rows,
         conditions: context.conditions(ALL_STAGES),
     }
@@ -169,7 +156,8 @@ pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
             let curves: Vec<&Curve> = sheet.curves.iter().filter(is_own).copied().collect();
             let lines: Vec<Line> = curves.iter().map(|curve| curve.line(Against::Exact, sheet.part())).collect();
             for standing in standings(&lines, &own, &ERRORS) {
-                let (Some(ratio), Some(other)) = (standing.ratio, standing.best_other) else { continue };
+                let (Some(own), Some(other)) = (standing.own, standing.other) else { continue };
+                let ratio = own.time / other.time;
                 let text = number(ratio);
                 rows.push(vec![
                     sheet.scene.into(),
@@ -188,20 +176,8 @@ pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
             "Time of `--solver auto` over that of the fastest fixed way of the same formulation, learned guesses among them. Bold: above \
              {AUTO_BAR}. Where the best fixed way is what auto chose, the ratio shows how far times are to be trusted."
         ),
-        columns: vec![
-            Column::text("scene"),
-            Column::text("formulation"),
-            Column::number("error"),
-            Column::text("best fixed way"),
-            Column::number("time of auto over its"),
-        ],
+        columns: columns(&["scene", "formulation", "#error", "best fixed way", "#time of auto over its"]),
         rows,
         conditions: context.conditions(ALL_STAGES),
     }
-}
-
-/// A ratio of times, bold where it is a gain.
-fn verdict(ratio: f64) -> Cell {
-    let text = number(ratio);
-    if ratio < 1.0 { Cell::strong(text) } else { text.into() }
 }

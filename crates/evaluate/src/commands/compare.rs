@@ -1,0 +1,201 @@
+//! `evaluate compare SCENE`: solvers and guesses side by side on a scene.
+
+use anyhow::Result;
+use catalogue::{GuessName, Row, Sources, Training, load, rows};
+use clap::Args;
+use dataset::Scenario;
+use evaluation::compare::{self, Comparison, Entry, EntryRun};
+use evaluation::guesses::beside_zero;
+use evaluation::precision::{Level, Outer, reference};
+use evaluation::starts::{self, Plan};
+use graph::planar_normal;
+use report::{Block, Column, Conditions, Section, Table};
+use solver::formulation::Formulation;
+use solver::guess::GuessKind;
+use solver::linear::cg::CgParams;
+use solver::linear::precondition::PreconditionerKind;
+use solver::linear::solvers::SolverKind;
+use solver::simulation::{GuessFactory, Settings};
+use solver::step::{Status, StepParams};
+use terminal::{Progress, positive};
+
+use super::guesses::{self, TOLERANCES};
+use super::{OutputArgs, at_least_one, conditions, with_networks};
+use crate::Outcome;
+use crate::show::number;
+use crate::ways::{PRECONDITIONERS, cap};
+
+/// Guesses that are always shown.
+const OWN: [GuessKind; 11] = [
+    GuessKind::Zero,
+    GuessKind::Previous,
+    GuessKind::Linear,
+    GuessKind::Quadratic,
+    GuessKind::Fischer(4),
+    GuessKind::Fischer(8),
+    GuessKind::Frozen,
+    GuessKind::StepPrevious,
+    GuessKind::StepLinear,
+    GuessKind::StepQuadratic,
+    GuessKind::StepAdaptive,
+];
+
+#[derive(Args, Debug)]
+pub(crate) struct CompareArgs {
+    /// A scene file, or the name of a builtin scene (see `simulate list`).
+    #[arg(default_value = "bending-rod", value_name = "SCENE.toml | NAME")]
+    scene: String,
+    /// Number of steps [default: the scene's].
+    #[arg(long, value_parser = at_least_one, allow_hyphen_values = true)]
+    steps: Option<usize>,
+    /// Time step [s] [default: the scene's].
+    #[arg(long, value_parser = positive, allow_hyphen_values = true)]
+    dt: Option<f64>,
+    /// Equations of conjugate gradients and of the reference: xpbd, xpbd-geometric, newton.
+    #[arg(long, default_value_t = Formulation::default())]
+    formulation: Formulation,
+    /// Residual at which a step is done, relative to that of its prediction.
+    #[arg(long, default_value = "1e-6", value_parser = positive, allow_hyphen_values = true)]
+    tolerance: f64,
+    /// More guesses to compare: knn, gn, gn-best, gn-step, or fischer-16 for instance. Where the scene is planar, knn and
+    /// gn are shown a second time, restricted to the plane; the others always are.
+    #[arg(long, value_delimiter = ',', value_name = "GUESSES")]
+    with: Vec<GuessName>,
+    /// What learned guesses learned from: rod, helix, knot, tree [default: what is most like the scene].
+    #[arg(long)]
+    scenario: Option<Scenario>,
+    /// Steps to leave out of the table of starts, where a history is not full yet.
+    #[arg(long, default_value = "10")]
+    skip: usize,
+    #[command(flatten)]
+    learned: Sources,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs both tables and shows them.
+pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
+    let is_file = args.scene.ends_with(".toml") || args.scene.contains(['/', '\\']);
+    let scene = if is_file { scene::load(&args.scene)? } else { scene::builtin(&args.scene)? };
+    args.output.prepare()?;
+    let (dt, steps) = (args.dt.unwrap_or(scene.run.dt), args.steps.unwrap_or(scene.run.steps));
+    let training = Training::for_scene(&args.learned, &args.with, args.scenario, &scene, args.output.quiet)?;
+    let guesses = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
+    training.say_foreign(&args.with, &scene)?;
+    let progress = Progress::new(2 * steps, "steps", args.output.quiet)?;
+    let of_scene = format!("{}, {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len());
+    args.output.say(&of_scene)?;
+    let plane = planar_normal(&scene.model, &scene.state);
+    let rows = rows(&guesses, plane.is_some());
+    let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
+    let with_factories: Vec<(&Row<'_>, GuessFactory<'_>)> =
+        rows.iter().zip(&factories).map(|(row, factory)| (row, factory as GuessFactory<'_>)).collect();
+    let (of_steps, of_solves): (Vec<_>, Vec<_>) =
+        with_factories.into_iter().partition(|(row, _)| row.guess_name.helps_steps());
+    let guess = |row: &Row<'_>, factory| row.guess_name.helps_solves().then_some(factory);
+
+    let (own, params) = (args.formulation, CgParams { max_iterations: cap(&scene), ..CgParams::default() });
+    let level = Level::new(Outer::Tolerance(args.tolerance));
+    let mut entries = Vec::new();
+    let mut entry = |name: String, formulation, solver, guess| {
+        // Where CG does not converge, halved steps would take their time to show the same.
+        let max_halvings = if matches!(solver, SolverKind::Cg(_)) { 0 } else { StepParams::DEFAULT.max_halvings };
+        let step = StepParams { formulation, max_halvings, ..StepParams::DEFAULT };
+        entries.push(Entry { name, settings: level.settings(&Settings { step, solver }), guess });
+    };
+    // The entry whose formulation the reference takes comes first.
+    let others = Formulation::ALL.into_iter().filter(|&formulation| formulation != own);
+    for formulation in std::iter::once(own).chain(others) {
+        entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
+    }
+    for &(row, factory) in &of_steps {
+        entry(format!("newton, direct, {}", row.name), Formulation::Newton, SolverKind::Direct, Some(factory));
+    }
+    entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
+    entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
+    for preconditioner in PRECONDITIONERS {
+        for &(row, factory) in &of_solves {
+            let solver = SolverKind::Cg(CgParams { preconditioner, ..params });
+            entry(format!("{own}, cg {preconditioner}, {}", row.name), own, solver, guess(row, factory));
+        }
+    }
+    let compared = compare::run(&scene.model, &scene.state, dt, steps, &entries, |steps| progress.advance_by(steps))?;
+    let skip = args.skip.min(steps - 1);
+    let plan = Plan {
+        guesses: of_solves.iter().map(|&(row, factory)| (row.name.clone(), guess(row, factory))).collect(),
+        preconditioners: PRECONDITIONERS.to_vec(),
+        tolerances: TOLERANCES.to_vec(),
+        max_iterations: params.max_iterations,
+        buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),
+    };
+    let base = entries[0].settings;
+    let measured = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_, _| progress.advance())?;
+    let mut cells = beside_zero(&plan, &[measured], 0);
+    cells.retain(|cell| cell.guess != evaluation::guesses::DIRECT);
+
+    let conditions = conditions().with("scene", of_scene).with("tolerance", format!("{:e}", args.tolerance));
+    let conditions = with_networks(conditions, training.scenario.name(), &rows);
+    let title = format!(
+        "Starts: iterations of conjugate gradients in the first outer iteration of each step, on the same systems for all\n\
+         (the exact motion's), after the first {skip} steps; % of the zero start"
+    );
+    let mut blocks = vec![
+        Block::Paragraph(in_words(&compared, steps, own)),
+        Block::Table(runs(&compared.rows, conditions.clone())),
+        Block::Table(guesses::table("compare-starts", title, &cells, false, conditions.clone())),
+    ];
+    blocks.extend(guesses::dropped(&cells).map(Block::Paragraph));
+    let section = Section { id: "compare".to_owned(), title: format!("{}: ways compared", scene.name), blocks };
+    let outcome = args.output.finish(section, conditions, progress)?;
+    let failed = compared.rows.iter().find(|row| row.status == Status::NonFinite.name());
+    Ok(failed.map_or(outcome, |row| Outcome::NotFinite(format!("{}, {}", scene.name, row.name))))
+}
+
+/// What errors are measured against, and how far.
+fn in_words(compared: &Comparison, steps: usize, formulation: Formulation) -> String {
+    let Comparison { steps: done, reference_status, first_contact, .. } = compared;
+    let mut words = format!(
+        "Errors are those of positions (root mean square relative to the rods' length, the largest of any step) against\n\
+         {formulation}, direct, solved to {:e} ({reference_status}).",
+        reference::TOLERANCE
+    );
+    if *done < steps {
+        words += &format!("\nStopped after {done} of {steps} steps: what follows is of these alone.");
+    }
+    if let Some(step) = first_contact {
+        words += &format!(
+            "\nContacts from step {step} on. Errors are those before: after them the smallest difference grows, and would\n\
+             tell chaos from accuracy no more."
+        );
+    }
+    words
+}
+
+/// The table of ways: outer iterations a step and linear ones in each, and of each stage that there is the time.
+fn runs(runs: &[EntryRun], conditions: Conditions) -> Table {
+    let is_there = |stage: &usize| runs.iter().any(|run| run.median_us.by_name()[*stage].1 > 0.0);
+    let stages: Vec<usize> =
+        (0..runs.first().map_or(0, |run| run.median_us.by_name().len())).filter(is_there).collect();
+    let names = stages.iter().map(|&stage| format!("{} [us]", runs[0].median_us.by_name()[stage].0));
+    let numbers = ["outer", "linear"].map(str::to_owned).into_iter().chain(names).chain(["error".to_owned()]);
+    let row = |run: &EntryRun| {
+        let sets_and_steps = (run.by_step.len() * run.sets).max(1) as f64;
+        let [outer, linear] = [run.counters.iterations, run.counters.linear_iterations].map(|count| count as f64);
+        let times = stages.iter().map(|&stage| format!("{:.1}", run.median_us.by_name()[stage].1));
+        let given_up = run.given_up.map_or_else(String::new, |step| format!(", given up in step {step}"));
+        let counts = [format!("{:.2}", outer / sets_and_steps), format!("{:.1}", linear / outer.max(1.0))];
+        let end = [number(run.error), format!("{}{given_up}", run.status)];
+        std::iter::once(run.name.clone()).chain(counts).chain(times).chain(end).map(Into::into).collect()
+    };
+    Table {
+        id: "compare-runs".to_owned(),
+        title: "Ways: outer iterations a step, linear ones in each; medians of a step's times".to_owned(),
+        caption: "Conjugate gradients to 1e-6 of the right-hand side, in the preconditioner's norm.".to_owned(),
+        columns: std::iter::once(Column::text("way"))
+            .chain(numbers.map(Column::number))
+            .chain([Column::text("status")])
+            .collect(),
+        rows: runs.iter().map(row).collect(),
+        conditions,
+    }
+}

@@ -1,0 +1,53 @@
+//! `evaluate stress`: the stability table, or some of its cases.
+
+use anyhow::{Result, bail};
+use clap::Args;
+use evaluation::stress;
+use report::{Block, Section};
+use solver::formulation::Formulation;
+use terminal::Progress;
+
+use super::{OutputArgs, conditions};
+use crate::Outcome;
+use crate::sections::stability;
+
+#[derive(Args, Debug)]
+pub(crate) struct StressArgs {
+    /// Formulations to run [default: all].
+    #[arg(long, value_delimiter = ',')]
+    formulation: Vec<Formulation>,
+    /// Run only the cases whose name holds this text.
+    #[arg(long, default_value = "")]
+    only: String,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs the cases and shows a row each.
+pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
+    let is_asked = |formulation: &Formulation| args.formulation.is_empty() || args.formulation.contains(formulation);
+    let mut cases = stress::cases();
+    cases.retain(|case| case.name.contains(&args.only));
+    if cases.is_empty() {
+        let names = stress::cases().into_iter().map(|case| case.name).collect::<Vec<_>>().join("; ");
+        bail!("--only {}: no case's name holds this text; there are: {names}", args.only);
+    }
+    args.output.prepare()?;
+    let of = |case| Formulation::ALL.into_iter().filter(is_asked).map(move |formulation| (case, formulation));
+    let runs = cases.iter().flat_map(of).filter(|(case, formulation)| case.formulations.contains(formulation));
+    let progress = Progress::new(runs.clone().count(), "runs", args.output.quiet)?;
+    args.output.say(&format!("{} runs of {} cases", runs.clone().count(), cases.len()))?;
+    let mut rows = Vec::new();
+    for (case, formulation) in runs {
+        rows.push(stress::run(case, &stress::settings(formulation), None)?);
+        if !progress.advance() {
+            break;
+        }
+    }
+    let table = stability::cases_table(&rows.iter().collect::<Vec<_>>(), stability::tolerances(conditions()));
+    let blocks = vec![Block::Paragraph(table.caption.clone()), Block::Table(table)];
+    let section = Section { id: "stress".to_owned(), title: "Stability".to_owned(), blocks };
+    let outcome = args.output.finish(section, conditions(), progress)?;
+    let failed = rows.iter().find(|row| !row.finite);
+    Ok(failed.map_or(outcome, |row| Outcome::NotFinite(format!("{}, {}", row.case, row.formulation))))
+}

@@ -1,0 +1,293 @@
+//! What a user measures by hand: tables on the terminal and in files, and mistakes.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use copingnet::Checkpoint;
+use tempfile::TempDir;
+
+/// Runs `evaluate` with these arguments in a folder.
+fn evaluate(folder: &TempDir, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_evaluate")).args(arguments).current_dir(folder).output().expect("the program runs")
+}
+
+/// What a run that goes well prints; its files are in `out`.
+fn measured(folder: &TempDir, arguments: &[&str]) -> String {
+    let output = evaluate(folder, &[arguments, &["--out", "out"]].concat());
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(
+        !text.contains("NaN") && !text.contains("inf") && text.lines().all(|line| line == line.trim_end()),
+        "{text}"
+    );
+    text
+}
+
+/// The rows of a table that was written, by the names of its columns.
+fn table(folder: &TempDir, id: &str) -> Vec<BTreeMap<String, String>> {
+    let file = folder.path().join(format!("out/csv/{id}.csv"));
+    let mut reader = csv::Reader::from_path(&file).unwrap_or_else(|error| panic!("{id}: {error}"));
+    reader.deserialize().collect::<Result<_, _>>().expect("rows")
+}
+
+fn column<'a>(rows: &'a [BTreeMap<String, String>], name: &str) -> Vec<&'a str> {
+    rows.iter().map(|row| row.get(name).unwrap_or_else(|| panic!("{name} of {row:?}")).as_str()).collect()
+}
+
+/// Median of a cell of per cent, with quartiles or without.
+fn per_cent(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column].split(' ').next().and_then(|text| text.parse().ok()).unwrap_or_else(|| panic!("{column} of {row:?}"))
+}
+
+/// A network of the program with all weights multiplied by `scale`.
+fn scaled(folder: &TempDir, name: &str, scale: f32) -> String {
+    let built_in = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../checkpoints").join(name);
+    let mut network = Checkpoint::load(&built_in).expect("a checkpoint");
+    network.weights.values_mut().iter_mut().for_each(|value| *value *= scale);
+    network.save(&folder.path().join("scaled")).expect("it is written");
+    folder.path().join("scaled").to_str().expect("UTF-8").to_owned()
+}
+
+/// The hash in the card of a network of the program.
+fn weights(name: &str) -> String {
+    let card = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../checkpoints/{name}.toml"));
+    let card = fs::read_to_string(card).expect("a card");
+    let (_, rest) = card.split_once("weights_blake3 = \"").expect("a hash");
+    rest[..64].to_owned()
+}
+
+#[test]
+fn a_comparison_shows_every_way_and_start() {
+    let folder = TempDir::new().expect("a folder");
+    let text = measured(&folder, &["compare", "helix", "--steps", "3", "--with", "gn,gn-best", "--scenario", "rod"]);
+    assert!(text.contains("after the first 2 steps"), "{text}");
+    let foreign =
+        "gn, gn-best learned from random scenes (rod), where nothing is like this scene: segments = 60.0, not";
+    assert!(text.contains(foreign), "{text}");
+    let ways = table(&folder, "compare-runs");
+    for way in ["xpbd, direct", "newton, direct, step-quadratic", "xpbd-geometric, cg block-jacobi, frozen"] {
+        assert!(column(&ways, "way").contains(&way), "{way}");
+    }
+    // In a plane those that know nothing of it stand twice.
+    let text = measured(&folder, &["compare", "--steps", "3", "--with", "gn,gn-best,fischer-2"]);
+    assert!(!text.contains("nothing is like"), "{text}");
+    let ways = table(&folder, "compare-runs");
+    let starts = table(&folder, "compare-starts");
+    for name in ["fischer-2", "gn", "gn, planar", "gn-best"] {
+        assert!(column(&ways, "way").contains(&format!("xpbd-geometric, cg raw, {name}").as_str()), "{name}");
+        assert!(column(&starts, "%").contains(&name), "{name}");
+    }
+    assert!(!column(&starts, "%").contains(&"gn-best, planar"));
+    let page = fs::read_to_string(folder.path().join("out/index.html")).expect("a page");
+    assert!(page.contains(&weights("rod-paper")) && page.contains(&weights("rod-best")));
+    // A network out of its mind.
+    let wild = scaled(&folder, "rod-best", 1e30);
+    let text = measured(&folder, &["compare", "--steps", "3", "--with", "gn-best", "--checkpoint", &wild]);
+    assert!(text.contains("would show: gn-best 9 of 9\n"), "{text}");
+}
+
+/// What a scene lacks takes no time and no column; errors mean something up to the first contact.
+#[test]
+fn a_comparison_shows_where_contacts_begin() {
+    let folder = TempDir::new().expect("a folder");
+    let text = measured(&folder, &["compare", "net", "--steps", "2"]);
+    assert!(!text.contains("Contacts from"), "{text}");
+    let ways = table(&folder, "compare-runs");
+    assert!(!ways[0].contains_key("contact [us]") && !ways[0].contains_key("drag [us]"));
+    let text = measured(&folder, &["compare", "helix-on-plane", "--steps", "11"]);
+    let (_, after) = text.split_once("Contacts from step ").expect("contacts");
+    let first: usize = after.split(' ').next().and_then(|step| step.parse().ok()).expect("a step");
+    assert!((2..=11).contains(&first), "{first}");
+    let ways = table(&folder, "compare-runs");
+    assert!(column(&ways, "contact [us]").iter().all(|us| us.parse::<f64>().is_ok_and(|us| us > 0.0)), "{ways:?}");
+}
+
+#[test]
+fn the_stability_table_runs_some_cases() {
+    let folder = TempDir::new().expect("a folder");
+    measured(&folder, &["stress", "--only", "modulus 1e1", "--formulation", "xpbd,newton"]);
+    let rows = table(&folder, "stability-cases");
+    assert_eq!(column(&rows, "formulation"), ["xpbd", "newton"].repeat(3));
+    assert!(column(&rows, "status").iter().all(|status| *status == "converged"));
+}
+
+/// All in one, so that the data set is made once.
+#[test]
+fn guesses_are_measured_on_random_scenes_by_step() {
+    let folder = TempDir::new().expect("a folder");
+    let guesses = "previous,linear,quadratic,fischer,frozen,knn";
+    let flags = ["guesses", "--scenario", "rod", "--simulations", "2", "--steps", "62", "--guess", guesses];
+    let text = measured(&folder, &flags);
+    assert!(text.contains("the direct solve takes less time than conjugate gradients from any start in "), "{text}");
+    assert!(text.contains("rod, 2 simulations, step 3: iterations"), "{text}");
+    // Six buckets, eight guesses (knn twice) and the zero start, nine columns.
+    for bucket in 0..6 {
+        let rows = table(&folder, &format!("guesses-rod-{bucket}-iterations"));
+        assert_eq!((rows.len(), rows[0].len()), (8, 10), "{rows:?}");
+        let rows = table(&folder, &format!("guesses-rod-{bucket}-time"));
+        assert_eq!((column(&rows, "%")[0], column(&rows, "%")[8]), ("zero, us", "direct solve"));
+        assert!(per_cent(&rows[8], "jacobi 1e-2") > 0.0);
+    }
+    let of = |name: &str, bucket: usize| {
+        let rows = table(&folder, &format!("guesses-rod-{bucket}-iterations"));
+        let row = rows.iter().find(|row| row["%"] == name).unwrap_or_else(|| panic!("{name} of {rows:?}"));
+        per_cent(row, "jacobi 1e-2")
+    };
+    assert_eq!(of("fischer", 0), 100.0);
+    assert!(of("fischer", 4) < 20.0 && of("knn, planar", 1) > 10.0);
+    let text = measured(&folder, &["guesses", "--simulations", "1", "--steps", "4", "--guess", "fischer,gn,gn-best"]);
+    assert!(text.lines().all(|line| line.chars().count() <= 120), "{text}");
+    assert!(!text.contains("after the impulse:") && !text.contains("dropped"), "{text}");
+    for name in ["gn", "gn, planar", "gn-best"] {
+        assert!(text.contains(&format!("\n{name} needs fewer iterations than the zero start in ")), "{text}");
+    }
+    let names = |scenario: &str| {
+        let rows = table(&folder, &format!("guesses-{scenario}-0-iterations"));
+        column(&rows, "%").join("; ")
+    };
+    assert_eq!(names("rod"), "zero, count; fischer; gn; gn, planar; gn-best");
+    assert_eq!(names("helix"), "zero, count; fischer; gn; gn-best");
+    let page = fs::read_to_string(folder.path().join("out/index.html")).expect("a page");
+    assert!(["rod-paper", "rod-best", "helix-paper", "helix-best"].iter().all(|name| page.contains(&weights(name))));
+    measured(&folder, &["compare", "--steps", "3", "--with", "knn"]);
+    assert!(column(&table(&folder, "compare-runs"), "way").contains(&"xpbd-geometric, cg jacobi, knn, planar"));
+    // A network out of its mind.
+    let wild = scaled(&folder, "rod-best", 1e30);
+    let flags = ["guesses", "--scenario", "rod", "--simulations", "1", "--steps", "2", "--guess", "gn-best"];
+    let text = measured(&folder, &[&flags[..], &["--checkpoint", &wild]].concat());
+    assert!(text.contains("\nStarts dropped, since their rounding errors would show: gn-best 18 of 18\n"), "{text}");
+}
+
+/// A few small simulations.
+const SMALL: [&str; 7] = ["steps", "--simulations", "2", "--steps", "12", "--dt", "0.05"];
+
+#[test]
+fn starts_of_steps_are_measured_in_every_kind_of_scenes() {
+    let folder = TempDir::new().expect("a folder");
+    let text = measured(&folder, &SMALL);
+    assert!(text.contains("gn-step needs fewer outer iterations than every start without learning in"), "{text}");
+    for kind in ["rod", "slack-rod", "helix", "slack-helix"] {
+        let rows = table(&folder, &format!("steps-{kind}"));
+        let names = ["zero", "step-previous", "step-linear", "step-quadratic", "gn-step"];
+        assert_eq!(column(&rows, "start"), names.repeat(2), "two tolerances");
+        for sheet in rows.chunks(5) {
+            let number = |row: &BTreeMap<String, String>, name: &str| row[name].parse::<f64>().expect("a number");
+            let fewest = sheet[..4].iter().map(|row| number(row, "ratio")).fold(f64::INFINITY, f64::min);
+            assert!((fewest - 1.0).abs() < 0.2 && number(&sheet[0], "guess [us]") == 0.0, "{sheet:?}");
+            assert!(number(&sheet[0], "error") < 1e-2, "{sheet:?}");
+        }
+    }
+    let page = fs::read_to_string(folder.path().join("out/index.html")).expect("a page");
+    assert!(page.contains("recipe step, scenario rod, ") && page.contains(&weights("helix-step")));
+}
+
+/// What the start does without a network, its history and its way to a whole state, is not what saves iterations.
+#[test]
+fn a_network_that_says_nothing_saves_less() {
+    let folder = TempDir::new().expect("a folder");
+    let silent = scaled(&folder, "helix-step", 0.0);
+    let flags = ["steps", "--simulations", "4", "--steps", "60", "--scenario", "helix", "--guess", "gn-step"];
+    let iterations = |more: &[&str]| -> f64 {
+        measured(&folder, &[&flags[..], more].concat());
+        let rows: Vec<_> =
+            ["helix", "slack-helix"].into_iter().flat_map(|kind| table(&folder, &format!("steps-{kind}"))).collect();
+        let own = rows.iter().filter(|row| row["start"] == "gn-step");
+        own.map(|row| row["outer"].parse::<f64>().expect("a number")).sum()
+    };
+    let (trained, silent) = (iterations(&[]), iterations(&["--checkpoint", &silent]));
+    assert!(trained < 0.95 * silent, "{trained} {silent}");
+}
+
+#[test]
+fn mistakes_get_one_error_that_says_what_is_allowed() {
+    let folder = TempDir::new().expect("a folder");
+    fs::write(folder.path().join("file"), "").expect("a file");
+    let rod = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../checkpoints/rod-best");
+    let rod = rod.to_str().expect("UTF-8");
+    let seed = "--seed 0, but it must differ from the data sets' seed: learned guesses have seen those scenes";
+    let cases: [(&[&str], &str); 15] = [
+        (&["compare", "--steps", "0"], "'0' for '--steps <STEPS>': it must be a whole number of at least 1"),
+        (&["compare", "bend"], "there is no builtin scene `bend`"),
+        (&["compare", "--with", "best"], "or a learned one: knn, gn, gn-best, gn-step"),
+        (
+            &["compare", "--checkpoint", "x", "--with", "knn"],
+            "--checkpoint needs the guess gn, gn-best or gn-step, but asked for: knn",
+        ),
+        (&["compare", "--out", "file/out"], "--out: cannot create file/out"),
+        (&["guesses", "--seed", "0"], seed),
+        (&["steps", "--seed", "0"], seed),
+        (
+            &["guesses", "--simulations", "0"],
+            "'0' for '--simulations <SIMULATIONS>': it must be a whole number of at least 1",
+        ),
+        (
+            &["guesses", "--guess", "zero,step-linear"],
+            "--guess step-linear starts whole steps, but guesses of linear solves are compared here",
+        ),
+        (&["guesses", "--data", "x", "--guess", "fischer"], "--data needs the guess knn, but asked for: fischer"),
+        (
+            &["guesses", "--scenario", "helix", "--guess", "gn-best", "--checkpoint", rod],
+            "scenario = \"rod\", but it must be helix unless --scenario says otherwise",
+        ),
+        (&["steps", "--guess", "gn"], "--guess gn starts linear solves, but starts of whole steps are compared here"),
+        (&["steps", "--scenario", "tree"], "--scenario tree, but starts of whole steps are compared on rod and helix"),
+        (&["steps", "--dt", "0"], "'0' for '--dt <DT>': it must be a finite number > 0"),
+        (&["stress", "--only", "jelly"], "--only jelly: no case's name holds this text; there are: "),
+    ];
+    for (arguments, expected) in cases {
+        let output = evaluate(&folder, arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(2), true), "{arguments:?}: {error}");
+        assert!(error.starts_with("error: ") && error.contains(expected), "{arguments:?}: {error}");
+    }
+    let help = evaluate(&folder, &["guesses", "--help"]);
+    let default = "[default: previous,linear,quadratic,fischer,frozen,knn,gn,gn-best]";
+    assert!(String::from_utf8_lossy(&help.stdout).contains(default));
+}
+
+/// `evaluate ... | head -1`: the reader goes away before the first line.
+#[test]
+fn a_closed_pipe_is_no_panic() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_evaluate"))
+        .args(["stress", "--only", "2 segments"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!((output.status.code(), output.stderr.is_empty()), (Some(0), true));
+}
+
+/// Ctrl-C: the tables of what was done so far.
+#[test]
+#[cfg(unix)]
+fn interrupted_tables_are_printed() {
+    for arguments in [&["compare", "helix", "--steps", "1000000"][..], &["stress", "--formulation", "xpbd"]] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_evaluate"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        // The first line comes when the program listens to Ctrl-C already.
+        let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
+        let mut out = String::new();
+        stdout.read_line(&mut out).expect("a line");
+        std::thread::sleep(Duration::from_millis(200));
+        let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill starts");
+        stdout.read_to_string(&mut out).expect("the rest");
+        let output = child.wait_with_output().expect("it ends");
+        assert!(killed.success() && output.stderr.is_empty());
+        assert_eq!(output.status.code(), Some(130), "{arguments:?}");
+        assert!(out.lines().count() > 4 && !out.contains("NaN"), "{out}");
+        assert!(
+            arguments[0] != "compare" || out.contains(" of 1000000 steps: what follows is of these alone"),
+            "{out}"
+        );
+    }
+}

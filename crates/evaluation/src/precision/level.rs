@@ -1,0 +1,72 @@
+//! How accurately a way is run.
+
+use serde::{Deserialize, Serialize};
+use solver::linear::cg::CgParams;
+use solver::linear::solvers::SolverKind;
+use solver::simulation::Settings;
+use solver::step::StepParams;
+
+use super::reference::CONTACT_TOLERANCE;
+
+/// When the outer iterations of a step end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Outer {
+    /// At this residual, relative to the prediction's: see [`StepParams::relative_tolerance`].
+    Tolerance(f64),
+    /// After so many, converged or not, without substeps.
+    Iterations(usize),
+}
+
+/// A level of accuracy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// When outer iterations end.
+    pub outer: Outer,
+    /// Tolerance of conjugate gradients; `None` leaves it as it is.
+    pub linear: Option<f64>,
+    /// Into how many steps each of the problem's is divided; at least 1.
+    pub substeps: usize,
+}
+
+impl Level {
+    /// This end of outer iterations, with the tolerance of conjugate gradients as it is and without substeps.
+    pub fn new(outer: Outer) -> Self {
+        Self { outer, linear: None, substeps: 1 }
+    }
+
+    /// Levels at these outer tolerances. Where `solver` iterates, its tolerance is the same.
+    pub fn of_tolerances(solver: SolverKind, tolerances: &[f64]) -> Vec<Self> {
+        let linear = |tolerance| matches!(solver, SolverKind::Cg(_)).then_some(tolerance);
+        let level = |&tolerance: &f64| Self { linear: linear(tolerance), ..Self::new(Outer::Tolerance(tolerance)) };
+        tolerances.iter().map(level).collect()
+    }
+
+    /// The settings at this level. The absolute tolerance goes down with the relative one, as far as a thousandth of it;
+    /// so does the contacts', from that of the settings on, in proportion to their relative tolerance.
+    pub fn settings(&self, base: &Settings) -> Settings {
+        let step = match self.outer {
+            Outer::Tolerance(tolerance) => {
+                let contact = base.step.contact_tolerance;
+                let tied = contact * tolerance / base.step.relative_tolerance;
+                StepParams {
+                    relative_tolerance: tolerance,
+                    absolute_tolerance: base.step.absolute_tolerance.min(1e-3 * tolerance),
+                    contact_tolerance: contact.min(tied.max(CONTACT_TOLERANCE)),
+                    ..base.step
+                }
+            }
+            Outer::Iterations(count) => StepParams {
+                relative_tolerance: 0.0,
+                absolute_tolerance: 0.0,
+                max_iterations: count,
+                max_halvings: 0,
+                ..base.step
+            },
+        };
+        let solver = match (base.solver, self.linear) {
+            (SolverKind::Cg(params), Some(tolerance)) => SolverKind::Cg(CgParams { tolerance, ..params }),
+            (solver, _) => solver,
+        };
+        Settings { step, solver }
+    }
+}
