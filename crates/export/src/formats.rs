@@ -41,6 +41,16 @@ impl Format {
             Format::Obj => "obj",
         }
     }
+
+    /// What [`write_format`] makes: names of files, and of folders of frames with a slash at the end.
+    pub fn outputs(self) -> &'static [&'static str] {
+        match self {
+            Format::Vtp => &["vtp/", "run.pvd"],
+            Format::Glb => &["run.glb"],
+            Format::Csv => &["segments.csv", "joints.csv"],
+            Format::Obj => &["obj/"],
+        }
+    }
 }
 
 impl fmt::Display for Format {
