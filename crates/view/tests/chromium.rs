@@ -124,6 +124,34 @@ fn keys_choices_and_the_chart_do_what_they_say() -> Result<()> {
     Ok(())
 }
 
+/// Rods of one run are told apart by their colours, and so are runs; the choice is there where there is something to tell.
+#[test]
+fn rods_have_colours_of_their_own() -> Result<()> {
+    let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
+    browser.look(WIDE)?;
+    let (tree, helix) = (motions::tree().record("tree", 2, 30.0), motions::helix(1.0).record("helix", 2, 30.0));
+    let options = "[...colour.options].slice(0, 2).map((option) => option.text)";
+    let mut first_choices = |runs: &[Run]| -> Result<(Value, Value, HashSet<[u8; 3]>)> {
+        let (_folder, path) = page(runs)?;
+        browser.open(&path)?;
+        browser.settle()?;
+        let hues = browser.screenshot(Some("#picture"))?.pixels.into_iter();
+        // Strong colours alone, coarsely.
+        let strong = hues.filter(|p| p.iter().max().zip(p.iter().min()).is_some_and(|(high, low)| high - low > 90));
+        let coarse = strong.map(|p| p.map(|c| c / 64)).collect();
+        Ok((browser.evaluate("colour.value")?, browser.evaluate(options)?, coarse))
+    };
+    let (chosen, offered, many) = first_choices(std::slice::from_ref(&tree))?;
+    assert_eq!((chosen, offered), ("rod".into(), serde_json::json!(["Rod", "Curvature"])));
+    let (chosen, offered, few) = first_choices(std::slice::from_ref(&helix))?;
+    assert_eq!((chosen, offered), ("run".into(), serde_json::json!(["One colour", "Curvature"])));
+    ensure!(many.len() > few.len() + 5, "{} colours of rods, {} of one", many.len(), few.len());
+    let (chosen, offered, _) = first_choices(&[helix, tree])?;
+    assert_eq!((chosen, offered), ("run".into(), serde_json::json!(["Run", "Rod"])));
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
 #[test]
 fn fingers_turn_move_and_enlarge() -> Result<()> {
     let Some(mut browser) = Browser::for_test()? else { return Ok(()) };
