@@ -21,6 +21,18 @@ pub enum ExportError {
         /// What the system says.
         cause: io::Error,
     },
+    /// Another run writes into the folder.
+    #[error("another run is writing into {}: wait for its end, or choose another folder", path.display())]
+    Busy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Something that no run wrote stands where a run's file must go.
+    #[error("{} is in the way and is not from an earlier run: move it, or choose another folder", path.display())]
+    Taken {
+        /// What stands there.
+        path: PathBuf,
+    },
     /// The file is not a trajectory, or not the one that was written.
     #[error("{} is damaged or not a trajectory: {reason}", path.display())]
     Damaged {

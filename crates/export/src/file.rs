@@ -12,11 +12,31 @@ use crate::ExportError;
 /// Bytes that a writer or a reader moves at once.
 pub(crate) const CHUNK: usize = 1 << 20;
 
-/// A new file with a name of its own in `directory`, readable as the user's other files are; removed when dropped.
-pub(crate) fn temporary(directory: &Path, prefix: &str) -> io::Result<NamedTempFile> {
+/// End of a temporary file's name.
+pub(crate) const SUFFIX: &str = ".tmp";
+
+/// Random letters and digits in a temporary file's name.
+pub(crate) const RANDOM: usize = 6;
+
+/// What the names of temporary files for the file `name` begin with.
+pub(crate) fn prefix(name: &str) -> String {
+    format!(".{name}-")
+}
+
+/// Whether `file` is named as temporary files and folders for the file `name` are: what a process leaves that is killed.
+pub(crate) fn is_temporary(file: &str, name: &str) -> bool {
+    let random = file.strip_prefix(&prefix(name)).and_then(|rest| rest.strip_suffix(SUFFIX));
+    random.is_some_and(|random| random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+}
+
+/// A new file with a name of its own in `directory`, for the file `name`, readable as the user's other files are; removed
+/// when dropped.
+fn temporary(directory: &Path, name: &str) -> io::Result<NamedTempFile> {
+    let prefix = prefix(name);
     let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);
     // `File::create_new` obeys the umask; tempfile's own choice would hide the renamed file from everybody else.
-    let file = builder.prefix(prefix).suffix(".tmp").make_in(directory, |path| File::create_new(path));
+    let file = builder.make_in(directory, |path| File::create_new(path));
     // The error's kind alone: the random name that tempfile adds to it says nothing to a reader.
     file.map_err(|error| error.kind().into())
 }
@@ -41,7 +61,7 @@ pub(crate) fn stage(
             return Err(io::ErrorKind::IsADirectory.into());
         }
         let directory = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = temporary(directory, &format!(".{}-", name.to_string_lossy()))?;
+        let file = temporary(directory, &name.to_string_lossy())?;
         write_whole(file.as_file(), write)?;
         Ok(Staged { path: path.to_owned(), file })
     };

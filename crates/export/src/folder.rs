@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use crate::ExportError;
-use crate::file::write_whole;
+use crate::file::{RANDOM, SUFFIX, prefix, write_whole};
 
 /// Every frame's file begins with this.
 const PREFIX: &str = "frame_";
@@ -77,8 +77,8 @@ impl Folder {
 fn beside(path: &Path) -> io::Result<TempDir> {
     let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
     let parent = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    let directory = builder.prefix(&format!(".{}-", name.to_string_lossy())).suffix(".tmp").tempdir_in(parent);
+    let prefix = prefix(&name.to_string_lossy());
+    let directory = tempfile::Builder::new().prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM).tempdir_in(parent);
     // The error's kind alone: the random name that tempfile adds to it says nothing to a reader.
     directory.map_err(|error| error.kind().into())
 }
@@ -91,16 +91,44 @@ fn replaceable(path: &Path, extension: &str) -> io::Result<()> {
         Ok(metadata) if metadata.is_dir() => {}
         Ok(_) => return Err(io::ErrorKind::NotADirectory.into()),
     }
-    for entry in fs::read_dir(path)? {
-        let name = entry?.file_name();
-        let number =
-            name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.strip_suffix(extension)?.strip_suffix('.'));
-        if !number.is_some_and(|digits| digits.bytes().all(|digit| digit.is_ascii_digit())) {
-            let reason = format!("it holds {}, which no export wrote", Path::new(&name).display());
-            return Err(io::Error::new(io::ErrorKind::AlreadyExists, reason));
+    match foreign(path, extension)? {
+        None => Ok(()),
+        Some(other) => {
+            let name = Path::new(other.file_name().unwrap_or_default()).display();
+            Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("it holds {name}, which no export wrote")))
         }
     }
-    Ok(())
+}
+
+/// Something in a folder that is no frame of this extension, if there is any.
+pub(crate) fn foreign(folder: &Path, extension: &str) -> io::Result<Option<PathBuf>> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if !is_frame(&entry.file_name().to_string_lossy(), extension) {
+            return Ok(Some(entry.path()));
+        }
+    }
+    Ok(None)
+}
+
+/// Removes the frames of this extension from a folder, and the folder if nothing is left in it.
+pub(crate) fn remove_frames(folder: &Path, extension: &str) -> io::Result<()> {
+    let mut is_empty = true;
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if is_frame(&entry.file_name().to_string_lossy(), extension) && !entry.file_type()?.is_dir() {
+            fs::remove_file(entry.path())?;
+        } else {
+            is_empty = false;
+        }
+    }
+    if is_empty { fs::remove_dir(folder) } else { Ok(()) }
+}
+
+/// Whether a file's name is one that [`Folder::name`] gives.
+fn is_frame(name: &str, extension: &str) -> bool {
+    let number = name.strip_prefix(PREFIX).and_then(|name| name.strip_suffix(extension)?.strip_suffix('.'));
+    number.is_some_and(|digits| digits.len() >= DIGITS && digits.bytes().all(|digit| digit.is_ascii_digit()))
 }
 
 #[cfg(test)]

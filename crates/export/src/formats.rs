@@ -29,6 +29,18 @@ pub enum Format {
 
 names!(Format { Vtp = "vtp", Glb = "glb", Csv = "csv", Obj = "obj" });
 
+impl Format {
+    /// What [`write_format`] makes: names of files, and of folders of frames with a slash at the end.
+    pub fn outputs(self) -> &'static [&'static str] {
+        match self {
+            Format::Vtp => &["vtp/", "run.pvd"],
+            Format::Glb => &["run.glb"],
+            Format::Csv => &["segments.csv", "joints.csv"],
+            Format::Obj => &["obj/"],
+        }
+    }
+}
+
 /// Writes a trajectory of `model` into `directory`, which is created if it does not exist, and returns the files and
 /// folders made. One frame is in memory at a time (of `glb`, some tens of MiB). What an earlier export left is replaced
 /// when the new files are complete.

@@ -4,6 +4,8 @@
 //! of it is on the disk ([`write_atomically`]). A trajectory may be larger than memory: [`TrajectoryWriter`] spools its
 //! frames to the disk while the simulation runs, and [`TrajectoryReader`] reads one frame at a time.
 //!
+//! A run has its folder to itself ([`RunFolder`]): what an earlier run left there goes, what is not a run's stays.
+//!
 //! Text that must not change unseen is sealed: TOML with its checksum in front ([`seal`], [`unseal`]). Results that took
 //! long are sealed in files named by what they depend on ([`Results`]).
 //!
@@ -21,6 +23,7 @@ mod machine;
 mod reader;
 mod results;
 mod revision;
+mod run_folder;
 mod sealed;
 mod snapshots;
 mod tensor;
@@ -35,6 +38,7 @@ pub use machine::machine;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
 pub use results::{Claim, Found, Results, ResultsError, Stored};
 pub use revision::git_revision;
+pub use run_folder::RunFolder;
 pub use sealed::{SealedError, seal, unseal};
 pub use snapshots::write_snapshots;
 pub use tensor::Tensor;

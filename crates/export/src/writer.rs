@@ -1,15 +1,17 @@
 //! Writing a trajectory while the simulation runs.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use rod::{JointForce, State};
-use tempfile::NamedTempFile;
 
 use crate::ExportError;
-use crate::file::{CHUNK, temporary, write_atomically};
+use crate::file::{CHUNK, write_atomically};
 use crate::layout::{FILE_NAME, Layout, TrajectoryInfo};
+
+/// Bytes of frames that are given up where the disk is full, as room to begin with.
+const SPARE: usize = 256 << 10;
 
 /// Collects frames in a temporary file and turns them into `trajectory.safetensors` at the end, in constant memory.
 ///
@@ -18,15 +20,17 @@ use crate::layout::{FILE_NAME, Layout, TrajectoryInfo};
 /// `[frames, segments, 3]` [rad/s], all F64, with the forces of joints also `joint_forces` `[frames, joints, 6]`
 /// ([`JointForce`]: force [N], then moment [N m]), and the strings `scene`, `dt`, `units` and `checksum`.
 ///
-/// A run that is interrupted finishes with the frames it has. A writer that is dropped leaves nothing behind. While it
-/// works, the trajectory needs its size on the disk twice.
+/// A run that is interrupted finishes with the frames it has. A writer that is dropped, or whose process is killed,
+/// leaves nothing behind. While it finishes, the trajectory needs its size on the disk twice; where there is no room for
+/// that, [`TrajectoryWriter::salvage`] does with once.
 #[derive(Debug)]
 pub struct TrajectoryWriter {
     path: PathBuf,
     info: TrajectoryInfo,
     layout: Layout,
-    /// Frames one after the other, each with its part of every tensor in the order of the file; removed on drop.
-    spool: NamedTempFile,
+    /// Frames one after the other, each with its part of every tensor in the order of the file. It has no name: the
+    /// system removes it with the last handle.
+    spool: File,
     /// Whole frames that are not in the spool yet.
     pending: Vec<u8>,
     /// Bytes of whole frames in the spool.
@@ -48,7 +52,9 @@ impl TrajectoryWriter {
         if path.is_dir() {
             return Err(ExportError::io("write", &path)(io::ErrorKind::IsADirectory.into()));
         }
-        let spool = temporary(directory, ".trajectory-spool-").map_err(ExportError::io("write into", directory))?;
+        // The error's kind alone: the random name that tempfile may add to it says nothing to a reader.
+        let spool = tempfile::tempfile_in(directory).map_err(|error| error.kind().into());
+        let spool = spool.map_err(ExportError::io("write into", directory))?;
         let layout = Layout { frames: 0, segments, joints };
         Ok(Self { path, info, layout, spool, pending: Vec::with_capacity(CHUNK), spooled: 0 })
     }
@@ -85,57 +91,103 @@ impl TrajectoryWriter {
         self.layout.frames
     }
 
-    /// Writes `trajectory.safetensors` with the frames so far, removes the spool and returns the file's path.
+    /// Writes `trajectory.safetensors` with the frames so far and returns the file's path.
     ///
     /// # Errors
-    /// [`ExportError::Io`] if the file cannot be written. A file that was there before is untouched then.
-    pub fn finish(mut self) -> Result<PathBuf, ExportError> {
+    /// [`ExportError::Io`] if the file cannot be written. A file that was there before is untouched then, and the frames
+    /// are kept.
+    pub fn finish(&mut self) -> Result<PathBuf, ExportError> {
         self.spill()?;
-        write_atomically(&self.path, |writer| self.write(writer))?;
-        Ok(self.path)
+        write_atomically(&self.path, |writer| self.write(writer.get_ref(), CHUNK, false))?;
+        Ok(self.path.clone())
+    }
+
+    /// Writes `trajectory.safetensors` where the disk is full, after [`TrajectoryWriter::push`] or
+    /// [`TrajectoryWriter::finish`] has failed: each frame that has gone into the file gives its room back. Some of the
+    /// last frames are given up for a start, some hundred KiB of them, but half at most. Returns the file's path and how
+    /// many frames it has.
+    ///
+    /// # Errors
+    /// [`ExportError::Io`] if there is no room for a single frame, or something else takes the room meanwhile.
+    pub fn salvage(mut self) -> Result<(PathBuf, usize), ExportError> {
+        // As many as the disk still takes; the others are lost.
+        let _ = self.spill();
+        let frame_bytes = self.layout.frame_bytes();
+        let spooled = self.spool.metadata().map_err(self.refused())?.len();
+        let whole = self.layout.frames.min((spooled / frame_bytes as u64) as usize);
+        self.layout.frames = whole - SPARE.div_ceil(frame_bytes).min(whole / 2);
+        if self.layout.frames == 0 {
+            return Err(self.refused()(io::ErrorKind::StorageFull.into()));
+        }
+        self.spool.set_len((self.layout.frames * frame_bytes) as u64).map_err(self.refused())?;
+        write_atomically(&self.path, |writer| self.write(writer.get_ref(), SPARE / 4, true))?;
+        Ok((self.path, self.layout.frames))
     }
 
     /// Moves the pending frames into the spool.
     fn spill(&mut self) -> Result<(), ExportError> {
-        let file = self.spool.as_file_mut();
         // An attempt that failed half-way has moved the file's position: begin where the last whole frame ended.
-        file.seek(SeekFrom::Start(self.spooled))
-            .and_then(|_| file.write_all(&self.pending))
-            .map_err(ExportError::io("write", self.spool.path()))?;
+        let moved = self.spool.seek(SeekFrom::Start(self.spooled)).and_then(|_| self.spool.write_all(&self.pending));
+        moved.map_err(self.refused())?;
         self.spooled += self.pending.len() as u64;
         self.pending.clear();
         Ok(())
     }
 
-    /// Writes header and tensors, one pass over the spool for each tensor.
-    fn write(&self, writer: &mut BufWriter<&File>) -> io::Result<()> {
-        let (header, digits) = self.layout.header(&self.info)?;
-        let mut checksum = blake3::Hasher::new();
-        checksum.update(&header);
-        writer.write_all(&header)?;
-
-        let frame_bytes = self.layout.frame_bytes();
-        let frames_at_once = (CHUNK / frame_bytes).max(1);
-        let mut chunk = vec![0; frames_at_once * frame_bytes];
-        let mut start = 0;
-        for (_, bytes) in self.layout.widths() {
-            let part = start..start + bytes;
-            start = part.end;
-            let mut spool = self.spool.as_file();
-            spool.seek(SeekFrom::Start(0))?;
-            let mut left = self.layout.frames;
-            while left > 0 {
-                let frames = left.min(frames_at_once);
-                let chunk = &mut chunk[..frames * frame_bytes];
-                spool.read_exact(chunk)?;
-                for frame in chunk.chunks_exact(frame_bytes) {
-                    checksum.update(&frame[part.clone()]);
-                    writer.write_all(&frame[part.clone()])?;
-                }
-                left -= frames;
-            }
-        }
-        writer.seek(SeekFrom::Start(digits as u64))?;
-        writer.write_all(checksum.finalize().to_hex().as_bytes())
+    /// An error of the spool: it stands in the directory, without a name.
+    fn refused(&self) -> impl FnOnce(io::Error) -> ExportError {
+        ExportError::io("write into", self.path.parent().unwrap_or(&self.path))
     }
+
+    /// Writes header and tensors from the spool, about `at_once` bytes at a time, from the last frame to the first. With
+    /// `consume`, what is read from the spool is cut off it before it is written.
+    fn write(&self, mut file: &File, at_once: usize, consume: bool) -> io::Result<()> {
+        let (header, digits) = self.layout.header(&self.info)?;
+        file.write_all(&header)?;
+        let (frames, frame_bytes) = (self.layout.frames, self.layout.frame_bytes());
+        let frames_at_once = (at_once / frame_bytes).max(1);
+        let mut chunk = vec![0; frames_at_once.min(frames) * frame_bytes];
+        let mut part = Vec::with_capacity(chunk.len());
+        let mut spool = &self.spool;
+        let mut end = frames;
+        while end > 0 {
+            let begin = end.saturating_sub(frames_at_once);
+            let chunk = &mut chunk[..(end - begin) * frame_bytes];
+            spool.seek(SeekFrom::Start((begin * frame_bytes) as u64))?;
+            spool.read_exact(chunk)?;
+            if consume {
+                spool.set_len((begin * frame_bytes) as u64)?;
+            }
+            let (mut tensor, mut column) = (header.len(), 0);
+            for (_, bytes) in self.layout.widths() {
+                part.clear();
+                chunk
+                    .chunks_exact(frame_bytes)
+                    .for_each(|frame| part.extend_from_slice(&frame[column..column + bytes]));
+                file.seek(SeekFrom::Start((tensor + begin * bytes) as u64))?;
+                file.write_all(&part)?;
+                tensor += frames * bytes;
+                column += bytes;
+            }
+            end = begin;
+        }
+        let checksum = checksum(file)?;
+        file.seek(SeekFrom::Start(digits as u64))?;
+        file.write_all(checksum.to_hex().as_bytes())
+    }
+}
+
+/// The checksum of a file whose digits are zeros yet.
+fn checksum(mut file: &File) -> io::Result<blake3::Hash> {
+    let mut checksum = blake3::Hasher::new();
+    let mut left = file.seek(SeekFrom::End(0))? as usize;
+    let mut chunk = vec![0; CHUNK.min(left)];
+    file.seek(SeekFrom::Start(0))?;
+    while left > 0 {
+        let chunk = &mut chunk[..left.min(CHUNK)];
+        file.read_exact(chunk)?;
+        checksum.update(chunk);
+        left -= chunk.len();
+    }
+    Ok(checksum.finalize())
 }

@@ -284,3 +284,45 @@ fn the_centreline_is_a_table() {
     let mut state = State::default();
     assert!(matches!(reader.read_frame(2, &mut state), Err(ExportError::NoFrame { frame: 2, frames: 2 })));
 }
+
+/// Names the directory to write into, where the system takes no more than so many KiB a file.
+#[cfg(unix)]
+const LIMITED: &str = "TRAJECTORY_TEST_LIMITED";
+
+/// The system takes no more, as where a disk is full: what is there becomes a trajectory. This test runs itself in a shell
+/// that limits the size of files, to 2 MiB.
+#[test]
+#[cfg(unix)]
+fn frames_that_fit_are_kept_where_the_disk_takes_no_more() {
+    const SEGMENTS: usize = 50;
+    const LIMIT: usize = 2 << 20;
+    let frame_bytes = 8 * (1 + 13 * SEGMENTS);
+    if let Some(directory) = std::env::var_os(LIMITED) {
+        let mut writer = TrajectoryWriter::create(Path::new(&directory), SEGMENTS, 0, info()).unwrap();
+        let push = |frame| writer.push(&state(SEGMENTS, frame), &[], frame as f64);
+        let error = (0..10_000).map(push).find_map(Result::err).expect("a limit");
+        println!("refused: {error}");
+        assert!(writer.finish().is_err());
+        println!("kept: {}", writer.salvage().unwrap().1);
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let output = std::process::Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 4096; exec \"$0\" \"$@\""])
+        .arg(std::env::current_exe().unwrap())
+        .args(["--exact", "frames_that_fit_are_kept_where_the_disk_takes_no_more", "--nocapture"])
+        .env(LIMITED, directory.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{output:?}");
+    let expected = format!("refused: cannot write into {}: File too large", directory.path().display());
+    assert!(said.contains(&expected), "{said}");
+    assert_eq!(names(directory.path()), ["trajectory.safetensors"]);
+    let kept = read_trajectory(&directory.path().join("trajectory.safetensors")).unwrap();
+    let frames = kept.states.len();
+    assert!(said.contains(&format!("kept: {frames}\n")), "{said}");
+    assert!((LIMIT - (400 << 10)..LIMIT).contains(&(frames * frame_bytes)), "{frames} frames");
+    assert!(kept.states.iter().enumerate().all(|(frame, found)| *found == state(SEGMENTS, frame)));
+    assert!(kept.time.iter().enumerate().all(|(frame, &time)| time == frame as f64));
+}

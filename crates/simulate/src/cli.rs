@@ -14,13 +14,14 @@ use crate::files::Wanted;
 use crate::solver_name::SolverName;
 use terminal::{positive, threads};
 
-/// Folder of a run's files where none is named.
+/// Folder of the runs' folders where none is named.
 const OUT: &str = "out";
 
-/// Simulates elastic rods: ropes, cables, springs, trees.
+/// Simulates elastic rods: ropes, cables, sutures, springs, hair, trees.
 ///
-/// Without arguments it runs the bending rod of the COPINGNet paper and says what it did. Where networks are built in
-/// (cargo feature gn), it starts from COPINGNet's guess then, and says what that is worth beside other starts.
+/// `simulate helix --view` simulates a spring that falls and writes a page to watch it. Without arguments the program
+/// simulates a rod that bends under its weight and says what it did; where networks are built in (cargo feature gn), it
+/// starts from COPINGNet's guess and says what that is worth beside other starts.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub(crate) struct Cli {
@@ -34,49 +35,50 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// List the builtin scenes.
+    /// List the scenes that come with the program.
     List,
-    /// Put several runs into one page, side by side or overlaid.
+    /// Put several runs into one page, to watch them side by side or overlaid.
     View(ViewArgs),
-    /// Find the equilibrium that a scene without contacts relaxes to, in the wind of time 0.
+    /// Find the shape in which a scene without contacts comes to rest.
     Static(StaticArgs),
 }
 
 /// Which scene, and for how long.
 #[derive(Args, Debug)]
 pub(crate) struct SceneArgs {
-    /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod, random-helix, random-knot,
-    /// random-tree: the paper's random scenes, drawn by --seed and --index.
+    /// What to simulate: the name of a scene that comes with the program (see `simulate list`), or a file of your own that
+    /// ends in .toml (see docs/scenes.md). random-rod, random-helix, random-knot and random-tree are drawn at random, as in
+    /// the COPINGNet paper.
     #[arg(default_value = "bending-rod", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
-    /// Seed of a random scene [default: 0].
+    /// Seed of a random scene: another number draws another one [default: 0].
     #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) seed: Option<u64>,
-    /// Index of a random scene: each seed has as many as you like [default: 0].
+    /// Which of the scenes of a seed [default: 0].
     #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) index: Option<u64>,
-    /// Number of steps [default: the scene's]. 0 checks the scene and shows how it starts.
+    /// Number of time steps [default: the scene's]. With 0 the scene is checked, and nothing moves.
     #[arg(long, value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) steps: Option<usize>,
-    /// Time step [s] [default: the scene's].
+    /// Length of a time step in seconds [default: the scene's]. Shorter steps are more accurate and lose less energy.
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) dt: Option<f64>,
-    /// Equations of the projection: xpbd (the paper's), xpbd-geometric (also stable for slack rods under tension),
-    /// newton (implicit Euler, solved to the end).
+    /// Which equations a step solves: xpbd-geometric (fast, and right for nearly everything), xpbd (the COPINGNet paper's),
+    /// newton (implicit Euler, the most accurate of them, and slower).
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
-    /// Residual at which a step is done, relative to that of its prediction.
+    /// How exactly a step is solved: until so much is left of the error that it begins with.
     #[arg(long, default_value = "1e-6", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) tolerance: f64,
-    /// Error of a contact that is good enough: penetration, or slip where it should stick, relative to the smaller
-    /// radius.
+    /// How exactly contacts are solved: how deep two rods may overlap, or slip where they should stick, as a share of the
+    /// smaller radius.
     #[arg(long, default_value = "1e-3", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) contact_tolerance: f64,
-    /// How contacts are projected: coupled (together with the rods), alternating (after the rods, as in the paper: slow to
-    /// converge where rods are taut).
+    /// How contacts are solved: coupled (together with the rods) or alternating (rods and contacts in turn, as in the paper;
+    /// slow where rods are taut).
     #[arg(long, default_value_t = ContactProjection::default())]
     pub(crate) contacts: ContactProjection,
-    /// Threads for scenes of several rods, 1 to 1024 [default: one per core]. The motion is the same on any number.
+    /// Threads, 1 to 1024, for scenes of several rods [default: one per core]. The motion is the same on any number.
     #[arg(long, value_parser = threads, allow_hyphen_values = true)]
     pub(crate) threads: Option<usize>,
     /// Print one JSON object instead of text.
@@ -89,68 +91,75 @@ pub(crate) struct SceneArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct RunArgs {
-    /// Linear solver: direct (block elimination along the rods; sparse where they form loops), sparse (Cholesky), cg
-    /// (conjugate gradients), auto (chosen for the scene; the summary says why). With auto, flags that cg alone can use
-    /// ask for cg.
+    /// How the linear equations of a step are solved: auto (chosen for the scene; the summary says why), direct
+    /// (elimination along the rods), sparse (sparse Cholesky), cg (conjugate gradients). With auto, a flag that is of use to
+    /// cg alone chooses cg.
     #[arg(long, default_value_t = SolverName::Auto)]
     pub(crate) solver: SolverName,
-    /// Preconditioner of cg: raw (none), jacobi, block-jacobi, frozen (the factor of the rest shape) [default:
+    /// Preconditioner of cg: raw (none), jacobi, block-jacobi, frozen (the factors of the rods at rest) [default:
     /// block-jacobi].
     #[arg(long)]
     pub(crate) preconditioner: Option<PreconditionerKind>,
-    /// Residual at which cg stops, relative to the right-hand side, in the preconditioner's norm [default: 1e-6].
+    /// How exactly cg solves: until the residual is so small, relative to the right-hand side, in the preconditioner's norm
+    /// [default: 1e-6].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) linear_tolerance: Option<f64>,
-    /// Where solves or steps begin. Of a linear solve (with cg): zero, previous, linear, quadratic, fischer (fischer-N: of N solutions, 1 to 64), frozen. Of
-    /// a whole step (with newton): step-previous, step-linear, step-quadratic, step-adaptive (that where it saves
-    /// iterations). Learned, of a linear solve: knn
-    /// (nearest neighbours in the data set), gn (COPINGNet, trained by the paper's recipe), gn-best (trained by our
-    /// own); of a whole step: gn-step. The networks need the cargo feature gn. [default: chosen for the scene]
+    /// A first guess of the solution, which saves iterations where it is good [default: chosen for the scene].
+    /// For the linear equations (with cg): zero (none), previous, linear, quadratic (continue the last solutions), fischer
+    /// (the best mix of the last 8; fischer-N: of N, 1 to 64), frozen (solved with the factors of the rods at rest), and
+    /// learned ones: knn (nearest neighbours), gn (COPINGNet, trained as in the paper), gn-best (trained by our own recipe).
+    /// For a whole step (with newton): step-previous, step-linear, step-quadratic (continue the last motions), step-adaptive
+    /// (does so where it saves iterations), and the learned gn-step. Networks (gn, gn-best, gn-step) need the cargo feature
+    /// gn.
     #[arg(long)]
     pub(crate) guess: Option<GuessName>,
-    /// Let a learned guess replace the solves altogether, with so many predictions a step: the paper's comparison, which
-    /// drifts away. Contacts follow each prediction, as with --contacts alternating.
+    /// Take a learned guess for the solution and solve nothing, with so many guesses a step: an experiment of the paper. The
+    /// motion drifts away from the true one. Contacts follow each guess, as with --contacts alternating.
     #[arg(long, value_name = "PREDICTIONS", num_args = 0..=1, require_equals = true, default_missing_value = "1",
         value_parser = predictions)]
     pub(crate) end_to_end: Option<usize>,
-    /// Restrict a learned guess to the plane that the scene stays in. gn-best and gn-step always are, where there is one.
+    /// Keep a learned guess in the plane in which the scene stays. gn-best and gn-step always are, where there is one.
     #[arg(long)]
     pub(crate) planar: bool,
     #[command(flatten)]
     pub(crate) learned: Sources,
-    /// What a learned guess learned from: rod, helix, knot, tree [default: tree where rods branch, knot where a rod that can
-    /// touch itself is held at both ends, helix where joints are bent or twisted at rest, else rod].
+    /// Which scenes a learned guess has learned from: rod, helix, knot, tree [default: tree where rods branch, knot where a
+    /// rod that can touch itself is held at both ends, helix where joints are bent or twisted at rest, else rod].
     #[arg(long)]
     pub(crate) scenario: Option<Scenario>,
-    /// Write a page to look at the motion: view.html, one file that needs no network. `simulate view` puts several runs
-    /// into one page. Of a run with more than 1,000 steps it shows that many.
+    /// Write view.html, a page that plays the motion in a browser, one file that needs no network. Of a run with more than
+    /// 1,000 steps it shows that many. `simulate view` puts several runs into one page.
     #[arg(long)]
     pub(crate) view: bool,
-    /// Write plots of energy, length, outer iterations and time by stage (SVG).
+    /// Write plots over time (SVG): energy, length, iterations, time by stage.
     #[arg(long)]
     pub(crate) plot: bool,
-    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv, obj.
+    /// Print the time of each stage of a step, too.
+    #[arg(long)]
+    pub(crate) times: bool,
+    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj.
     #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
     pub(crate) export: Vec<Format>,
-    /// Write trajectory.safetensors, centreline.csv, snapshots.svg and summary.json to this folder, and what --view,
-    /// --plot and --export ask for [default where one of these is given: out].
+    /// Write the files to this folder: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json, and what --view,
+    /// --plot and --export ask for. The run has the folder to itself: what an earlier run wrote there is removed, other
+    /// files stay [default where one of the three is given: out/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
 
 impl RunArgs {
-    /// The files that are asked for.
-    pub(crate) fn wanted(&self) -> Option<Wanted<'_>> {
+    /// The files that are asked for, of a run of this scene.
+    pub(crate) fn wanted(&self, scene: &str) -> Option<Wanted<'_>> {
         let Self { view, plot, .. } = *self;
         let is_asked = view || plot || !self.export.is_empty();
-        let directory = self.out.as_deref().or(is_asked.then_some(Path::new(OUT)))?;
+        let directory = self.out.clone().or_else(|| is_asked.then(|| Path::new(OUT).join(scene)))?;
         Some(Wanted { directory, view, plot, formats: &self.export })
     }
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct ViewArgs {
-    /// Folders that `simulate --view` wrote to.
+    /// Folders of runs with --view, such as out/helix.
     #[arg(required = true, value_name = "RUNS")]
     pub(crate) runs: Vec<PathBuf>,
     /// Write the page to this file.
@@ -160,7 +169,7 @@ pub(crate) struct ViewArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct StaticArgs {
-    /// A scene file, the name of a builtin scene (see `simulate list`), or random-rod, -helix, -knot or -tree.
+    /// The name of a scene that comes with the program (see `simulate list`), or a file of your own that ends in .toml.
     #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
     /// Seed of a random scene [default: 0].
@@ -169,11 +178,11 @@ pub(crate) struct StaticArgs {
     /// Index of a random scene [default: 0].
     #[arg(long)]
     pub(crate) index: Option<u64>,
-    /// Largest movement of a segment in the last steps: in segment lengths, and in radians.
+    /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value_t = 1e-9, value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
-    /// this folder.
+    /// this folder. What an earlier run wrote there is removed, other files stay.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print JSON instead of text.

@@ -1,24 +1,20 @@
 //! What is kept of a run's frames for its files.
 
-use std::path::Path;
-
-use anyhow::Result;
+use anyhow::{Error, Result};
 use chart::Conditions;
-use export::TrajectoryWriter;
 use rod::{JointForce, Model, State};
 use scene::Scene;
 use serde::Serialize;
 use solver::simulation::Simulation;
 use view::{Frame, Recorder};
 
-use crate::files::{self, Wanted};
+use crate::files::{self, Files, Wanted, Written};
 use crate::plots;
 use crate::sample::{Sample, Sampler};
 
 /// Takes the frames of a run for the files that are wanted.
 pub(crate) struct Keep<'a> {
-    wanted: Wanted<'a>,
-    writer: TrajectoryWriter,
+    files: Files<'a>,
     player: Option<Recorder>,
     plots: Option<Vec<Sample>>,
     /// Present where player or plots are.
@@ -28,19 +24,19 @@ pub(crate) struct Keep<'a> {
 }
 
 impl<'a> Keep<'a> {
-    /// Looks whether all files can be written, and takes the first frame. `label` names the run in the player.
+    /// Takes the run's folder and the first frame. `label` names the run in the player.
     pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, label: &str) -> Result<Self> {
         let Scene { model, state, run, .. } = scene;
         let joints = |are_wanted: bool| if are_wanted { model.joints.len() } else { 0 };
+        let (view, plot, keeps_forces) = (wanted.view, wanted.plot, wanted.keeps_forces());
         let mut keep = Self {
-            wanted,
-            writer: files::open(&wanted, scene, run.dt, joints(wanted.keeps_forces()))?,
-            player: wanted.view.then(|| Recorder::new(label, run.dt, model)),
-            plots: wanted.plot.then(Vec::new),
+            files: Files::open(wanted, scene, run.dt, joints(keeps_forces))?,
+            player: view.then(|| Recorder::new(label, run.dt, model)),
+            plots: plot.then(Vec::new),
             sampler: None,
-            forces: vec![JointForce::default(); joints(wanted.view || wanted.keeps_forces())],
+            forces: vec![JointForce::default(); joints(view || keeps_forces)],
         };
-        if wanted.view || wanted.plot {
+        if view || plot {
             let (sampler, start) = Sampler::new(model, state, run.steps);
             keep.sampler = Some(sampler);
             keep.take(start, state);
@@ -60,8 +56,8 @@ impl<'a> Keep<'a> {
         if !self.forces.is_empty() {
             simulation.store_joint_forces(&mut self.forces);
         }
-        let forces: &[JointForce] = if self.wanted.keeps_forces() { &self.forces } else { &[] };
-        self.writer.push(state, forces, simulation.time())?;
+        let forces: &[JointForce] = if self.files.wanted.keeps_forces() { &self.forces } else { &[] };
+        self.files.writer.push(state, forces, simulation.time())?;
         if let Some(sampler) = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step)) {
             let sample = sampler.sample(model, state, simulation, step);
             self.take(sample, state);
@@ -85,25 +81,25 @@ impl<'a> Keep<'a> {
         }
     }
 
-    /// Writes all files. Returns their folder and their names.
+    /// Writes all files, or, where the disk has `refused` frames, what fits.
     pub(crate) fn close(
         self,
         scene: &Scene,
         summary: &impl Serialize,
         conditions: &Conditions,
-    ) -> Result<(&'a Path, Vec<String>)> {
-        let wanted = self.wanted;
-        let mut written = files::close(self.writer, &wanted, scene, summary)?;
-        if let Some(samples) = &self.plots {
-            plots::write(wanted.directory, samples, conditions)?;
-            written.extend(plots::FILES.map(str::to_owned));
-        }
-        if let Some(player) = self.player {
-            let run = player.finish();
-            view::write_run(&wanted.directory.join(files::RUN), &run)?;
-            view::write_page(&wanted.directory.join(files::PAGE), &[run])?;
-            written.extend([files::RUN, files::PAGE].map(str::to_owned));
-        }
-        Ok((wanted.directory, written))
+        refused: Option<Error>,
+    ) -> Result<Written> {
+        let Self { files, player, plots, .. } = self;
+        files.close(scene, summary, refused, |directory| {
+            if let Some(samples) = &plots {
+                plots::write(directory, samples, conditions)?;
+            }
+            if let Some(player) = player {
+                let run = player.finish();
+                view::write_run(&directory.join(files::RUN), &run)?;
+                view::write_page(&directory.join(files::PAGE), &[run])?;
+            }
+            Ok(())
+        })
     }
 }

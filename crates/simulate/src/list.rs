@@ -6,13 +6,14 @@ use crate::Outcome;
 use crate::scenes::random_names;
 use terminal::say;
 
-/// Prints the builtin scenes.
+/// Prints the scenes that come with the program.
 pub(crate) fn list() -> Result<Outcome> {
     let builtins = scene::builtins();
     let width = builtins.iter().map(|b| b.name.len()).max().unwrap_or(0);
     for builtin in &builtins {
         say!("{:width$}  {}", builtin.name, builtin.description)?;
     }
-    say!("\nAnd {}: the paper's random scenes, drawn by --seed and --index.", random_names())?;
+    say!("\nAnd random scenes, drawn by --seed and --index as in the COPINGNet paper: {}.", random_names())?;
+    say!("`simulate NAME --view` writes out/NAME/view.html, a page to watch one.")?;
     Ok(Outcome::Done)
 }

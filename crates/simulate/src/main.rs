@@ -8,6 +8,7 @@ mod files;
 mod keep;
 mod list;
 mod measured;
+mod numbers;
 mod plots;
 mod run;
 mod sample;
@@ -19,7 +20,9 @@ mod view;
 
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::Parser;
+use terminal::say;
 
 use crate::cli::{Cli, Command};
 
@@ -41,6 +44,23 @@ enum Outcome {
     NotConverged,
 }
 
+/// Without arguments: a first look, and where to look next.
+fn first_run(cli: &Cli) -> Result<Outcome> {
+    #[cfg(feature = "gn")]
+    let outcome = {
+        // It has flags of its own.
+        let _ = cli;
+        demo::demo()?
+    };
+    #[cfg(not(feature = "gn"))]
+    let outcome = run::run(&cli.scene, &cli.run)?;
+    say!(
+        "\nNext: `simulate --view` writes a page to watch it (`cargo run -p simulate -- --view`),\n\
+         `simulate list` shows more scenes, `simulate --help` all flags; for scenes of your own see docs/scenes.md"
+    )?;
+    Ok(outcome)
+}
+
 fn main() -> ExitCode {
     if let Some(name) = std::env::args().nth(1).filter(|name| MEASURING.contains(&name.as_str())) {
         terminal::complain(format_args!("`simulate {name}` is `evaluate {name}` now: cargo run -p evaluate -- {name}"));
@@ -48,8 +68,7 @@ fn main() -> ExitCode {
     }
     let cli = Cli::parse();
     let result = match cli.command {
-        #[cfg(feature = "gn")]
-        None if std::env::args_os().len() == 1 => demo::demo(),
+        None if std::env::args_os().len() == 1 => first_run(&cli),
         None => run::run(&cli.scene, &cli.run),
         Some(Command::List) => list::list(),
         Some(Command::View(args)) => view::view(&args),

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use catalogue::{Guess, GuessName, Learned, Training, plane};
 use chart::Conditions;
 use graph::Normal;
@@ -32,6 +32,8 @@ pub(crate) struct Course {
     pub(crate) status: Status,
     /// Whether Ctrl-C stopped it.
     pub(crate) interrupted: bool,
+    /// Why the disk took no more, where that stopped it.
+    pub(crate) refused: Option<Error>,
     /// Wall time of the steps alone, without measuring and writing.
     pub(crate) wall: Duration,
 }
@@ -61,7 +63,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let label = label(&scene, &settings, name, args);
-    let mut keep = args.wanted().map(|wanted| Keep::open(wanted, &scene, &label)).transpose().context("--out")?;
+    let wanted = args.wanted(&scene.name);
+    let mut keep = wanted.map(|wanted| Keep::open(wanted, &scene, &label)).transpose().context("--out")?;
     if !quiet {
         say!(
             "{}: {} segments, {} joints, {} steps of {:?} s",
@@ -74,7 +77,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     }
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
-    let course = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    let mut course = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
     let summary = Summary::new(
         &scene,
         &settings,
@@ -93,12 +96,14 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let conditions = Conditions::new("run", label)
         .with("machine", export::machine())
         .with("time step", format!("{:?} s", scene.run.dt));
-    let written = keep.map(|keep| keep.close(&scene, &summary, &conditions)).transpose()?;
+    let refused = course.refused.take();
+    let written = keep.map(|keep| keep.close(&scene, &summary, &conditions, refused)).transpose().context("--out");
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;
     } else if !quiet {
-        summary.print(written.as_ref())?;
+        summary.print(written.as_ref().ok().and_then(Option::as_ref), args.times)?;
     }
+    written?;
     Ok(match (course.interrupted, course.status) {
         (_, Status::NonFinite) => Outcome::NotFinite(format!(
             "{} stopped after step {}, with the last finite state; a smaller --dt may help",
@@ -152,7 +157,7 @@ fn predicted(
     Ok(Simulation::end_to_end(&scene.model, &scene.state, &params, &project)?)
 }
 
-/// Steps until all are done, numbers are not finite, or Ctrl-C. `state` is the last finite one in the end.
+/// Steps until all are done, numbers are not finite, the disk takes no more frames, or Ctrl-C. `state` is the last finite one in the end.
 fn go(
     scene: &Scene,
     simulation: &mut Simulation,
@@ -161,7 +166,7 @@ fn go(
     keep: &mut Option<Keep<'_>>,
     progress: Progress,
 ) -> Result<Course> {
-    let (mut status, mut steps, mut wall) = (Status::Converged, 0, Duration::ZERO);
+    let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
     let mut next = state.clone();
     let mut last = scene.run.steps == 0 || progress.stopped();
     while !last {
@@ -181,10 +186,11 @@ fn go(
         }
         std::mem::swap(state, &mut next);
         if let Some(keep) = keep {
-            keep.push(&scene.model, simulation, state, steps, last)?;
+            refused = keep.push(&scene.model, simulation, state, steps, last).err();
+            last |= refused.is_some();
         }
     }
-    Ok(Course { steps, status, interrupted: progress.finish(), wall })
+    Ok(Course { steps, status, interrupted: progress.finish(), refused, wall })
 }
 
 fn is_finite(state: &State) -> bool {

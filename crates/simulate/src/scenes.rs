@@ -1,11 +1,14 @@
 //! From the command line to a scene and settings.
 
-use anyhow::{Result, anyhow, bail};
+use std::path::Path;
+
+use anyhow::{Error, Result, anyhow, bail};
+use clap::CommandFactory;
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
 use solver::simulation::Settings;
 
-use crate::cli::SceneArgs;
+use crate::cli::{Cli, SceneArgs};
 
 /// The scene that the arguments name, with their time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
@@ -31,7 +34,8 @@ pub(crate) fn random_names() -> String {
 /// The scene file, builtin or random scene of this name.
 pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result<Scene> {
     if let Some((_, family)) = RANDOM.into_iter().find(|&(random, _)| random == name) {
-        return Ok(Parameters::sample(family, seed.unwrap_or(0), index.unwrap_or(0)).scene()?);
+        let scene = Parameters::sample(family, seed.unwrap_or(0), index.unwrap_or(0)).scene()?;
+        return Ok(Scene { name: name.to_owned(), ..scene });
     }
     for (flag, given) in [("--seed", seed.is_some()), ("--index", index.is_some())] {
         if given {
@@ -42,12 +46,28 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
     let found = if is_file { scene::load(name) } else { scene::builtin(name) };
     found.map_err(|error| match error {
         SceneError::Read { file, source } => anyhow!("cannot read the scene {file}: {source}"),
-        SceneError::UnknownBuiltin { name, known } => anyhow!(
-            "there is no builtin scene `{name}`; there are {known}, {}, and files that end in .toml",
-            random_names()
-        ),
+        SceneError::UnknownBuiltin { name, .. } => unknown(&name),
         invalid @ SceneError::Invalid { .. } => invalid.into(),
     })
+}
+
+/// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
+const ALIKE: f64 = 0.7;
+
+/// The error of a scene that does not exist: what may have been meant, and where to look.
+fn unknown(name: &str) -> Error {
+    if Path::new(name).is_file() {
+        return anyhow!("{name} is a file, but the name of a scene's file ends in .toml");
+    }
+    let cli = Cli::command();
+    let commands = cli.get_subcommands().map(|command| command.get_name().to_owned());
+    let scenes = scene::builtins().into_iter().map(|builtin| builtin.name.to_owned());
+    let random = RANDOM.map(|(name, _)| name.to_owned());
+    let likeness = |known: &String| strsim::jaro_winkler(name, known);
+    let known = scenes.chain(random).chain(commands).filter(|known| likeness(known) > ALIKE);
+    let nearest = known.max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    let meant = nearest.map(|known| format!("; did you mean `{known}`?")).unwrap_or_default();
+    anyhow!("there is no scene `{name}`{meant} (`simulate list` shows all; the name of a file ends in .toml)")
 }
 
 /// Settings with the formulation and the tolerances of the arguments; the absolute one goes down with the relative one.

@@ -2,14 +2,15 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use rod::measure;
 use serde::Serialize;
 use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
 use crate::cli::StaticArgs;
-use crate::files::{self, Wanted};
+use crate::files::{Files, Wanted};
+use crate::numbers::{energy_scale, number, unless_noise};
 use crate::scenes;
 use terminal::say;
 
@@ -28,6 +29,8 @@ struct Report {
     wall_s: f64,
     energy_start_j: f64,
     energy_end_j: f64,
+    #[serde(skip)]
+    energy_scale_j: f64,
     /// End face of the last segment of each rod [m].
     tips_m: Vec<[f64; 3]>,
 }
@@ -35,6 +38,8 @@ struct Report {
 /// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
 pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
     let scene = scenes::named(&args.scene, args.seed, args.index)?;
+    let wanted = args.out.as_deref().map(Wanted::plain);
+    let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0)).transpose().context("--out")?;
     let params = StaticParams { tolerance: args.tolerance, ..StaticParams::default() };
     let mut state = scene.state.clone();
     let begin = Instant::now();
@@ -58,18 +63,23 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
         wall_s: begin.elapsed().as_secs_f64(),
         energy_start_j: measure::energy(&scene.model, &scene.state).total(),
         energy_end_j: measure::energy(&scene.model, &state).total(),
+        energy_scale_j: energy_scale(&scene.model, &state),
         tips_m: scene.rods.iter().filter(|rod| !rod.segments.is_empty()).map(|rod| tip(&rod.segments)).collect(),
     };
-    if let Some(directory) = &args.out {
-        let wanted = Wanted::plain(directory);
-        let mut writer = files::open(&wanted, &scene, 1.0, 0).context("--out")?;
-        writer.push(&state, &[], 1.0)?;
-        files::close(writer, &wanted, &scene, &report)?;
+    let mut closed = Ok(None);
+    if let Some(mut files) = files {
+        let refused = files.writer.push(&state, &[], 1.0).err().map(Error::from);
+        closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
     }
     if args.json {
         say!("{}", serde_json::to_string_pretty(&report)?)?;
     } else {
         print(&report)?;
+    }
+    if let Some(written) = closed?
+        && !args.json
+    {
+        say!("written to {}: {}", written.directory.display(), written.names.join(", "))?;
     }
     Ok(if found.converged { Outcome::Done } else { Outcome::NotConverged })
 }
@@ -86,9 +96,13 @@ fn print(report: &Report) -> Result<()> {
     if report.wind == "frozen" {
         say!("in the wind as it is at time 0; it changes later, and so nothing stays at rest in it")?;
     }
-    say!("energy {:.6} J at the start, {:.6} J at rest", report.energy_start_j, report.energy_end_j)?;
-    for (k, [x, y, z]) in report.tips_m.iter().enumerate().take(10) {
-        say!("tip of rod {k}: ({x:.6}, {y:.6}, {z:.6}) m")?;
+    let scale = report.energy_start_j.abs().max(report.energy_end_j.abs()).max(report.energy_scale_j);
+    let [start, end] = [report.energy_start_j, report.energy_end_j].map(|energy| number(unless_noise(energy, scale)));
+    say!("energy: {start} J at the start, {end} J at rest")?;
+    let size = report.tips_m.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
+    for (k, tip) in report.tips_m.iter().enumerate().take(10) {
+        let [x, y, z] = tip.map(|x| number(unless_noise(x, size)));
+        say!("tip of rod {k}: ({x}, {y}, {z}) m")?;
     }
     Ok(())
 }

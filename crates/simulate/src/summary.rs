@@ -1,6 +1,5 @@
 //! What a run came to, as text and as JSON.
 
-use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Result;
@@ -13,7 +12,9 @@ use solver::counters::{Counters, StageTimes};
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
+use crate::files::Written;
 use crate::measured::Measured;
+use crate::numbers::{energy_scale, number, tiny, unless_noise};
 use crate::run::Course;
 use terminal::say;
 
@@ -106,6 +107,9 @@ pub(crate) struct Summary {
     energy_end_j: f64,
     /// Highest total energy of the frames measured.
     energy_highest_j: f64,
+    /// Energies below a small share of this one are rounding errors [J].
+    #[serde(skip)]
+    energy_scale_j: f64,
     /// BLAKE3 of the final positions, orientations, velocities and angular velocities, as little-endian f64.
     final_state_hash: String,
 }
@@ -174,13 +178,13 @@ impl Summary {
             energy_start_j: measured.energy_start,
             energy_end_j: measured.energy_end,
             energy_highest_j: measured.energy_highest,
+            energy_scale_j: energy_scale(&scene.model, state),
             final_state_hash: hash(state),
         }
     }
 
-    /// Prints it for a person; `written` are the files' folder and names.
-    pub(crate) fn print(&self, written: Option<&(&Path, Vec<String>)>) -> Result<()> {
-        let work = &self.work;
+    /// Prints it for a person: with what was `written`, and with the time of each stage if that is asked for.
+    pub(crate) fn print(&self, written: Option<&Written>, times: bool) -> Result<()> {
         let plane = if self.planar { " in the plane" } else { "" };
         let end = if self.end_to_end > 0 {
             format!(", end to end with at most {} a step", self.end_to_end)
@@ -191,52 +195,79 @@ impl Summary {
         if let Some(chosen) = &self.chosen {
             say!("chosen: {chosen}")?;
         }
-        let stopped = if self.interrupted { format!(" of {}, stopped", self.steps_asked) } else { String::new() };
+        let of = if self.steps < self.steps_asked { format!(" of {}", self.steps_asked) } else { String::new() };
         let speed = self.times_real_time;
         let speed = if speed < 1e6 { format!("{speed:.1}") } else { format!("{speed:.1e}") };
-        say!("{}: {} steps{stopped} in {:.3} s, {speed} times real time", self.status, self.steps, self.wall_s)?;
-        let per_step = work.iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
-        let mut line = format!("outer iterations: {per_step:.2} a step");
-        if work.linear_iterations > 0 {
-            let each = work.linear_iterations as f64 / work.iterations.max(1) as f64;
-            line += &format!(", {each:.1} linear iterations in each");
-        }
-        if work.retries > 0 {
-            line += &format!(", {} steps halved", work.retries);
-        }
-        if work.not_converged > 0 {
-            line += &format!(", {} steps kept though not converged", work.not_converged);
-        }
-        if work.guesses_dropped > 0 {
-            line += &format!(", {} guesses dropped", work.guesses_dropped);
-        }
-        say!("{line}")?;
-        say!("{}", self.stage_table())?;
         say!(
-            "worst residuals: stretch {:.1e} of a segment, bend {:.1e} rad",
-            self.worst_residuals.stretch_per_length,
-            self.worst_residuals.bend_rad
+            "{}: {} steps{of}, {} s of motion, in {} s: {speed} times real time",
+            self.status,
+            self.steps,
+            number(self.dt_s * self.steps as f64),
+            number(self.wall_s)
         )?;
-        if work.contact_searches > 0 {
-            say!(
-                "contacts: {:.1} solved a step, of {:.1} possible, worst error {:.1e} of a radius, deepest penetration {:.1e}",
-                work.contact_solves as f64 / self.steps.max(1) as f64,
-                work.contact_candidates as f64 / work.contact_searches as f64,
-                self.worst_residuals.contact_per_radius,
-                self.worst_residuals.penetration_per_radius
-            )?;
+        say!("{}", self.convergence())?;
+        if self.work.contact_searches > 0 {
+            say!("{}", self.contacts())?;
         }
-        say!(
-            "length changed by {:.1e} at most, energy {} J at the start, {} J at the end, {} J at its highest",
-            self.length_drift,
-            short(self.energy_start_j),
-            short(self.energy_end_j),
-            short(self.energy_highest_j)
-        )?;
-        if let Some((directory, files)) = written {
-            say!("written to {}: {}", directory.display(), files.join(", "))?;
+        let joules = |energy: f64| number(unless_noise(energy, self.energies().fold(self.energy_scale_j, f64::max)));
+        let [start, end, highest] = [self.energy_start_j, self.energy_end_j, self.energy_highest_j].map(joules);
+        say!("energy: {start} J at the start, {end} J at the end, {highest} J at its highest")?;
+        if times {
+            say!("{}", self.stage_table())?;
+        }
+        if let Some(written) = written {
+            say!("written to {}: {}", written.directory.display(), written.names.join(", "))?;
+            if let Some(page) = written.page() {
+                say!("open {}", page.display())?;
+            }
         }
         Ok(())
+    }
+
+    /// Magnitudes of the energies.
+    fn energies(&self) -> impl Iterator<Item = f64> {
+        [self.energy_start_j, self.energy_end_j, self.energy_highest_j].into_iter().map(f64::abs)
+    }
+
+    /// How well the steps were solved, and with how much work.
+    fn convergence(&self) -> String {
+        let work = &self.work;
+        let per_step = work.iterations as f64 / (self.steps * self.connected_sets).max(1) as f64;
+        let mut line = format!("iterations: {per_step:.2} a step");
+        if work.linear_iterations > 0 {
+            let each = work.linear_iterations as f64 / work.iterations.max(1) as f64;
+            line += &format!(", with {each:.1} of the linear solver in each");
+        }
+        for (count, what) in [
+            (work.retries, "steps done again in halves"),
+            (work.not_converged, "steps kept though not converged"),
+            (work.guesses_dropped, "guesses dropped"),
+        ] {
+            if count > 0 {
+                line += &format!(", {count} {what}");
+            }
+        }
+        let worst = &self.worst_residuals;
+        line + &format!(
+            "; errors at joints: {} of a segment's length and {} rad at most; lengths changed by {} of themselves at most",
+            tiny(worst.stretch_per_length),
+            tiny(worst.bend_rad),
+            tiny(self.length_drift)
+        )
+    }
+
+    /// How many places were near enough to touch, and what is left of errors there.
+    fn contacts(&self) -> String {
+        let Counters { contact_candidates, contact_searches, contact_solves, contact_evaluations, .. } = self.work;
+        let worst = &self.worst_residuals;
+        format!(
+            "contacts: {:.1} places near enough to touch, of which {:.0} % press (means over all iterations); errors: {} of \
+             a radius at most, overlap {} at most",
+            contact_candidates as f64 / contact_searches as f64,
+            100.0 * contact_solves as f64 / contact_evaluations.max(1) as f64,
+            tiny(worst.contact_per_radius),
+            tiny(worst.penetration_per_radius)
+        )
     }
 
     fn stage_table(&self) -> Table {
@@ -251,15 +282,6 @@ impl Summary {
             table.add_row([name.to_owned(), format!("{us:.1}"), format!("{share:.0} %")]);
         }
         table
-    }
-}
-
-/// A number to about five digits, as text that stays short.
-fn short(x: f64) -> String {
-    match x.abs() {
-        0.0 => "0".to_owned(),
-        0.01..1e6 => format!("{x:.4}"),
-        _ => format!("{x:.4e}"),
     }
 }
 

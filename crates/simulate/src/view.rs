@@ -1,6 +1,8 @@
 //! `simulate view`: several runs in one page.
 
-use anyhow::{Context, Result};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
 use terminal::say;
 
 use crate::Outcome;
@@ -9,11 +11,16 @@ use crate::files::RUN;
 
 /// Writes a page with the runs that `--view` has left in these folders.
 pub(crate) fn view(args: &ViewArgs) -> Result<Outcome> {
-    let read = |directory: &std::path::PathBuf| {
-        view::read_run(&directory.join(RUN)).context("RUNS: each is a folder that `simulate --view` wrote to")
-    };
-    let runs = args.runs.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let runs = args.runs.iter().map(|directory| read(directory)).collect::<Result<Vec<_>>>()?;
     view::write_page(&args.out, &runs).context("--out")?;
-    say!("wrote {}", args.out.display())?;
+    say!("open {}", args.out.display())?;
     Ok(Outcome::Done)
+}
+
+fn read(directory: &Path) -> Result<view::Run> {
+    let file = directory.join(RUN);
+    if !file.exists() {
+        bail!("RUNS: {} has no {RUN}, which a run with --view writes", directory.display());
+    }
+    view::read_run(&file).context("RUNS")
 }

@@ -24,7 +24,7 @@ fn tensor(file: &[u8], name: &str) -> (Vec<f64>, Vec<usize>) {
     (values.collect(), view.shape().to_vec())
 }
 
-/// Checks that the four files are whole and agree with each other; returns the summary.
+/// Checks that the files are whole and agree with each other; returns the summary.
 fn check(folder: &Path, dt: f64) -> Value {
     let mut names: Vec<String> = fs::read_dir(folder)
         .expect("a folder")
@@ -33,7 +33,7 @@ fn check(folder: &Path, dt: f64) -> Value {
     names.sort();
     assert_eq!(
         names,
-        ["centreline.csv", "snapshots.svg", "summary.json", "trajectory.safetensors"],
+        ["centreline.csv", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"],
         "and no temporary files"
     );
 
@@ -155,7 +155,7 @@ fn an_interrupted_run_keeps_its_results() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // The spool file is made when the program listens to Ctrl-C already.
+    // The folder is taken when the program listens to Ctrl-C already.
     let begin = Instant::now();
     while fs::read_dir(out).expect("a folder").next().is_none() && begin.elapsed() < Duration::from_secs(10) {
         std::thread::sleep(Duration::from_millis(5));

@@ -89,7 +89,7 @@ fn without_arguments_it_starts_from_a_network_and_says_what_that_is_worth() {
     assert!(lines[1].starts_with("gn-best: recipe best, scenario rod, ") && lines[1].ends_with(", built in"), "{out}");
     assert_eq!(lines[2], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
     assert_eq!(lines[3], "formulation xpbd, solver cg-block-jacobi, guess gn-best in the plane");
-    assert!(lines[4].starts_with("converged: 100 steps in "), "{out}");
+    assert!(lines[4].starts_with("converged: 100 steps, 2 s of motion, in "), "{out}");
     for row in ["direct", "cg from zero", "cg from Fischer's", "cg from COPINGNet (gn)", "cg from COPINGNet (gn-best)"]
     {
         assert!(lines.iter().any(|line| line.trim().starts_with(row) && line.trim().ends_with("converged")), "{out}");
@@ -109,7 +109,7 @@ fn an_interrupted_demonstration_says_how_far_it_came() {
         let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
         let mut out = String::new();
         // The last line of the first run.
-        while !out.contains("length changed by") {
+        while !out.contains("energy: ") {
             assert!(stdout.read_line(&mut out).expect("a line") > 0, "{out}");
         }
         interrupt(child.id());

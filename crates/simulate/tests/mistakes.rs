@@ -5,7 +5,7 @@ mod common;
 
 use std::fs;
 
-use common::{builtin_names, run, texts};
+use common::{run, texts};
 
 /// The first line of the error of arguments that are not accepted.
 fn error(arguments: &[&str]) -> String {
@@ -137,13 +137,22 @@ fn networks_that_the_program_does_not_have() {
 
 #[test]
 fn scenes() {
-    let names = builtin_names().join(", ");
-    assert_eq!(
-        error(&["bend"]),
-        format!(
-            "error: there is no builtin scene `bend`; there are {names}, random-rod, random-helix, random-knot, random-tree, and files that end in .toml"
-        )
-    );
+    let unknown = |name: &str, meant: &str| {
+        let hint = "(`simulate list` shows all; the name of a file ends in .toml)";
+        assert_eq!(error(&[name]), format!("error: there is no scene `{name}`{meant} {hint}"));
+    };
+    for (name, meant) in [
+        ("bend", "bend-45"),
+        ("helx", "helix"),
+        ("tree70", "tree-70"),
+        ("knto", "knot"),
+        ("random_rod", "random-rod"),
+        ("lst", "list"),
+        ("veiw", "view"),
+    ] {
+        unknown(name, &format!("; did you mean `{meant}`?"));
+    }
+    unknown("qqq", "");
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let missing = path("missing.toml");
@@ -230,7 +239,8 @@ fn places_to_write() {
         let taken = format!("{out}/{name}");
         fs::create_dir_all(&taken).expect("a folder");
         let found = error(&[&long[..], &[&out]].concat());
-        assert_eq!(found, format!("error: --out: cannot write {taken}: is a directory"));
+        let way_out = "move it, or choose another folder";
+        assert_eq!(found, format!("error: --out: {taken} is in the way and is not from an earlier run: {way_out}"));
         assert_eq!(fs::read_dir(&out).expect("a folder").count(), 1, "no temporary file stays");
     }
     assert!(error(&["--out", ""]).starts_with("error: "));

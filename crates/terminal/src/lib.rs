@@ -16,14 +16,16 @@ pub use progress::Progress;
 /// Exit code of a program that was stopped by Ctrl-C, its results kept.
 pub const INTERRUPTED: u8 = 130;
 
-/// Prints a line, or several, and flushes them. A reader that has gone away (`simulate list | head -1`) is no error:
+/// Prints a line, or several, without blanks at their ends, and flushes them. A reader that has gone away (`simulate list | head -1`) is no error:
 /// a run goes on and keeps its files.
 ///
 /// # Errors
 /// If standard output takes no more, a full disk for instance.
 pub fn print(text: Arguments<'_>) -> Result<()> {
+    let text = text.to_string();
+    let lines: Vec<&str> = text.split('\n').map(str::trim_end).collect();
     let mut stdout = io::stdout().lock();
-    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+    match writeln!(stdout, "{}", lines.join("\n")).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("cannot write to standard output"),
         _ => Ok(()),
     }

@@ -204,11 +204,11 @@ impl Recorder {
     }
 }
 
-/// Sizes of the segments, and which goes on in which: joined end to start, of one rod.
+/// Sizes and rods of the segments, and which goes on in which: joined end to start, of one rod.
 fn drawn(model: &Model) -> Segments {
     let next = successors(model).into_iter().map(|next| next.map(|next| next.segment)).collect();
     let (length, radius) = model.segments.iter().map(|s| (s.length, s.radius)).unzip();
-    Segments { length, radius, next }
+    Segments { length, radius, next, rod: model.segments.iter().map(|s| s.rod).collect() }
 }
 
 /// A zlib stream of `data`.

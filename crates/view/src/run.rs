@@ -59,6 +59,9 @@ pub(crate) struct Segments {
     pub(crate) radius: Vec<f64>,
     /// The segment of the same rod whose start is joined to the end of this one.
     pub(crate) next: Vec<Option<usize>>,
+    /// Rods that the segments belong to, counted from 0; empty in files of earlier versions.
+    #[serde(default)]
+    pub(crate) rod: Vec<usize>,
 }
 
 /// The places that positions are rounded to.
@@ -161,6 +164,9 @@ impl Run {
         count("iterations", self.iterations.len(), frames)?;
         count("segments.radius", self.segments.radius.len(), segments)?;
         count("segments.next", self.segments.next.len(), segments)?;
+        if !self.segments.rod.is_empty() {
+            count("segments.rod", self.segments.rod.len(), segments)?;
+        }
         let all = |key, fine: bool, must: &str| if fine { Ok(()) } else { Err(DecodeError::new(key, must)) };
         let positive = |values: &[f64]| values.iter().all(|v| v.is_finite() && *v > 0.0);
         all("segments.length", positive(&self.segments.length), "all must be finite and > 0")?;

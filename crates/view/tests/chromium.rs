@@ -120,6 +120,32 @@ fn keys_choices_and_the_chart_do_what_they_say(browser: &mut Browser) -> Result<
     Ok(())
 }
 
+/// Rods of one run are told apart by their colours, and so are runs; the choice is there where there is something to tell.
+fn rods_have_colours_of_their_own(browser: &mut Browser) -> Result<()> {
+    browser.look(WIDE)?;
+    let (tree, helix) = (motions::tree().record("tree", 2, 30.0), motions::helix(1.0).record("helix", 2, 30.0));
+    let options = "[...colour.options].slice(0, 2).map((option) => option.text)";
+    let mut first_choices = |runs: &[Run]| -> Result<(Value, Value, HashSet<[u8; 3]>)> {
+        let (_folder, path) = page(runs)?;
+        browser.open(&path)?;
+        browser.settle()?;
+        let hues = browser.screenshot(Some("#picture"))?.pixels.into_iter();
+        // Strong colours alone, coarsely.
+        let strong = hues.filter(|p| p.iter().max().zip(p.iter().min()).is_some_and(|(high, low)| high - low > 90));
+        let coarse = strong.map(|p| p.map(|c| c / 64)).collect();
+        Ok((browser.evaluate("colour.value")?, browser.evaluate(options)?, coarse))
+    };
+    let (chosen, offered, many) = first_choices(std::slice::from_ref(&tree))?;
+    assert_eq!((chosen, offered), ("rod".into(), serde_json::json!(["Rod", "Curvature"])));
+    let (chosen, offered, few) = first_choices(std::slice::from_ref(&helix))?;
+    assert_eq!((chosen, offered), ("run".into(), serde_json::json!(["One colour", "Curvature"])));
+    ensure!(many.len() > few.len() + 5, "{} colours of rods, {} of one", many.len(), few.len());
+    let (chosen, offered, _) = first_choices(&[helix, tree])?;
+    assert_eq!((chosen, offered), ("run".into(), serde_json::json!(["Run", "Rod"])));
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
 fn fingers_turn_move_and_enlarge(browser: &mut Browser) -> Result<()> {
     let (_folder, path) = page(&[motions::helix(1.0).record("calm", 5, 30.0)])?;
     browser.look(Look { width: 390, height: 844, phone: true, dark: false })?;
@@ -217,6 +243,7 @@ fn odd_names_and_single_frames_are_shown(browser: &mut Browser) -> Result<()> {
 browser::tests![
     a_page_of_two_runs_plays,
     keys_choices_and_the_chart_do_what_they_say,
+    rods_have_colours_of_their_own,
     fingers_turn_move_and_enlarge,
     a_tree_of_a_thousand_segments_opens_and_is_what_was_recorded,
     a_lost_graphics_processor_comes_back,

@@ -191,6 +191,7 @@ fn damage_and_foreign_files_are_errors_that_say_what_is_wrong() {
         (&text.replace("\"time\":[0.0,", "\"time\":["), "energy: 2 entries where there must be 1"),
         (&text.replace("\"time\":[0.0,0.01]", "\"time\":[1.0,0.01]"), "time: all must be finite and ascending"),
         (&text.replace("\"next\":[1,", "\"next\":[7,"), "segments.next: all must be segments or null"),
+        (&text.replace("\"rod\":[0,", "\"rod\":["), "segments.rod: 2 entries where there must be 3"),
         (&text.replace("\"radius\":[0.01", "\"radius\":[-0.01"), "segments.radius: all must be finite and > 0"),
         (&text.replace("\"bytes\":2", "\"bytes\":9"), "lattice.bytes: it must be 2 or 3"),
         (&text.replace("\"bytes\":2", "\"bytes\":3"), "data: 96 bytes, but 114 belong to the frames and segments"),
@@ -204,6 +205,9 @@ fn damage_and_foreign_files_are_errors_that_say_what_is_wrong() {
         assert!(error.starts_with(&path.display().to_string()), "{error}");
         assert!(error.contains(reason), "{error}; it should say: {reason}");
     }
+    // Files of before there were rods in them.
+    std::fs::write(&path, text.replace(",\"rod\":[0,0,0]", "")).unwrap();
+    assert_eq!(read_run(&path).unwrap().decode().unwrap().frames(), 2);
     let missing = folder.path().join("none.json");
     let error = read_run(&missing).unwrap_err().to_string();
     assert!(error.starts_with(&format!("cannot read {}", missing.display())), "{error}");

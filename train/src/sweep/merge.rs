@@ -143,7 +143,8 @@ fn csv(summary: &Summary) -> String {
             &["mean", "lower_quartile", "median", "upper_quartile"].map(|part| format!(",{spread}_{part}")).concat();
     }
     let Budget { recipe, epochs, batch, .. } = &summary.sweep.budget;
-    for SweepCell { scenario, architecture: Architecture { gn_blocks, mlp_layers, width }, seed, outcome } in &summary.cells
+    for SweepCell { scenario, architecture: Architecture { gn_blocks, mlp_layers, width }, seed, outcome } in
+        &summary.cells
     {
         let Outcome { node_visits, parameters, best_epoch, final_loss, training_s, .. } = outcome;
         let Outcome { weights_blake3, threads, program_version, .. } = outcome;

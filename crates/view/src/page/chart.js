@@ -2,8 +2,8 @@
 
 const CURVES = {
   energy: "Energy [J]",
-  length_ratio: "Length ratio",
-  iterations: "Iterations",
+  length_ratio: "Length / first length",
+  iterations: "Iterations a step",
 };
 const MARGIN = { left: 64, right: 14, top: 10, bottom: 22 };
 

@@ -43,7 +43,7 @@ class Controls {
     };
     choice("speed", SPEEDS.map((speed) => [speed, `${speed}×`]), (value) => (page.player.speed = Number(value)));
     element("speed").value = page.player.speed;
-    choice("colour", [["run", "Run"], ...CHANNELS.map(({ key, label }) => [key, label])], (value) => page.setColour(value));
+    choice("colour", page.kinds(), (value) => page.setColour(value));
     const known = Object.keys(CURVES).filter((key) => motions.some((motion) => motion.curves[key].some((v) => v !== null)));
     choice("curve", known.map((key) => [key, CURVES[key]]), (value) => page.setCurve(value));
     page.curve = known[0];
@@ -134,7 +134,10 @@ class Controls {
   showChoices() {
     const { page } = this;
     const { theme, renderer, colour } = page;
-    this.swatches.forEach((swatch, run) => (swatch.style.background = theme.runs[run % RUN_COLOURS]));
+    this.swatches.forEach((swatch, run) => {
+      swatch.style.background = theme.runs[run % RUN_COLOURS];
+      swatch.hidden = colour !== "run";
+    });
     element("colour").value = colour;
     element("layout").value = page.beside ? "beside" : "overlaid";
     element("stripe").setAttribute("aria-pressed", page.stripe);
@@ -146,8 +149,8 @@ class Controls {
 
   #bar() {
     const { colour, shared } = this.page;
-    element("bar").hidden = colour === "run";
-    if (colour === "run") return;
+    element("bar").hidden = shared === null;
+    if (shared === null) return;
     const { label, unit } = CHANNELS.find(({ key }) => key === colour);
     const scale = { linear: "", log: ", logarithmic", asinh: ", logarithmic on both sides" }[shared.scale];
     element("bar-label").textContent = `${label} [${unit}]${scale}`;

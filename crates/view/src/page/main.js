@@ -4,7 +4,7 @@ class Page {
   constructor(motions) {
     this.motions = motions;
     this.visible = motions.map(() => true);
-    this.colour = "run";
+    this.colour = this.kinds()[0][0];
     this.beside = false;
     this.stripe = true;
     this.moved = this.stale = true;
@@ -44,17 +44,25 @@ class Page {
     this.#recolour();
   }
 
-  /** Colours of the codes of each run, or of the runs. */
+  /** What colours may tell apart, best first: names and labels. */
+  kinds() {
+    const several = [this.motions.length > 1, this.motions.some((motion) => motion.rods > 1)];
+    const kinds = [["run", "Run"], ["rod", "Rod"]].filter((_, i) => several[i]);
+    return [...(kinds.length > 0 ? kinds : [["run", "One colour"]]), ...CHANNELS.map(({ key, label }) => [key, label])];
+  }
+
+  /** Colours of the runs, of their rods, or of the codes of each run: a function of frame and segment for each run. */
   #recolour() {
     const channel = CHANNELS.findIndex(({ key }) => key === this.colour);
-    if (channel < 0) {
-      this.shared = null;
-      this.colours = this.motions.map((_, run) => word(parseColour(this.theme.runs[run % RUN_COLOURS])));
-    } else {
-      this.shared = unitedRange(this.motions.map((motion) => motion.ranges[channel]));
-      this.colours = this.motions.map((motion) => recoded(motion.ranges[channel], this.shared));
-    }
-    this.codes = this.motions.map((motion) => (channel < 0 ? null : motion.values[channel]));
+    this.shared = channel < 0 ? null : unitedRange(this.motions.map((motion) => motion.ranges[channel]));
+    const palette = this.theme.runs.map((colour) => word(parseColour(colour)));
+    this.colourings = this.motions.map((motion, run) => {
+      if (this.colour === "run") return () => palette[run % RUN_COLOURS];
+      if (this.colour === "rod") return (_, segment) => palette[(motion.rod[segment] ?? 0) % RUN_COLOURS];
+      const colours = recoded(motion.ranges[channel], this.shared);
+      const codes = motion.values[channel];
+      return (frame, segment) => colours[codes[frame * motion.segments + segment]];
+    });
     this.#changed();
   }
 
@@ -64,7 +72,7 @@ class Page {
   }
 
   nextColour() {
-    const all = ["run", ...CHANNELS.map(({ key }) => key)];
+    const all = this.kinds().map(([key]) => key);
     this.setColour(all[(all.indexOf(this.colour) + 1) % all.length]);
   }
 
@@ -143,7 +151,7 @@ class Page {
     const pictures = this.pictures();
     const visible = pictures.flat();
     if (this.stale) {
-      for (const run of visible) this.renderer.runs[run].update(player.frameOf(run), this.colours[run], this.codes[run]);
+      for (const run of visible) this.renderer.runs[run].update(player.frameOf(run), this.colourings[run]);
       if (this.renamed) this.controls.showChoices();
       this.controls.showFrame();
       if (this.curve) this.chart.draw(this.curve, visible, player.time, theme);

@@ -4,7 +4,7 @@
 const CHANNELS = [
   { key: "curvature", label: "Curvature", unit: "1/m" },
   { key: "tension", label: "Tension", unit: "N" },
-  { key: "residual", label: "Residual", unit: "lengths or rad" },
+  { key: "residual", label: "Error at joints", unit: "lengths or rad" },
   { key: "speed", label: "Speed", unit: "m/s" },
 ];
 const UNKNOWN = 255;
@@ -40,6 +40,8 @@ class Motion {
     this.length = run.segments.length;
     this.radius = run.segments.radius;
     this.next = run.segments.next;
+    this.rod = run.segments.rod;
+    this.rods = this.rod.reduce((most, rod) => Math.max(most, rod + 1), 1);
     this.segments = this.length.length;
     this.origin = run.lattice.origin;
     this.step = run.lattice.step;

@@ -16,6 +16,7 @@ uniform vec3 light;
 out vec3 place;
 out vec3 normal;
 out vec2 around;
+out float wide;                           // radius in pixels
 flat out vec3 base;
 
 vec3 turned(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
@@ -37,6 +38,7 @@ void main() {
   float width = sqrt(max(1.0 - height * height, 0.0));
   float distanceToEye = (toClip * vec4(centre, 1.0)).w;
   float radius = max(mix(shape.x, shape.y, s), pixel * distanceToEye);
+  wide = radius / (pixel * distanceToEye);
   normal = radial * width + axis * height;
   place = centre + radius * normal;
   around = ring.zw;
@@ -52,6 +54,7 @@ precision highp float;
 in vec3 place;
 in vec3 normal;
 in vec2 around;
+in float wide;
 flat in vec3 base;
 uniform vec3 eye;
 uniform vec3 light;
@@ -62,10 +65,10 @@ void main() {
   vec3 n = normalize(normal);
   vec3 v = normalize(eye - place);
   vec3 paint = pow(base, vec3(2.2));
-  // A pixel is so wide an angle: a tube of a few pixels shows neither stripe nor dark edges.
+  // A tube of a few pixels shows neither stripe nor dark edges. It is thin all along, or nowhere: no dashes.
   float angle = abs(atan(around.y, around.x));
-  float soft = max(fwidth(angle), 0.02);
-  float thick = 1.0 - smoothstep(0.35, 0.9, soft);
+  float soft = clamp(1.0 / wide, 0.02, 0.3);
+  float thick = smoothstep(1.5, 4.0, wide);
   if (stripe > 0.0) {
     float inside = 1.0 - smoothstep(0.34 - soft, 0.34 + soft, angle);
     paint = mix(paint, vec3(stripe), 0.7 * inside * thick);

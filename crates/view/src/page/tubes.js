@@ -85,8 +85,8 @@ class RunTubes {
     this.tubes.setShapes(shapes);
   }
 
-  /** Moves the tubes to a frame; `colours` gives words by code, `codes` the codes, or both are one word. */
-  update(frame, colours, codes) {
+  /** Moves the tubes to a frame; `colouring` gives the colour of a frame's segment, as a word. */
+  update(frame, colouring) {
     const { motion, poses, ends, centre } = this;
     const { floats, words } = this.tubes;
     for (let i = 0; i < motion.segments; i++) {
@@ -106,7 +106,6 @@ class RunTubes {
       ends[6 * i + 4] = poses[p + 1] + axis1;
       ends[6 * i + 5] = poses[p + 2] + axis2;
     }
-    const first = frame * motion.segments;
     for (let i = 0; i < motion.segments; i++) {
       const at = WORDS * i;
       const next = motion.next[i] ?? -1;
@@ -115,7 +114,7 @@ class RunTubes {
       let along = 0;
       for (let k = 3; k < 7; k++) along += floats[at + k] * floats[at + 7 + k];
       if (along < 0) for (let k = 3; k < 7; k++) floats[at + 7 + k] *= -1;
-      words[at + 14] = codes ? colours[codes[first + i]] : colours;
+      words[at + 14] = colouring(frame, i);
     }
     this.tubes.upload();
   }
