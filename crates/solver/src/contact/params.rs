@@ -4,8 +4,8 @@ use thiserror::Error;
 
 /// The parameters of contacts. Lengths are in radii: those of the smaller body of a contact, or of the segment itself.
 ///
-/// [`ContactParams::DEFAULT`] serves all shipped scenes. None of these numbers changes what a contact is, only how soon and
-/// how exactly it is found; how exact it must be in the end is [`crate::step::StepParams::contact_tolerance`].
+/// [`ContactParams::DEFAULT`] serves all shipped scenes. But for `release_speed`, these numbers say how contacts are found
+/// and solved, not what is good enough: that is [`crate::step::StepParams::contact_tolerance`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactParams {
     /// Room around a segment's way through the step in the search for pairs \[radii\]. Larger: more pairs are looked at.
@@ -22,7 +22,8 @@ pub struct ContactParams {
     /// not going to be. Smaller: an iteration more.
     pub far: f64,
     /// Outer iterations after which a contact's normal is taken between its last one and the new one, so that normals which
-    /// jump to and fro come to rest. Larger: steps with jumping normals take longer. Smaller: all converge more slowly.
+    /// jump to and fro come to rest. Larger: steps with jumping normals take longer. Smaller: normals lag behind from
+    /// earlier on.
     pub settle_after: usize,
     /// How exact the direction of sliding friction is, relative to the slip of the step. Larger: fewer iterations.
     pub sliding: f64,
@@ -58,7 +59,7 @@ pub struct ContactParams {
     pub newton_damping_fall: f64,
     /// What a step that did not help multiplies the damping by.
     pub newton_damping_rise: f64,
-    /// Blocks of 3 x 3 numbers in the contacts' matrix, at most: 75 bytes each. A step with more ends with a status of its
+    /// Blocks of 3 x 3 numbers in the contacts' matrix, at most: 76 bytes each. A step with more ends with a status of its
     /// own instead of taking all memory.
     pub most_blocks: usize,
     /// Residual of the rods' own constraints that is always good enough in a model with contacts, relative to the contact
