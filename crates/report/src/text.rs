@@ -81,4 +81,10 @@ mod tests {
             ["        time", "           a", "way     step status", "direct  1.25 converged", "cg     *12.5"];
         assert_eq!(table.text(), expected.join("\n"));
     }
+
+    #[test]
+    fn long_words_are_broken_at_hyphens_where_they_must() {
+        assert_eq!(super::wrapped("block-jacobi 1e-2", 5), ["block-", "jacobi", "1e-2"]);
+        assert_eq!(super::wrapped("block-jacobi 1e-2", 40), ["block-jacobi 1e-2"]);
+    }
 }
