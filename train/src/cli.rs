@@ -9,6 +9,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use copingnet::{Backend, Encoding, Features, Head, NetworkConfig};
 use dataset::{Config, Scenario};
 use graph::Norms;
+pub(crate) use terminal::shard;
 use terminal::{positive, threads};
 
 use crate::sweep::args::SweepCli;
@@ -447,12 +448,6 @@ fn place(text: &str) -> Result<PathBuf, String> {
         return Err("it must end in a name, such as trained/rod".to_owned());
     }
     Ok(path)
-}
-
-/// A part `i/n` of the work.
-pub(crate) fn shard(text: &str) -> Result<(usize, usize), String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    parts.filter(|&(i, n)| i < n).ok_or_else(|| "it must be i/n, whole numbers with i from 0 to n - 1".to_owned())
 }
 
 /// A whole number from 1 to 65536.

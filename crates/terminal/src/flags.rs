@@ -24,3 +24,12 @@ pub fn threads(text: &str) -> Result<usize, String> {
         _ => Err(format!("it must be a whole number from 1 to {MOST_THREADS}")),
     }
 }
+
+/// A part `i/n` of the work, i from 0.
+///
+/// # Errors
+/// If it is none.
+pub fn shard(text: &str) -> Result<(usize, usize), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    parts.filter(|&(i, n)| i < n).ok_or_else(|| "it must be i/n, whole numbers with i from 0 to n - 1".to_owned())
+}

@@ -10,7 +10,7 @@ use std::io::{self, ErrorKind, Write};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-pub use flags::{positive, threads};
+pub use flags::{positive, shard, threads};
 pub use progress::Progress;
 
 /// Exit code of a program that was stopped by Ctrl-C, its results kept.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use graph::Whitening;
 use safetensors::Dtype;
 
-pub use card::{Card, Measured, Training};
+pub use card::{Card, Leg, Measured, Training};
 pub use error::CheckpointError;
 pub use state::TrainingState;
 
