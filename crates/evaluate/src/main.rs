@@ -1,44 +1,34 @@
 //! `evaluate`: measures and makes the report. See `evaluate --help`.
 
-mod agreement;
+mod cards;
 mod cells;
 mod cli;
+mod compare;
 mod context;
 mod library;
 mod make;
 mod sections;
 mod show;
+mod sources;
 mod ways;
+mod written;
 
 use std::process::ExitCode;
 
 use crate::cli::{Cli, Command};
 
-/// Exit code of a report with faults, and of runs that differ.
-const FAILED: u8 = 1;
 /// Exit code of bad input: flags, places to write to, damaged results.
 const BAD_INPUT: u8 = 2;
-
-/// How a command ended.
-enum Outcome {
-    Done,
-    Interrupted,
-    Faulty,
-}
 
 fn main() -> ExitCode {
     let result = match Cli::read() {
         Command::Report(args) => make::report(&args),
         Command::Check(args) => make::check(&args.report),
-        Command::Compare(args) => make::compare([&args.first, &args.second]),
+        Command::Compare(args) => compare::runs([&args.first, &args.second])
+            .map(|same| if same { ExitCode::SUCCESS } else { ExitCode::from(make::FAILED) }),
     };
-    match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Interrupted) => ExitCode::from(terminal::INTERRUPTED),
-        Ok(Outcome::Faulty) => ExitCode::from(FAILED),
-        Err(error) => {
-            terminal::complain(format_args!("{error:#}"));
-            ExitCode::from(BAD_INPUT)
-        }
-    }
+    result.unwrap_or_else(|error| {
+        terminal::complain(format_args!("{error:#}"));
+        ExitCode::from(BAD_INPUT)
+    })
 }

@@ -1,7 +1,9 @@
-//! Numbers as text, the same way in all sections.
+//! Numbers as text and curves, the same way in all sections.
 
 use evaluation::guesses::Spread;
-use report::{NumberFormat, Point, Series};
+use report::{Column, LineStyle, NumberFormat, Point, Series};
+
+use crate::sections::paper::is_end_to_end;
 
 /// What times of whole runs include.
 pub(crate) const ALL_STAGES: &str = "all stages of a step, guesses with features, inference and guards";
@@ -24,6 +26,19 @@ pub(crate) fn per_cent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
+/// Adds words to a list in words.
+pub(crate) fn join(list: &mut String, words: &str) {
+    if !list.is_empty() {
+        list.push_str("; ");
+    }
+    list.push_str(words);
+}
+
+/// Columns of text, then of numbers.
+pub(crate) fn columns(texts: &[&str], numbers: &[&str]) -> Vec<Column> {
+    texts.iter().map(|&name| Column::text(name)).chain(numbers.iter().map(|&name| Column::number(name))).collect()
+}
+
 /// A curve of medians with a band of quartiles.
 pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, Option<Spread>)>, scale: f64) -> Series {
     let point = |(x, spread): (f64, Option<Spread>)| {
@@ -32,4 +47,10 @@ pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, O
         Some(Point { x, y: spread.median * scale, band, ..Point::default() })
     };
     Series::new(name, values.filter_map(point))
+}
+
+/// The curve of a way over steps: dashed where predictions take the place of all solves.
+pub(crate) fn of_way(series: Series) -> Series {
+    let style = if is_end_to_end(&series.name) { LineStyle::Dashed } else { LineStyle::Solid };
+    Series { style, markers: false, ..series }
 }

@@ -33,7 +33,7 @@ pub use formats::{Format, write_format};
 pub use layout::TrajectoryInfo;
 pub use machine::machine;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
-pub use results::{Claim, Found, Results, ResultsError, Stored};
+pub use results::{Found, Results, ResultsError, Stored};
 pub use revision::git_revision;
 pub use sealed::{SealedError, seal, unseal};
 pub use snapshots::write_snapshots;

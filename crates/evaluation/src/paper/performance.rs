@@ -11,7 +11,7 @@ use scene::sampling::{Family, Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
-use super::speedup::{self, Run, Speedup, speedups};
+use super::speedup::{self, SceneRun, Speedup, speedups};
 use super::{CgSolver, DIRECT, Motion, NamedGuess, saved, starts, systems};
 use crate::compare::Entry;
 use crate::guesses::Spread;
@@ -41,15 +41,15 @@ pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Paramet
     }
 }
 
-/// A cell: one simulation.
+/// One simulation of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+pub struct Simulated {
     /// Starts on the same systems: zero, the guesses, Fischer's projection.
     pub starts: Vec<Start>,
     /// The direct solver on the same systems: time [s].
     pub direct_s: f64,
     /// Whole runs: conjugate gradients from the same starts, then the direct solver.
-    pub runs: Run,
+    pub runs: SceneRun,
 }
 
 /// A start on all systems of a simulation.
@@ -72,7 +72,7 @@ pub fn measure(
     guesses: &[NamedGuess<'_>],
     repeats: usize,
     mut progress: impl FnMut() -> bool,
-) -> Result<Option<Cell>, SimulationError> {
+) -> Result<Option<Simulated>, SimulationError> {
     let Some(mut ways) = systems::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
     let direct_s = ways.pop().map_or(0.0, |(_, tallies)| systems::sum(&tallies).solve_s);
     let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
@@ -80,7 +80,7 @@ pub fn measure(
     let entries: Vec<Entry<'_>> = starts(guesses).into_iter().map(entry).chain([direct]).collect();
     let Some(runs) = speedup::measure(motion, &entries, repeats, progress)? else { return Ok(None) };
     let start = |(name, tallies): (String, Vec<Tally>)| Start { name, tally: systems::sum(&tallies) };
-    Ok(Some(Cell { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
+    Ok(Some(Simulated { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
 }
 
 /// A point of the figure: all simulations of one N.
@@ -105,15 +105,13 @@ pub struct StartPoint {
     pub inference_ratio: Option<Spread>,
     /// Share of the projection's time saved, the guess's own time taken off (red curve).
     pub projection: Option<Spread>,
-    /// Starts that were dropped, of all.
-    pub dropped: f64,
 }
 
 /// Merges the simulations of one N, which have the same guesses. The whole simulation's speed-up (pink curve) is
 /// [`Speedup::total`] of the runs.
-pub fn point(cells: &[Cell]) -> Point {
+pub fn point(cells: &[Simulated]) -> Point {
     let count = cells.first().map_or(0, |cell| cell.starts.len());
-    let runs: Vec<Run> = cells.iter().map(|cell| cell.runs.clone()).collect();
+    let runs: Vec<SceneRun> = cells.iter().map(|cell| cell.runs.clone()).collect();
     let direct = cells.iter().filter_map(|cell| Some(saved(cell.starts.first()?.tally.solve_s, cell.direct_s)));
     Point {
         starts: (0..count).map(|start| start_point(cells, start)).collect(),
@@ -122,16 +120,14 @@ pub fn point(cells: &[Cell]) -> Point {
     }
 }
 
-fn start_point(cells: &[Cell], start: usize) -> StartPoint {
+fn start_point(cells: &[Simulated], start: usize) -> StartPoint {
     let pairs = || cells.iter().filter_map(|cell| Some((cell.starts.first()?.tally, cell.starts.get(start)?.tally)));
     let spread = |value: fn(Tally, Tally) -> f64| Spread::of(pairs().map(|(zero, own)| value(zero, own)));
-    let sum = |count: fn(&Tally) -> u64| pairs().map(|(_, own)| count(&own)).sum::<u64>() as f64;
     StartPoint {
         name: cells.first().map_or_else(String::new, |cell| cell.starts[start].name.clone()),
         iteration_ratio: spread(|zero, own| own.iterations as f64 / zero.iterations as f64),
         inference_ratio: spread(|zero, own| own.guess_s / zero.solve_s),
         projection: spread(|zero, own| saved(zero.solve_s, own.solve_s + own.guess_s)),
-        dropped: sum(|tally| tally.dropped) / sum(|tally| tally.solves).max(1.0),
     }
 }
 
@@ -146,15 +142,15 @@ mod tests {
             name: name.to_owned(),
             tally: Tally { solves: 10, dropped: u64::from(guess_s > 0.0), iterations, solve_s, guess_s },
         };
-        let run = Run { steps: 1, segments: 1, reference_status: String::new(), first_contact: None, ways: Vec::new() };
-        let cell = |iterations, solve_s| Cell {
+        let run = SceneRun { steps: 1, segments: 1, ways: Vec::new() };
+        let cell = |iterations, solve_s| Simulated {
             starts: vec![start("zero", 100, 4.0, 0.0), start("net", iterations, solve_s, 1.0)],
             direct_s: 0.4,
             runs: run.clone(),
         };
         let point = point(&[cell(50, 2.0), cell(70, 3.0), cell(20, 1.0)]);
         let net = &point.starts[1];
-        assert_eq!((net.name.as_str(), net.dropped), ("net", 0.1));
+        assert_eq!(net.name, "net");
         assert_eq!(net.iteration_ratio.unwrap().median, 0.5);
         assert_eq!(net.inference_ratio.unwrap().median, 0.25);
         // 1 - 3/4, 1 - 4/4 and 1 - 2/4.
