@@ -77,9 +77,9 @@ pub(crate) trait Job {
     fn run(&mut self, _: &Context, _: &Progress) -> Result<bool> {
         Ok(true)
     }
-    /// Cells that were not measured.
-    fn missing(&self) -> usize {
-        0
+    /// Number of cells that nobody has measured so far; what other processes measured meanwhile is read.
+    fn missing(&mut self, _: &Context) -> Result<usize> {
+        Ok(0)
     }
     /// The section of the page.
     fn show(&self, context: &Context) -> Result<report::Section>;
@@ -152,8 +152,13 @@ impl<S: Section> Job for Cells<S> {
         Ok(true)
     }
 
-    fn missing(&self) -> usize {
-        self.cells.iter().filter(|cell| cell.record.is_none()).count()
+    fn missing(&mut self, context: &Context) -> Result<usize> {
+        let (results, mut missing) = (Self::results(context), 0);
+        for cell in self.cells.iter_mut().filter(|cell| cell.record.is_none()) {
+            cell.record = results.get(&cell.key)?;
+            missing += usize::from(cell.record.is_none());
+        }
+        Ok(missing)
     }
 
     fn show(&self, context: &Context) -> Result<report::Section> {

@@ -47,9 +47,20 @@ pub(crate) enum Command {
     /// Measure whatever is not measured yet, and write the report.
     Report(ReportArgs),
     /// Look for faults in a report: broken links, figures without conditions or numbers.
-    Check(CheckArgs),
+    Check {
+        /// Folder of the report.
+        #[arg(default_value = "report", value_name = "DIR")]
+        report: PathBuf,
+    },
     /// Hold what two runs have measured against each other: all but times must be the same.
-    Compare(CompareArgs),
+    Compare {
+        /// Folder of what the first run has measured: its --cells.
+        #[arg(value_name = "FIRST")]
+        first: PathBuf,
+        /// That of the second.
+        #[arg(value_name = "SECOND")]
+        second: PathBuf,
+    },
 }
 
 #[derive(Args, Debug)]
@@ -81,21 +92,4 @@ pub(crate) struct ReportArgs {
     /// Print nothing but errors.
     #[arg(long)]
     pub(crate) quiet: bool,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct CheckArgs {
-    /// Folder of the report.
-    #[arg(default_value = "report", value_name = "DIR")]
-    pub(crate) report: PathBuf,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct CompareArgs {
-    /// Folder of what the first run has measured: its --cells.
-    #[arg(value_name = "FIRST")]
-    pub(crate) first: PathBuf,
-    /// That of the second.
-    #[arg(value_name = "SECOND")]
-    pub(crate) second: PathBuf,
 }

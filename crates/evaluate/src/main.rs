@@ -23,8 +23,8 @@ const BAD_INPUT: u8 = 2;
 fn main() -> ExitCode {
     let result = match Cli::read() {
         Command::Report(args) => make::report(&args),
-        Command::Check(args) => make::check(&args.report),
-        Command::Compare(args) => compare::runs([&args.first, &args.second])
+        Command::Check { report } => make::check(&report),
+        Command::Compare { first, second } => compare::runs([&first, &second])
             .map(|same| if same { ExitCode::SUCCESS } else { ExitCode::from(make::FAILED) }),
     };
     result.unwrap_or_else(|error| {

@@ -59,7 +59,10 @@ pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode> {
         }
     }
     progress.finish();
-    let missing: usize = jobs.iter().map(|job| job.missing()).sum();
+    let mut missing = 0;
+    for job in &mut jobs {
+        missing += job.missing(&context).context("--cells")?;
+    }
     if missing > 0 {
         if !args.quiet {
             say!("this shard is measured, {missing} cells of others are not; the report is made when all are")?;

@@ -56,12 +56,12 @@ fn only_what_a_report_wrote_is_removed() {
     let folder = TempDir::new().expect("a folder");
     let svg = folder.path().join("report/svg");
     let is_there = |name: &str| svg.join(name).exists();
-    assert!(evaluate(folder.path(), &["stability", "--quick", "--quiet", "--out", "report"]).status.success());
-    assert!(folder.path().join("report/csv/stability-cases.csv").exists());
+    assert!(evaluate(folder.path(), &["long-term", "--quick", "--quiet", "--out", "report"]).status.success());
+    assert!(folder.path().join("report/csv/long-term-worst.csv").exists());
     fs::write(svg.join("mine.svg"), "mine").expect("written");
     make(folder.path());
     assert!(is_there("mine.svg") && is_there("needs-stages.svg"));
-    assert!(!folder.path().join("report/csv/stability-cases.csv").exists());
+    assert!(!folder.path().join("report/csv/long-term-worst.csv").exists());
 }
 
 #[test]

@@ -44,21 +44,12 @@ pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Paramet
 /// One simulation of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Simulated {
-    /// Starts on the same systems: zero, the guesses, Fischer's projection.
-    pub starts: Vec<Start>,
+    /// Starts on the same systems, by their names, with their sums: zero, the guesses, Fischer's projection.
+    pub starts: Vec<(String, Tally)>,
     /// The direct solver on the same systems: time [s].
     pub direct_s: f64,
     /// Whole runs: conjugate gradients from the same starts, then the direct solver.
     pub runs: SceneRun,
-}
-
-/// A start on all systems of a simulation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Start {
-    /// Name of the guess.
-    pub name: String,
-    /// Its sums.
-    pub tally: Tally,
 }
 
 /// Simulates for either reading, `repeats` times each; after each step, `2 repeats motion.steps` in all, `progress()` says
@@ -79,7 +70,7 @@ pub fn measure(
     let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
     let entries: Vec<Entry<'_>> = starts(guesses).into_iter().map(entry).chain([direct]).collect();
     let Some(runs) = speedup::measure(motion, &entries, repeats, progress)? else { return Ok(None) };
-    let start = |(name, tallies): (String, Vec<Tally>)| Start { name, tally: systems::sum(&tallies) };
+    let start = |(name, tallies): (String, Vec<Tally>)| (name, systems::sum(&tallies));
     Ok(Some(Simulated { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
 }
 
@@ -112,7 +103,7 @@ pub struct StartPoint {
 pub fn point(cells: &[Simulated]) -> Point {
     let count = cells.first().map_or(0, |cell| cell.starts.len());
     let runs: Vec<SceneRun> = cells.iter().map(|cell| cell.runs.clone()).collect();
-    let direct = cells.iter().filter_map(|cell| Some(saved(cell.starts.first()?.tally.solve_s, cell.direct_s)));
+    let direct = cells.iter().filter_map(|cell| Some(saved(cell.starts.first()?.1.solve_s, cell.direct_s)));
     Point {
         starts: (0..count).map(|start| start_point(cells, start)).collect(),
         direct_projection: Spread::of(direct),
@@ -121,10 +112,10 @@ pub fn point(cells: &[Simulated]) -> Point {
 }
 
 fn start_point(cells: &[Simulated], start: usize) -> StartPoint {
-    let pairs = || cells.iter().filter_map(|cell| Some((cell.starts.first()?.tally, cell.starts.get(start)?.tally)));
+    let pairs = || cells.iter().filter_map(|cell| Some((cell.starts.first()?.1, cell.starts.get(start)?.1)));
     let spread = |value: fn(Tally, Tally) -> f64| Spread::of(pairs().map(|(zero, own)| value(zero, own)));
     StartPoint {
-        name: cells.first().map_or_else(String::new, |cell| cell.starts[start].name.clone()),
+        name: cells.first().map_or_else(String::new, |cell| cell.starts[start].0.clone()),
         iteration_ratio: spread(|zero, own| own.iterations as f64 / zero.iterations as f64),
         inference_ratio: spread(|zero, own| own.guess_s / zero.solve_s),
         projection: spread(|zero, own| saved(zero.solve_s, own.solve_s + own.guess_s)),
@@ -138,9 +129,9 @@ mod tests {
 
     #[test]
     fn a_point_is_relative_to_the_zero_start() {
-        let start = |name: &str, iterations, solve_s, guess_s| Start {
-            name: name.to_owned(),
-            tally: Tally { solves: 10, dropped: u64::from(guess_s > 0.0), iterations, solve_s, guess_s },
+        let start = |name: &str, iterations, solve_s, guess_s| {
+            let dropped = u64::from(guess_s > 0.0);
+            (name.to_owned(), Tally { solves: 10, dropped, iterations, solve_s, guess_s })
         };
         let run = SceneRun { steps: 1, segments: 1, ways: Vec::new() };
         let cell = |iterations, solve_s| Simulated {
@@ -174,12 +165,12 @@ mod tests {
         let cell = cell.unwrap().unwrap();
         assert_eq!(ticks, 32);
         assert_eq!(stored(&cell), cell);
-        let names: Vec<&str> = cell.starts.iter().map(|start| start.name.as_str()).collect();
+        let names: Vec<&str> = cell.starts.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["zero", "net", "fischer"]);
         let ways: Vec<&str> = cell.runs.ways.iter().map(|way| way.name.as_str()).collect();
         assert_eq!(ways, ["zero", "net", "fischer", "direct"]);
-        assert!(cell.starts.iter().all(|start| start.tally.solves == 8 && start.tally.iterations > 0));
-        assert!(cell.starts[0].tally.guess_s == 0.0 && cell.starts[1].tally.guess_s > 0.0 && cell.direct_s > 0.0);
+        assert!(cell.starts.iter().all(|(_, tally)| tally.solves == 8 && tally.iterations > 0));
+        assert!(cell.starts[0].1.guess_s == 0.0 && cell.starts[1].1.guess_s > 0.0 && cell.direct_s > 0.0);
         let point = point(&[cell]);
         // A smooth motion's parabola helps, and the direct solver has no linear iterations.
         assert!(point.starts[1].iteration_ratio.unwrap().median < 1.0);

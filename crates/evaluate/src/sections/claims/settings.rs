@@ -24,8 +24,6 @@ pub(super) fn settings(context: &Context) -> Result<Settings> {
     of_cards(context, &mut settings)?;
     let mut add = |id: &str, at: &str, value: String| settings.insert(id.to_owned(), [value, at.to_owned()]);
     add("data-dt", "dataset::Config::table_1", format!("{} s", number(Config::table_1(Scenario::Rod).dt_s)));
-    let validation = Config::table_1(Scenario::Rod).validation_trajectories;
-    add("data-validation", "dataset::Config::table_1", validation.to_string());
     let ranges = [
         ("rod-segments", Scenario::Rod, "segments", ""),
         ("rod-modulus", Scenario::Rod, "youngs_modulus_pa", " Pa"),
@@ -104,6 +102,13 @@ fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
     add("data-steps", &FREE, &steps)?;
     add("data-train", &FREE, &trajectories)?;
     add("temporal-trained", &FREE, &steps)?;
+    add("data-validation", &FREE, &|network| {
+        // "... of 30 validation scenes"
+        let scenes = |steps: &str| steps.strip_suffix(" validation scenes")?.rsplit(' ').next().map(str::to_owned);
+        let scenes = network.card().measured.first().and_then(|measured| scenes(&measured.steps));
+        let all = Config::table_1(Scenario::Rod).validation_trajectories;
+        format!("{all}, of which {} are measured", scenes.unwrap_or_else(|| "an unknown number".to_owned()))
+    })?;
     add("knot-training", &[Scenario::Knot], &trajectories)?;
     add("knot-training-frames", &[Scenario::Knot], &steps)?;
     add("trees-training", &[Scenario::Tree], &trajectories)?;
@@ -319,6 +324,9 @@ mod tests {
                 assert!(command.contains(&trajectories) && command.contains(&steps), "{command}");
             }
         }
+        let measured = card(Scenario::Rod)["measured"][0]["steps"].as_str().unwrap().to_owned();
+        assert!(measured.ends_with(" of 30 validation scenes"), "{measured}");
+        assert_eq!(ours("data-validation"), "100, of which 30 are measured");
         for scenario in Scenario::ALL {
             let network = card(scenario)["network"].clone();
             for (id, key) in
