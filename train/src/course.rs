@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use copingnet::{Card, Checkpoint, Measured as Figure, Training, TrainingState, Weights};
+use copingnet::{Card, Checkpoint, Leg, Measured as Figure, Training, TrainingState, Weights};
 
 use crate::cli::Plan;
 use crate::curves::{self, Row};
@@ -28,6 +28,8 @@ pub(crate) struct Course<'a> {
     /// Loss summed over the samples of the epoch so far.
     loss: f64,
     best: Vec<f32>,
+    /// Trainings before this one, whose weights it began with.
+    legs: Vec<Leg>,
     pub(crate) rows: Vec<Row>,
     /// Time spent before this program began, and since.
     before: Duration,
@@ -46,6 +48,7 @@ impl<'a> Course<'a> {
             taught,
             columns: taught.lesson.columns(),
             best: trainer.weights.values().to_vec(),
+            legs: Vec::new(),
             trainer,
             epoch: 0,
             batch: 0,
@@ -57,10 +60,11 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Begins with these weights.
-    pub(crate) fn begin_with(&mut self, weights: Weights) {
+    /// Begins with the weights that these trainings have left.
+    pub(crate) fn begin_with(&mut self, weights: Weights, legs: Vec<Leg>) {
         self.best.copy_from_slice(weights.values());
         self.trainer.weights = weights;
+        self.legs = legs;
     }
 
     /// Trains to the end and saves the checkpoint, or until `stopped`. After each measurement `report` hears of it, and
@@ -159,6 +163,8 @@ impl<'a> Course<'a> {
             data_blake3: Some(self.taught.data_blake3.clone()),
             training: Training {
                 seed: plan.seed,
+                trajectories: Some(self.taught.size[0]),
+                steps: Some(self.taught.size[1]),
                 epochs: best.map_or(0, |row| row.epoch) as usize,
                 batch: plan.batch,
                 loss: plan.loss.name().to_owned(),
@@ -169,6 +175,7 @@ impl<'a> Course<'a> {
                 seconds: self.seconds(),
                 command: command(),
             },
+            before: self.legs.clone(),
             measured: best.map_or_else(Vec::new, |row| figures(&self.columns, &row.measured, plan.scenes)),
         };
         Ok(Checkpoint { card, encoding: (*self.taught.encoding).clone(), weights })
@@ -198,6 +205,7 @@ impl<'a> Course<'a> {
         rows.push(vec![self.loss]);
         let state = TrainingState {
             fingerprint: self.fingerprint(),
+            before: self.legs.clone(),
             counters: counters.map(|(key, value)| (key.to_owned(), value)).into(),
             tensors: tensors.map(|(key, values)| (key.to_owned(), values.to_vec())).into(),
             rows,
@@ -219,6 +227,7 @@ impl<'a> Course<'a> {
         let file = self.state_file();
         let mut state = TrainingState::load(&file)?;
         state.check_fingerprint(&file, &self.fingerprint())?;
+        self.legs = std::mem::take(&mut state.before);
         let counter = |key: &str| {
             state.counters.get(key).copied().with_context(|| format!("{}: no counter {key}", file.display()))
         };

@@ -22,6 +22,8 @@ pub(crate) struct Taught {
     pub(crate) lesson: Lesson,
     /// Hash that the data are known by.
     pub(crate) data_blake3: String,
+    /// Trajectories to train on, and steps of each.
+    pub(crate) size: [usize; 2],
     /// What inputs and outputs mean.
     pub(crate) encoding: Arc<Encoding>,
     pub(crate) samples: Samples,
@@ -30,10 +32,10 @@ pub(crate) struct Taught {
 impl Taught {
     /// Gets the data and encodes the training samples.
     pub(crate) fn prepare(plan: &Plan, set: &SetArgs, quiet: bool) -> Result<Self> {
-        let (mut lesson, data_blake3) = Lesson::prepare(plan, set, quiet)?;
+        let (mut lesson, data_blake3, size) = Lesson::prepare(plan, set, quiet)?;
         let encoding = lesson.encoding(plan);
         let samples = lesson.samples(&encoding);
-        Ok(Self { lesson, data_blake3, encoding, samples })
+        Ok(Self { lesson, data_blake3, size, encoding, samples })
     }
 }
 
@@ -46,18 +48,20 @@ pub(crate) enum Lesson {
 }
 
 impl Lesson {
-    /// Gets the data: reads or makes the data set, or simulates. With them comes the hash that they are known by.
-    fn prepare(plan: &Plan, set: &SetArgs, quiet: bool) -> Result<(Self, String)> {
+    /// Gets the data: reads or makes the data set, or simulates. With them come the hash that they are known by, the number
+    /// of trajectories to train on, and of steps of each.
+    fn prepare(plan: &Plan, set: &SetArgs, quiet: bool) -> Result<(Self, String, [usize; 2])> {
         if plan.is_of_steps() {
             let [count, steps] = set.whole_steps();
             let recorded = steps::record(plan.scenario, count, steps, &plan.unwhitened(Norms::default()).into())?;
             let hash = steps::blake3(&recorded);
-            return Ok((Self::Steps(recorded), hash));
+            return Ok((Self::Steps(recorded), hash, [count, steps]));
         }
         let (config, directory) = set.config(plan.scenario);
         let dataset = data::open(&directory, &config, quiet)?;
         let manifest = std::fs::read(directory.join(MANIFEST)).context("--data")?;
-        Ok((Self::Solves(Box::new(dataset)), blake3::hash(&manifest).to_hex().to_string()))
+        let size = [config.train_trajectories, config.steps];
+        Ok((Self::Solves(Box::new(dataset)), blake3::hash(&manifest).to_hex().to_string(), size))
     }
 
     /// What inputs and outputs mean, by the training samples' sizes.

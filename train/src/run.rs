@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result, bail};
-use copingnet::{Checkpoint, Weights};
+use copingnet::{Checkpoint, Leg, Weights};
 
 use crate::cli::{Plan, TrainArgs};
 use crate::course::{Course, with_ending};
@@ -49,7 +49,8 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     let taught = Taught::prepare(&plan, &cli.set, cli.quiet)?;
     let mut course = Course::new(&plan, &taught);
     if let Some(path) = &cli.from {
-        course.begin_with(weights_from(path, &plan, &taught).context("--from")?);
+        let (weights, legs) = weights_from(path, &plan, &taught).context("--from")?;
+        course.begin_with(weights, legs);
     }
     if cli.resume {
         course.resume().context("--resume")?;
@@ -77,17 +78,18 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// The weights of a checkpoint to go on from.
-fn weights_from(path: &Path, plan: &Plan, taught: &Taught) -> Result<Weights> {
+/// The weights of a checkpoint to go on from, and the trainings that they are of.
+fn weights_from(path: &Path, plan: &Plan, taught: &Taught) -> Result<(Weights, Vec<Leg>)> {
     let Taught { encoding, data_blake3, .. } = taught;
-    let Checkpoint { card, encoding: own, weights } = Checkpoint::load(path)?;
+    let [text, bytes] = Checkpoint::contents(path)?;
+    let Checkpoint { card, encoding: own, weights } = Checkpoint::from_bytes(path, &text, &bytes)?;
     if *weights.config() != plan.network || (own.features, own.head) != (encoding.features, encoding.head) {
         bail!("{}: the network has other features, head or sizes than this training", path.display());
     }
     if own != **encoding || card.data_blake3.as_ref() != Some(data_blake3) {
         bail!("{}: data_blake3 = {:?}, but it must be \"{data_blake3}\"", path.display(), card.data_blake3);
     }
-    Ok(weights)
+    Ok((weights, card.into_legs(blake3::hash(&bytes).to_hex().to_string())))
 }
 
 /// Makes the folder of the checkpoint, and sees that nothing of worth is there.

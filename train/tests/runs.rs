@@ -90,8 +90,12 @@ fn a_training_begins_with_the_weights_of_another() {
     let from = first.to_str().unwrap();
     // Steps so small that nothing changes but the last bits.
     assert!(run(&second, &["--from", from, "--learning-rate", "1e-12"]).status.success());
-    let [old, new] = [&first, &second].map(|out| Checkpoint::load(out).unwrap().weights);
-    assert!(old.values().iter().zip(new.values()).all(|(a, b)| (a - b).abs() < 1e-6));
+    let [old, new] = [&first, &second].map(|out| Checkpoint::load(out).unwrap());
+    assert!(old.weights.values().iter().zip(new.weights.values()).all(|(a, b)| (a - b).abs() < 1e-6));
+    // The card tells of both trainings.
+    assert!(old.card.before.is_empty() && old.card.training.steps.is_some());
+    assert_eq!(new.card.trainings().next(), Some(&old.card.training));
+    assert_eq!(new.card.seconds(), old.card.training.seconds + new.card.training.seconds);
     let message = complaint(&run(&directory.path().join("third"), &["--from", from, "--mlp-layers", "3"]));
     assert!(message.contains("--from") && message.contains("sizes"), "{message}");
 }

@@ -5,7 +5,7 @@ mod files;
 use std::sync::LazyLock;
 
 use copingnet::{Checkpoint, Features, Head, Weights};
-use files::{resealed, small};
+use files::{leg, resealed, small};
 use proptest::prelude::*;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
@@ -183,6 +183,7 @@ fn mistakes_in_the_card_are_named() {
         ("dx_m = ", "dx_m = -", "norms.dx_m = -0.1, but it must be finite and >= 0"),
         ("dphi_rad = 0.2", "dphi_rad = nan", "norms.dphi_rad = NaN, but it must be finite and >= 0"),
         ("learning_rate = 0.001", "learning_rate = 0.0", "training.learning_rate = 0, but it must be finite and > 0"),
+        ("seconds = 100.0", "seconds = -1.0", "before[0].training.seconds = -1, but it must be finite and >= 0"),
         ("ratio = 0.5", "ratio = inf", "measured[0].ratio = inf, but it must be finite and >= 0"),
         ("data_blake3 = \"", "data_blake3 = \"x", ", but it must be 64 hexadecimal digits"),
     ];
@@ -227,6 +228,17 @@ fn mistakes_in_the_weights_are_named() {
     let weights = [&(header.len() as u64).to_le_bytes()[..], header, &zeros].concat();
     let message = load(&[card_of(&weights), weights]).unwrap_err();
     assert!(message.starts_with("small.safetensors: header = "), "{message}");
+}
+
+#[test]
+fn trainings_one_after_the_other_are_summed() {
+    let mut card = small(Features::Paper).card;
+    assert_eq!((card.trainings().count(), card.seconds()), (2, 112.5));
+    card.before.push(leg(1.0));
+    let legs = card.clone().into_legs("abc".to_owned());
+    let seconds: Vec<f64> = legs.iter().map(|leg| leg.training.seconds).collect();
+    assert_eq!(seconds, [100.0, 1.0, 12.5]);
+    assert_eq!((legs[2].weights_blake3.as_str(), &legs[2].data_blake3), ("abc", &card.data_blake3));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use copingnet::TrainingState;
-use files::resealed;
+use files::{leg, resealed};
 use proptest::prelude::*;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
@@ -18,6 +18,7 @@ fn named<T: Clone>(entries: &[(&str, T)]) -> BTreeMap<String, T> {
 fn small() -> TrainingState {
     TrainingState {
         fingerprint: named(&[("seed", "7".to_owned()), ("loss", "energy".to_owned())]),
+        before: vec![leg(1.0)],
         counters: named(&[("epoch", 3), ("step", u64::MAX)]),
         tensors: named(&[("parameters", vec![1.0, -0.0, f32::NAN]), ("adam.mean", vec![0.5; 3]), ("none", vec![])]),
         rows: vec![vec![0.1, f64::INFINITY], vec![], vec![-0.0]],
@@ -63,6 +64,7 @@ fn states() -> impl Strategy<Value = TrainingState> {
     let rows = prop::collection::vec(doubles, 0..15);
     (texts, counters, tensors, rows).prop_map(|(fingerprint, counters, tensors, rows)| TrainingState {
         fingerprint,
+        before: vec![leg(2.0)],
         counters,
         tensors,
         rows,

@@ -1,9 +1,7 @@
-//! What is measured, cell by cell: kept in files, so that a report that was cut off goes on, and several processes
-//! share it.
+//! What is measured, cell by cell: kept in files, so that a report that was cut off goes on.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
-use std::time::{Duration, Instant};
+use std::collections::BTreeMap;
+use std::time::Instant;
 
 use anyhow::Result;
 use export::Results;
@@ -11,14 +9,11 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use terminal::Progress;
 
-use crate::agreement::Agreement;
 use crate::context::Context;
+use crate::sources::{Provenance, Sources, today};
 
 /// Version of what a cell means; older ones are measured anew.
-const SCHEMA_VERSION: u32 = 1;
-
-/// Before the next cell is tried where another process measures one.
-const PATIENCE: Duration = Duration::from_millis(100);
+pub(crate) const SCHEMA_VERSION: u32 = 2;
 
 /// A section of the report: what is measured for it, and how it is shown.
 pub(crate) trait Section {
@@ -46,7 +41,7 @@ pub(crate) trait Section {
     /// The section of the page.
     fn show(&self, context: &Context, cells: &[(&Self::Key, &Self::Value)]) -> Result<report::Section>;
 
-    /// What we measure where the paper says a number, by the names of [`evaluation::paper::claims`].
+    /// What we measure where the paper says a number, by the ids of its claims.
     fn claims(&self, _: &Context, _: &[(&Self::Key, &Self::Value)]) -> Result<BTreeMap<String, String>> {
         Ok(BTreeMap::new())
     }
@@ -54,81 +49,58 @@ pub(crate) trait Section {
 
 /// What a file is named by.
 #[derive(Serialize, Deserialize)]
-struct FullKey<K> {
-    section: String,
+pub(crate) struct FullKey<K> {
+    pub(crate) section: String,
+    /// Of the sources that decide what is measured.
+    sources_blake3: String,
     /// Of all networks' weights.
     networks_blake3: String,
-    cell: K,
+    pub(crate) cell: K,
 }
 
 /// What stands in a file.
 #[derive(Serialize, Deserialize)]
-struct Record<V> {
+pub(crate) struct Record<V> {
     machine: String,
-    /// Of the program's source.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    revision: Option<String>,
+    /// Date (UTC).
+    measured: String,
     /// How long it took.
     seconds: f64,
-    value: V,
-}
-
-/// Where the cells of all sections were measured.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Provenance {
-    pub(crate) machines: Vec<String>,
-    pub(crate) revisions: Vec<String>,
-    /// Time of all measurements [s].
-    pub(crate) seconds: f64,
-}
-
-impl Provenance {
-    /// Adds a measurement that took so many `seconds`.
-    pub(crate) fn add(&mut self, machine: &str, revision: Option<&str>, seconds: f64) {
-        for (known, name) in [(&mut self.machines, machine), (&mut self.revisions, revision.unwrap_or("unknown"))] {
-            if !known.iter().any(|known| known == name) {
-                known.push(name.to_owned());
-            }
-        }
-        self.seconds += seconds;
-    }
-}
-
-/// What to do about cells that other processes are measuring.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Others {
-    /// Leave them.
-    Skip,
-    /// Wait for them.
-    Wait,
+    pub(crate) value: V,
 }
 
 /// A section with its cells, whatever they are made of.
 pub(crate) trait Job {
-    /// Reads what was measured before. Returns how long the rest takes, about [s].
+    /// Reads what was measured before. Returns how long the rest of this process's shard takes, about [s].
     fn prepare(&mut self, context: &Context) -> Result<f64>;
-    /// Measures the rest; what other processes measure is left to them, or waited for. Returns whether it was not
-    /// interrupted.
-    fn run(&mut self, context: &Context, progress: &Progress, others: Others) -> Result<bool>;
+    /// Measures the rest. Returns whether it was not interrupted.
+    fn run(&mut self, _: &Context, _: &Progress) -> Result<bool> {
+        Ok(true)
+    }
+    /// Number of cells that nobody has measured so far; what other processes measured meanwhile is read.
+    fn missing(&mut self, _: &Context) -> Result<usize> {
+        Ok(0)
+    }
     /// The section of the page.
     fn show(&self, context: &Context) -> Result<report::Section>;
     /// What we measure where the paper says a number.
     fn claims(&self, context: &Context) -> Result<BTreeMap<String, String>>;
-    /// Compares what two runs have measured, in these folders; `None` where a section measures nothing itself.
-    fn compare(&self, folders: [&Path; 2]) -> Result<Option<Agreement>>;
-    /// Adds where its cells were measured.
-    fn add_to(&self, provenance: &mut Provenance);
+    /// Where its cells were measured.
+    fn provenance(&self) -> Provenance;
 }
 
 /// A [`Job`] of a [`Section`].
 pub(crate) struct Cells<S: Section> {
     section: S,
-    cells: Vec<Cell<S>>,
+    cells: Vec<Kept<S>>,
 }
 
-struct Cell<S: Section> {
+/// A cell with what is kept of it.
+struct Kept<S: Section> {
     key: FullKey<S::Key>,
     record: Option<Record<S::Value>>,
+    /// Whether it is in this process's shard.
+    is_own: bool,
 }
 
 impl<S: Section> Cells<S> {
@@ -139,52 +111,54 @@ impl<S: Section> Cells<S> {
     fn measured(&self) -> Vec<(&S::Key, &S::Value)> {
         self.cells.iter().filter_map(|cell| Some((&cell.key.cell, &cell.record.as_ref()?.value))).collect()
     }
+
+    fn results(context: &Context) -> Results<FullKey<S::Key>, Record<S::Value>> {
+        Results::new(context.cells.join(S::ID), SCHEMA_VERSION)
+    }
 }
 
 impl<S: Section> Job for Cells<S> {
     fn prepare(&mut self, context: &Context) -> Result<f64> {
-        let results = results::<S>(&context.cells);
-        let mut rest = 0.0;
-        for cell in self.section.keys(context)? {
-            let networks_blake3 = context.library.networks_blake3().to_owned();
-            let key = FullKey { section: S::ID.to_owned(), networks_blake3, cell };
+        let results = Self::results(context);
+        let (shard, shards) = context.shard;
+        for (k, cell) in self.section.keys(context)?.into_iter().enumerate() {
+            let key = FullKey {
+                section: S::ID.to_owned(),
+                sources_blake3: Sources::of(S::ID).blake3.to_owned(),
+                networks_blake3: context.library.networks_blake3().to_owned(),
+                cell,
+            };
             let record = results.get(&key)?;
-            if record.is_none() {
-                rest += self.section.seconds(&key.cell);
-            }
-            self.cells.push(Cell { key, record });
+            self.cells.push(Kept { key, record, is_own: k % shards == shard });
         }
-        Ok(rest)
+        let rest = self.cells.iter().filter(|cell| cell.is_own && cell.record.is_none());
+        Ok(rest.map(|cell| self.section.seconds(&cell.key.cell)).sum())
     }
 
-    fn run(&mut self, context: &Context, progress: &Progress, others: Others) -> Result<bool> {
-        let Self { section, cells } = self;
-        let results = results::<S>(&context.cells);
-        let mut rest: VecDeque<&mut Cell<S>> = cells.iter_mut().filter(|cell| cell.record.is_none()).collect();
-        while let Some(cell) = rest.pop_front() {
+    fn run(&mut self, context: &Context, progress: &Progress) -> Result<bool> {
+        let results = Self::results(context);
+        for cell in self.cells.iter_mut().filter(|cell| cell.is_own && cell.record.is_none()) {
             if progress.stopped() {
                 return Ok(false);
             }
-            let Some(_claim) = results.claim(&cell.key)? else {
-                if others == Others::Wait {
-                    rest.push_back(cell);
-                    std::thread::sleep(PATIENCE);
-                }
-                continue;
-            };
-            cell.record = results.get(&cell.key)?;
-            if cell.record.is_none() {
-                let begin = Instant::now();
-                let Some(value) = section.measure(context, &cell.key.cell, &mut || !progress.stopped())? else {
-                    return Ok(false);
-                };
-                let (machine, revision) = (context.machine.clone(), context.revision.clone());
-                let record = Record { machine, revision, seconds: begin.elapsed().as_secs_f64(), value };
-                results.put(&cell.key, cell.record.insert(record))?;
-            }
-            progress.advance_by(ticks(section.seconds(&cell.key.cell)));
+            let begin = Instant::now();
+            let measured = self.section.measure(context, &cell.key.cell, &mut || !progress.stopped())?;
+            let Some(value) = measured else { return Ok(false) };
+            let (machine, seconds) = (context.machine.clone(), begin.elapsed().as_secs_f64());
+            let record = Record { machine, measured: today(), seconds, value };
+            results.put(&cell.key, cell.record.insert(record))?;
+            progress.advance_by(ticks(self.section.seconds(&cell.key.cell)));
         }
         Ok(true)
+    }
+
+    fn missing(&mut self, context: &Context) -> Result<usize> {
+        let (results, mut missing) = (Self::results(context), 0);
+        for cell in self.cells.iter_mut().filter(|cell| cell.record.is_none()) {
+            cell.record = results.get(&cell.key)?;
+            missing += usize::from(cell.record.is_none());
+        }
+        Ok(missing)
     }
 
     fn show(&self, context: &Context) -> Result<report::Section> {
@@ -195,42 +169,40 @@ impl<S: Section> Job for Cells<S> {
         self.section.claims(context, &self.measured())
     }
 
-    fn compare(&self, folders: [&Path; 2]) -> Result<Option<Agreement>> {
-        let mut agreement = Agreement::default();
-        let mut second = all::<S>(folders[1])?;
-        for (name, value) in all::<S>(folders[0])? {
-            match second.remove(&name) {
-                Some(other) => agreement.add(&format!("{}/{name}", S::ID), [&value, &other])?,
-                None => agreement.add_alone(),
-            }
-        }
-        second.values().for_each(|_| agreement.add_alone());
-        Ok(Some(agreement))
-    }
-
-    fn add_to(&self, provenance: &mut Provenance) {
+    fn provenance(&self) -> Provenance {
+        let mut provenance = Provenance::default();
+        // The cells' keys have the hash of the sources, so that they are the program's.
+        let sources = Sources::of(S::ID);
+        let revision = format!("{} (sources BLAKE3 {})", sources.revision(), &sources.blake3[..12]);
         for record in self.cells.iter().filter_map(|cell| cell.record.as_ref()) {
-            provenance.add(&record.machine, record.revision.as_deref(), record.seconds);
+            provenance.add(&record.machine, &revision, Some(&record.measured), record.seconds);
         }
+        provenance
     }
-}
-
-fn results<S: Section>(directory: &Path) -> Results<FullKey<S::Key>, Record<S::Value>> {
-    Results::new(directory.join(S::ID), SCHEMA_VERSION)
-}
-
-/// What was measured, by the files' names.
-fn all<S: Section>(directory: &Path) -> Result<BTreeMap<String, S::Value>> {
-    let stored = results::<S>(directory).all()?.into_iter();
-    let named = stored.map(|found| {
-        let stored = found?;
-        let name = stored.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok((name, stored.value.value))
-    });
-    named.collect()
 }
 
 /// Seconds as ticks of the progress bar.
 pub(crate) fn ticks(seconds: f64) -> usize {
     (1e3 * seconds) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_other_sources_or_networks_measured_is_not_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let results = Results::<FullKey<u32>, Record<f64>>::new(folder.path(), SCHEMA_VERSION);
+        let key = |section: &str, sources: &str, networks: &str| {
+            let [section, sources_blake3, networks_blake3] = [section, sources, networks].map(str::to_owned);
+            FullKey { section, sources_blake3, networks_blake3, cell: 7 }
+        };
+        let record = Record { machine: String::new(), measured: today(), seconds: 1.0, value: 2.0 };
+        results.put(&key("a", "b", "c"), &record).unwrap();
+        assert_eq!(results.get(&key("a", "b", "c")).unwrap().map(|record| record.value), Some(2.0));
+        for other in [key("x", "b", "c"), key("a", "x", "c"), key("a", "b", "x")] {
+            assert!(results.get(&other).unwrap().is_none());
+        }
+    }
 }

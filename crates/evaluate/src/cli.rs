@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::compare::CompareArgs;
 use crate::commands::guesses::GuessesArgs;
 use crate::commands::steps::StepsArgs;
 use crate::commands::stress::StressArgs;
-use crate::sections::Name;
+use crate::sections::SECTIONS;
 
 /// Measures solvers, guesses and networks, and makes a report of it: one HTML page and its numbers as CSV files.
 #[derive(Debug, Parser)]
@@ -23,21 +24,26 @@ impl Cli {
     /// `evaluate report --only knot --out out/knot`.
     pub(crate) fn read() -> Command {
         let mut command = Self::command();
-        for name in Name::value_variants() {
-            let section = ReportArgs::augment_args(clap::Command::new(name.name()).about(name.about()));
-            let section = section.mut_arg("only", |only| only.hide(true));
-            command = command.subcommand(section.mut_arg("out", |out| out.default_value(name.folder())));
+        for section in &SECTIONS {
+            let own = ReportArgs::augment_args(clap::Command::new(section.name).about(section.about));
+            command = command.subcommand(own.mut_arg("only", |only| only.hide(true)));
         }
         let matches = command.get_matches();
-        let section = matches.subcommand().and_then(|(name, own)| Some((Name::from_str(name, false).ok()?, own)));
-        let read = match section {
-            Some((name, own)) => {
-                ReportArgs::from_arg_matches(own).map(|args| Command::Report(ReportArgs { only: vec![name], ..args }))
-            }
+        let own = matches.subcommand().filter(|(name, _)| SECTIONS.iter().any(|section| section.name == *name));
+        let read = match own {
+            Some((name, own)) => ReportArgs::from_arg_matches(own).map(|args| {
+                let out = args.out.or_else(|| Some(PathBuf::from("out").join(name)));
+                Command::Report(ReportArgs { only: vec![name.to_owned()], out, ..args })
+            }),
             None => Self::from_arg_matches(&matches).map(|cli| cli.command),
         };
         read.unwrap_or_else(|error| error.exit())
     }
+}
+
+/// Names of the sections, for `--only`.
+fn names() -> PossibleValuesParser {
+    SECTIONS.iter().map(|section| PossibleValue::new(section.name).help(section.about)).into()
 }
 
 #[derive(Debug, Subcommand)]
@@ -45,9 +51,20 @@ pub(crate) enum Command {
     /// Measure whatever is not measured yet, and write the report.
     Report(ReportArgs),
     /// Look for faults in a report: broken links, figures without conditions or numbers.
-    Check(CheckArgs),
-    /// Hold what two runs have measured against each other: all but times must be the same; of times, their order is.
-    Agree(AgreeArgs),
+    Check {
+        /// Folder of the report.
+        #[arg(default_value = "report", value_name = "DIR")]
+        report: PathBuf,
+    },
+    /// Hold what two runs have measured against each other: all but times must be the same.
+    Agree {
+        /// Folder of what the first run has measured: its --cells.
+        #[arg(value_name = "FIRST")]
+        first: PathBuf,
+        /// That of the second.
+        #[arg(value_name = "SECOND")]
+        second: PathBuf,
+    },
     /// Run a scene with several solvers and guesses: iterations, time by stage, error against a tight reference.
     Compare(CompareArgs),
     /// Measure guesses on the paper's random scenes: iterations and time relative to a zero start, by step.
@@ -61,16 +78,21 @@ pub(crate) enum Command {
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {
     /// Fewer scenes, simulations and steps: done in under ten minutes. The full report takes about five hours of one core;
-    /// it may be interrupted, and goes on where it stopped, and several processes that are started side by side share it.
+    /// it may be interrupted, and goes on where it stopped.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Folder of the report: index.html, csv/ and svg/.
-    #[arg(long, default_value = "report", value_name = "DIR")]
-    pub(crate) out: PathBuf,
+    /// Folder of the report: index.html, csv/, svg/, and the list of these files [default: report; where a section has the
+    /// command, out/SECTION].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     /// Only these sections.
-    #[arg(long, value_delimiter = ',', value_name = "SECTIONS", value_enum)]
-    pub(crate) only: Vec<Name>,
-    /// Folder of what was measured so far, a file a cell; delete it to measure anew.
+    #[arg(long, value_delimiter = ',', value_name = "SECTIONS", value_parser = names())]
+    pub(crate) only: Vec<String>,
+    /// Part i of n of what is measured, from 0/n to (n - 1)/n: for processes that share the folder of cells. Whichever finds
+    /// all cells there makes the report.
+    #[arg(long, value_name = "I/N", value_parser = terminal::shard, default_value = "0/1")]
+    pub(crate) shard: (usize, usize),
+    /// Folder of what was measured so far, a file a cell; what other sources measured is measured anew.
     #[arg(long, default_value = "data/report", value_name = "DIR")]
     pub(crate) cells: PathBuf,
     /// Folder of the data sets that nearest neighbours look into; generated on first use.
@@ -82,21 +104,4 @@ pub(crate) struct ReportArgs {
     /// Print nothing but errors.
     #[arg(long)]
     pub(crate) quiet: bool,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct CheckArgs {
-    /// Folder of the report.
-    #[arg(default_value = "report", value_name = "DIR")]
-    pub(crate) report: PathBuf,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct AgreeArgs {
-    /// Folder of what the first run has measured: its --cells.
-    #[arg(value_name = "FIRST")]
-    pub(crate) first: PathBuf,
-    /// That of the second.
-    #[arg(value_name = "SECOND")]
-    pub(crate) second: PathBuf,
 }

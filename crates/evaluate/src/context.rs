@@ -28,13 +28,14 @@ impl Size {
 /// What all sections share.
 pub(crate) struct Context {
     pub(crate) size: Size,
+    /// Which part of the cells is measured, and of how many.
+    pub(crate) shard: (usize, usize),
     /// Folder of the cells.
     pub(crate) cells: PathBuf,
     /// Summary of the sweep.
     pub(crate) sweep: PathBuf,
     pub(crate) library: Library,
     pub(crate) machine: String,
-    pub(crate) revision: Option<String>,
 }
 
 impl Context {
@@ -42,5 +43,19 @@ impl Context {
     pub(crate) fn conditions(&self, time: &str) -> Conditions {
         let conditions = Conditions::new("time", time).with("machine", &self.machine).with("threads", "1");
         conditions.with("networks", &self.library.networks_blake3()[..12])
+    }
+
+    /// For tests, which measure nothing.
+    #[cfg(test)]
+    pub(crate) fn for_tests() -> Self {
+        let nowhere = PathBuf::from("nowhere");
+        Self {
+            size: Size::Quick,
+            shard: (0, 1),
+            library: Library::new(&nowhere),
+            cells: nowhere.clone(),
+            sweep: nowhere,
+            machine: String::new(),
+        }
     }
 }

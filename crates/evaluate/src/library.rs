@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use anyhow::Result;
-use catalogue::{Guess, GuessName, LearnedName, Origin, Recipe, Sources, Training, built_in, fitting};
+use catalogue::{Guess, GuessName, LearnedName, Recipe, Sources, Training, built_in, fitting};
 use dataset::Scenario;
 use scene::Scene;
 
@@ -45,17 +45,6 @@ impl Library {
     /// Hash of all networks.
     pub(crate) fn networks_blake3(&self) -> &str {
         &self.networks_blake3
-    }
-
-    /// The networks in words and by their hashes, for the page.
-    pub(crate) fn origins(&self) -> Result<Vec<(String, Origin)>> {
-        let mut origins = Vec::new();
-        for scenario in Scenario::ALL {
-            for (name, guess) in self.guesses(scenario, Learned::Networks)?.iter() {
-                origins.extend(guess.origin().map(|origin| (format!("{scenario}, {name}"), origin.clone())));
-            }
-        }
-        Ok(origins)
     }
 
     /// The learned guesses of a scenario; of networks, those that there are.

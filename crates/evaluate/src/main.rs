@@ -1,6 +1,7 @@
 //! `evaluate`: measures and makes the report. See `evaluate --help`.
 
-mod agreement;
+mod agree;
+mod cards;
 mod cells;
 mod cli;
 mod commands;
@@ -9,7 +10,9 @@ mod library;
 mod make;
 mod sections;
 mod show;
+mod sources;
 mod ways;
+mod written;
 
 use std::process::ExitCode;
 
@@ -33,8 +36,8 @@ enum Outcome {
 fn main() -> ExitCode {
     let result = match Cli::read() {
         Command::Report(args) => make::report(&args),
-        Command::Check(args) => make::check(&args.report),
-        Command::Agree(args) => make::compare([&args.first, &args.second]),
+        Command::Check { report } => make::check(&report),
+        Command::Agree { first, second } => agree::runs([&first, &second]),
         Command::Compare(args) => compare::compare(&args),
         Command::Guesses(args) => guesses::guesses(&args),
         Command::Steps(args) => steps::steps(&args),

@@ -1,33 +1,36 @@
-//! The commands.
+//! The report: measured, written, and looked through for faults.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
-use clap::ValueEnum;
-use report::{Conditions, Page};
+use anyhow::{Context as _, Result, ensure};
+use report::{Block, Conditions, Page};
 use terminal::{Progress, say};
 
 use crate::Outcome;
-use crate::cells::{Job, Others, Provenance, ticks};
+use crate::cells::{Job, ticks};
 use crate::cli::ReportArgs;
 use crate::context::{Context, Size};
 use crate::library::Library;
-use crate::sections::{self, Name};
+use crate::sections;
+use crate::sources::{PROGRAM, ROOT};
+use crate::written::Written;
 
-/// Differences of a section that are shown.
-const SHOWN: usize = 10;
+/// Where a report goes that says nothing else.
+const REPORT: &str = "report";
 
 /// Measures what is missing, and writes the page.
 pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(REPORT));
+    refuse_dirty(&out, &Path::new(ROOT).join(REPORT), PROGRAM.is_dirty).context("--out")?;
     let context = Context {
         size: if args.quick { Size::Quick } else { Size::Full },
+        shard: args.shard,
         cells: args.cells.clone(),
         sweep: args.sweep.clone(),
         library: Library::new(&args.data),
         machine: export::machine(),
-        revision: export::git_revision(),
     };
     if !args.quiet {
         say!("looking for what is measured already in {}", args.cells.display())?;
@@ -35,37 +38,51 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     // Times are told of one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let mut jobs = sections::jobs(&args.only);
-    let mut seconds = Vec::new();
+    let mut total = 0.0;
     for job in &mut jobs {
-        seconds.push(job.prepare(&context).context("--cells")?);
+        total += job.prepare(&context).context("--cells")?;
     }
-    let total: f64 = seconds.iter().sum();
     if !args.quiet {
         say!("{} sections; about {:.0} minutes of measuring on one core are left", jobs.len(), (total / 60.0).ceil())?;
     }
     let progress = Progress::new(ticks(total), "ms", args.quiet)?;
-    for others in [Others::Skip, Others::Wait] {
-        for job in &mut jobs {
-            if !job.run(&context, &progress, others)? {
-                progress.finish();
-                if !args.quiet {
-                    say!("stopped; the same command goes on from here")?;
-                }
-                return Ok(Outcome::Interrupted);
+    for job in &mut jobs {
+        if !job.run(&context, &progress)? {
+            progress.finish();
+            if !args.quiet {
+                say!("stopped; the same command goes on from here")?;
             }
+            return Ok(Outcome::Interrupted);
         }
     }
     progress.finish();
-    let page = page(&context, &jobs)?;
-    for part in ["csv", "svg"] {
-        clear(&args.out.join(part), part).context("--out")?;
+    let mut missing = 0;
+    for job in &mut jobs {
+        missing += job.missing(&context).context("--cells")?;
     }
-    let file = page.write(&args.out).context("--out")?;
-    pictures(&page, &args.out.join("svg")).context("--out")?;
+    if missing > 0 {
+        if !args.quiet {
+            say!("this shard is measured, {missing} cells of others are not; the report is made when all are")?;
+        }
+        return Ok(Outcome::Done);
+    }
+    let file = write(&page(&context, &jobs)?, &out).context("--out")?;
     if !args.quiet {
         say!("wrote {}", file.display())?;
     }
-    check(&args.out)
+    check(&out)
+}
+
+/// Refuses to put what was made of sources that no revision has into the place that is committed.
+fn refuse_dirty(out: &Path, committed: &Path, is_dirty: bool) -> Result<()> {
+    let place = out.canonicalize().or_else(|_| std::path::absolute(out))?;
+    ensure!(
+        !is_dirty || place != committed,
+        "{} is committed, but this program is built of sources that are not: commit them and build it again, or give \
+         another place",
+        committed.display()
+    );
+    Ok(())
 }
 
 /// Says what is wrong with a report.
@@ -77,47 +94,26 @@ pub(crate) fn check(directory: &Path) -> Result<Outcome> {
     Ok(if faults.is_empty() { Outcome::Done } else { Outcome::Faulty })
 }
 
-/// Says whether two runs agree, section by section.
-pub(crate) fn compare(folders: [&Path; 2]) -> Result<Outcome> {
-    for folder in folders {
-        std::fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
-    }
-    let mut outcome = Outcome::Done;
-    for (name, job) in Name::value_variants().iter().zip(sections::jobs(&[])) {
-        let Some(agreement) = job.compare(folders)? else { continue };
-        say!("{}: {agreement}", name.name())?;
-        for difference in agreement.differences().iter().take(SHOWN) {
-            terminal::complain(format_args!("{difference}"));
-        }
-        if !agreement.differences().is_empty() {
-            outcome = Outcome::Faulty;
-        }
-    }
-    Ok(outcome)
-}
-
 fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
-    let mut provenance = Provenance::default();
+    let mut seconds = 0.0;
     let mut sections = Vec::with_capacity(jobs.len() + 1);
     let mut measured = BTreeMap::new();
     for job in jobs {
-        job.add_to(&mut provenance);
-        sections.push(job.show(context)?);
+        let (provenance, mut section) = (job.provenance(), job.show(context)?);
+        seconds += provenance.seconds;
+        section.blocks.extend(provenance.words().map(Block::Paragraph));
+        sections.push(section);
         measured.extend(job.claims(context)?);
     }
-    sections.insert(0, sections::claims::section(context, measured)?);
-    if provenance.revisions.is_empty() {
-        // Nothing was measured: what the page says is of this program.
-        provenance.add(&context.machine, context.revision.as_deref(), 0.0);
-    }
-    let minutes = provenance.seconds / 60.0;
+    sections.insert(0, sections::claims::section(context, &measured)?);
+    let minutes = seconds / 60.0;
     let mut conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
-        .with("revision", provenance.revisions.join(", "))
-        .with("machine", provenance.machines.join("; "))
+        .with("revision", PROGRAM.revision())
+        .with("revisions of what was measured", "at the end of each section, with machine and date")
         .with("size", context.size.pick("quick (--quick)", "full"))
         .with("measuring took", format!("{minutes:.0} minutes on one core"));
-    for (name, origin) in context.library.origins()? {
-        conditions = conditions.with(name, format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3));
+    for [name, origin] in context.library.origins()? {
+        conditions = conditions.with(name, origin);
     }
     let lead = LEAD.map(str::to_owned).to_vec();
     Ok(Page { title: "Elastic rods: what a learned guess is worth".to_owned(), lead, conditions, sections })
@@ -128,31 +124,50 @@ const LEAD: [&str; 2] = [
      where conjugate gradients should begin. This page holds that guess, and every other way to simulate the same scenes, \
      against error and run time.",
     "All numbers come from one command, `cargo run -p evaluate -- report`. Times of a guess include its features, its \
-     inference and its guards. Comparisons are at equal error, and the strongest rivals, the direct solver and Fischer's \
-     projection, always stand beside. Every figure and table has a CSV file.",
+     inference and its guards. Comparisons are at equal error, and the direct solver and Fischer's projection always stand \
+     beside. Every figure and table has a CSV file.",
 ];
 
-/// Removes what an earlier report left, the files with this ending.
-fn clear(directory: &Path, ending: &str) -> Result<()> {
-    let entries = match std::fs::read_dir(directory) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        entries => entries.with_context(|| format!("cannot read {}", directory.display()))?,
-    };
-    for entry in entries {
-        let file = entry?.path();
-        if file.extension().is_some_and(|own| own == ending) {
-            std::fs::remove_file(&file).with_context(|| format!("cannot remove {}", file.display()))?;
-        }
+/// Writes the page and every figure as a file of its own; what an earlier report wrote and this one does not goes.
+fn write(page: &Page, out: &Path) -> Result<PathBuf> {
+    let figures: Vec<_> = page.figures().map(|figure| (format!("svg/{}.svg", figure.id), figure)).collect();
+    let blocks = page.sections.iter().flat_map(|section| &section.blocks);
+    let tables = blocks.flat_map(ids).map(|id| format!("csv/{id}.csv"));
+    Written::new(tables.chain(figures.iter().map(|(name, _)| name.clone()))).replace(out)?;
+    let file = page.write(out)?;
+    std::fs::create_dir_all(out.join("svg"))?;
+    for (name, figure) in figures {
+        let svg = figure.svg();
+        export::write_atomically(&out.join(name), |out| out.write_all(svg.as_bytes()))?;
     }
-    Ok(())
+    Ok(file)
 }
 
-/// Every figure as a file of its own.
-fn pictures(page: &Page, directory: &Path) -> Result<()> {
-    std::fs::create_dir_all(directory)?;
-    for figure in page.figures() {
-        let svg = figure.svg();
-        export::write_atomically(&directory.join(format!("{}.svg", figure.id)), |out| out.write_all(svg.as_bytes()))?;
+/// Ids of the figures and tables of a block.
+fn ids(block: &Block) -> Vec<&str> {
+    match block {
+        Block::Paragraph(_) => Vec::new(),
+        Block::Table(table) => vec![&table.id],
+        Block::Figure(figure) => vec![&figure.id],
+        Block::Details(details) => details.blocks.iter().flat_map(ids).collect(),
     }
-    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_revision_has_is_refused_in_the_committed_place_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let [committed, other] = ["report", "other"].map(|name| folder.path().canonicalize().unwrap().join(name));
+        std::fs::create_dir(&committed).unwrap();
+        let error = refuse_dirty(&committed, &committed, true).unwrap_err().to_string();
+        assert!(error.contains("report is committed") && !error.contains('\n'), "{error}");
+        // By another name of the same place, too.
+        assert!(refuse_dirty(&other.join("../report"), &committed, true).is_ok(), "nothing is there yet");
+        std::fs::create_dir(&other).unwrap();
+        assert!(refuse_dirty(&other.join("../report"), &committed, true).is_err());
+        assert!(refuse_dirty(&other, &committed, true).is_ok() && refuse_dirty(&committed, &committed, false).is_ok());
+    }
 }

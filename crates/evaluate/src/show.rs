@@ -1,7 +1,9 @@
-//! Numbers as text, the same way in all sections.
+//! Numbers as text and curves, the same way in all sections.
 
 use evaluation::guesses::Spread;
-use report::{Column, NumberFormat, Point, Series};
+use report::{Column, LineStyle, NumberFormat, Point, Series};
+
+use crate::sections::paper::is_end_to_end;
 
 /// What times of whole runs include.
 pub(crate) const ALL_STAGES: &str = "all stages of a step, guesses with features, inference and guards";
@@ -24,6 +26,14 @@ pub(crate) fn per_cent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
+/// Adds words to a list in words.
+pub(crate) fn join(list: &mut String, words: &str) {
+    if !list.is_empty() {
+        list.push_str("; ");
+    }
+    list.push_str(words);
+}
+
 /// A curve of medians with a band of quartiles.
 pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, Option<Spread>)>, scale: f64) -> Series {
     let point = |(x, spread): (f64, Option<Spread>)| {
@@ -41,4 +51,10 @@ pub(crate) fn columns(headings: &[&str]) -> Vec<Column> {
         None => Column::text(*heading),
     };
     headings.iter().map(column).collect()
+}
+
+/// The curve of a way over steps: dashed where predictions take the place of all solves.
+pub(crate) fn of_way(series: Series) -> Series {
+    let style = if is_end_to_end(&series.name) { LineStyle::Dashed } else { LineStyle::Solid };
+    Series { style, markers: false, ..series }
 }

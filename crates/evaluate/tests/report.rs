@@ -29,7 +29,9 @@ fn make(folder: &Path) -> String {
 fn a_report_is_whole_names_its_conditions_and_is_kept() {
     let folder = TempDir::new().expect("a folder");
     let page = make(folder.path());
-    for condition in ["machine", "revision", "threads", "networks", "weights BLAKE3", "steps"] {
+    for condition in
+        ["machine", "revision", "threads", "networks", "weights BLAKE3", "steps", "Measured on ", "sources BLAKE3"]
+    {
         assert!(page.contains(condition), "no {condition}");
     }
     let checked = evaluate(folder.path(), &["check"]);
@@ -44,9 +46,34 @@ fn a_report_is_whole_names_its_conditions_and_is_kept() {
     let compared = evaluate(folder.path(), &["agree", first, second]);
     let text = String::from_utf8_lossy(&compared.stdout);
     assert!(compared.status.success(), "{text}{}", String::from_utf8_lossy(&compared.stderr));
-    let needs = text.lines().find(|line| line.starts_with("needs: ")).expect("the section");
-    assert!(needs.contains(" 0 in one alone; 0 differences beside times; of "), "{needs}");
+    assert!(text.contains(" cells in both, 0 in one alone; 0 differences beside times"), "{text}");
     assert!(error(&evaluate(folder.path(), &["agree", first, "nowhere"])).contains("nowhere"));
+}
+
+/// What another section's report left goes; a file that no report wrote stays.
+#[test]
+fn only_what_a_report_wrote_is_removed() {
+    let folder = TempDir::new().expect("a folder");
+    let svg = folder.path().join("report/svg");
+    let is_there = |name: &str| svg.join(name).exists();
+    assert!(evaluate(folder.path(), &["long-term", "--quick", "--quiet", "--out", "report"]).status.success());
+    assert!(folder.path().join("report/csv/long-term-worst.csv").exists());
+    fs::write(svg.join("mine.svg"), "mine").expect("written");
+    make(folder.path());
+    assert!(is_there("mine.svg") && is_there("needs-stages.svg"));
+    assert!(!folder.path().join("report/csv/long-term-worst.csv").exists());
+}
+
+#[test]
+fn shards_make_the_report_when_all_cells_are_there() {
+    let folder = TempDir::new().expect("a folder");
+    let page = folder.path().join("report/index.html");
+    let shard = |text| evaluate(folder.path(), &["report", "--quick", "--only", "needs", "--shard", text]);
+    let first = shard("0/2");
+    assert!(first.status.success() && !page.exists());
+    assert!(String::from_utf8_lossy(&first.stdout).contains("7 cells of others are not"), "{first:?}");
+    assert!(shard("1/2").status.success() && page.exists());
+    assert!(error(&shard("2/2")).contains("i/n"));
 }
 
 #[test]

@@ -36,7 +36,7 @@ pub use formats::{Format, write_format};
 pub use layout::TrajectoryInfo;
 pub use machine::machine;
 pub use reader::{Trajectory, TrajectoryReader, read_trajectory};
-pub use results::{Claim, Found, Results, ResultsError, Stored};
+pub use results::{Found, Results, ResultsError, Stored};
 pub use revision::git_revision;
 pub use run_folder::RunFolder;
 pub use sealed::{SealedError, seal, unseal};

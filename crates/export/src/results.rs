@@ -1,6 +1,6 @@
 //! Results that are expensive to come by, each in a file of its own that is named by all that it depends on.
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::io;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ pub struct Stored<K, V> {
 /// What a file holds, or what is wrong with it.
 pub type Found<K, V> = Result<Stored<K, V>, ResultsError>;
 
-/// A folder of results, one file each, for programs that are cut off, go on, and share their work.
+/// A folder of results, one file each, for programs that are cut off and go on, and for several that share a folder.
 ///
 /// A file's name is the BLAKE3 hash of its key (as TOML, with the version of the format), so that one looks for a result
 /// by what it depends on, and a result of other settings is not there instead of wrong. The file holds key and value
@@ -63,21 +63,6 @@ pub struct Results<K, V> {
     directory: PathBuf,
     schema_version: u32,
     of: PhantomData<fn(K) -> V>,
-}
-
-/// A process's word that it is about to find a result; others leave it alone until this is dropped, or the process ends.
-#[derive(Debug)]
-pub struct Claim {
-    path: PathBuf,
-    /// Locked; the system takes the lock from a process that ends.
-    _file: File,
-}
-
-impl Drop for Claim {
-    fn drop(&mut self) {
-        // It is only litter.
-        let _ = fs::remove_file(&self.path);
-    }
 }
 
 /// What stands in a file, below the checksum.
@@ -158,22 +143,6 @@ where
         fs::create_dir_all(&self.directory).map_err(ExportError::io("create the directory", &self.directory))?;
         write_atomically(&file, |out| io::Write::write_all(out, text.as_bytes()))?;
         Ok(file)
-    }
-
-    /// Claims the result of `key` for this process; `None` where another one has it. In rare cases, when a process is cut
-    /// off, two may find the same result.
-    ///
-    /// # Errors
-    /// If the system refuses, or if `key` has no form in TOML.
-    pub fn claim(&self, key: &K) -> Result<Option<Claim>, ResultsError> {
-        let path = self.file(key)?.with_extension("lock");
-        fs::create_dir_all(&self.directory).map_err(ExportError::io("create the directory", &self.directory))?;
-        let file = File::create(&path).map_err(ExportError::io("write", &path))?;
-        match file.try_lock() {
-            Ok(()) => Ok(Some(Claim { path, _file: file })),
-            Err(TryLockError::WouldBlock) => Ok(None),
-            Err(TryLockError::Error(error)) => Err(ExportError::io("lock", &path)(error).into()),
-        }
     }
 
     /// All results in the folder, by their files' names, each or what is wrong with its file. A folder that is not there

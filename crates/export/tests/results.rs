@@ -95,20 +95,6 @@ fn a_second_result_of_a_key_replaces_the_first() {
 }
 
 #[test]
-fn a_claim_holds_until_it_is_dropped() {
-    let folder = tempfile::tempdir().unwrap();
-    let [first, second] = [0; 2].map(|_| Results::<Key, Value>::new(folder.path(), 1));
-    let claim = first.claim(&key(1)).unwrap();
-    assert!(claim.is_some());
-    assert!(second.claim(&key(1)).unwrap().is_none());
-    assert!(second.claim(&key(2)).unwrap().is_some());
-    assert!(first.all().unwrap().is_empty());
-    drop(claim);
-    assert!(second.claim(&key(1)).unwrap().is_some());
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "claims leave nothing behind");
-}
-
-#[test]
 fn a_file_that_was_changed_or_cut_off_anywhere_is_named() {
     let directory = tempfile::tempdir().unwrap();
     let results = store(&directory);

@@ -40,6 +40,8 @@ fn untrained(scenario: &str, guess: &str, scale: f32) -> Checkpoint {
             data_blake3: None,
             training: Training {
                 seed: 3,
+                trajectories: None,
+                steps: None,
                 epochs: 0,
                 batch: 1,
                 loss: "none".to_owned(),
@@ -50,6 +52,7 @@ fn untrained(scenario: &str, guess: &str, scale: f32) -> Checkpoint {
                 seconds: 0.0,
                 command: "none".to_owned(),
             },
+            before: vec![],
             measured: vec![],
         },
         encoding: Encoding {

@@ -26,8 +26,46 @@ pub struct Card {
     pub data_blake3: Option<String>,
     /// How it was trained.
     pub training: Training,
+    /// The trainings before, the first one first: each began with the weights that the one before it had left.
+    pub before: Vec<Leg>,
     /// What was measured on validation scenes.
     pub measured: Vec<Measured>,
+}
+
+impl Card {
+    /// All trainings that made the weights, the first one first.
+    pub fn trainings(&self) -> impl Iterator<Item = &Training> {
+        self.before.iter().map(|leg| &leg.training).chain([&self.training])
+    }
+
+    /// How long they took altogether [s].
+    pub fn seconds(&self) -> f64 {
+        self.trainings().map(|training| training.seconds).sum()
+    }
+
+    /// The card's training as an earlier one of those that begin with its weights (by the BLAKE3 hash of their file), and
+    /// those before it.
+    pub fn into_legs(self, weights_blake3: String) -> Vec<Leg> {
+        let Self { git_revision, data_blake3, training, mut before, .. } = self;
+        before.push(Leg { weights_blake3, git_revision, data_blake3, training });
+        before
+    }
+}
+
+/// An earlier training, with whose weights a later one began.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Leg {
+    /// BLAKE3 hash of the file of the weights that it left.
+    pub weights_blake3: String,
+    /// As [`Card::git_revision`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub git_revision: Option<String>,
+    /// As [`Card::data_blake3`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_blake3: Option<String>,
+    /// How it was trained.
+    pub training: Training,
 }
 
 /// How a network was trained.
@@ -36,6 +74,12 @@ pub struct Card {
 pub struct Training {
     /// Seed of weights and order, at most 2^63 - 1.
     pub seed: u64,
+    /// Trajectories of the training data; `None` in cards of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trajectories: Option<usize>,
+    /// Steps of each; `None` in cards of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<usize>,
     /// Passes through the data.
     pub epochs: usize,
     /// Samples a step.
@@ -89,6 +133,8 @@ pub(super) struct Stored {
     pub(super) norms: Norms,
     training: Training,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    before: Vec<Leg>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     measured: Vec<Measured>,
 }
 
@@ -108,6 +154,7 @@ impl Stored {
             network: *weights.config(),
             norms: encoding.norms,
             training: card.training,
+            before: card.before,
             measured: card.measured,
         }
     }
@@ -120,6 +167,7 @@ impl Stored {
             recipe: self.recipe,
             data_blake3: self.data_blake3,
             training: self.training,
+            before: self.before,
             measured: self.measured,
         }
     }
@@ -204,6 +252,10 @@ impl Stored {
         ]
         .map(|(key, number, positive)| (key.to_owned(), number, positive))
         .into();
+        for (k, leg) in self.before.iter().enumerate() {
+            numbers.push((format!("before[{k}].training.learning_rate"), leg.training.learning_rate, true));
+            numbers.push((format!("before[{k}].training.seconds"), leg.training.seconds, false));
+        }
         for (k, measured) in self.measured.iter().enumerate() {
             numbers.push((format!("measured[{k}].tolerance"), measured.tolerance, true));
             numbers.push((format!("measured[{k}].ratio"), measured.ratio, false));

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use graph::Whitening;
 use safetensors::Dtype;
 
-pub use card::{Card, Measured, Training};
+pub use card::{Card, Leg, Measured, Training};
 /// Why there is no checkpoint, or no training state.
 pub use export::ExportError as CheckpointError;
 pub use state::TrainingState;

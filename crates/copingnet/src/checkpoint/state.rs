@@ -6,8 +6,8 @@ use std::path::Path;
 use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
 
-use super::CheckpointError;
 use super::tensors::{self, Tensor, Tensors};
+use super::{CheckpointError, Leg};
 
 /// Version of the file.
 const SCHEMA_VERSION: u32 = 1;
@@ -23,6 +23,8 @@ const KEY: &str = "state";
 pub struct TrainingState {
     /// Settings that must be the same for training to go on; see [`TrainingState::check_fingerprint`].
     pub fingerprint: BTreeMap<String, String>,
+    /// The trainings before this one, for its card.
+    pub before: Vec<Leg>,
     /// Steps, epochs and other counts.
     pub counters: BTreeMap<String, u64>,
     /// Parameters, the optimiser's means and squares, and the like, flat. Any values, NaN included.
@@ -38,6 +40,8 @@ struct Stored {
     schema_version: u32,
     tensors_blake3: String,
     fingerprint: BTreeMap<String, String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    before: Vec<Leg>,
 }
 
 impl TrainingState {
@@ -59,7 +63,7 @@ impl TrainingState {
             let allowed = format!("{}, as when it was written: the file is damaged", stored.tensors_blake3);
             return Err(tensors.wrong("tensors_blake3", found, &allowed));
         }
-        let mut state = Self { fingerprint: stored.fingerprint, ..Self::default() };
+        let mut state = Self { fingerprint: stored.fingerprint, before: stored.before, ..Self::default() };
         let mut rows = 0;
         for name in tensors.names() {
             match name.split_once('.') {
@@ -104,6 +108,7 @@ impl TrainingState {
             schema_version: SCHEMA_VERSION,
             tensors_blake3: blake3::hash(&tensors::to_bytes(&all)?).to_hex().to_string(),
             fingerprint: self.fingerprint.clone(),
+            before: self.before.clone(),
         };
         tensors::with_text(&all, Some((KEY, export::seal(&stored)?)))
     }

@@ -1,7 +1,7 @@
 //! What the tests share.
 #![allow(dead_code, unreachable_pub)]
 
-use copingnet::{Card, Checkpoint, Encoding, Features, Head, Measured, NetworkConfig, Training, Weights};
+use copingnet::{Card, Checkpoint, Encoding, Features, Head, Leg, Measured, NetworkConfig, Training, Weights};
 use graph::{Norms, Whitening};
 
 /// A small checkpoint, with the head that fits the features best.
@@ -21,6 +21,8 @@ pub fn small(features: Features) -> Checkpoint {
             data_blake3: Some(blake3::hash(b"manifest").to_hex().to_string()),
             training: Training {
                 seed: 7,
+                trajectories: Some(20),
+                steps: Some(50),
                 epochs: 30,
                 batch: 32,
                 loss: "energy".to_owned(),
@@ -31,6 +33,7 @@ pub fn small(features: Features) -> Checkpoint {
                 seconds: 12.5,
                 command: "train --recipe best".to_owned(),
             },
+            before: vec![leg(100.0)],
             measured: vec![Measured {
                 preconditioner: "block-jacobi".to_owned(),
                 tolerance: 1e-6,
@@ -46,6 +49,26 @@ pub fn small(features: Features) -> Checkpoint {
         },
         weights: Weights::random(features.configure(head, sizes), 5),
     }
+}
+
+/// An earlier training that took so long [s].
+pub fn leg(seconds: f64) -> Leg {
+    let training = Training {
+        seed: 6,
+        trajectories: None,
+        steps: None,
+        epochs: 3,
+        batch: 16,
+        loss: "mse".to_owned(),
+        learning_rate: 0.01,
+        schedule: "constant".to_owned(),
+        backend: "flex".to_owned(),
+        threads: 1,
+        seconds,
+        command: "train".to_owned(),
+    };
+    let weights_blake3 = blake3::hash(b"earlier").to_hex().to_string();
+    Leg { weights_blake3, git_revision: None, data_blake3: None, training }
 }
 
 /// Sealed text that was changed, its checksum made good.

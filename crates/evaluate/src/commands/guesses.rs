@@ -161,7 +161,7 @@ pub(super) fn table(id: &str, title: String, cells: &[BesideZero], is_time: bool
         title,
         caption: "Per cent of the zero start, which stands in numbers.".to_owned(),
         columns: std::iter::once(Column::text("%")).chain(columns.map(Column::number)).collect(),
-        rows: rows.filter(|row| row[1..].iter().any(|cell| cell.text != "-")).collect(),
+        rows: rows.filter(|row| row[1..].iter().any(|cell| *cell != "-".into())).collect(),
         conditions,
     }
 }

@@ -9,12 +9,11 @@ use evaluation::guesses::Spread;
 use report::{
     Block, Cell, Charts, ColourScale, Column, Figure, HeatMap, NumberFormat, Scale, Section as PageSection, Table,
 };
-use terminal::Progress;
 
-use crate::agreement::Agreement;
-use crate::cells::{Job, Others, Provenance};
+use crate::cells::Job;
 use crate::context::Context;
 use crate::show::number;
+use crate::sources::Provenance;
 
 /// The section, with the sweep's summary where there is one.
 #[derive(Default)]
@@ -28,14 +27,6 @@ impl Job for Ablation {
     fn prepare(&mut self, context: &Context) -> Result<f64> {
         self.summary = read(&context.sweep)?;
         Ok(0.0)
-    }
-
-    fn run(&mut self, _: &Context, _: &Progress, _: Others) -> Result<bool> {
-        Ok(true)
-    }
-
-    fn compare(&self, _: [&Path; 2]) -> Result<Option<Agreement>> {
-        Ok(None)
     }
 
     fn show(&self, _: &Context) -> Result<PageSection> {
@@ -79,10 +70,13 @@ impl Job for Ablation {
         Ok(claims)
     }
 
-    fn add_to(&self, provenance: &mut Provenance) {
+    fn provenance(&self) -> Provenance {
+        let mut provenance = Provenance::default();
         for outcome in self.summary.iter().flat_map(|summary| &summary.cells).map(|cell| &cell.outcome) {
-            provenance.add(&outcome.machine, outcome.git_revision.as_deref(), outcome.measuring_s);
+            let revision = outcome.git_revision.as_deref().unwrap_or("unknown");
+            provenance.add(&outcome.machine, revision, None, outcome.measuring_s);
         }
+        provenance
     }
 }
 

@@ -1,35 +1,104 @@
-//! The paper says, we measure: every number of the paper beside ours.
+//! The paper says, we measure: every number of the paper (`claims/claims.toml`) beside ours.
+
+mod settings;
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context as _, Result};
-use catalogue::{GuessName, LearnedName, Recipe};
-use dataset::{Config, Scenario};
-use evaluation::paper::claims;
+use anyhow::{Context as _, Result, bail, ensure};
 use report::{Block, Cell, Column, Conditions, Section as PageSection, Table};
-use scene::sampling::Tree;
+use serde::Deserialize;
 
 use crate::context::Context;
-use crate::library::Learned;
+
+/// The paper's numbers.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Paper {
+    /// A place in the paper, and then its claims: id, what it is, what the paper says, and the names of two notes, either of
+    /// them empty or left out.
+    claims: Vec<Vec<String>>,
+    notes: BTreeMap<String, String>,
+}
+
+/// A number, or a statement about numbers, that the paper gives.
+struct Claim {
+    id: String,
+    what: String,
+    paper: String,
+    place: String,
+    /// How it is read.
+    reading: Option<String>,
+    /// Why ours may differ.
+    reason: Option<String>,
+}
+
+/// All claims, settings before results.
+fn claims() -> Result<Vec<Claim>> {
+    let paper: Paper = toml::from_str(include_str!("claims/claims.toml")).context("claims.toml")?;
+    let note = |name: Option<&String>| match name.filter(|name| !name.is_empty()) {
+        Some(name) => {
+            paper.notes.get(name).cloned().with_context(|| format!("claims.toml: no note {name:?}")).map(Some)
+        }
+        None => Ok(None),
+    };
+    let (mut claims, mut place) = (Vec::new(), "");
+    for row in &paper.claims {
+        match &row[..] {
+            [own] => place = own,
+            [id, what, says, notes @ ..] => {
+                let [id, what, paper, place] = [id.as_str(), what, says, place].map(str::to_owned);
+                claims.push(Claim {
+                    id,
+                    what,
+                    paper,
+                    place,
+                    reading: note(notes.first())?,
+                    reason: note(notes.get(1))?,
+                });
+            }
+            _ => bail!("claims.toml: {row:?} is neither a place nor a claim"),
+        }
+    }
+    Ok(claims)
+}
+
+/// What the paper says to a claim.
+pub(crate) fn paper_says(id: &str) -> Result<String> {
+    let claim = claims()?.into_iter().find(|claim| claim.id == id);
+    Ok(claim.with_context(|| format!("the paper has no claim {id:?}"))?.paper)
+}
 
 /// The section, from what the other sections measured.
-pub(crate) fn section(context: &Context, measured: BTreeMap<String, String>) -> Result<PageSection> {
-    let mut supplied = settings(context)?;
-    supplied.extend(measured);
-    let rows = claims::table(&supplied)?;
-    let missing = rows.iter().filter(|row| row.ours.is_none()).count();
-    let cells = rows.iter().map(|row| {
-        let ours = row.ours.as_deref().map_or_else(|| Cell::muted("not measured"), Cell::from);
-        let reading = row.reading.clone().or_else(|| row.at.as_ref().map(|at| format!("from {at}")));
-        vec![
-            row.what.as_str().into(),
-            row.paper.as_str().into(),
-            ours,
-            row.place.as_str().into(),
+pub(crate) fn section(context: &Context, measured: &BTreeMap<String, String>) -> Result<PageSection> {
+    let (claims, settings) = (claims()?, settings::settings(context)?);
+    for id in settings.keys().chain(measured.keys()) {
+        ensure!(claims.iter().any(|claim| claim.id == *id), "a number for {id:?}, which is no claim of the paper");
+    }
+    let row = |claim: &Claim| {
+        let setting = settings.get(&claim.id);
+        let ours = setting.map(|[value, _]| value).or_else(|| measured.get(&claim.id));
+        let reading = claim.reading.clone().or_else(|| setting.map(|[_, at]| format!("from {at}")));
+        let differs = ours.is_some_and(|ours| *ours != claim.paper);
+        [
+            claim.what.as_str().into(),
+            claim.paper.as_str().into(),
+            ours.map_or_else(|| Cell::muted("not measured"), |ours| ours.as_str().into()),
+            claim.place.as_str().into(),
             reading.unwrap_or_default().into(),
-            row.why.clone().filter(|_| row.ours.is_some()).unwrap_or_default().into(),
+            claim.reason.clone().filter(|_| differs).unwrap_or_default().into(),
         ]
-    });
+    };
+    let known = |claim: &&Claim| settings.contains_key(&claim.id) || measured.contains_key(&claim.id);
+    let missing = claims.len() - claims.iter().filter(known).count();
+    let is_same = |claim: &&Claim| settings.get(&claim.id).is_some_and(|[value, _]| *value == claim.paper);
+    let introduction = format!(
+        "The paper leaves open what decides most of these numbers: the tolerance of its conjugate gradients, their \
+         preconditioner, the rods' radius and density. Of {} settings {} are the paper's to the digit; the others stand \
+         with what they are here. Results are told of `gn`, the paper's network, and where a scene has a plane of \
+         `gn, planar`, the same network restricted to it; what is ours stands beside.",
+        settings.len(),
+        claims.iter().filter(is_same).count()
+    );
     let table = Table {
         id: "claims-table".to_owned(),
         title: "The paper says, we measure".to_owned(),
@@ -39,58 +108,44 @@ pub(crate) fn section(context: &Context, measured: BTreeMap<String, String>) -> 
         columns: ["what", "paper", "here", "where in the paper", "how it is read", "why it differs"]
             .map(Column::text)
             .to_vec(),
-        rows: cells.collect(),
-        conditions: Conditions::new("numbers of the paper", rows.len().to_string())
+        rows: claims.iter().map(|claim| row(claim).to_vec()).collect(),
+        conditions: Conditions::new("numbers of the paper", claims.len().to_string())
             .with("not measured here", missing.to_string()),
     };
-    let blocks = vec![Block::Paragraph(INTRODUCTION.to_owned()), Block::Table(table)];
+    let blocks = vec![Block::Paragraph(introduction), Block::Table(table)];
     Ok(PageSection { id: "claims".to_owned(), title: "The paper and we".to_owned(), blocks })
 }
 
-const INTRODUCTION: &str = "The paper leaves open what decides most of these numbers: the tolerance of its conjugate \
-    gradients, their preconditioner, the rods' radius and density. Where ours differ, the reason is nearly always one of \
-    three: its gains are had in one cell alone, raw units at a tolerance of 1e-4 and beyond the first steps; our vanilla \
-    solver is faster, so that inference weighs more; and its rival is conjugate gradients from zero, while a direct solver, \
-    or Fischer's projection, is faster than both.";
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
 
-/// Settings that belong to networks and data sets.
-fn settings(context: &Context) -> Result<BTreeMap<String, String>> {
-    let name = GuessName::Learned(LearnedName::Network(Recipe::Paper));
-    let networks = context.library.guesses(Scenario::Rod, Learned::Networks)?;
-    let network = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
-    let network = network.context("no network for rods is built in")?;
-    let (sizes, training) = (network.sizes(), &network.card().training);
-    let [knot, tree] = [Scenario::Knot, Scenario::Tree].map(Config::table_1);
-    let mut nodes = 0;
-    for index in 0..tree.train_trajectories as u64 {
-        nodes += Scenario::Tree.sample(tree.seed, index).scene()?.model.segments.len();
+    use super::*;
+
+    /// Settings from the code that are not the paper's to the digit.
+    const DIFFERENT: [&str; 2] = ["trees-10-nodes", "trees-40-nodes"];
+
+    #[test]
+    fn every_claim_has_one_id_and_says_all() {
+        let claims = claims().unwrap();
+        let ids: BTreeSet<&str> = claims.iter().map(|claim| claim.id.as_str()).collect();
+        assert_eq!((ids.len(), claims.len()), (claims.len(), 93));
+        for Claim { id, what, paper, place, .. } in &claims {
+            assert!([what, paper].iter().all(|text| !text.trim().is_empty()), "{id}");
+            assert!(place.starts_with("section") || place.starts_with("supplement"), "{id}: {place}");
+        }
+        assert_eq!(paper_says("knot-total").unwrap(), "10.4 %");
+        assert!(paper_says("knot-totals").unwrap_err().to_string().contains("knot-totals"));
     }
-    let settings = [
-        ("network-blocks", sizes.gn_blocks.to_string()),
-        ("network-layers", sizes.mlp_layers.to_string()),
-        ("network-width", sizes.width.to_string()),
-        ("network-output", "[-1, 1] by tanh, times recorded norms".to_owned()),
-        ("training-loss", if training.loss == "mse" { "MSE(V) + MSE(E)".to_owned() } else { training.loss.clone() }),
-        ("training-rate", format!("{}, {}", training.learning_rate, training.schedule)),
-        ("training-machine", format!("a processor, {} threads, {}", training.threads, training.backend)),
-        ("trees-training", tree.train_trajectories.to_string()),
-        ("trees-training-rods", Tree::default().rods.to_string()),
-        ("trees-training-nodes", format!("{:.0}", nodes as f64 / tree.train_trajectories as f64)),
-        ("knot-training", knot.train_trajectories.to_string()),
-        ("knot-training-frames", knot.steps.to_string()),
-    ];
-    let mut settings: BTreeMap<String, String> =
-        settings.into_iter().map(|(id, value)| (id.to_owned(), value)).collect();
-    for scenario in [Scenario::Rod, Scenario::Helix] {
-        let networks = context.library.guesses(scenario, Learned::Networks)?;
-        let own = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
-        if let Some(network) = own {
-            let training = &network.card().training;
-            let before =
-                if training.command.contains("--from") { ", on from an earlier training's weights" } else { "" };
-            let took = format!("{:.0} minutes{before}", training.seconds / 60.0);
-            settings.insert(format!("training-hours-{scenario}"), took);
+
+    #[test]
+    fn settings_are_claims_and_those_from_the_code_are_the_paper_s() {
+        let claims = claims().unwrap();
+        for (id, [ours, at]) in settings::settings(&Context::for_tests()).unwrap() {
+            let claim = claims.iter().find(|claim| claim.id == id).unwrap_or_else(|| panic!("no claim {id}"));
+            if !at.contains("card") {
+                assert_eq!(ours != claim.paper, DIFFERENT.contains(&id.as_str()), "{id}: {ours}");
+            }
         }
     }
-    Ok(settings)
 }

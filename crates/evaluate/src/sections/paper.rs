@@ -2,7 +2,9 @@
 
 use anyhow::Result;
 use catalogue::rows;
-use evaluation::paper::{CgSolver, DIRECT, Method, Motion, NamedGuess, Way};
+use dataset::Scenario;
+use evaluation::paper::motions::{self, Trace};
+use evaluation::paper::{CgSolver, DIRECT, Method, Motion, NamedGuess, NamedMethod};
 use graph::planar_normal;
 use scene::Scene;
 use solver::formulation::Formulation;
@@ -15,6 +17,12 @@ use crate::library::Guesses;
 
 /// Seed of random scenes; the data sets have seed 0.
 pub(crate) const SEED: u64 = 1;
+/// Scenes of Table 1, which move freely.
+pub(crate) const FREE: [Scenario; 2] = [Scenario::Rod, Scenario::Helix];
+/// The paper's network as it is, and restricted to the plane of a scene that has one: two guesses, always both told.
+pub(crate) const PAPER_GUESSES: [&str; 2] = ["gn", "gn, planar"];
+/// Frames of the paper's training data, at which it parts its figures.
+pub(crate) const PAPER_FRAMES: usize = scene::sampling::STEPS;
 
 /// A scene over so many steps.
 pub(crate) fn motion(scene: &Scene, steps: usize) -> Motion<'_> {
@@ -35,13 +43,22 @@ pub(crate) fn with_guesses<T, E: Into<anyhow::Error>>(
     f(&named.collect::<Vec<_>>()).map_err(Into::into)
 }
 
-/// The paper's solver, as the sections on its figures take it: formulation xpbd, conjugate gradients without a
-/// preconditioner.
+/// The paper's solver: formulation xpbd, conjugate gradients with this preconditioner.
 pub(crate) fn solver(preconditioner: PreconditionerKind, tolerance: f64) -> CgSolver {
     CgSolver {
         step: StepParams { formulation: Formulation::Xpbd, ..StepParams::DEFAULT },
         cg: CgParams { preconditioner, tolerance, ..CgParams::default() },
     }
+}
+
+/// The same of a cell, whose preconditioner is a name.
+pub(crate) fn solver_of(preconditioner: &str, tolerance: f64) -> Result<CgSolver> {
+    Ok(solver(preconditioner.parse().map_err(anyhow::Error::msg)?, tolerance))
+}
+
+/// The same in words.
+pub(crate) fn solver_words(preconditioner: &str, tolerance: impl std::fmt::Display) -> String {
+    format!("conjugate gradients, {preconditioner}, tolerance {tolerance}, formulation xpbd")
 }
 
 /// Runs `f` with vanilla position-based dynamics (the direct solver), conjugate gradients from each of these guesses, and
@@ -50,20 +67,40 @@ pub(crate) fn with_predictions<T, E: Into<anyhow::Error>>(
     scene: &Scene,
     guesses: &Guesses,
     solver: &CgSolver,
-    f: impl FnOnce(&[Way<'_>]) -> Result<T, E>,
+    f: impl FnOnce(&[NamedMethod<'_>]) -> Result<T, E>,
 ) -> Result<T> {
     let plane = planar_normal(&scene.model, &scene.state);
     let rows = rows(guesses, plane.is_some());
     let of_solves: Vec<_> = rows.iter().filter(|row| row.guess_name.helps_solves()).collect();
-    let factories: Vec<_> = of_solves.iter().map(|row| row.factory(plane)).collect();
     let projections: Vec<_> = of_solves.iter().filter_map(|row| Some((row, row.projection(plane)?))).collect();
-    let mut ways = vec![Way { name: DIRECT.to_owned(), method: Method::Solve(solver.direct(), None) }];
-    for (row, factory) in of_solves.iter().zip(&factories) {
-        ways.push(Way { name: row.name.clone(), method: Method::Solve(solver.settings(), Some(factory)) });
-    }
     let once = StepParams { max_iterations: 1, ..solver.step };
-    for (row, projection) in &projections {
-        ways.push(Way { name: format!("{}, end to end", row.name), method: Method::EndToEnd(once, projection) });
-    }
-    f(&ways).map_err(Into::into)
+    with_guesses(scene, guesses, |named| {
+        let mut ways = vec![NamedMethod { name: DIRECT.to_owned(), method: Method::Solve(solver.direct(), None) }];
+        for (name, factory) in named {
+            ways.push(NamedMethod { name: name.clone(), method: Method::Solve(solver.settings(), Some(*factory)) });
+        }
+        for (row, projection) in &projections {
+            let method = Method::EndToEnd(once, projection);
+            ways.push(NamedMethod { name: format!("{}, end to end", row.name), method });
+        }
+        f(&ways)
+    })
+}
+
+/// Whether a way is predictions in the place of all solves, as [`with_predictions`] names it.
+pub(crate) fn is_end_to_end(name: &str) -> bool {
+    name.ends_with("end to end")
+}
+
+/// The motions of a scene in all ways of [`with_predictions`], with block-Jacobi conjugate gradients to a `tolerance`, and
+/// snapshots at these `frames`.
+pub(crate) fn traces(
+    scene: &Scene,
+    guesses: &Guesses,
+    tolerance: f64,
+    (steps, frames): (usize, &[usize]),
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<Vec<Trace>>> {
+    let solver = solver(PreconditionerKind::BlockJacobi, tolerance);
+    with_predictions(scene, guesses, &solver, |ways| motions::measure(&motion(scene, steps), frames, ways, go_on))
 }

@@ -1,12 +1,10 @@
 //! When training has paid for itself: a number that outsiders ask for and the paper does not give.
 
-use serde::{Deserialize, Serialize};
-
-use super::speedup::{Run, Way};
+use super::speedup::{SceneRun, WaySums};
 use crate::guesses::Spread;
 
 /// A guess against another way to simulate the same scenes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BreakEven {
     /// Name of the other way.
     pub against: String,
@@ -25,9 +23,9 @@ pub fn steps(training_s: f64, saved_s: f64) -> Option<u64> {
 
 /// Holds a guess that took so long to train [s] against all other ways of these runs; empty where no run has it. Runs in
 /// which one of the two was given up are left out.
-pub fn against(training_s: f64, runs: &[Run], guess: &str) -> Vec<BreakEven> {
-    let find = |run: &Run, name: &str| -> Option<f64> {
-        let is_it = |way: &&Way| way.name == name && way.given_up.is_none();
+pub fn against(training_s: f64, runs: &[SceneRun], guess: &str) -> Vec<BreakEven> {
+    let find = |run: &SceneRun, name: &str| -> Option<f64> {
+        let is_it = |way: &&WaySums| way.name == name && way.given_up.is_none();
         run.ways.iter().find(is_it).map(|way| way.sums.total_s / run.steps as f64)
     };
     let others = runs.iter().flat_map(|run| run.ways.iter()).map(|way| way.name.as_str());
@@ -65,18 +63,16 @@ mod tests {
 
     #[test]
     fn a_guess_is_held_against_every_other_way() {
-        let way = |name: &str, total_s| Way {
+        let way = |name: &str, total_s| WaySums {
             name: name.to_owned(),
             status: "converged".to_owned(),
             given_up: None,
             sums: Cost { total_s, ..Cost::default() },
             error: None,
         };
-        let run = |net: f64| Run {
+        let run = |net: f64| SceneRun {
             steps: 100,
             segments: 3,
-            reference_status: "converged".to_owned(),
-            first_contact: None,
             ways: vec![way("zero", 5.0), way("net", net), way("direct", 1.0)],
         };
         let mut lost = run(4.0);

@@ -10,7 +10,6 @@
 //! | figure on long-term stability | [`stability`] |
 //! | sections on collisions and complex scenarios (trees), knot | [`speedup`] |
 //! | supplement: dynamic results (a) to (g), knot, comparisons, NRMSE | [`motions`] |
-//! | every number that the paper gives | [`claims`] |
 //!
 //! What the paper does not ask is when training has paid for itself: [`break_even`].
 //!
@@ -18,11 +17,10 @@
 //! 0.5 is twice as fast, and a loss is negative. The paper does not define its per cent; its "up to 50 %" and its ratio of
 //! iterations read like this. Times of a guess are all of its times: features, inference, guards, and what it learns.
 //!
-//! A step does the same work each time it is repeated, so that of its repeats the quickest counts ([`REPEATS`]): what other
+//! A step does the same work each time it is repeated, so that of its repeats the quickest counts: what other
 //! programs take of a processor in a millisecond is more than most steps.
 
 pub mod break_even;
-pub mod claims;
 pub mod motions;
 pub mod performance;
 pub mod speedup;
@@ -40,7 +38,7 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::StepParams;
 use solver::topology::Topology;
 
-pub use ways::{Method, Way};
+pub use ways::{Method, NamedMethod};
 
 /// Name of the start at zero.
 pub const ZERO: &str = "zero";
@@ -48,9 +46,6 @@ pub const ZERO: &str = "zero";
 pub const FISCHER: &str = "fischer";
 /// Name of the direct solver, the strongest rival of all.
 pub const DIRECT: &str = "direct";
-
-/// How often times are measured in full.
-pub const REPEATS: usize = 3;
 
 /// A scene and how long it moves.
 #[derive(Clone, Copy, Debug)]

@@ -11,20 +11,15 @@ use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use super::Motion;
-use super::ways::{self, Way};
+use super::ways::{self, NamedMethod};
 use crate::guesses::Spread;
 use crate::precision::metrics::{mean_length, position_error};
 
-/// A cell: one scene, a trace for each way. The first way is what the others are compared to.
-pub type Cell = Vec<Trace>;
-
-/// A motion in one way.
+/// A motion in one way. The first way is what the others are compared to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
     /// Name of the way.
     pub name: String,
-    /// End of the last segment [m], at the start and after each step.
-    pub tip: Vec<[f64; 3]>,
     /// Centrelines at the frames that were asked for.
     pub snapshots: Vec<Snapshot>,
     /// NRMSE of the positions against the first way, by step; as long as both are finite.
@@ -45,7 +40,7 @@ pub struct Snapshot {
     pub rods: Vec<Vec<[f64; 3]>>,
 }
 
-/// Moves the scene in all ways, with snapshots after so many steps each of `frames`; after each step of all `progress()`
+/// Moves the scene in all ways, a trace each, with snapshots after so many steps each of `frames`; after each step of all `progress()`
 /// says whether to go on. `None` where it said stop.
 ///
 /// # Errors
@@ -53,19 +48,18 @@ pub struct Snapshot {
 pub fn measure(
     motion: &Motion<'_>,
     frames: &[usize],
-    ways: &[Way<'_>],
+    ways: &[NamedMethod<'_>],
     progress: impl FnMut() -> bool,
-) -> Result<Option<Cell>, SimulationError> {
+) -> Result<Option<Vec<Trace>>, SimulationError> {
     let length = mean_length(motion.model);
     let record = |trace: &mut Trace, step: usize, state: &State| {
-        trace.tip.extend(tip(motion.model, state));
         if frames.contains(&step) {
             trace.snapshots.push(Snapshot { step, rods: centrelines(motion.model, state) });
         }
     };
-    let trace = |way: &Way<'_>| {
+    let trace = |way: &NamedMethod<'_>| {
         let name = way.name.clone();
-        let mut trace = Trace { name, tip: vec![], snapshots: vec![], nrmse: vec![], distance: 0.0, stopped: None };
+        let mut trace = Trace { name, snapshots: vec![], nrmse: vec![], distance: 0.0, stopped: None };
         record(&mut trace, 0, motion.state);
         trace
     };
@@ -101,11 +95,6 @@ fn half(model: &Model, state: &State, segment: usize) -> Vector3<f64> {
     state.axis(segment) * (0.5 * model.segments[segment].length)
 }
 
-fn tip(model: &Model, state: &State) -> Option<[f64; 3]> {
-    let last = state.len().checked_sub(1)?;
-    Some((state.positions[last] + half(model, state, last)).into())
-}
-
 fn centrelines(model: &Model, state: &State) -> Vec<Vec<[f64; 3]>> {
     let mut rods: Vec<Vec<[f64; 3]>> = Vec::new();
     for (i, segment) in model.segments.iter().enumerate() {
@@ -128,7 +117,7 @@ fn largest_distance(a: &State, b: &State) -> f64 {
 
 /// A way over several scenes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Agreement {
+pub struct Deviation {
     /// Name of the way.
     pub name: String,
     /// Scenes.
@@ -142,11 +131,11 @@ pub struct Agreement {
 }
 
 /// Merges scenes that have the same ways.
-pub fn agreement(cells: &[Cell]) -> Vec<Agreement> {
+pub fn deviations(cells: &[Vec<Trace>]) -> Vec<Deviation> {
     let ways = cells.first().map_or(0, Vec::len);
     let of_way = |way: usize| {
         let traces = || cells.iter().filter_map(|cell| cell.get(way));
-        Agreement {
+        Deviation {
             name: traces().next().map_or_else(String::new, |trace| trace.name.clone()),
             scenes: traces().count(),
             last_nrmse: Spread::of(traces().filter_map(|trace| trace.nrmse.last().copied())),
@@ -184,7 +173,7 @@ mod tests {
     fn a_guess_does_not_change_the_motion_and_free_fall_is_far_off() {
         let scene = bending(6);
         let once = StepParams { max_iterations: 1, ..StepParams::DEFAULT };
-        let way = |name: &str, method| Way { name: name.to_owned(), method };
+        let way = |name: &str, method| NamedMethod { name: name.to_owned(), method };
         let ways = [
             way("direct", Method::Solve(CG.direct(), None)),
             way("guess", Method::Solve(CG.settings(), Some(&quadratic))),
@@ -193,7 +182,7 @@ mod tests {
         let cell = measure(&motion(&scene, 30), &[0, 10, 30], &ways, || true).unwrap().unwrap();
         assert_eq!(stored(&cell), cell);
         for trace in &cell {
-            assert_eq!((trace.tip.len(), trace.nrmse.len(), trace.stopped), (31, 30, None));
+            assert_eq!((trace.nrmse.len(), trace.stopped), (30, None));
             let frames: Vec<usize> = trace.snapshots.iter().map(|snapshot| snapshot.step).collect();
             assert_eq!(frames, [0, 10, 30]);
         }
@@ -201,7 +190,7 @@ mod tests {
         assert!(cell[1].distance < 1e-3 && cell[1].distance > 0.0 && cell[1].nrmse[29] <= cell[1].distance);
         // Without corrections all segments but the clamped one fall: by g t^2 / 2 = 1.8 m in 0.6 s.
         assert!(cell[2].nrmse[29] > 0.1);
-        let merged = agreement(&[cell.clone(), cell]);
+        let merged = deviations(&[cell.clone(), cell]);
         assert_eq!((merged[2].scenes, merged[2].stopped, merged[2].name.as_str()), (2, 0, "end-to-end"));
         assert!(merged[1].distance < merged[2].distance);
     }
@@ -215,7 +204,6 @@ mod tests {
             let along = Vector3::from(*point) - Vector3::from(rods[0][0]);
             assert!((along.norm() - 0.5 * k as f64).abs() < 1e-12);
         }
-        assert_eq!(tip(&scene.model, &scene.state), rods[0].last().copied());
         // A gap is closed in its middle.
         let mut open = scene.state.clone();
         open.positions[2].z += 0.2;

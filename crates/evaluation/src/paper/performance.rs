@@ -11,7 +11,7 @@ use scene::sampling::{Family, Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
-use super::speedup::{self, Run, Speedup, speedups};
+use super::speedup::{self, SceneRun, Speedup, speedups};
 use super::{CgSolver, DIRECT, Motion, NamedGuess, saved, starts, systems};
 use crate::compare::Entry;
 use crate::guesses::Spread;
@@ -41,24 +41,15 @@ pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Paramet
     }
 }
 
-/// A cell: one simulation.
+/// One simulation of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
-    /// Starts on the same systems: zero, the guesses, Fischer's projection.
-    pub starts: Vec<Start>,
+pub struct Simulated {
+    /// Starts on the same systems, by their names, with their sums: zero, the guesses, Fischer's projection.
+    pub starts: Vec<(String, Tally)>,
     /// The direct solver on the same systems: time [s].
     pub direct_s: f64,
     /// Whole runs: conjugate gradients from the same starts, then the direct solver.
-    pub runs: Run,
-}
-
-/// A start on all systems of a simulation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Start {
-    /// Name of the guess.
-    pub name: String,
-    /// Its sums.
-    pub tally: Tally,
+    pub runs: SceneRun,
 }
 
 /// Simulates for either reading, `repeats` times each; after each step, `2 repeats motion.steps` in all, `progress()` says
@@ -72,15 +63,15 @@ pub fn measure(
     guesses: &[NamedGuess<'_>],
     repeats: usize,
     mut progress: impl FnMut() -> bool,
-) -> Result<Option<Cell>, SimulationError> {
+) -> Result<Option<Simulated>, SimulationError> {
     let Some(mut ways) = systems::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
     let direct_s = ways.pop().map_or(0.0, |(_, tallies)| systems::sum(&tallies).solve_s);
     let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
     let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
     let entries: Vec<Entry<'_>> = starts(guesses).into_iter().map(entry).chain([direct]).collect();
     let Some(runs) = speedup::measure(motion, &entries, repeats, progress)? else { return Ok(None) };
-    let start = |(name, tallies): (String, Vec<Tally>)| Start { name, tally: systems::sum(&tallies) };
-    Ok(Some(Cell { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
+    let start = |(name, tallies): (String, Vec<Tally>)| (name, systems::sum(&tallies));
+    Ok(Some(Simulated { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
 }
 
 /// A point of the figure: all simulations of one N.
@@ -105,16 +96,14 @@ pub struct StartPoint {
     pub inference_ratio: Option<Spread>,
     /// Share of the projection's time saved, the guess's own time taken off (red curve).
     pub projection: Option<Spread>,
-    /// Starts that were dropped, of all.
-    pub dropped: f64,
 }
 
 /// Merges the simulations of one N, which have the same guesses. The whole simulation's speed-up (pink curve) is
 /// [`Speedup::total`] of the runs.
-pub fn point(cells: &[Cell]) -> Point {
+pub fn point(cells: &[Simulated]) -> Point {
     let count = cells.first().map_or(0, |cell| cell.starts.len());
-    let runs: Vec<Run> = cells.iter().map(|cell| cell.runs.clone()).collect();
-    let direct = cells.iter().filter_map(|cell| Some(saved(cell.starts.first()?.tally.solve_s, cell.direct_s)));
+    let runs: Vec<SceneRun> = cells.iter().map(|cell| cell.runs.clone()).collect();
+    let direct = cells.iter().filter_map(|cell| Some(saved(cell.starts.first()?.1.solve_s, cell.direct_s)));
     Point {
         starts: (0..count).map(|start| start_point(cells, start)).collect(),
         direct_projection: Spread::of(direct),
@@ -122,16 +111,14 @@ pub fn point(cells: &[Cell]) -> Point {
     }
 }
 
-fn start_point(cells: &[Cell], start: usize) -> StartPoint {
-    let pairs = || cells.iter().filter_map(|cell| Some((cell.starts.first()?.tally, cell.starts.get(start)?.tally)));
+fn start_point(cells: &[Simulated], start: usize) -> StartPoint {
+    let pairs = || cells.iter().filter_map(|cell| Some((cell.starts.first()?.1, cell.starts.get(start)?.1)));
     let spread = |value: fn(Tally, Tally) -> f64| Spread::of(pairs().map(|(zero, own)| value(zero, own)));
-    let sum = |count: fn(&Tally) -> u64| pairs().map(|(_, own)| count(&own)).sum::<u64>() as f64;
     StartPoint {
-        name: cells.first().map_or_else(String::new, |cell| cell.starts[start].name.clone()),
+        name: cells.first().map_or_else(String::new, |cell| cell.starts[start].0.clone()),
         iteration_ratio: spread(|zero, own| own.iterations as f64 / zero.iterations as f64),
         inference_ratio: spread(|zero, own| own.guess_s / zero.solve_s),
         projection: spread(|zero, own| saved(zero.solve_s, own.solve_s + own.guess_s)),
-        dropped: sum(|tally| tally.dropped) / sum(|tally| tally.solves).max(1.0),
     }
 }
 
@@ -142,19 +129,19 @@ mod tests {
 
     #[test]
     fn a_point_is_relative_to_the_zero_start() {
-        let start = |name: &str, iterations, solve_s, guess_s| Start {
-            name: name.to_owned(),
-            tally: Tally { solves: 10, dropped: u64::from(guess_s > 0.0), iterations, solve_s, guess_s },
+        let start = |name: &str, iterations, solve_s, guess_s| {
+            let dropped = u64::from(guess_s > 0.0);
+            (name.to_owned(), Tally { solves: 10, dropped, iterations, solve_s, guess_s })
         };
-        let run = Run { steps: 1, segments: 1, reference_status: String::new(), first_contact: None, ways: Vec::new() };
-        let cell = |iterations, solve_s| Cell {
+        let run = SceneRun { steps: 1, segments: 1, ways: Vec::new() };
+        let cell = |iterations, solve_s| Simulated {
             starts: vec![start("zero", 100, 4.0, 0.0), start("net", iterations, solve_s, 1.0)],
             direct_s: 0.4,
             runs: run.clone(),
         };
         let point = point(&[cell(50, 2.0), cell(70, 3.0), cell(20, 1.0)]);
         let net = &point.starts[1];
-        assert_eq!((net.name.as_str(), net.dropped), ("net", 0.1));
+        assert_eq!(net.name, "net");
         assert_eq!(net.iteration_ratio.unwrap().median, 0.5);
         assert_eq!(net.inference_ratio.unwrap().median, 0.25);
         // 1 - 3/4, 1 - 4/4 and 1 - 2/4.
@@ -178,12 +165,12 @@ mod tests {
         let cell = cell.unwrap().unwrap();
         assert_eq!(ticks, 32);
         assert_eq!(stored(&cell), cell);
-        let names: Vec<&str> = cell.starts.iter().map(|start| start.name.as_str()).collect();
+        let names: Vec<&str> = cell.starts.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["zero", "net", "fischer"]);
         let ways: Vec<&str> = cell.runs.ways.iter().map(|way| way.name.as_str()).collect();
         assert_eq!(ways, ["zero", "net", "fischer", "direct"]);
-        assert!(cell.starts.iter().all(|start| start.tally.solves == 8 && start.tally.iterations > 0));
-        assert!(cell.starts[0].tally.guess_s == 0.0 && cell.starts[1].tally.guess_s > 0.0 && cell.direct_s > 0.0);
+        assert!(cell.starts.iter().all(|(_, tally)| tally.solves == 8 && tally.iterations > 0));
+        assert!(cell.starts[0].1.guess_s == 0.0 && cell.starts[1].1.guess_s > 0.0 && cell.direct_s > 0.0);
         let point = point(&[cell]);
         // A smooth motion's parabola helps, and the direct solver has no linear iterations.
         assert!(point.starts[1].iteration_ratio.unwrap().median < 1.0);

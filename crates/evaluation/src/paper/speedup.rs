@@ -16,24 +16,20 @@ use crate::guesses::Spread;
 /// Topologies of a size of trees (paper, section 4).
 pub const TOPOLOGIES: usize = 30;
 
-/// A cell: one run of one scene.
+/// One run of one scene, in several ways.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+pub struct SceneRun {
     /// Steps.
     pub steps: usize,
     /// Segments.
     pub segments: usize,
-    /// Worst status of any step of the reference.
-    pub reference_status: String,
-    /// The first step of the reference with a contact, after which errors tell chaos from accuracy no more.
-    pub first_contact: Option<usize>,
     /// What each way came to, in the order of the entries.
-    pub ways: Vec<Way>,
+    pub ways: Vec<WaySums>,
 }
 
 /// What a way came to in one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Way {
+pub struct WaySums {
     /// Name of the way.
     pub name: String,
     /// Worst status of any step.
@@ -46,7 +42,7 @@ pub struct Way {
     pub error: Option<f64>,
 }
 
-impl Way {
+impl WaySums {
     /// Time of the constraint projection [s]: linear solves and guesses.
     pub fn projection_s(&self) -> f64 {
         self.sums.solve_s + self.sums.guess_s
@@ -68,7 +64,7 @@ pub fn measure(
     entries: &[Entry<'_>],
     repeats: usize,
     mut progress: impl FnMut() -> bool,
-) -> Result<Option<Run>, SimulationError> {
+) -> Result<Option<SceneRun>, SimulationError> {
     let mut quietest: Option<Comparison> = None;
     for _ in 0..repeats.max(1) {
         let mut go_on = true;
@@ -84,18 +80,16 @@ pub fn measure(
             None => quietest = Some(comparison),
         }
     }
-    let way = |row: EntryRun| Way {
+    let way = |row: EntryRun| WaySums {
         name: row.name,
         status: row.status.to_owned(),
         given_up: row.given_up,
         sums: sum(&row.by_step),
         error: Some(row.error).filter(|error| error.is_finite()),
     };
-    Ok(quietest.map(|comparison| Run {
+    Ok(quietest.map(|comparison| SceneRun {
         steps: comparison.steps,
         segments: motion.model.segments.len(),
-        reference_status: comparison.reference_status.to_owned(),
-        first_contact: comparison.first_contact,
         ways: comparison.rows.into_iter().map(way).collect(),
     }))
 }
@@ -127,11 +121,8 @@ fn sum(steps: &[Cost]) -> Cost {
 pub struct Speedup {
     /// Name of the way.
     pub name: String,
-    /// Runs.
-    pub runs: usize,
-    /// Those in which it was given up; they are left out of what follows, as are those in which the first way was.
-    pub given_up: usize,
-    /// Those in which some step did not reach the tolerance.
+    /// Runs in which some step did not reach the tolerance. Those in which the linear solver ran out of iterations are left
+    /// out of what follows, as are those in which the first way's did.
     pub not_converged: usize,
     /// Share of the total time saved.
     pub total: Option<Spread>,
@@ -139,12 +130,8 @@ pub struct Speedup {
     pub projection: Option<Spread>,
     /// Linear iterations, relative.
     pub iteration_ratio: Option<Spread>,
-    /// Outer iterations, relative.
-    pub outer_ratio: Option<Spread>,
     /// Time of the contacts, of the way's own total.
     pub contact_share: Option<Spread>,
-    /// Time of the guess, of the way's own total.
-    pub guess_share: Option<Spread>,
     /// Total time a step [us].
     pub step_us: Option<Spread>,
     /// Largest error of a run.
@@ -152,29 +139,25 @@ pub struct Speedup {
 }
 
 /// One entry a way, over runs that have the same ways.
-pub fn speedups(runs: &[Run]) -> Vec<Speedup> {
+pub fn speedups(runs: &[SceneRun]) -> Vec<Speedup> {
     let ways = runs.first().map_or(0, |run| run.ways.len());
     (0..ways).map(|way| speedup(runs, way)).collect()
 }
 
-fn speedup(runs: &[Run], way: usize) -> Speedup {
+fn speedup(runs: &[SceneRun], way: usize) -> Speedup {
     let pairs = || runs.iter().filter_map(|run| Some((run, run.ways.first()?, run.ways.get(way)?)));
-    let spread = |value: &dyn Fn(&Run, &Way, &Way) -> f64| {
+    let spread = |value: &dyn Fn(&SceneRun, &WaySums, &WaySums) -> f64| {
         let complete = pairs().filter(|(_, base, own)| base.given_up.is_none() && own.given_up.is_none());
         Spread::of(complete.map(|(run, base, own)| value(run, base, own)))
     };
     let ratio = |own: u64, base: u64| own as f64 / base as f64;
     Speedup {
         name: runs.first().map_or_else(String::new, |run| run.ways[way].name.clone()),
-        runs: pairs().count(),
-        given_up: pairs().filter(|(.., own)| own.given_up.is_some()).count(),
         not_converged: pairs().filter(|(.., own)| !own.converged()).count(),
         total: spread(&|_, base, own| saved(base.sums.total_s, own.sums.total_s)),
         projection: spread(&|_, base, own| saved(base.projection_s(), own.projection_s())),
         iteration_ratio: spread(&|_, base, own| ratio(own.sums.linear_iterations, base.sums.linear_iterations)),
-        outer_ratio: spread(&|_, base, own| ratio(own.sums.iterations, base.sums.iterations)),
         contact_share: spread(&|_, _, own| own.sums.contact_s / own.sums.total_s),
-        guess_share: spread(&|_, _, own| own.sums.guess_s / own.sums.total_s),
         step_us: spread(&|run, _, own| 1e6 * own.sums.total_s / run.steps as f64),
         error: spread(&|_, _, own| own.error.unwrap_or(f64::NAN)),
     }
@@ -185,8 +168,8 @@ mod tests {
     use super::super::example::{CG, bending, motion, quadratic, stored};
     use super::*;
 
-    fn way(name: &str, linear_iterations: u64, [guess_s, solve_s, total_s]: [f64; 3]) -> Way {
-        Way {
+    fn way(name: &str, linear_iterations: u64, [guess_s, solve_s, total_s]: [f64; 3]) -> WaySums {
+        WaySums {
             name: name.to_owned(),
             status: Status::Converged.name().to_owned(),
             given_up: None,
@@ -195,8 +178,8 @@ mod tests {
         }
     }
 
-    fn run_of(ways: Vec<Way>) -> Run {
-        Run { steps: 100, segments: 5, reference_status: "converged".to_owned(), first_contact: None, ways }
+    fn run_of(ways: Vec<WaySums>) -> SceneRun {
+        SceneRun { steps: 100, segments: 5, ways }
     }
 
     #[test]
@@ -208,7 +191,7 @@ mod tests {
         let found = speedups(&[run(4.0), run(3.0), run(6.0), failed]);
         assert_eq!(found.len(), 2);
         let net = &found[1];
-        assert_eq!((net.runs, net.given_up, net.not_converged), (4, 1, 1));
+        assert_eq!(net.not_converged, 1);
         // Saved 20 %, 40 % and -20 %: what was given up has no say.
         let total = net.total.unwrap();
         assert!((total.median - 0.2).abs() < 1e-12 && (total.lower - 0.0).abs() < 1e-12);
@@ -243,7 +226,7 @@ mod tests {
         let measured = || measure(&motion(&scene, 5), &entries, 2, || true).unwrap().unwrap();
         let (run, again) = (measured(), measured());
         assert_eq!(stored(&run), run);
-        assert_eq!((run.steps, run.segments, run.first_contact), (5, 6, None));
+        assert_eq!((run.steps, run.segments), (5, 6));
         for (way, same) in run.ways.iter().zip(&again.ways) {
             assert!(way.converged() && way.error.unwrap() < 1e-4);
             assert_eq!((way.sums.linear_iterations, way.error), (same.sums.linear_iterations, same.error));

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use super::Motion;
-use super::ways::{self, Way};
+use super::ways::{self, NamedMethod};
 use crate::precision::metrics::length_ratio;
 
 /// Steps of a full run: forty times the training data.
@@ -21,9 +21,6 @@ pub const LIMIT: f64 = 0.01;
 pub fn rod(youngs_modulus: f64) -> Parameters {
     Parameters::Rod(Rod { youngs_modulus, ..Rod::default() })
 }
-
-/// A cell: one scene (in the figure, one Young's modulus), a curve for each way.
-pub type Cell = Vec<Curve>;
 
 /// The length over time in one way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,18 +41,18 @@ pub struct Curve {
     pub stopped: Option<usize>,
 }
 
-/// Moves the scene in all ways, and keeps every `motion.steps / POINTS`-th step; after each step of all `progress()` says
+/// Moves the scene in all ways, a curve each, and keeps every `motion.steps / POINTS`-th step; after each step of all `progress()` says
 /// whether to go on. `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or a way is not valid.
 pub fn measure(
     motion: &Motion<'_>,
-    ways: &[Way<'_>],
+    ways: &[NamedMethod<'_>],
     progress: impl FnMut() -> bool,
-) -> Result<Option<Cell>, SimulationError> {
+) -> Result<Option<Vec<Curve>>, SimulationError> {
     let every = motion.steps.div_ceil(POINTS).max(1);
-    let curve = |way: &Way<'_>| Curve {
+    let curve = |way: &NamedMethod<'_>| Curve {
         name: way.name.clone(),
         steps: vec![0],
         ratios: vec![1.0],
@@ -108,7 +105,7 @@ pub struct Worst {
 }
 
 /// The worst of all scenes, which have the same ways.
-pub fn worst(cells: &[Cell]) -> Vec<Worst> {
+pub fn worst(cells: &[Vec<Curve>]) -> Vec<Worst> {
     let ways = cells.first().map_or(0, Vec::len);
     let of_way = |way: usize| {
         let curves = || cells.iter().filter_map(|cell| cell.get(way));
@@ -157,7 +154,7 @@ mod tests {
     fn a_solver_keeps_the_length_and_predictions_stop_where_they_are_not_finite() {
         let scene = bending(6);
         let once = StepParams { max_iterations: 1, ..StepParams::DEFAULT };
-        let way = |name: &str, method| Way { name: name.to_owned(), method };
+        let way = |name: &str, method| NamedMethod { name: name.to_owned(), method };
         let ways = [
             way("end-to-end", Method::EndToEnd(once, &falls)),
             way("guess", Method::Solve(CG.settings(), Some(&quadratic))),

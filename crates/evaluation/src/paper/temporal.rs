@@ -15,8 +15,6 @@ use crate::starts::Tally;
 pub const SIMULATIONS: usize = 20;
 /// Frames over which curves are smoothed (paper: 10).
 pub const WINDOW: usize = 10;
-/// Steps of the training data, a dashed vertical line in the figure.
-pub const TRAINED_STEPS: usize = scene::sampling::STEPS;
 
 /// The figure's rod: 3 m, else the defaults.
 pub fn rod() -> Parameters {
@@ -48,13 +46,9 @@ pub fn sample(family: Family, seed: u64, index: u64) -> Parameters {
     }
 }
 
-/// A cell: one simulation, a series for each start: zero, the guesses, Fischer's projection, and the direct solver, which
-/// has no iterations.
-pub type Cell = Vec<Series>;
-
 /// A start in all steps of a simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Series {
+pub struct StartSeries {
     /// Name of the guess.
     pub name: String,
     /// Iterations of conjugate gradients, by step.
@@ -63,7 +57,9 @@ pub struct Series {
     pub time_s: Vec<f64>,
 }
 
-/// Simulates and measures, `repeats` times; after each step of each repeat `progress()` says whether to go on. `None` where it said stop.
+/// Simulates and measures, `repeats` times: a series for each start, zero, the guesses, Fischer's projection, and the direct
+/// solver, which has no iterations. After each step of each repeat `progress()` says whether to go on; `None` where it said
+/// stop.
 ///
 /// # Errors
 /// If the scene or the settings are not valid.
@@ -73,9 +69,9 @@ pub fn measure(
     guesses: &[NamedGuess<'_>],
     repeats: usize,
     mut progress: impl FnMut() -> bool,
-) -> Result<Option<Cell>, SimulationError> {
+) -> Result<Option<Vec<StartSeries>>, SimulationError> {
     let ways = systems::measure(motion, solver, guesses, repeats, &mut progress)?;
-    let series = |(name, tallies): (String, Vec<Tally>)| Series {
+    let series = |(name, tallies): (String, Vec<Tally>)| StartSeries {
         name,
         iterations: tallies.iter().map(|tally| tally.iterations).collect(),
         time_s: tallies.iter().map(|tally| tally.solve_s + tally.guess_s).collect(),
@@ -98,9 +94,9 @@ pub struct Curve {
 ///
 /// A value is the sum over the window about its step, relative to the zero start's; at the ends, the window is cut. Then
 /// mean and quartiles are taken over the simulations.
-pub fn curves(cells: &[Cell], window: usize) -> Vec<Curve> {
+pub fn curves(cells: &[Vec<StartSeries>], window: usize) -> Vec<Curve> {
     let ways = cells.first().map_or(0, Vec::len);
-    let merge = |way: usize, values: &dyn Fn(&Series) -> Vec<f64>| -> Vec<Option<Spread>> {
+    let merge = |way: usize, values: &dyn Fn(&StartSeries) -> Vec<f64>| -> Vec<Option<Spread>> {
         let ratios: Vec<Vec<f64>> = cells
             .iter()
             .filter_map(|cell| Some(ratios(&values(cell.get(way)?), &values(cell.first()?), window)))
@@ -142,12 +138,12 @@ mod tests {
 
     #[test]
     fn curves_are_relative_to_zero_with_quartiles_over_simulations() {
-        let series = |name: &str, iterations: u64| Series {
+        let series = |name: &str, iterations: u64| StartSeries {
             name: name.to_owned(),
             iterations: vec![iterations; 3],
             time_s: vec![iterations as f64 * 1e-6; 3],
         };
-        let cells: Vec<Cell> = [10, 20, 30].map(|n| vec![series("zero", 40), series("net", n)]).into();
+        let cells: Vec<Vec<StartSeries>> = [10, 20, 30].map(|n| vec![series("zero", 40), series("net", n)]).into();
         let curves = curves(&cells, WINDOW);
         assert_eq!(curves[1].name, "net");
         let expected = Spread { mean: 0.5, lower: 0.375, median: 0.5, upper: 0.625 };

@@ -18,14 +18,14 @@ pub enum Method<'a> {
 
 /// A way to move a scene.
 #[derive(Clone)]
-pub struct Way<'a> {
+pub struct NamedMethod<'a> {
     /// Its name in the figure.
     pub name: String,
     /// How.
     pub method: Method<'a>,
 }
 
-impl Way<'_> {
+impl NamedMethod<'_> {
     fn simulation(&self, motion: &Motion<'_>) -> Result<Simulation, SimulationError> {
         match self.method {
             Method::Solve(settings, guess) => Simulation::new(motion.model, motion.state, &settings, guess),
@@ -42,7 +42,7 @@ impl Way<'_> {
 /// progress said stop.
 pub(super) fn run(
     motion: &Motion<'_>,
-    ways: &[Way<'_>],
+    ways: &[NamedMethod<'_>],
     mut frame: impl FnMut(usize, usize, &State) -> bool,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Vec<Option<usize>>>, SimulationError> {

@@ -1,0 +1,340 @@
+//! Our settings where the paper gives one: from the code that uses them, and from the cards of the paper's networks.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use anyhow::Result;
+use catalogue::Network;
+use copingnet::{Output, Training};
+use dataset::{Config, Scenario};
+use evaluation::paper::{performance, speedup, stability, temporal};
+use nalgebra::{Vector2, Vector3};
+use scene::sampling::{Helix, Parameters, Rod, Tree, supplement};
+use scene::{Scene, builtin};
+
+use crate::context::Context;
+use crate::sections::paper::FREE;
+
+/// By the claim's id: our value, written as the paper's is, and where it is from.
+pub(super) type Settings = BTreeMap<String, [String; 2]>;
+
+/// All settings, but for those of the ablation, which come with its summary.
+pub(super) fn settings(context: &Context) -> Result<Settings> {
+    let mut settings = Settings::new();
+    of_cards(context, &mut settings)?;
+    let mut add = |id: &str, at: &str, value: String| settings.insert(id.to_owned(), [value, at.to_owned()]);
+    add("data-dt", "dataset::Config::table_1", format!("{} s", number(Config::table_1(Scenario::Rod).dt_s)));
+    let ranges = [
+        ("rod-segments", Scenario::Rod, "segments", ""),
+        ("rod-modulus", Scenario::Rod, "youngs_modulus_pa", " Pa"),
+        ("rod-angle", Scenario::Rod, "initial_angle_deg", " deg"),
+        ("rod-length", Scenario::Rod, "length_m", " m"),
+        ("helix-segments", Scenario::Helix, "segments", ""),
+        ("helix-modulus", Scenario::Helix, "torsion_modulus_pa", " Pa"),
+        ("helix-radius", Scenario::Helix, "helix_radius_m", " m"),
+        ("helix-height", Scenario::Helix, "helix_height_m", " m"),
+        ("helix-winding", Scenario::Helix, "winding", ""),
+    ];
+    for (id, scenario, key, unit) in ranges {
+        let [low, high] = scenario.ranges().get(key).copied().unwrap_or([f64::NAN; 2]);
+        add(id, "dataset::Scenario::ranges", format!("{} to {}{unit}", number(low), number(high)));
+    }
+    let counts = [
+        ("node-inputs", "graph::paper::NODE", graph::paper::NODE),
+        ("edge-inputs", "graph::paper::EDGE", graph::paper::EDGE),
+        ("node-outputs", "graph::paper::NODE_TARGET", graph::paper::NODE_TARGET),
+        ("edge-outputs", "graph::paper::EDGE_TARGET", graph::paper::EDGE_TARGET),
+        ("knn-neighbours", "knn::Params::default", knn::Params::default().neighbours),
+        ("performance-simulations", "performance::SIMULATIONS", performance::SIMULATIONS),
+        ("performance-steps", "performance::STEPS", performance::STEPS),
+        ("temporal-simulations", "temporal::SIMULATIONS", temporal::SIMULATIONS),
+        ("temporal-window", "temporal::WINDOW", temporal::WINDOW),
+        ("trees-topologies", "speedup::TOPOLOGIES", speedup::TOPOLOGIES),
+        ("trees-training-rods", "scene::sampling::Tree::default", Tree::default().rods),
+    ];
+    for (id, at, value) in counts {
+        add(id, at, value.to_string());
+    }
+    for rods in [10, 20, 40, 70] {
+        let (scene, at) = (builtin(&format!("tree-{rods}"))?, format!("scenes/tree-{rods}.toml"));
+        add(&format!("trees-{rods}-rods"), &at, scene.rods.len().to_string());
+        add(&format!("trees-{rods}-nodes"), &at, scene.model.segments.len().to_string());
+    }
+    let [default_rod, default_helix] = [Parameters::Rod(Rod::default()), Parameters::Helix(Helix::default())];
+    let parameters = [
+        ("temporal-rod", "temporal::rod", temporal::rod()),
+        ("temporal-helix", "temporal::helix", temporal::helix()),
+        ("stability-rod", "stability::rod", stability::rod(Rod::default().youngs_modulus)),
+        ("dynamic-rod", "scene::sampling::Rod::default", default_rod),
+        ("dynamic-helix", "scene::sampling::Helix::default", default_helix),
+        ("comparisons-rod", "scene::sampling::Rod::default", default_rod),
+        ("comparisons-helix", "scene::sampling::Helix::default", default_helix),
+    ];
+    for (id, at, parameters) in parameters {
+        add(id, at, in_words(&parameters));
+    }
+    add("plane-helix", "scenes/helix-on-plane.toml", helix_on_plane()?);
+    add("two-rods", "scenes/two-rods.toml", two_rods()?);
+    add("knot-rope", "scenes/knot.toml", knot()?);
+    for (figure, scenes) in supplement() {
+        let values: Vec<String> = scenes.iter().map(|parameters| varied(figure, parameters)).collect();
+        add(&format!("dynamic-{figure}"), "scene::sampling::supplement", values.join(", "));
+    }
+    Ok(settings)
+}
+
+/// What the cards of the paper's networks say: those of rods and helices, and of knots and trees.
+fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
+    let mut add = |id: &str, scenarios: &[Scenario], read: &dyn Fn(&Network) -> String| -> Result<()> {
+        let of = |scenario: &Scenario| context.library.paper_network(*scenario, read);
+        let values: Vec<String> = scenarios.iter().map(of).collect::<Result<_>>()?;
+        let own = || scenarios.iter().zip(&values).map(|(scenario, value)| format!("{scenario}: {value}"));
+        let value = match &values[..] {
+            [first, rest @ ..] if rest.iter().all(|value| value == first) => first.clone(),
+            _ => own().collect::<Vec<_>>().join("; "),
+        };
+        let names = scenarios.iter().map(|scenario| format!("{scenario}-paper")).collect::<Vec<_>>().join(", ");
+        settings.insert(id.to_owned(), [value, format!("the cards of {names}")]);
+        Ok(())
+    };
+    let trajectories = |network: &Network| in_turn(network, |training| told(training.trajectories));
+    let steps = |network: &Network| in_turn(network, |training| told(training.steps));
+    add("data-steps", &FREE, &steps)?;
+    add("data-train", &FREE, &trajectories)?;
+    add("temporal-trained", &FREE, &steps)?;
+    add("data-validation", &FREE, &|network| {
+        // "... of 30 validation scenes"
+        let scenes = |steps: &str| steps.strip_suffix(" validation scenes")?.rsplit(' ').next().map(str::to_owned);
+        let scenes = network.card().measured.first().and_then(|measured| scenes(&measured.steps));
+        let all = Config::table_1(Scenario::Rod).validation_trajectories;
+        format!("{all}, of which {} are measured", scenes.unwrap_or_else(|| "an unknown number".to_owned()))
+    })?;
+    add("knot-training", &[Scenario::Knot], &trajectories)?;
+    add("knot-training-frames", &[Scenario::Knot], &steps)?;
+    add("trees-training", &[Scenario::Tree], &trajectories)?;
+    add("trees-training-nodes", &[Scenario::Tree], &|network| {
+        let trees = network.card().training.trajectories.unwrap_or(0) as u64;
+        let seed = Config::table_1(Scenario::Tree).seed;
+        let scenes = (0..trees).map_while(|index| Scenario::Tree.sample(seed, index).scene().ok());
+        let nodes: usize = scenes.map(|scene| scene.model.segments.len()).sum();
+        format!("{:.0}", nodes as f64 / trees as f64)
+    })?;
+    add("network-blocks", &Scenario::ALL, &|network| network.sizes().gn_blocks.to_string())?;
+    add("network-layers", &Scenario::ALL, &|network| network.sizes().mlp_layers.to_string())?;
+    add("network-width", &Scenario::ALL, &|network| network.sizes().width.to_string())?;
+    add("network-output", &Scenario::ALL, &|network| match network.sizes().output {
+        Output::Tanh => "[-1, 1] by tanh, times recorded norms".to_owned(),
+        Output::Linear => "without bounds".to_owned(),
+    })?;
+    add("training-loss", &Scenario::ALL, &|network| {
+        in_turn(network, |training| match training.loss.as_str() {
+            "mse" => "MSE(V) + MSE(E)".to_owned(),
+            other => other.to_owned(),
+        })
+    })?;
+    add("training-rate", &FREE, &|network| {
+        in_turn(network, |training| format!("{}, {}", training.learning_rate, training.schedule))
+    })?;
+    add("training-machine", &FREE, &|network| {
+        in_turn(network, |training| format!("a processor, {} threads, {}", training.threads, training.backend))
+    })?;
+    for scenario in FREE {
+        add(&format!("training-hours-{scenario}"), &[scenario], &|network| {
+            let (card, minutes) = (network.card(), |seconds: f64| format!("{:.1} minutes", seconds / 60.0));
+            match card.trainings().count() {
+                1 => minutes(card.seconds()),
+                count => format!("{} in {count} trainings, one after the other", minutes(card.seconds())),
+            }
+        })?;
+    }
+    Ok(())
+}
+
+/// What the cards of all trainings of a network say, one after the other, repetitions left out.
+fn in_turn(network: &Network, read: impl Fn(&Training) -> String) -> String {
+    let mut values: Vec<String> = network.card().trainings().map(read).collect();
+    values.dedup();
+    values.join(", then ")
+}
+
+fn told(value: Option<usize>) -> String {
+    value.map_or("not recorded".to_owned(), |value| value.to_string())
+}
+
+/// As short as it can be, to nine digits after the point: 0.02, 45, 1e5.
+fn number(value: f64) -> String {
+    let rounded = (value * 1e9).round() / 1e9;
+    if rounded.abs() >= 1e4 { format!("{rounded:e}") } else { format!("{rounded}") }
+}
+
+/// A rod or a helix as the paper writes it.
+fn in_words(parameters: &Parameters) -> String {
+    match parameters {
+        Parameters::Rod(Rod { segments, youngs_modulus, angle_deg, length, .. }) => {
+            let [angle, length, modulus] = [angle_deg, length, youngs_modulus].map(|&value| number(value));
+            format!("phi_0 = {angle} deg, N = {segments}, l = {length} m, Y = {modulus} Pa")
+        }
+        Parameters::Helix(Helix { segments, torsion_modulus, helix_radius, helix_height, winding, .. }) => {
+            let [radius, height, modulus] = [helix_radius, helix_height, torsion_modulus].map(|&value| number(value));
+            let winding = number(*winding);
+            format!("HR = {radius} m, HH = {height} m, HW = {winding}, T = {modulus} Pa, N = {segments}")
+        }
+        Parameters::Knot(_) | Parameters::Tree(_) => parameters.to_toml(),
+    }
+}
+
+/// What a figure of the supplement's dynamic results varies.
+fn varied(figure: char, parameters: &Parameters) -> String {
+    match (figure, parameters) {
+        ('a', Parameters::Rod(rod)) => number(rod.angle_deg),
+        ('b', Parameters::Rod(rod)) => number(rod.segments as f64),
+        ('c', Parameters::Rod(rod)) => number(rod.length),
+        (_, Parameters::Rod(rod)) => number(rod.youngs_modulus),
+        ('e', Parameters::Helix(helix)) => {
+            format!("({})", [helix.helix_radius, helix.helix_height, helix.winding].map(number).join(", "))
+        }
+        ('f', Parameters::Helix(helix)) => number(helix.segments as f64),
+        (_, Parameters::Helix(helix)) => number(helix.torsion_modulus),
+        _ => parameters.to_toml(),
+    }
+}
+
+/// The helix of "helix-on-plane", as its segments have it: they end on the curve, whose axis is vertical.
+fn helix_on_plane() -> Result<String> {
+    let scene = builtin("helix-on-plane")?;
+    let ends: Vec<Vector3<f64>> = ends(&scene);
+    let horizontal = |i: usize| ends[i].xy();
+    let (a, b, c) = (horizontal(0), horizontal(1), horizontal(2));
+    // The circle through three points, relative to the first.
+    let (u, v) = (b - a, c - a);
+    let centre =
+        Vector2::new(v.y * u.norm_squared() - u.y * v.norm_squared(), u.x * v.norm_squared() - v.x * u.norm_squared())
+            / (2.0 * u.perp(&v));
+    let turned = |i: usize| {
+        let (from, to) = (horizontal(i) - a - centre, horizontal(i + 1) - a - centre);
+        from.perp(&to).atan2(from.dot(&to))
+    };
+    let turns: f64 = (0..ends.len() - 1).map(turned).sum();
+    let height = ends.last().map_or(f64::NAN, |last| last.z - ends[0].z);
+    Ok(in_words(&Parameters::Helix(Helix {
+        segments: scene.model.segments.len(),
+        torsion_modulus: scene.model.joints.first().map_or(f64::NAN, |joint| joint.torsion_modulus),
+        helix_radius: centre.norm(),
+        helix_height: height.abs(),
+        winding: turns.abs() / TAU,
+        ..Helix::default()
+    })))
+}
+
+/// Ends of the segments of a scene with one rod, from the first's start on [m].
+fn ends(scene: &Scene) -> Vec<Vector3<f64>> {
+    let place = |i: usize, side: f64| {
+        scene.state.positions[i] + scene.state.axis(i) * (0.5 * side * scene.model.segments[i].length)
+    };
+    std::iter::once(place(0, -1.0)).chain((0..scene.model.segments.len()).map(|i| place(i, 1.0))).collect()
+}
+
+/// The rods of "two-rods".
+fn two_rods() -> Result<String> {
+    let scene = builtin("two-rods")?;
+    let lengths = rod::measure::rod_lengths(&scene.model, &scene.state).into_iter().map(number);
+    let segments = scene.rods.iter().map(|rod| rod.segments.len().to_string());
+    Ok(format!(
+        "phi_0 = {} deg, N = {}, l = {} m, Y = {} Pa",
+        number(scene.state.axis(0).z.asin().to_degrees()),
+        segments.collect::<Vec<_>>().join(" and "),
+        lengths.collect::<Vec<_>>().join(" and "),
+        number(scene.model.joints.first().map_or(f64::NAN, |joint| joint.youngs_modulus))
+    ))
+}
+
+/// The rope of "knot".
+fn knot() -> Result<String> {
+    let model = builtin("knot")?.model;
+    let joint = |value: fn(&rod::Joint) -> f64| number(model.joints.first().map_or(f64::NAN, value));
+    Ok(format!(
+        "N = {}, R = {} m, l = {} m, Y = {} Pa, T = {} Pa",
+        model.segments.len(),
+        number(model.segments.first().map_or(f64::NAN, |segment| segment.radius)),
+        number(model.segments.iter().map(|segment| segment.length).sum()),
+        joint(|joint| joint.youngs_modulus),
+        joint(|joint| joint.torsion_modulus)
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// A card as its file has it, read without any of the code above.
+    fn card(scenario: Scenario) -> toml::Table {
+        let file = format!("../../checkpoints/{scenario}-paper.toml");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        std::fs::read_to_string(file).unwrap().parse().unwrap()
+    }
+
+    /// The trainings of a card, the first one first.
+    fn trainings(scenario: Scenario) -> Vec<toml::Table> {
+        let card = card(scenario);
+        let before = card.get("before").and_then(toml::Value::as_array).cloned().unwrap_or_default();
+        let own = toml::Value::Table(card);
+        before.iter().chain([&own]).map(|leg| leg["training"].as_table().unwrap().clone()).collect()
+    }
+
+    /// Their values, one after the other, repetitions left out.
+    fn in_turn(scenario: Scenario, key: &str) -> String {
+        let mut values: Vec<String> = trainings(scenario).iter().map(|training| training[key].to_string()).collect();
+        values.dedup();
+        values.join(", then ")
+    }
+
+    #[test]
+    fn every_setting_row_is_what_the_cards_say() {
+        let settings = settings(&Context::for_tests()).unwrap();
+        let ours = |id: &str| settings[id][0].as_str();
+        for (id, scenario, key) in [
+            ("data-train", Scenario::Rod, "trajectories"),
+            ("data-train", Scenario::Helix, "trajectories"),
+            ("data-steps", Scenario::Rod, "steps"),
+            ("data-steps", Scenario::Helix, "steps"),
+            ("temporal-trained", Scenario::Rod, "steps"),
+            ("knot-training", Scenario::Knot, "trajectories"),
+            ("knot-training-frames", Scenario::Knot, "steps"),
+            ("trees-training", Scenario::Tree, "trajectories"),
+        ] {
+            assert_eq!(ours(id), in_turn(scenario, key), "{id}");
+            assert!(settings[id][1].contains("card"), "{id}");
+        }
+        for scenario in FREE {
+            let seconds: f64 = trainings(scenario).iter().map(|training| training["seconds"].as_float().unwrap()).sum();
+            let row = ours(&format!("training-hours-{scenario}"));
+            assert!(row.starts_with(&format!("{:.1} minutes", seconds / 60.0)), "{scenario}: {row}");
+            assert!(row.contains(&format!("in {} trainings", trainings(scenario).len())), "{scenario}: {row}");
+            for training in trainings(scenario) {
+                let own = |key: &str| training[key].to_string().replace('"', "");
+                let rate = format!("{}, {}", own("learning_rate"), own("schedule"));
+                assert!(ours("training-rate").contains(&rate), "{rate}");
+                assert!(ours("training-machine").contains(&format!("{} threads", own("threads"))));
+                assert_eq!((own("loss").as_str(), ours("training-loss")), ("mse", "MSE(V) + MSE(E)"));
+                // What the card says in words of the data set is what it says in numbers.
+                let command = own("command");
+                let [trajectories, steps] = ["trajectories", "steps"].map(|key| format!("--{key} {}", own(key)));
+                assert!(command.contains(&trajectories) && command.contains(&steps), "{command}");
+            }
+        }
+        let measured = card(Scenario::Rod)["measured"][0]["steps"].as_str().unwrap().to_owned();
+        assert!(measured.ends_with(" of 30 validation scenes"), "{measured}");
+        assert_eq!(ours("data-validation"), "100, of which 30 are measured");
+        for scenario in Scenario::ALL {
+            let network = card(scenario)["network"].clone();
+            for (id, key) in
+                [("network-blocks", "gn_blocks"), ("network-layers", "mlp_layers"), ("network-width", "width")]
+            {
+                assert_eq!(ours(id), network[key].to_string(), "{scenario}: {key}");
+            }
+            assert!(ours("network-output").contains(network["output"].as_str().unwrap()));
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Which sources the program is made of, as they were when it was built, and where and when cells were measured.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Sources: all that decides what a section measures, or all of the program.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sources {
+    /// Hash of the files, without comments and tests.
+    pub(crate) blake3: &'static str,
+    /// The last revision that changed one of them; "unknown" without git.
+    revision: &'static str,
+    /// Whether they were changed since.
+    pub(crate) is_dirty: bool,
+}
+
+// From the build script: ROOT, the folder of the sources; BY_SECTION, by their names; PROGRAM.
+include!(concat!(env!("OUT_DIR"), "/sources.rs"));
+
+impl Sources {
+    /// Of a section.
+    pub(crate) fn of(section: &str) -> Self {
+        BY_SECTION.iter().find(|(name, _)| *name == section).map_or(PROGRAM, |(_, sources)| *sources)
+    }
+
+    /// The revision, which may have been changed.
+    pub(crate) fn revision(&self) -> String {
+        format!("{}{}", self.revision, if self.is_dirty { ", dirty" } else { "" })
+    }
+}
+
+/// Where, when and by which sources something was measured.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Provenance {
+    machines: Vec<String>,
+    revisions: Vec<String>,
+    dates: Vec<String>,
+    /// Time of all measurements [s].
+    pub(crate) seconds: f64,
+}
+
+impl Provenance {
+    /// Adds a measurement that took so many `seconds`.
+    pub(crate) fn add(&mut self, machine: &str, revision: &str, date: Option<&str>, seconds: f64) {
+        let own = [(&mut self.machines, Some(machine)), (&mut self.revisions, Some(revision)), (&mut self.dates, date)];
+        for (known, name) in own {
+            if let Some(name) = name.filter(|name| !known.iter().any(|known| known == name)) {
+                known.push(name.to_owned());
+                known.sort();
+            }
+        }
+        self.seconds += seconds;
+    }
+
+    /// In a sentence; `None` where nothing was measured.
+    pub(crate) fn words(&self) -> Option<String> {
+        let dates = match &self.dates[..] {
+            [] => String::new(),
+            [date] => format!(" on {date}"),
+            [first, .., last] => format!(" from {first} to {last}"),
+        };
+        let (revisions, machines) = (self.revisions.join("; "), self.machines.join("; "));
+        let minutes = (self.seconds / 60.0).ceil();
+        let words = format!("Measured{dates} in {minutes:.0} minutes, machine: {machines}, revision: {revisions}.");
+        (!self.machines.is_empty()).then_some(words)
+    }
+}
+
+/// The date (UTC), such as 2026-11-22.
+pub(crate) fn today() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+    date(now / 86_400)
+}
+
+/// The date so many days after 1970-01-01: in years that begin in March a leap day is the last.
+fn date(days: u64) -> String {
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (year, month) = if month < 10 { (year, month + 3) } else { (year + 1, month - 9) };
+    format!("{:04}-{month:02}-{day:02}", year + 400 * era)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_the_calendar_s() {
+        for (days, expected) in [
+            (0, "1970-01-01"),
+            (59, "1970-03-01"),
+            (11_016, "2000-02-29"),
+            (20_454, "2026-01-01"),
+            (47_540, "2100-02-28"),
+        ] {
+            assert_eq!(date(days), expected);
+        }
+    }
+
+    #[test]
+    fn every_section_that_measures_has_sources_of_its_own() {
+        let hashes: std::collections::BTreeSet<&str> = BY_SECTION.iter().map(|(_, sources)| sources.blake3).collect();
+        assert_eq!(hashes.len(), BY_SECTION.len());
+        for section in &crate::sections::SECTIONS {
+            assert_ne!(Sources::of(section.name).blake3, PROGRAM.blake3, "{}", section.name);
+        }
+    }
+
+    #[test]
+    fn where_something_was_measured_is_told_once() {
+        let mut provenance = Provenance::default();
+        assert_eq!(provenance.words(), None);
+        for (machine, date) in [("b", "2026-11-23"), ("a", "2026-11-22"), ("b", "2026-11-24")] {
+            provenance.add(machine, "abc", Some(date), 30.0);
+        }
+        let words = provenance.words().unwrap();
+        assert_eq!(words, "Measured from 2026-11-22 to 2026-11-24 in 2 minutes, machine: a; b, revision: abc.");
+    }
+}
