@@ -2,11 +2,11 @@
 
 use super::geometry::{Contact, Partner, Shape};
 use super::problem::{Pattern, Problem};
+use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::linear::response::{COLUMNS, Columns, Response};
-use crate::unit::Single;
 
 /// Blocks of the operator, at most: 600 MB.
 const MOST_BLOCKS: usize = 8_000_000;
@@ -66,7 +66,7 @@ impl Coupling {
         &mut self,
         (contacts, active): (&[Contact], &[u32]),
         shapes: &[Shape],
-        components: &[Single],
+        components: &[ConnectedSet],
         responses: &mut [Response],
         problem: &mut Problem,
     ) -> bool {

@@ -7,8 +7,8 @@ use rod::{Contacts, Model, ObstacleShape, Surface};
 use super::convert::{from, to};
 use super::exclusion::Exclusion;
 use super::geometry::{Contact, Feature, Partner, Shape, World};
+use crate::connected_set::ConnectedSet;
 use crate::kernel::math::Vec3;
-use crate::unit::Single;
 
 /// Room around a segment's way through the step, in radii, before its pairs must be looked for again.
 const ROOM: f64 = 0.5;
@@ -48,7 +48,7 @@ impl Detector {
     }
 
     /// Whether every segment is still within the room that was looked at last.
-    pub(crate) fn covers(&self, components: &[Single]) -> bool {
+    pub(crate) fn covers(&self, components: &[ConnectedSet]) -> bool {
         self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
             let component = &components[shape.component as usize].component;
             let ends = shape.place(&component.poses[shape.body as usize]);
@@ -58,7 +58,7 @@ impl Detector {
 
     /// Replaces `out` by the possible contacts on the ways of all segments from their start over the prediction to where
     /// they are, in the order of their keys.
-    pub(crate) fn detect(&mut self, components: &[Single], out: &mut Vec<Contact>) {
+    pub(crate) fn detect(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
         self.boxes.clear();
         for shape in &self.shapes {
             let component = &components[shape.component as usize].component;
@@ -97,7 +97,7 @@ impl Detector {
         self.contacts.between_segments.is_some() && (first.free || second.free) && !self.exclusion.contains(a, b)
     }
 
-    fn add_pair(&self, a: u32, b: u32, components: &[Single], out: &mut Vec<Contact>) {
+    fn add_pair(&self, a: u32, b: u32, components: &[ConnectedSet], out: &mut Vec<Contact>) {
         let ends = |i: u32| {
             let shape = &self.shapes[i as usize];
             shape.place(&components[shape.component as usize].component.start[shape.body as usize])

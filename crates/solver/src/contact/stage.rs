@@ -8,13 +8,13 @@ use super::detect::Detector;
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
+use crate::connected_set::ConnectedSet;
 use crate::counters::Counters;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
-use crate::unit::Single;
 
 /// Contacts with a predicted gap above this many radii are left out of a solve.
 const NEAR: f64 = 0.1;
@@ -60,11 +60,11 @@ impl Stage {
     pub(crate) fn new(
         model: &Model,
         shapes: Vec<Shape>,
-        components: &[Single],
+        components: &[ConnectedSet],
         projection: ContactProjection,
     ) -> Result<Self, SparseError> {
         let with_joints = projection == ContactProjection::Coupled;
-        let response = |unit: &Single| Response::new(&unit.component.system, with_joints);
+        let response = |unit: &ConnectedSet| Response::new(&unit.component.system, with_joints);
         let responses = components.iter().map(response).collect::<Result<_, _>>()?;
         Ok(Self {
             detector: Detector::new(model, shapes),
@@ -82,7 +82,7 @@ impl Stage {
 
     /// Looks for the contacts of a step whose prediction is made. `presses`: whether those of the step before press from
     /// the start, as they do where the momentum residual corrects it.
-    pub(crate) fn begin(&mut self, components: &[Single], presses: bool, counters: &mut Counters) {
+    pub(crate) fn begin(&mut self, components: &[ConnectedSet], presses: bool, counters: &mut Counters) {
         self.detect(components, counters);
         let dt = components.first().map_or(0.0, |unit| unit.component.dt());
         let scale = if self.dt > 0.0 { (dt / self.dt).powi(2) } else { 0.0 };
@@ -117,7 +117,7 @@ impl Stage {
     }
 
     /// Keeps the corrections of the rods' own solution in `dlambda`, for [`Stage::is_far`] and [`Stage::solve`].
-    pub(crate) fn correct(&mut self, components: &[Single], formulation: Formulation) {
+    pub(crate) fn correct(&mut self, components: &[ConnectedSet], formulation: Formulation) {
         if self.contacts.is_empty() {
             return;
         }
@@ -127,7 +127,7 @@ impl Stage {
     }
 
     /// Leaves the impulses with which contacts begin the step in the components' `pushes`.
-    pub(crate) fn press_as_before(&mut self, components: &mut [Single]) {
+    pub(crate) fn press_as_before(&mut self, components: &mut [ConnectedSet]) {
         let shapes = self.detector.world().shapes;
         self.active.clear();
         for component in components.iter_mut() {
@@ -143,7 +143,7 @@ impl Stage {
     }
 
     /// Finds contacts anew and lets them go on from what is remembered of them.
-    fn detect(&mut self, components: &[Single], counters: &mut Counters) {
+    fn detect(&mut self, components: &[ConnectedSet], counters: &mut Counters) {
         self.remembered.clear();
         let keep = |c: &Contact| (c.key, c.local(c.impulse), c.impulse, c.target);
         self.remembered.extend(self.contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
@@ -159,7 +159,7 @@ impl Stage {
         counters.contact_candidates += self.contacts.len() as u64;
     }
 
-    fn evaluate(&mut self, components: &[Single], poses: Poses, counters: &mut Counters) {
+    fn evaluate(&mut self, components: &[ConnectedSet], poses: Poses, counters: &mut Counters) {
         let world = self.detector.world();
         for contact in &mut self.contacts {
             contact.evaluate(&world, components, poses);
@@ -168,7 +168,7 @@ impl Stage {
     }
 
     /// Asks contacts that meet fast to part again.
-    fn bounce(&mut self, components: &[Single]) {
+    fn bounce(&mut self, components: &[ConnectedSet]) {
         let world = self.detector.world();
         for contact in &mut self.contacts {
             let Surface { restitution, .. } = self.detector.surface(contact.key.1);
@@ -193,7 +193,7 @@ impl Stage {
     /// If more contacts press than there is memory for.
     pub(crate) fn solve(
         &mut self,
-        components: &mut [Single],
+        components: &mut [ConnectedSet],
         formulation: Formulation,
         (worst, tolerance): (f64, f64),
         counters: &mut Counters,
@@ -257,7 +257,7 @@ impl Stage {
     /// is good enough.
     pub(crate) fn observe(
         &mut self,
-        components: &mut [Single],
+        components: &mut [ConnectedSet],
         formulation: Formulation,
         tolerance: f64,
         iteration: usize,
@@ -294,7 +294,7 @@ impl Stage {
     }
 
     /// Tells the components all impulses of the step, with the current arms.
-    fn press(&self, components: &mut [Single]) {
+    fn press(&self, components: &mut [ConnectedSet]) {
         for component in components.iter_mut() {
             component.component.pushed.fill(Spatial::zero());
         }
@@ -333,7 +333,7 @@ impl Stage {
 fn push(
     contact: &Contact,
     shapes: &[Shape],
-    components: &mut [Single],
+    components: &mut [ConnectedSet],
     f: Vec3<f64>,
     target: fn(&mut Component<f64>) -> &mut Vec<Spatial<f64>>,
 ) {
