@@ -133,7 +133,7 @@ mod tests {
             let sine = 0.5 * dt * own.norm_squared().sqrt();
             // Up to half a turn it is a sine; beyond it is more than any.
             assert!(
-                if angle < 3.14 { (sine - (0.5 * angle).sin()).abs() < 1e-15 } else { sine > 1.0 },
+                if angle < std::f64::consts::PI { (sine - (0.5 * angle).sin()).abs() < 1e-15 } else { sine > 1.0 },
                 "{angle}: {sine}"
             );
             let back = rate(own, dt) - axis * (angle / dt);
