@@ -11,7 +11,8 @@ use dataset::{Config, Scenario};
 use graph::{Graph, planar_normal};
 use rayon::prelude::*;
 use scene::Scene;
-use solver::component::{Component, Pose};
+use solver::attempt::attempt;
+use solver::component::{BodyPose, Component};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{InitialGuess, StepExtrapolation};
@@ -19,7 +20,8 @@ use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::{Interval, NoGuess, Status, StepParams, attempt};
+use solver::start::NoGuess;
+use solver::step::{Interval, Status, StepParams};
 
 /// Time steps [s].
 pub(crate) const DTS: [f64; 3] = [0.02, 0.05, 0.1];
@@ -181,7 +183,12 @@ impl InitialGuess for Recorder {
         true
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
+    fn start_step(
+        &mut self,
+        component: &Component<f64>,
+        poses: &mut [BodyPose<f64>],
+        lambda: &mut [Spatial<f64>],
+    ) -> bool {
         self.asked += 1;
         if self.asked == 1 {
             self.record(component);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use graph::turns::{NODE_OUTPUT, NODE_OUTPUT_CHANNELS, Turns};
 use graph::{Graph, Lift, Normal, body_frame};
-use solver::component::{Component, Pose};
+use solver::component::{BodyPose, Component};
 use solver::guess::InitialGuess;
 use solver::kernel::Spatial;
 use solver::kernel::dispatch::vectorized;
@@ -64,7 +64,7 @@ impl StepEncoder {
     }
 
     /// Turns `poses`, which come as the prediction, by what the nodes' outputs say.
-    fn turn(&self, outputs: &[f32], poses: &mut [Pose<f64>]) {
+    fn turn(&self, outputs: &[f32], poses: &mut [BodyPose<f64>]) {
         let Self { graph, turns, scale, .. } = self;
         let kept = self.normal.map_or([1.0; 3], |normal| {
             NODE_OUTPUT_CHANNELS.map(|channel| if channel.is_even(normal) { 1.0 } else { 0.0 })
@@ -134,7 +134,7 @@ impl Tensions {
     }
 
     /// `lambda` comes as what the positions of `poses` ask for.
-    fn choose(&mut self, component: &Component<f64>, poses: &[Pose<f64>], lambda: &mut [Spatial<f64>]) {
+    fn choose(&mut self, component: &Component<f64>, poses: &[BodyPose<f64>], lambda: &mut [Spatial<f64>]) {
         if component.dt() != self.dt {
             (self.known, self.dt) = (0, component.dt());
         }
@@ -207,7 +207,12 @@ impl InitialGuess for GnStepGuess {
         1e3
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
+    fn start_step(
+        &mut self,
+        component: &Component<f64>,
+        poses: &mut [BodyPose<f64>],
+        lambda: &mut [Spatial<f64>],
+    ) -> bool {
         self.asked += 1;
         if self.asked > 1 || !self.is_open {
             return false;

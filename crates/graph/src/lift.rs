@@ -6,7 +6,7 @@
 //! it and all nodes beyond, and the bend-twist rows with zero residual say `alpha~ lambda_b = -C_b`. Of a set without a
 //! fixed body, the mass centre stays where the prediction has it.
 
-use solver::component::{Component, Pose};
+use solver::component::{BodyPose, Component};
 use solver::kernel::Spatial;
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
@@ -34,7 +34,7 @@ impl Lift {
         &mut self,
         graph: &Graph,
         component: &Component<f64>,
-        poses: &mut [Pose<f64>],
+        poses: &mut [BodyPose<f64>],
         lambda: &mut [Spatial<f64>],
     ) {
         vectorized(
@@ -48,7 +48,7 @@ impl Lift {
         &mut self,
         graph: &Graph,
         component: &Component<f64>,
-        poses: &mut [Pose<f64>],
+        poses: &mut [BodyPose<f64>],
         lambda: &mut [Spatial<f64>],
     ) {
         let Self { shifts, is_free } = self;

@@ -15,7 +15,7 @@
 //! - *Direction*: one edge a joint, from its body a to its body b.
 
 use serde::{Deserialize, Serialize};
-use solver::component::Pose;
+use solver::component::BodyPose;
 use solver::kernel::Spatial;
 
 use crate::{Graph, put};
@@ -51,7 +51,7 @@ pub fn fill_constant_nodes(graph: &Graph, nodes: &mut [f32]) {
 }
 
 /// Fills what changes of the nodes, columns 0 to 6 of `nodes`, from the poses, one a node. `[nodes, 7]`, or more columns
-pub fn fill_changing_nodes(poses: &[Pose<f64>], nodes: &mut [f32]) {
+pub fn fill_changing_nodes(poses: &[BodyPose<f64>], nodes: &mut [f32]) {
     let columns = (nodes.len() / poses.len().max(1)).max(NODE_CHANGING);
     for (row, pose) in nodes.chunks_exact_mut(columns).zip(poses) {
         let ([x, y, z], [i, j, k]) = (pose.x.0, pose.q.v.0);

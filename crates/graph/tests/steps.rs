@@ -8,7 +8,7 @@ use common::{component, helix, rod, tree};
 use graph::Lift;
 use graph::turns::{NODE_HISTORY, NODE_OUTPUT, Turns};
 use rod::{Model, State};
-use solver::component::{Component, Pose};
+use solver::component::{BodyPose, Component};
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
 use solver::kernel::Spatial;
@@ -59,7 +59,7 @@ fn a_state_follows_from_its_orientations() {
             let mut at_prediction = end.clone();
             at_prediction.poses.clone_from(&end.predicted);
             // Positions of roots are known; all others are made.
-            let mut poses: Vec<Pose<f64>> = end.poses.clone();
+            let mut poses: Vec<BodyPose<f64>> = end.poses.clone();
             for visit in graph.visits() {
                 poses[visit.node as usize].x = Vec3([f64::NAN; 3]);
             }

@@ -169,7 +169,6 @@ fn main() {
         print!("{n:7} {repeats:7} | {evaluate:8.3} {solve:6.3} {update:7.3} |");
         println!(" {all:6.3} | {nalgebra:8.3} | {faer}         | {cg:8.3}");
     }
-    println!("measured elsewhere, one core: a version with Eigen 0.82, PositionBasedDynamics (C++) 2.3");
     println!("\nmany rods, whole steps with prediction, wall time; median of 15 steps");
     for (count, segments) in [(1_000, 30), (1_000, 100), (100, 1_000)] {
         let counts: Vec<usize> = if threads > 1 { vec![1, 2] } else { vec![1] };

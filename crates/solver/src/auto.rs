@@ -1,29 +1,20 @@
-//! Which linear solver and which start to take: rules that measurements support.
+//! Which linear solver and which start to take, by rules that measurements led to.
 //!
-//! The formulation is not chosen: it says which problem is to be solved. All the rest changes the time alone. What
-//! was measured on builtin scenes, at outer tolerances from 1e-2 to 1e-8, on one thread, the sum over steps of each
-//! step's fastest of four runs: direct, sparse, and conjugate gradients with each preconditioner, linear tolerances
-//! from 1e-1 to 1e-6, from each start.
+//! The formulation is not chosen: it says which problem is to be solved. All the rest changes the time alone.
 //!
-//! - **The solver is direct.** At equal error no other was faster by a tenth in `xpbd` formulations. The nearest
-//!   conjugate gradients take three times as long on a rod of 30 segments (1e-4: 43 us a step and 13 us); on a net
-//!   of 48 segments none stayed below one and a half times its time. The same name is sparse Cholesky for sets with
-//!   loops ([`crate::linear::looped`]), set by set; on trees that is two to three times slower (206 segments: 334
-//!   us and 136 us).
-//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own: it saves a
-//!   third of the iterations at best, and lanes more.
-//! - **`newton` starts steps at the parabola through the last three where that pays.** On a rod that swings (30
-//!   segments, 1e-6) it takes 24 us a step instead of 32; on an elastica that creeps to rest 54 instead of 46
-//!   (1e-4), on a column that buckles 31 instead of 23 (1e-2). [`GuessKind::StepAdaptive`] counts iterations and
-//!   finds out. Where nothing touches it was less than a tenth behind the best fixed start in all of 60 cells but one (a
-//!   net, 1e-2: 1.15 of the iterations). It never leaves the parabola while contacts press: their impulses are part of
-//!   the start (a helix on a plane, 1e-2: 17 ms a step instead of 127).
+//! - **The solver is direct**: at equal error none of the others takes less time. The same name is sparse Cholesky for
+//!   sets with loops ([`crate::linear::looped`]), set by set.
+//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own, and lanes save more
+//!   than any start.
+//! - **`newton` starts steps at the parabola through the last three where that pays.** It does on a rod that swings, and
+//!   not on one that creeps to rest; [`GuessKind::StepAdaptive`] counts iterations and finds out. It never leaves the
+//!   parabola while contacts press: their impulses are part of the start.
 //! - **Where segments touch each other and the tolerance is loose, steps start at the prediction.** They take one or two
-//!   iterations then, and impulses that are continued over a change of contacts take many more: at 1e-2 the adaptive
-//!   start took 1.25 times the iterations on 200 strands of hair, 1.3 on a net that drapes over a ball, 1.35 on two rods
-//!   that fall on each other, 1.07 on a knot; at 1e-4 it took .8 of them on the hair.
+//!   iterations then, and impulses that are continued over a change of contacts take many more.
 //! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of
 //!   a linear solve is no use to a direct solver.
+//!
+//! The report measures all of them side by side, at equal error.
 
 use std::collections::HashSet;
 

@@ -2,24 +2,39 @@
 //! model of Kugelstadt, Deul and Bender (2018), with its linear solvers and its initial guesses.
 //!
 //! [`simulation::Simulation`] is the entry point: it splits a model into connected sets of segments and steps them.
-//! [`auto::choose`] says which linear solver and which start a model is best off with.
-//! [`statics::equilibrium`] relaxes a state instead. [`linear::LinearSolver`], [`guess::InitialGuess`] and [`projection::Projection`] are
-//! the seams.
-//! This crate knows no file format and no network.
+//! [`auto::choose`] says which linear solver and which start a model is best off with. [`statics::equilibrium`] relaxes a
+//! state instead. [`linear::LinearSolver`], [`guess::InitialGuess`] and [`projection::Projection`] are the seams. This crate
+//! knows no file format and no network.
+//!
+//! From the bottom up:
+//!
+//! - `kernel`: arithmetic on one rod or on several at once. `topology`, `system`: who is joined to whom, and the linear
+//!   system of an outer iteration. `linear`: its solvers.
+//! - `component`: the state of a connected set of segments (or of alike ones, one a lane), and each stage of Algorithm 1 on
+//!   it. `guess`, `start`: where a step and its solves begin.
+//! - `step`: what a step is asked for and how it ends. `attempt`: one attempt at a step. `retry`: what becomes of attempts.
+//! - `connected_set`: a component with its solver, its guess and its counters. `group`: alike sets in lanes. `contact`,
+//!   `lockstep`: contacts, and the sets that can touch. `piece`: any of the three, as `simulation` steps it.
 
+pub mod attempt;
 pub mod auto;
 pub mod component;
+mod connected_set;
 mod contact;
 pub mod counters;
 pub mod formulation;
+mod group;
 pub mod guess;
 pub mod kernel;
+mod limits;
 pub mod linear;
+mod lockstep;
+mod piece;
 pub mod projection;
+mod retry;
 pub mod simulation;
+pub mod start;
 pub mod statics;
 pub mod step;
 pub mod system;
 pub mod topology;
-mod touching;
-mod unit;

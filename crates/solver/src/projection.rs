@@ -10,13 +10,14 @@
 
 use rod::Model;
 
+use crate::attempt::{Attempt, begin, evaluate};
 use crate::component::{Component, Members};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
-use crate::step::{Interval, NoGuess, Status, StepParams, begin, evaluate, is_finite};
+use crate::start::{NoGuess, is_finite};
+use crate::step::{Interval, StepParams};
 use crate::topology::Topology;
-use crate::unit::{accept, finish};
 
 /// Predicts what a constraint projection would come to. One serves one connected set of segments.
 pub trait Projection: Send {
@@ -47,15 +48,15 @@ impl Predictor {
         Self { projection, dp: vec![Spatial::zero(); bodies] }
     }
 
-    /// Steps `component` over `interval` with at most `params.max_iterations` predictions, fewer where the tolerance is met
+    /// Attempts a step over `interval` with at most `params.max_iterations` predictions, fewer where the tolerance is met
     /// before.
-    pub(crate) fn advance(
+    pub(crate) fn attempt(
         &mut self,
         component: &mut Component<f64>,
         interval: Interval,
         params: &StepParams,
         counters: &mut Counters,
-    ) -> Status {
+    ) -> Attempt<f64> {
         let formulation = params.formulation;
         let mut result = begin(component, interval, params, &mut NoGuess, counters);
         for iteration in 0..params.max_iterations {
@@ -67,14 +68,7 @@ impl Predictor {
             result.residuals = evaluate(component, formulation, counters);
             watch.mark(&mut counters.times.assemble);
         }
-        accept(&result, 0, counters);
-        let status = result.status(0);
-        if status == Status::NonFinite {
-            component.roll_back();
-        } else {
-            finish(component, formulation, 1.0, counters);
-        }
-        status
+        result
     }
 
     /// Predicts outer iteration `iteration` and moves `component` by it. What is not finite is dropped.

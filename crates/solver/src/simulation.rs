@@ -7,21 +7,19 @@ use rod::{JointForce, Model, ModelError, State};
 use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
+use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{PairFilter, refuse_overlaps};
 use crate::counters::Counters;
 use crate::formulation::ContactProjection;
+use crate::group::Group;
 use crate::guess::InitialGuess;
+use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::SolverKind;
+use crate::lockstep::Lockstep;
+use crate::piece::Piece;
 use crate::projection::{Predictor, ProjectionFactory};
-use crate::step::{Interval, Status, StepParams};
+use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
-use crate::touching::Touching;
-use crate::unit::{Group, Line9, Single, Unit};
-
-/// Rods that move side by side in one vector register.
-pub const GROUP: usize = 8;
-/// Below this many segments in all, threads cost more than they bring.
-pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 
 pub use crate::contact::{ContactParams, ContactParamsError, Overlap, Overlapped};
 
@@ -49,6 +47,9 @@ pub enum SimulationError {
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),
+    /// A parameter of the steps is not allowed.
+    #[error("step parameter {0}")]
+    Step(#[from] StepParamsError),
     /// Contacts where nothing knows of them.
     #[error(
         "{what} knows no contacts, but the model has some (between segments: {}, obstacles: {obstacles})",
@@ -84,7 +85,7 @@ pub(crate) fn without_contacts(model: &Model, what: &'static str) -> Result<(), 
 
 /// A model in motion.
 pub struct Simulation {
-    units: Vec<Unit>,
+    pieces: Vec<Piece>,
     params: StepParams,
     segments: usize,
     time: f64,
@@ -113,9 +114,10 @@ impl Simulation {
         guess: Option<GuessFactory<'_>>,
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
+        settings.step.validate()?;
         let touches = !model.contacts.is_empty();
         let grouping = settings.solver == SolverKind::Direct && !touches;
-        let mut units = Vec::new();
+        let mut pieces = Vec::new();
         let mut singles = Vec::new();
         for alike in split_alike(model) {
             let guess_of = |members: &Members| guess.and_then(|factory| factory(model, members, &alike.topology));
@@ -126,16 +128,16 @@ impl Simulation {
             }
             let Alike { topology, sets } = &alike;
             if grouping && alike.fill_lanes() && guesses.iter().all(Option::is_none) {
-                units.push(Unit::Group(Box::new(Group::new(model, state, topology, sets.clone()))));
+                pieces.push(Piece::Group(Box::new(Group::new(model, state, topology, sets.clone()))));
                 continue;
             }
             for (members, guess) in alike.sets.into_iter().zip(guesses) {
                 let component = Component::new(model, state, alike.topology.clone(), &[&members]);
                 let solver = settings.solver.build(model, &members, &alike.topology)?;
-                singles.push(Single::new(component, members, Line9::Solved { solver, guess }));
+                singles.push(ConnectedSet::new(component, members, Projector::Solve { solver, guess }));
             }
         }
-        Self::of(model, state, units, singles, settings.step)
+        Self::of(model, state, pieces, singles, settings.step)
     }
 
     /// A simulation whose constraint projections are predicted instead of solved: the paper's end-to-end comparison.
@@ -152,34 +154,35 @@ impl Simulation {
         projection: ProjectionFactory<'_>,
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
+        params.validate()?;
         let single = |(members, topology): (Members, Topology)| {
             let projection = projection(model, &members, &topology);
             let component = Component::new(model, state, Arc::new(topology), &[&members]);
             let predictor = Predictor::new(projection, component.poses.len());
-            Single::new(component, members, Line9::Predicted(predictor))
+            ConnectedSet::new(component, members, Projector::Predict(predictor))
         };
         let singles = split(model).into_iter().map(single).collect();
         let contact_projection = ContactProjection::Alternating;
         Self::of(model, state, Vec::new(), singles, StepParams { contact_projection, max_halvings: 0, ..*params })
     }
 
-    /// A simulation of these units and sets, which go in step where they can touch.
+    /// A simulation of these pieces and sets, which go in step where they can touch.
     fn of(
         model: &Model,
         state: &State,
-        mut units: Vec<Unit>,
-        singles: Vec<Single>,
+        mut pieces: Vec<Piece>,
+        singles: Vec<ConnectedSet>,
         params: StepParams,
     ) -> Result<Self, SimulationError> {
         params.contact.validate()?;
         if model.contacts.is_empty() {
-            units.extend(singles.into_iter().map(|single| Unit::Single(Box::new(single))));
+            pieces.extend(singles.into_iter().map(|set| Piece::Single(Box::new(set))));
         } else {
             let filter = PairFilter::new(model);
             refuse_overlaps(model, state, &filter, params.contact_tolerance)?;
-            units.push(Unit::Touching(Box::new(Touching::new(model, singles, filter, &params)?)));
+            pieces.push(Piece::Lockstep(Box::new(Lockstep::new(model, singles, filter, &params)?)));
         }
-        Ok(Self { units, params, segments: model.segments.len(), time: 0.0, time_lost: 0.0 })
+        Ok(Self { pieces, params, segments: model.segments.len(), time: 0.0, time_lost: 0.0 })
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
@@ -193,28 +196,28 @@ impl Simulation {
         }
         let params = self.params;
         let interval = Interval { time: self.time, dt };
-        if self.shares_units() {
-            self.units.par_iter_mut().for_each(|unit| unit.advance(interval, &params));
+        let advance = |piece: &mut Piece| piece.advance(interval, &params);
+        let status = if self.shares_pieces() {
+            self.pieces.par_iter_mut().map(advance).max()
         } else {
-            self.units.iter_mut().for_each(|unit| unit.advance(interval, &params));
-        }
+            self.pieces.iter_mut().map(advance).max()
+        };
         let (before, step) = (self.time, dt - self.time_lost);
         self.time += step;
         self.time_lost = (self.time - before) - step;
-        let status = self.units.iter().map(Unit::status).max().unwrap_or(Status::Converged);
-        Ok(StepReport { status })
+        Ok(StepReport { status: status.unwrap_or(Status::Converged) })
     }
 
-    /// Whether units are stepped side by side on several threads.
-    fn shares_units(&self) -> bool {
-        self.units.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+    /// Whether pieces are stepped side by side on several threads.
+    fn shares_pieces(&self) -> bool {
+        self.pieces.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
     }
 
     /// Threads that share a step: those of rayon's current pool where there is more than one piece to step and enough of
     /// it, else 1.
     pub fn threads(&self) -> usize {
-        let shares_sets = |unit: &Unit| matches!(unit, Unit::Touching(touching) if touching.is_parallel());
-        if self.shares_units() || self.units.iter().any(shares_sets) { rayon::current_num_threads() } else { 1 }
+        let shares_sets = |piece: &Piece| matches!(piece, Piece::Lockstep(sets) if sets.is_parallel());
+        if self.shares_pieces() || self.pieces.iter().any(shares_sets) { rayon::current_num_threads() } else { 1 }
     }
 
     /// Number of connected sets that move in the lanes of vector registers.
@@ -229,16 +232,16 @@ impl Simulation {
 
     /// Copies poses and velocities to `state`, which must be of the model's size.
     pub fn store(&self, state: &mut State) {
-        for unit in &self.units {
-            unit.store(state);
+        for piece in &self.pieces {
+            piece.store(state);
         }
     }
 
     /// Copies what each joint transmits at the end of the last step to `forces`, which must have an entry for each joint of
     /// the model.
     pub fn store_joint_forces(&self, forces: &mut [JointForce]) {
-        for unit in &self.units {
-            unit.store_joint_forces(forces);
+        for piece in &self.pieces {
+            piece.store_joint_forces(forces);
         }
     }
 
@@ -246,34 +249,27 @@ impl Simulation {
     /// guesses are not told. Fixed segments go on with theirs from where they are; those whose velocities are the same
     /// keep their motion to the last bit.
     pub fn set_velocities(&mut self, state: &State) {
-        for unit in &mut self.units {
-            unit.set_velocities(state, self.time);
+        for piece in &mut self.pieces {
+            piece.set_velocities(state, self.time);
         }
     }
 
     /// Counters summed over all connected sets.
     pub fn counters(&self) -> Counters {
         let mut sum = Counters::default();
-        for unit in &self.units {
-            sum += unit.counters();
+        for piece in &self.pieces {
+            sum += piece.counters();
         }
         sum
     }
 
     /// Number of connected sets of segments.
     pub fn components(&self) -> usize {
-        self.units.iter().map(Unit::lanes).sum()
+        self.pieces.iter().map(Piece::sets).sum()
     }
 
     /// The components that are stepped one by one, in order: what a guess or a linear solver worked on last.
     pub fn singles(&self) -> impl Iterator<Item = &Component<f64>> {
-        self.units.iter().flat_map(|unit| {
-            let (one, many) = match unit {
-                Unit::Single(single) => (Some(&single.component), [].as_slice()),
-                Unit::Touching(touching) => (None, touching.units.as_slice()),
-                Unit::Group(_) => (None, [].as_slice()),
-            };
-            one.into_iter().chain(many.iter().map(|single| &single.component))
-        })
+        self.pieces.iter().flat_map(Piece::singles).map(|set| &set.component)
     }
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use rod::{Model, State};
-use solver::component::{Component, Members, Pose};
+use solver::component::{BodyPose, Component, Members};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{Fischer, GuessKind, InitialGuess};
@@ -250,7 +250,7 @@ fn a_wild_start_of_a_step_gives_way_to_the_prediction() {
         fn start_step(
             &mut self,
             _: &Component<f64>,
-            poses: &mut [solver::component::Pose<f64>],
+            poses: &mut [solver::component::BodyPose<f64>],
             _: &mut [Spatial<f64>],
         ) -> bool {
             poses.iter_mut().enumerate().skip(1).for_each(|(i, pose)| pose.x.0[1] += (7.0 * i as f64).sin());
@@ -289,7 +289,7 @@ impl InitialGuess for Absurd {
         self.trust
     }
 
-    fn start_step(&mut self, _: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
+    fn start_step(&mut self, _: &Component<f64>, poses: &mut [BodyPose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
         lambda.fill(Spatial { linear: Vec3([self.multipliers; 3]), angular: Vec3([-self.multipliers; 3]) });
         for (k, pose) in poses.iter_mut().enumerate() {
             pose.x += Vec3([1e3 * k as f64, -1e5, 1e4]);

@@ -7,7 +7,7 @@ use std::ops::Range;
 use common::{GRAVITY, material};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{Assembly, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
-use solver::component::{Component, Members, Pose};
+use solver::component::{BodyPose, Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
 use solver::guess::{GuessKind, InitialGuess};
 use solver::kernel::Spatial;
@@ -138,7 +138,7 @@ impl InitialGuess for Meddler {
         true
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], _: &mut [Spatial<f64>]) -> bool {
+    fn start_step(&mut self, component: &Component<f64>, poses: &mut [BodyPose<f64>], _: &mut [Spatial<f64>]) -> bool {
         for (pose, is_fixed) in poses.iter_mut().zip(&component.system.topology.fixed) {
             if *is_fixed {
                 pose.x += Vec3([f64::NAN, 1.0, -1.0]);

@@ -88,7 +88,7 @@ impl<T: Real> Component<T> {
 
     /// Evaluates the drag for a step of `dt` [s] that begins at `time` [s]: before [`Component::predict`], which adds it.
     #[inline(always)]
-    pub fn evaluate_drag(&mut self, time: f64, dt: f64) {
+    pub(crate) fn evaluate_drag(&mut self, time: f64, dt: f64) {
         let Self { drag: Some(drag), bodies, poses, velocities, loads, scratch, gravity, .. } = self else { return };
         let Drag { air, bodies: exposed, impulses } = drag.as_mut();
         let wind = air.wind.at(time + dt);
@@ -161,4 +161,54 @@ fn wind_at<T: Real>(wind: &rod::WindNow<'_>, x: Vec3<T>) -> Vec3<T> {
         put(&mut velocity, lane, vec3(&wind.velocity(&get(x, lane))));
     }
     velocity
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::Vector3;
+    use rod::{Assembly, Material, RodSpec, Wind, shape};
+
+    use super::*;
+    use crate::component::split;
+
+    /// A segment along x that stands still in a wind, and feels no weight: its drag, with the mass that drag adds.
+    fn blown(wind: Vector3<f64>, dt: f64) -> (Component<f64>, f64, f64) {
+        let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 1000.0 };
+        let mut assembly = Assembly::new(Vector3::zeros());
+        assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 0.5, 1), 0.01, material));
+        let wind = Wind::new(wind, None, None);
+        assembly.air(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind });
+        let (model, state) = assembly.finish();
+        let (members, topology) = split(&model).swap_remove(0);
+        let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
+        component.evaluate_drag(0.0, dt);
+        let segment = &model.segments[0];
+        (component, segment.mass(), 1.2 * segment.radius * segment.length)
+    }
+
+    #[test]
+    fn a_short_step_feels_the_drag_of_the_square_law() {
+        let dt = 1e-9;
+        for (wind, coefficient) in [(Vector3::z() * 8.0, 1.1), (Vector3::x() * 8.0, 0.05)] {
+            let (component, mass, profile) = blown(wind, dt);
+            let drag = component.drag.as_ref().unwrap();
+            let expected = wind * (profile * coefficient * wind.norm() * dt / mass);
+            let found = drag.impulses[0].linear;
+            assert!((Vector3::from(found.0) - expected).norm() < 1e-6 * expected.norm(), "{found:?}, not {expected}");
+            assert!(drag.impulses[0].angular.norm_squared().sqrt() < 1e-20, "both halves feel the same wind");
+        }
+    }
+
+    #[test]
+    fn however_long_the_step_a_segment_is_never_blown_beyond_the_wind() {
+        for dt in [1e-3, 1.0, 1e3, 1e9] {
+            let (component, mass, _) = blown(Vector3::z() * 8.0, dt);
+            let speed = component.drag.as_ref().unwrap().impulses[0].linear.0[2];
+            // The slope of the square is twice its secant: at most half of the relative speed in a step.
+            assert!((0.0..=4.0 + 1e-9).contains(&speed), "{dt} s: {speed} m/s");
+            assert!(component.inertia(0)[0] <= 1.0 / mass);
+        }
+    }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::Model;
 
 use super::motion::Moved;
-use super::{BodyConstants, BodyLoad, Component, JointConstants, Members, Pose};
+use super::{BodyConstants, BodyLoad, BodyPose, Component, JointConstants, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
@@ -30,11 +30,11 @@ pub(crate) fn pick_spatial<T: Real>(x: &Spatial<T>, lane: usize) -> Spatial<f64>
     Spatial { linear: pick(x.linear, lane), angular: pick(x.angular, lane) }
 }
 
-pub(super) fn pick_pose<T: Real>(pose: &Pose<T>, lane: usize) -> Pose<f64> {
-    Pose { x: pick(pose.x, lane), q: Quat { v: pick(pose.q.v, lane), w: pose.q.w.lane(lane) } }
+pub(super) fn pick_pose<T: Real>(pose: &BodyPose<T>, lane: usize) -> BodyPose<f64> {
+    BodyPose { x: pick(pose.x, lane), q: Quat { v: pick(pose.q.v, lane), w: pose.q.w.lane(lane) } }
 }
 
-pub(super) fn copy_pose<T: Real, U: Real>(to: &mut Pose<T>, lane: usize, from: &Pose<U>, from_lane: usize) {
+pub(super) fn copy_pose<T: Real, U: Real>(to: &mut BodyPose<T>, lane: usize, from: &BodyPose<U>, from_lane: usize) {
     let from = pick_pose(from, from_lane);
     put(&mut to.x, lane, from.x.0);
     put(&mut to.q.v, lane, from.q.v.0);
@@ -141,7 +141,7 @@ impl<T: Real> Component<T> {
     }
 
     /// One lane as a component of its own.
-    pub fn extract_lane(&self, lane: usize) -> Component<f64> {
+    pub(crate) fn extract_lane(&self, lane: usize) -> Component<f64> {
         let mut out = Component {
             system: System::new(self.system.topology.clone()),
             poses: self.poses.iter().map(|pose| pick_pose(pose, lane)).collect(),
@@ -189,7 +189,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Puts poses and velocities of a component of its own back into its lane.
-    pub fn insert_lane(&mut self, lane: usize, from: &Component<f64>) {
+    pub(crate) fn insert_lane(&mut self, lane: usize, from: &Component<f64>) {
         for (pose, own) in self.poses.iter_mut().zip(&from.poses) {
             copy_pose(pose, lane, own, 0);
         }

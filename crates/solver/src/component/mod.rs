@@ -29,7 +29,7 @@ pub(crate) use split::{Alike, split_alike};
 
 /// Position and orientation of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose<T> {
+pub struct BodyPose<T> {
     /// Position x [m].
     pub x: Vec3<T>,
     /// Orientation q.
@@ -107,14 +107,14 @@ pub struct Component<T> {
     /// The linear system as of the last evaluation.
     pub system: System<T>,
     /// Current poses p^j, one a body.
-    pub poses: Vec<Pose<T>>,
+    pub poses: Vec<BodyPose<T>>,
     /// Poses p_t at the start of the step.
-    pub start: Vec<Pose<T>>,
+    pub start: Vec<BodyPose<T>>,
     /// Predicted poses p*.
-    pub predicted: Vec<Pose<T>>,
+    pub predicted: Vec<BodyPose<T>>,
     /// Velocities (v, w), one a body. w is `2 Im(q' conj(q)) / dt` of the last step (line 19 of Algorithm 1), of a fixed
     /// segment and where it was given since the true rate [rad/s].
-    pub velocities: Vec<Spatial<T>>,
+    pub(crate) velocities: Vec<Spatial<T>>,
     /// Multipliers lambda: stretch-shear in world axes [N s^2], bend-twist in the frame of body a [N m^2 s^2].
     pub lambda: Vec<Spatial<T>>,
     /// The linear solve's result, like `lambda`.
@@ -132,13 +132,13 @@ pub struct Component<T> {
     /// Per body: those that all updates of this step have added, with the current arms; empty like `pushes`.
     pub(crate) pushed: Vec<Spatial<T>>,
     /// Linear solves since the start, those of steps that were taken back included.
-    pub solves: u64,
+    pub(crate) solves: u64,
     /// Evaluations since the start, likewise.
-    pub evaluations: u64,
+    pub(crate) evaluations: u64,
     /// Not 0 where a segment spins by more than half a turn in this step, a lane each.
-    pub unsolved: T,
+    pub(crate) unsolved: T,
     /// Lanes that hold a set of their own; the others repeat the first.
-    pub used: usize,
+    pub(crate) used: usize,
     /// Per body: >= 0 where w was given since the last step, a lane each.
     given: Vec<T>,
     /// Whether any was.
@@ -169,7 +169,7 @@ impl<T: Real> Component<T> {
     pub fn new(model: &Model, state: &State, topology: Arc<Topology>, sets: &[&Members]) -> Self {
         let system = System::new(topology);
         let (bodies, joints) = (system.bodies.len(), system.joints.len());
-        let pose = Pose { x: Vec3::zero(), q: Quat::identity() };
+        let pose = BodyPose { x: Vec3::zero(), q: Quat::identity() };
         let zero = T::zero();
         let body = BodyConstants {
             inverse_mass: zero,
@@ -229,12 +229,12 @@ impl<T: Real> Component<T> {
     }
 
     /// Number of loads.
-    pub fn load_count(&self) -> usize {
+    pub(crate) fn load_count(&self) -> usize {
         self.loads.len()
     }
 
     /// Whether velocities are damped.
-    pub fn is_damped(&self) -> bool {
+    pub(crate) fn is_damped(&self) -> bool {
         self.damping != [0.0; 2]
     }
 

@@ -4,7 +4,7 @@
 //! step to step: each prediction places it anew, and no guess can move it.
 
 use super::lanes::{copy_pose, pick_pose};
-use super::{Component, Pose};
+use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Quat;
@@ -14,20 +14,20 @@ use crate::kernel::math::Quat;
 pub(super) struct Motion {
     /// Time t0 of the pose that it begins at [s].
     since: f64,
-    origin: Pose<f64>,
+    origin: BodyPose<f64>,
     /// v [m/s] and w [rad/s], in world axes.
     pub(super) velocity: Spatial<f64>,
 }
 
 impl Motion {
     /// The pose at `time` [s].
-    fn pose_at(&self, time: f64) -> Pose<f64> {
+    fn pose_at(&self, time: f64) -> BodyPose<f64> {
         let elapsed = time - self.since;
         let turn = self.velocity.angular * elapsed;
         let half = 0.5 * turn.norm_squared().sqrt();
         let share = if half > 0.0 { 0.5 * half.sin() / half } else { 0.5 };
         let turn = Quat { v: turn * share, w: half.cos() };
-        Pose { x: self.origin.x + self.velocity.linear * elapsed, q: turn * self.origin.q }
+        BodyPose { x: self.origin.x + self.velocity.linear * elapsed, q: turn * self.origin.q }
     }
 }
 
@@ -62,5 +62,29 @@ impl<T: Real> Component<T> {
         for Moved { lane, body, motion } in &self.moved {
             copy_pose(&mut self.predicted[*body], *lane, &motion.pose_at(time), 0);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::math::Vec3;
+
+    #[test]
+    fn a_motion_is_what_its_velocities_say_at_any_time() {
+        let q = nalgebra::UnitQuaternion::from_euler_angles(0.4, -1.0, 2.2);
+        let origin = BodyPose { x: Vec3([1.0, -2.0, 0.5]), q: Quat { v: Vec3([q.i, q.j, q.k]), w: q.w } };
+        let (v, w) = (Vec3([0.1, 0.2, -0.3]), nalgebra::Vector3::new(0.6, 0.5, 1.0));
+        let motion = Motion { since: 2.0, origin, velocity: Spatial { linear: v, angular: Vec3(w.into()) } };
+        for time in [2.0, 2.0 + 1e-12, 2.01, 7.0, 1e3] {
+            let pose = motion.pose_at(time);
+            let turned = nalgebra::UnitQuaternion::from_scaled_axis(w * (time - 2.0)) * q;
+            let apart =
+                [pose.q.v.0[0] - turned.i, pose.q.v.0[1] - turned.j, pose.q.v.0[2] - turned.k, pose.q.w - turned.w];
+            assert!(apart.iter().all(|x| x.abs() < 1e-12), "{time}: {apart:?}");
+            let shift = pose.x - origin.x - v * (time - 2.0);
+            assert!(shift.norm_squared().sqrt() < 1e-12 * time.max(1.0), "{time}: {shift:?}");
+        }
+        assert_eq!(motion.pose_at(2.0), origin);
     }
 }

@@ -1,6 +1,6 @@
 //! Prediction (lines 1 to 5 of Algorithm 1) and the free rotation of a segment.
 
-use super::{BodyConstants, Component, Pose};
+use super::{BodyConstants, BodyPose, Component};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -15,7 +15,7 @@ impl<T: Real> Component<T> {
     /// momentum, `(2 / dt)(s I u - u x I u)` of the step before. It keeps the angular momentum to rounding and gives
     /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
     /// which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
-    /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose tells it, and
+    /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose shows it, and
     /// the step is not converged. Fixed segments are placed where they are to be at `time + dt` [s].
     #[inline(always)]
     pub fn predict(&mut self, time: f64, dt: f64, formulation: Formulation) {
@@ -59,10 +59,10 @@ impl<T: Real> Component<T> {
                 m += drag.impulses[i].angular;
             }
             let (turn, solved) = free_turn(constants, m, w, half);
-            let told = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();
+            let within_half_a_turn = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();
             let not_solved = unsolved.max(free);
-            unsolved = solved.select(told.select(unsolved, not_solved), not_solved);
-            self.predicted[i] = Pose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
+            unsolved = solved.select(within_half_a_turn.select(unsolved, not_solved), not_solved);
+            self.predicted[i] = BodyPose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
         }
         self.unsolved = unsolved;
         if !self.moved.is_empty() {
@@ -136,4 +136,60 @@ fn free_turn<T: Real>(body: &BodyConstants<T>, m: Vec3<T>, w: Vec3<T>, half_dt: 
     let v = Vec3([pick(top.v.0[0], plain.v.0[0]), pick(top.v.0[1], plain.v.0[1]), pick(top.v.0[2], plain.v.0[2])]);
     let within_half_a_turn = T::splat(1.0 + 1e-9) - u.norm_squared();
     (Quat { v, w: pick(s, plain.w) }, solved.max(within_half_a_turn))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn top(transverse: f64, axial: f64) -> BodyConstants<f64> {
+        BodyConstants { inverse_mass: 1.0, transverse, axial, free: 1.0, length: 1.0 }
+    }
+
+    /// The solver's variable of a turn by `angle` about `axis` in a step of 2 s: its sine.
+    fn variable(axis: Vec3<f64>, angle: f64) -> Vec3<f64> {
+        axis * ((0.5 * angle).sin() / axis.norm_squared().sqrt())
+    }
+
+    #[test]
+    fn a_free_turn_has_the_momentum_that_it_was_made_of() {
+        // A needle, a ball and a disc; s I u + u x I u = (dt / 2) m.
+        for body in [top(1.0, 0.01), top(1.0, 1.0), top(1.0, 1.9)] {
+            for axis in [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 0.0, 1.0]), Vec3([0.3, -1.0, 0.5])] {
+                for angle in [0.0, 1e-8, 0.1, 0.7, 1.2] {
+                    let w = variable(axis, angle);
+                    let m = angular_momentum(&body, w, 1.0);
+                    let (turn, solved) = free_turn(&body, m, w, 1.0);
+                    assert!(solved >= 0.0, "{body:?} {axis:?} {angle}");
+                    let inertia =
+                        |u: Vec3<f64>| Vec3([u.0[0] * body.transverse, u.0[1] * body.transverse, u.0[2] * body.axial]);
+                    let found = inertia(turn.v) * turn.w + turn.v.cross(inertia(turn.v));
+                    assert!((found - m).norm_squared().sqrt() <= 1e-9, "{body:?} {axis:?} {angle}: {found:?} {m:?}");
+                    assert!((turn.v.norm_squared() + turn.w * turn.w - 1.0).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn about_a_main_axis_a_free_turn_goes_on_as_it_was() {
+        for body in [top(1.0, 0.01), top(1.0, 1.9)] {
+            for axis in [Vec3([0.6, 0.8, 0.0]), Vec3([0.0, 0.0, 1.0])] {
+                // Both sides of the right angle, where two turns have the same momentum.
+                for angle in [0.3, 1.5, 2.0, 2.8] {
+                    let w = variable(axis, angle);
+                    let (turn, _) = free_turn(&body, angular_momentum(&body, w, 1.0), w, 1.0);
+                    assert!((turn.v - w).norm_squared().sqrt() < 1e-9, "{body:?} {axis:?} {angle}: {turn:?}");
+                    assert!((turn.w - (0.5 * angle).cos()).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn more_than_half_a_turn_is_reported() {
+        let (body, w) = (top(1.0, 0.5), Vec3([0.0, 0.0, 1.1]));
+        let (_, solved) = free_turn(&body, angular_momentum(&body, w, 1.0), w, 1.0);
+        assert!(solved < 0.0);
+    }
 }

@@ -1,6 +1,6 @@
 //! What contacts do to a component: impulses on its bodies from outside of its own joints.
 
-use super::{Component, Pose};
+use super::{BodyPose, Component};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -50,8 +50,8 @@ impl<T: Real> Component<T> {
     pub(crate) fn push(&mut self) {
         for i in 0..self.segments {
             let correction = self.system.correction(i, self.pushes[i]);
-            let Pose { x, q } = self.poses[i];
-            self.poses[i] = Pose { x: x + correction.linear, q: q.turned(correction.angular) };
+            let BodyPose { x, q } = self.poses[i];
+            self.poses[i] = BodyPose { x: x + correction.linear, q: q.turned(correction.angular) };
         }
         self.pushes.fill(Spatial::zero());
     }

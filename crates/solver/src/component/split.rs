@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rod::{Body, Model};
 
 use super::Members;
-use crate::simulation::GROUP;
+use crate::limits::GROUP;
 use crate::topology::Topology;
 
 /// Fewer sets than this do not fill a register's lanes well enough.

@@ -42,7 +42,7 @@ impl<T: Real> Component<T> {
 
     /// Copies one lane's velocities from `state`; fixed segments move on with them from their poses at `time` [s]. Those
     /// that [`Component::store_state`] has just stored change nothing.
-    pub fn set_velocities(&mut self, state: &State, members: &Members, lane: usize, time: f64) {
+    pub(crate) fn set_velocities(&mut self, state: &State, members: &Members, lane: usize, time: f64) {
         for (k, &index) in members.segments.iter().enumerate() {
             let (v, w) = (Vec3(vec3(&state.velocities[index])), Vec3(vec3(&state.angular_velocities[index])));
             put(&mut self.velocities[k].linear, lane, v.0);
@@ -68,7 +68,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Copies what one lane's joints transmit at the end of its last step to `forces`; zero before the first.
-    pub fn store_joint_forces(&self, forces: &mut [JointForce], members: &Members, lane: usize) {
+    pub(crate) fn store_joint_forces(&self, forces: &mut [JointForce], members: &Members, lane: usize) {
         let dt = self.last_dt.lane(lane);
         let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
         for (k, &index) in members.joints.iter().enumerate() {
@@ -114,6 +114,30 @@ impl<T: Real> Component<T> {
             if active.lane(*lane) >= 0.0 {
                 copy_spatial(&mut self.velocities[*body], *lane, &motion.velocity, 0);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_and_their_variables_say_the_same() {
+        let axis = Vec3([0.48, -0.6, 0.64]);
+        let dt = 0.02;
+        assert_eq!(variable(Vec3::zero(), dt), Vec3::zero());
+        assert_eq!(rate(Vec3::zero(), dt), Vec3::zero());
+        for angle in [1e-12, 0.1, 1.0, 2.0, 3.1, 3.2, 20.0] {
+            let own = variable(axis * (angle / dt), dt);
+            let sine = 0.5 * dt * own.norm_squared().sqrt();
+            // Up to half a turn it is a sine; beyond it is more than any.
+            assert!(
+                if angle < std::f64::consts::PI { (sine - (0.5 * angle).sin()).abs() < 1e-15 } else { sine > 1.0 },
+                "{angle}: {sine}"
+            );
+            let back = rate(own, dt) - axis * (angle / dt);
+            assert!(back.norm_squared().sqrt() < 1e-13 * angle / dt, "{angle}: {back:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What follows a linear solve: multipliers, poses, velocities; and taking a step back.
 
 use super::lanes::{copy_pose, copy_spatial};
-use super::{Component, Pose};
+use super::{BodyPose, Component};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -50,7 +50,7 @@ impl<T: Real> Component<T> {
 
     /// [`Component::update`] with corrections `dp = M^-1 J^T dlambda` from elsewhere, one entry a body: those of fixed
     /// bodies are left out.
-    pub fn correct(&mut self, formulation: Formulation, dp: &[Spatial<T>]) {
+    pub(crate) fn correct(&mut self, formulation: Formulation, dp: &[Spatial<T>]) {
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
         for (lambda, &dlambda) in self.lambda.iter_mut().zip(&self.dlambda) {
             *lambda = lambda.plus(dlambda, T::splat(1.0));
@@ -66,7 +66,7 @@ impl<T: Real> Component<T> {
     /// Lines 16 to 19 of Algorithm 1: velocities from the poses, `v = (x' - x) / dt`, `w = 2 Im(q' conj(q)) / dt`, in
     /// the lanes where `active` >= 0.
     #[inline(always)]
-    pub fn update_velocities(&mut self, formulation: Formulation, active: T) {
+    pub(crate) fn update_velocities(&mut self, formulation: Formulation, active: T) {
         let rate = T::splat(1.0 / self.dt);
         let twice = T::splat(2.0 / self.dt);
         for i in 0..self.segments {
@@ -93,14 +93,14 @@ impl<T: Real> Component<T> {
     }
 
     /// Movement of a body since the start of the step: of its centre in segment lengths, and its turn [rad].
-    pub fn movement(&self, body: usize) -> Spatial<T> {
+    pub(crate) fn movement(&self, body: usize) -> Spatial<T> {
         let (pose, start) = (&self.poses[body], &self.start[body]);
         let turn = (pose.q * start.q.conj()).upper().v * T::splat(2.0);
         Spatial { linear: (pose.x - start.x) * (T::splat(1.0) / self.bodies[body].length), angular: turn }
     }
 
     /// Takes the step under way back in one lane.
-    pub fn roll_back_lane(&mut self, lane: usize) {
+    pub(crate) fn roll_back_lane(&mut self, lane: usize) {
         for (pose, start) in self.poses.iter_mut().zip(&self.start) {
             copy_pose(pose, lane, start, lane);
         }
@@ -112,11 +112,11 @@ impl<T: Real> Component<T> {
 
 /// A pose after a correction, in the lanes where `active` >= 0.
 #[inline(always)]
-fn moved<T: Real>(old: Pose<T>, correction: Spatial<T>, active: T) -> Pose<T> {
+fn moved<T: Real>(old: BodyPose<T>, correction: Spatial<T>, active: T) -> BodyPose<T> {
     let turned = old.q.turned(correction.angular);
     let new = Spatial { linear: old.x + correction.linear, angular: turned.v };
     let kept = select(active, new, Spatial { linear: old.x, angular: old.q.v });
-    Pose { x: kept.linear, q: Quat { v: kept.angular, w: active.select(turned.w, old.q.w) } }
+    BodyPose { x: kept.linear, q: Quat { v: kept.angular, w: active.select(turned.w, old.q.w) } }
 }
 
 /// `then` in the lanes where `condition` >= 0, else `otherwise`.

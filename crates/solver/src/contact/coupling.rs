@@ -3,11 +3,11 @@
 use super::TooManyContacts;
 use super::geometry::{Contact, Partner, Shape};
 use super::problem::{Pattern, Problem};
+use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::linear::response::{COLUMNS, Columns, Response};
-use crate::unit::Single;
 
 /// A contact's side: its component, body, arm and sign.
 #[derive(Clone, Copy)]
@@ -67,7 +67,7 @@ impl Coupling {
         &mut self,
         (contacts, active): (&[Contact], &[u32]),
         shapes: &[Shape],
-        components: &[Single],
+        components: &[ConnectedSet],
         responses: &mut [Response],
         problem: &mut Problem,
         most_blocks: usize,

@@ -8,8 +8,8 @@ use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
 use super::geometry::{Contact, Feature, Partner, Shape, World};
 use super::params::ContactParams;
+use crate::connected_set::ConnectedSet;
 use crate::kernel::math::Vec3;
-use crate::unit::Single;
 
 /// Finds the possible contacts of a step.
 pub(crate) struct Detector {
@@ -41,7 +41,7 @@ impl Detector {
     }
 
     /// Whether every segment is still within the box of the last search.
-    pub(crate) fn covers(&self, components: &[Single]) -> bool {
+    pub(crate) fn covers(&self, components: &[ConnectedSet]) -> bool {
         self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
             let component = &components[shape.component as usize].component;
             let ends = shape.place(&component.poses[shape.body as usize]);
@@ -51,7 +51,7 @@ impl Detector {
 
     /// Replaces `out` by the possible contacts on the ways of all segments from their start over the prediction to where
     /// they are, in the order of their keys.
-    pub(crate) fn detect(&mut self, components: &[Single], out: &mut Vec<Contact>) {
+    pub(crate) fn detect(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
         self.boxes.clear();
         for shape in &self.shapes {
             let component = &components[shape.component as usize].component;
@@ -77,7 +77,7 @@ impl Detector {
         out.sort_unstable_by_key(|contact| contact.key);
     }
 
-    fn add_pair(&self, a: u32, b: u32, components: &[Single], out: &mut Vec<Contact>) {
+    fn add_pair(&self, a: u32, b: u32, components: &[ConnectedSet], out: &mut Vec<Contact>) {
         let ends = |i: u32| {
             let shape = &self.shapes[i as usize];
             shape.place(&components[shape.component as usize].component.start[shape.body as usize])

@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 use rod::{Friction, Obstacle, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
-use crate::component::{Component, Pose};
+use crate::component::{BodyPose, Component};
+use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
-use crate::unit::Single;
 
 /// A segment that can touch something: where it is found, and its size.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ impl Shape {
     }
 
     /// Ends of the axis [m].
-    pub(crate) fn place(&self, pose: &Pose<f64>) -> [Vec3<f64>; 2] {
+    pub(crate) fn place(&self, pose: &BodyPose<f64>) -> [Vec3<f64>; 2] {
         let arm = pose.q.axis() * self.half;
         [pose.x - arm, pose.x + arm]
     }
@@ -125,8 +125,8 @@ pub(crate) enum Poses {
 
 /// A body as a contact sees it, at its start and now.
 struct Side {
-    start: Pose<f64>,
-    now: Pose<f64>,
+    start: BodyPose<f64>,
+    now: BodyPose<f64>,
     ends: [Vec3<f64>; 2],
     ends_before: [Vec3<f64>; 2],
     radius: f64,
@@ -140,7 +140,7 @@ impl Side {
     }
 
     fn fixed(ends: [Vec3<f64>; 2], radius: f64) -> Self {
-        let pose = Pose { x: ends[0], q: crate::kernel::math::Quat::identity() };
+        let pose = BodyPose { x: ends[0], q: crate::kernel::math::Quat::identity() };
         Self { start: pose, now: pose, ends, ends_before: ends, radius }
     }
 
@@ -182,7 +182,7 @@ impl Contact {
     }
 
     /// Evaluates the contact at the components' poses.
-    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[Single], poses: Poses) {
+    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[ConnectedSet], poses: Poses) {
         let (index, partner, feature) = self.key;
         let shape = &world.shapes[index as usize];
         let own = Side::of(shape, &components[shape.component as usize].component, poses);

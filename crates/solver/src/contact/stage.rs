@@ -10,6 +10,7 @@ use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::params::ContactParams;
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
+use crate::connected_set::ConnectedSet;
 use crate::counters::Counters;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
@@ -17,7 +18,6 @@ use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
 use crate::step::StepParams;
-use crate::unit::Single;
 
 /// All contacts of a simulation.
 pub(crate) struct Stage {
@@ -48,11 +48,11 @@ impl Stage {
         model: &Model,
         shapes: Vec<Shape>,
         filter: PairFilter,
-        components: &[Single],
+        components: &[ConnectedSet],
         params: &StepParams,
     ) -> Result<Self, SparseError> {
         let with_joints = params.contact_projection == ContactProjection::Coupled;
-        let response = |unit: &Single| Response::new(&unit.component.system, with_joints);
+        let response = |unit: &ConnectedSet| Response::new(&unit.component.system, with_joints);
         let responses = components.iter().map(response).collect::<Result<_, _>>()?;
         Ok(Self {
             detector: Detector::new(model, shapes, filter, params.contact),
@@ -71,7 +71,7 @@ impl Stage {
 
     /// Looks for the contacts of a step whose prediction is made. `presses`: whether those of the step before press from
     /// the start, as they do where the momentum residual corrects it.
-    pub(crate) fn begin(&mut self, components: &[Single], presses: bool, counters: &mut Counters) {
+    pub(crate) fn begin(&mut self, components: &[ConnectedSet], presses: bool, counters: &mut Counters) {
         self.detect(components, counters);
         let dt = components.first().map_or(0.0, |unit| unit.component.dt());
         let scale = if self.dt > 0.0 { (dt / self.dt).powi(2) } else { 0.0 };
@@ -118,7 +118,7 @@ impl Stage {
     }
 
     /// Keeps the corrections of the rods' own solution in `dlambda`, for [`Stage::is_far`] and [`Stage::solve`].
-    pub(crate) fn keep_corrections(&mut self, components: &[Single], formulation: Formulation) {
+    pub(crate) fn keep_corrections(&mut self, components: &[ConnectedSet], formulation: Formulation) {
         if self.contacts.is_empty() {
             return;
         }
@@ -128,7 +128,7 @@ impl Stage {
     }
 
     /// Writes the impulses with which contacts begin the step to the components' `pushes`.
-    pub(crate) fn press_as_before(&mut self, components: &mut [Single]) {
+    pub(crate) fn press_as_before(&mut self, components: &mut [ConnectedSet]) {
         let shapes = self.detector.world().shapes;
         self.active.clear();
         for component in components.iter_mut() {
@@ -144,7 +144,7 @@ impl Stage {
     }
 
     /// Finds the contacts; those that were found before keep their impulses.
-    fn detect(&mut self, components: &[Single], counters: &mut Counters) {
+    fn detect(&mut self, components: &[ConnectedSet], counters: &mut Counters) {
         self.remembered.clear();
         let keep = |c: &Contact| (c.key, c.local(c.impulse), c.impulse, c.target);
         self.remembered.extend(self.contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
@@ -160,7 +160,7 @@ impl Stage {
         counters.contact_candidates += self.contacts.len() as u64;
     }
 
-    fn evaluate(&mut self, components: &[Single], poses: Poses, counters: &mut Counters) {
+    fn evaluate(&mut self, components: &[ConnectedSet], poses: Poses, counters: &mut Counters) {
         let world = self.detector.world();
         for contact in &mut self.contacts {
             contact.evaluate(&world, components, poses);
@@ -169,7 +169,7 @@ impl Stage {
     }
 
     /// Raises the gap to keep of contacts that meet fast, so that they part again.
-    fn bounce(&mut self, components: &[Single]) {
+    fn bounce(&mut self, components: &[ConnectedSet]) {
         let world = self.detector.world();
         for contact in &mut self.contacts {
             let Surface { restitution, .. } = self.detector.surface(contact.key.1);
@@ -196,7 +196,7 @@ impl Stage {
     /// If so many contacts press that their matrix would have more blocks than [`ContactParams::most_blocks`].
     pub(crate) fn solve(
         &mut self,
-        components: &mut [Single],
+        components: &mut [ConnectedSet],
         formulation: Formulation,
         (worst, tolerance): (f64, f64),
         counters: &mut Counters,
@@ -262,7 +262,7 @@ impl Stage {
     /// is good enough.
     pub(crate) fn observe(
         &mut self,
-        components: &mut [Single],
+        components: &mut [ConnectedSet],
         formulation: Formulation,
         tolerance: f64,
         iteration: usize,
@@ -303,7 +303,7 @@ impl Stage {
     }
 
     /// Sums the impulses of the step in the components' `pushed`, with the current arms.
-    fn press(&self, components: &mut [Single]) {
+    fn press(&self, components: &mut [ConnectedSet]) {
         for component in components.iter_mut() {
             component.component.pushed.fill(Spatial::zero());
         }
@@ -342,7 +342,7 @@ impl Stage {
 fn push(
     contact: &Contact,
     shapes: &[Shape],
-    components: &mut [Single],
+    components: &mut [ConnectedSet],
     f: Vec3<f64>,
     target: fn(&mut Component<f64>) -> &mut Vec<Spatial<f64>>,
 ) {

@@ -1,15 +1,15 @@
 //! A start of a step where it saves outer iterations, and none where it does not.
 //!
-//! What the parabola through the last steps saves depends on the motion and on the tolerance: half of the iterations of a
-//! rod that swings, none of one that creeps to rest under damping, where it costs an evaluation a step. So the iterations
-//! of steps from both starts are averaged, the cheaper start is taken, and the other one has its turn now and then. Only
-//! solves and evaluations are counted, no time is measured: the same motion takes the same starts on every machine.
+//! What the parabola through the last steps saves depends on the motion and on the tolerance: many iterations of a rod that
+//! swings, none of one that creeps to rest under damping, where it costs an evaluation a step. So the iterations of steps
+//! from both starts are averaged, the cheaper start is taken, and the other one is tried now and then. Only solves and
+//! evaluations are counted, no time is measured: the same motion takes the same starts on every machine.
 //!
 //! Where contacts press, their impulses are part of the start, and steps from the prediction that looks through them are
 //! much dearer; those begin at the parabola always.
 
 use super::{InitialGuess, StepExtrapolation};
-use crate::component::{Component, Pose};
+use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
 
 /// What an evaluation of constraints and residuals costs, in outer iterations, of which it is a part. A start takes one
@@ -19,7 +19,7 @@ const EVALUATION: f64 = 0.35;
 const EXTRAPOLATION: f64 = 0.1;
 /// Weight of a step in the average of the start that is taken.
 const WEIGHT: f64 = 0.25;
-/// Weight of a step in the average of the other one, which has its turn so rarely.
+/// Weight of a step in the average of the other one, which is tried so rarely.
 const WEIGHT_OF_TURN: f64 = 0.75;
 /// One step of so many begins where steps were dearer on average.
 const TURN: u64 = 12;
@@ -73,7 +73,12 @@ impl InitialGuess for StepAdaptive {
         true
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
+    fn start_step(
+        &mut self,
+        component: &Component<f64>,
+        poses: &mut [BodyPose<f64>],
+        lambda: &mut [Spatial<f64>],
+    ) -> bool {
         let guesses = match self.guesses {
             Some(guesses) => guesses,
             None => self.guesses_after(self.steps()),

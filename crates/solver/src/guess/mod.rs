@@ -13,7 +13,7 @@ mod history;
 mod kind;
 mod step;
 
-use crate::component::{Component, Pose};
+use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::system::System;
 
@@ -56,7 +56,12 @@ pub trait InitialGuess: Send {
     /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did. The component's poses
     /// are p*, and its system is evaluated there; its own predicted poses are lent to `poses` meanwhile. What it says of
     /// fixed bodies is not used.
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
+    fn start_step(
+        &mut self,
+        component: &Component<f64>,
+        poses: &mut [BodyPose<f64>],
+        lambda: &mut [Spatial<f64>],
+    ) -> bool {
         let _ = (component, poses, lambda);
         false
     }

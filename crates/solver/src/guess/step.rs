@@ -9,7 +9,7 @@
 
 use super::InitialGuess;
 use super::history::Ring;
-use crate::component::{Component, Pose};
+use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 
@@ -51,7 +51,12 @@ impl InitialGuess for StepExtrapolation {
         true
     }
 
-    fn start_step(&mut self, component: &Component<f64>, poses: &mut [Pose<f64>], lambda: &mut [Spatial<f64>]) -> bool {
+    fn start_step(
+        &mut self,
+        component: &Component<f64>,
+        poses: &mut [BodyPose<f64>],
+        lambda: &mut [Spatial<f64>],
+    ) -> bool {
         let Self { order, ring, values, steps, attempts } = self;
         *attempts += 1;
         if *attempts > 1 {
@@ -73,7 +78,7 @@ impl InitialGuess for StepExtrapolation {
                 let (corrections, multipliers) = values.split_at(poses.len());
                 for (pose, correction) in poses.iter_mut().zip(corrections) {
                     let x = pose.x + pose.q.rotate(correction.linear);
-                    *pose = Pose { x, q: pose.q.turned(pose.q.rotate(correction.angular)) };
+                    *pose = BodyPose { x, q: pose.q.turned(pose.q.rotate(correction.angular)) };
                 }
                 for ((own, x), ends) in lambda.iter_mut().zip(multipliers).zip(&component.system.topology.joints) {
                     *own = Spatial { linear: poses[ends[0] as usize].q.rotate(x.linear), angular: x.angular };

@@ -1,6 +1,6 @@
 //! Arithmetic that runs on one rod or on several at once.
 
-pub mod block;
+pub(crate) mod block;
 pub mod dispatch;
 pub mod lane;
 pub mod math;

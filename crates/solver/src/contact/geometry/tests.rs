@@ -8,15 +8,15 @@ use super::*;
 use crate::kernel::math::Quat;
 
 /// A pose whose axis points along `direction`, rolled about it by `roll` [rad].
-fn pose(centre: Vector3<f64>, direction: Vector3<f64>, roll: f64) -> Pose<f64> {
+fn pose(centre: Vector3<f64>, direction: Vector3<f64>, roll: f64) -> BodyPose<f64> {
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), &direction)
         .unwrap_or(UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
     let q = turn * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll);
-    Pose { x: to_kernel(&centre), q: Quat { v: to_kernel(&q.imag()), w: q.w } }
+    BodyPose { x: to_kernel(&centre), q: Quat { v: to_kernel(&q.imag()), w: q.w } }
 }
 
 /// A body that moves from `start` to `now`.
-fn moving(start: Pose<f64>, now: Pose<f64>, half: f64, radius: f64) -> Side {
+fn moving(start: BodyPose<f64>, now: BodyPose<f64>, half: f64, radius: f64) -> Side {
     let shape = Shape { component: 0, body: 0, half, radius, free: true, ends: [true; 2] };
     Side { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius }
 }

@@ -1,0 +1,258 @@
+//! One attempt at a step: Algorithm 1 (paper, section 3) for one connected set of segments, or for several in lanes.
+
+use crate::component::{Component, Residuals};
+use crate::counters::{Counters, Stopwatch};
+use crate::formulation::Formulation;
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
+use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
+use crate::start::{Start, StepGuess};
+use crate::step::{Interval, Status, StepParams};
+
+/// A step converges where an iteration leaves less than this of the residual.
+const CONVERGING: f64 = 0.9;
+
+/// Result of an attempt at a step, a lane each.
+#[derive(Clone, Copy, Debug)]
+pub struct Attempt<T> {
+    /// Residuals at the end.
+    pub residuals: Residuals<T>,
+    /// The residual to reach.
+    pub target: T,
+    /// Not 0 where a segment spins by more than half a turn in the step.
+    pub unsolved: T,
+    /// What became of a guess for the step's start.
+    pub start: Start,
+}
+
+impl<T: Real> Attempt<T> {
+    /// How a lane ended.
+    pub fn status(&self, lane: usize) -> Status {
+        if !self.residuals.check.lane(lane).is_finite() {
+            Status::NonFinite
+        } else if self.residuals.worst().lane(lane) <= self.target.lane(lane) && self.unsolved.lane(lane) == 0.0 {
+            Status::Converged
+        } else {
+            Status::OutOfIterations
+        }
+    }
+}
+
+/// Attempts one step over `interval`. Velocities are left to the caller, who accepts the step or takes it back.
+pub fn attempt<T: Real>(
+    component: &mut Component<T>,
+    interval: Interval,
+    params: &StepParams,
+    solver: &mut dyn LinearSolver<T>,
+    guess: &mut dyn StepGuess<T>,
+    counters: &mut Counters,
+) -> Attempt<T> {
+    let mut attempt = begin(component, interval, params, guess, counters);
+    let mut before = attempt.residuals.worst();
+    for iteration in 0..params.max_iterations.saturating_mul(2) {
+        let now = attempt.residuals.worst();
+        // A lane goes on while its residual is above the target, beyond the cap as long as it converges and would be done
+        // again in halves. It stops for good when it is not finite.
+        let mut active = T::splat(-1.0);
+        let mut lanes = 0;
+        for lane in 0..component.used {
+            let is_due = now.lane(lane) > attempt.target.lane(lane)
+                && may_go_on(iteration, now.lane(lane), before.lane(lane), params);
+            if is_due && attempt.residuals.check.lane(lane).is_finite() {
+                active.set_lane(lane, 1.0);
+                lanes += 1;
+            }
+        }
+        if lanes == 0 {
+            break;
+        }
+        before = now;
+        solve(component, iteration, lanes, solver, guess, counters);
+        update(component, params.formulation, active, counters);
+        let mut watch = Stopwatch::start();
+        attempt.residuals = evaluate(component, params.formulation, counters);
+        watch.mark(&mut counters.times.assemble);
+    }
+    attempt
+}
+
+/// Whether an iteration may follow: up to the cap, and beyond it while it converges and would be done again in halves.
+pub(crate) fn may_go_on(iteration: usize, now: f64, before: f64, params: &StepParams) -> bool {
+    iteration < params.max_iterations
+        || (iteration < params.max_iterations.saturating_mul(2) && params.max_halvings > 0 && now < CONVERGING * before)
+}
+
+/// Lines 1 to 5 of Algorithm 1, the guess for the step's start if there is one, and the first evaluation.
+pub(crate) fn begin<T: Real>(
+    component: &mut Component<T>,
+    interval: Interval,
+    params: &StepParams,
+    guess: &mut dyn StepGuess<T>,
+    counters: &mut Counters,
+) -> Attempt<T> {
+    let formulation = params.formulation;
+    let mut watch = Stopwatch::start();
+    predict(component, interval, formulation, &mut watch, counters);
+    let mut residuals = evaluate(component, formulation, counters);
+    watch.mark(&mut counters.times.assemble);
+    let target = target(&residuals, params);
+    let mut start = Start::Prediction;
+    if guess.start_step(component, counters) {
+        start = Start::Guess;
+        watch.mark(&mut counters.times.guess);
+        component.expect_multipliers();
+        let predicted = residuals.worst().lane(0);
+        residuals = evaluate(component, formulation, counters);
+        let started = residuals.worst().lane(0);
+        if started > predicted * guess.trust() || started.is_nan() {
+            // Further from the solution than the prediction, as it seems: the bodies go back to it. The multipliers stay;
+            // with a momentum residual they matter to the next poses through the geometric stiffness alone.
+            start = Start::Multipliers;
+            component.poses.copy_from_slice(&component.predicted);
+            residuals = evaluate(component, formulation, counters);
+            counters.guesses_dropped += 1;
+        }
+        watch.mark(&mut counters.times.assemble);
+    }
+    counters.load_evaluations += component.load_count() as u64;
+    if component.is_damped() {
+        counters.damping_evaluations += (component.segments() * component.used) as u64;
+    }
+    Attempt { residuals, target, unsolved: component.unsolved, start }
+}
+
+/// The linear solve of an outer iteration (line 9 of Algorithm 1) for so many `lanes`, from the guess's start if it has one.
+pub(crate) fn solve<T: Real>(
+    component: &mut Component<T>,
+    iteration: usize,
+    lanes: u64,
+    solver: &mut dyn LinearSolver<T>,
+    guess: &mut dyn StepGuess<T>,
+    counters: &mut Counters,
+) {
+    let mut watch = Stopwatch::start();
+    let has_start = solver.uses_start() && guess.start_solve(component, iteration, counters);
+    if guess.exists() {
+        watch.mark(&mut counters.times.guess);
+    }
+    let info = solver.solve(&component.system, has_start, &mut component.dlambda);
+    watch.mark(&mut counters.times.solve);
+    if guess.exists() {
+        guess.observe_solve(component, iteration);
+        watch.mark(&mut counters.times.guess);
+    }
+    if has_start {
+        counters.guesses_used += u64::from(!info.start_dropped);
+        counters.guesses_dropped += u64::from(info.start_dropped);
+    }
+    component.solves += 1;
+    counters.iterations += lanes;
+    counters.segment_iterations += lanes * component.segments() as u64;
+    count_solve(component, &info, lanes, solver.uses_start(), counters);
+}
+
+/// Lines 10 and 11 of Algorithm 1, in the lanes where `active` >= 0.
+pub(crate) fn update<T: Real>(
+    component: &mut Component<T>,
+    formulation: Formulation,
+    active: T,
+    counters: &mut Counters,
+) {
+    let mut watch = Stopwatch::start();
+    vectorized(
+        #[inline(always)]
+        || component.update(formulation, active),
+    );
+    watch.mark(&mut counters.times.update);
+}
+
+/// Drag, where there is air, and the prediction.
+pub(crate) fn predict<T: Real>(
+    component: &mut Component<T>,
+    Interval { time, dt }: Interval,
+    formulation: Formulation,
+    watch: &mut Stopwatch,
+    counters: &mut Counters,
+) {
+    if component.has_air() {
+        vectorized(
+            #[inline(always)]
+            || component.evaluate_drag(time, dt),
+        );
+        counters.drag_evaluations += (component.segments() * component.used) as u64;
+        watch.mark(&mut counters.times.drag);
+    }
+    vectorized(
+        #[inline(always)]
+        || component.predict(time, dt, formulation),
+    );
+    watch.mark(&mut counters.times.predict);
+}
+
+/// The residual to reach, from the prediction's.
+pub(crate) fn target<T: Real>(predicted: &Residuals<T>, params: &StepParams) -> T {
+    let (reference, one) = (predicted.worst(), T::splat(1.0));
+    let reference = (one - reference).select(reference, one);
+    (reference * T::splat(params.relative_tolerance)).max(T::splat(params.absolute_tolerance))
+}
+
+/// Constraints, residuals and the linear system at the component's poses and multipliers.
+pub(crate) fn evaluate<T: Real>(
+    component: &mut Component<T>,
+    formulation: Formulation,
+    counters: &mut Counters,
+) -> Residuals<T> {
+    component.evaluations += 1;
+    let segments = (component.segments() * component.used) as u64;
+    counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
+    counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };
+    vectorized(
+        #[inline(always)]
+        || component.evaluate(formulation),
+    )
+}
+
+pub(crate) fn count_solve<T: Real>(
+    component: &Component<T>,
+    info: &LinearInfo,
+    lanes: u64,
+    iterative: bool,
+    counters: &mut Counters,
+) {
+    counters.linear_iterations += info.iterations;
+    counters.linear_failures += u64::from(info.status != LinearStatus::Solved);
+    if !iterative {
+        counters.branch_eliminations += lanes * component.system.topology.branches as u64;
+    }
+}
+
+/// Velocities of a step that is accepted, in the lanes where `active` >= 0.
+pub(crate) fn finish<T: Real>(
+    component: &mut Component<T>,
+    formulation: Formulation,
+    active: T,
+    counters: &mut Counters,
+) {
+    let mut watch = Stopwatch::start();
+    vectorized(
+        #[inline(always)]
+        || component.update_velocities(formulation, active),
+    );
+    watch.mark(&mut counters.times.predict);
+}
+
+/// Counts an attempt that no other follows, in one lane.
+pub(crate) fn count_step<T: Real>(result: &Attempt<T>, lane: usize, counters: &mut Counters) {
+    counters.steps += 1;
+    counters.guesses_used += u64::from(result.start == Start::Guess);
+    match result.status(lane) {
+        Status::NonFinite => counters.non_finite += 1,
+        status => {
+            counters.not_converged += u64::from(status == Status::OutOfIterations);
+            let residuals = &result.residuals;
+            counters.worst_stretch = counters.worst_stretch.max(residuals.stretch.lane(lane));
+            counters.worst_bend = counters.worst_bend.max(residuals.bend.lane(lane));
+            counters.worst_momentum = counters.worst_momentum.max(residuals.momentum.lane(lane));
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! One connected set of segments with what projects its constraints.
+
+use rod::State;
+
+use crate::attempt::{Attempt, attempt, count_step, finish};
+use crate::component::{Component, Members, Residuals};
+use crate::counters::{Counters, Stopwatch};
+use crate::guess::InitialGuess;
+use crate::linear::LinearSolver;
+use crate::projection::Predictor;
+use crate::retry::{self, Steps};
+use crate::start::{NoGuess, Start};
+use crate::step::{Interval, Status, StepParams};
+
+/// What projects the constraints in an outer iteration (line 9 of Algorithm 1).
+pub(crate) enum Projector {
+    /// A linear solve, from a start or from zero.
+    Solve { solver: Box<dyn LinearSolver>, guess: Option<Box<dyn InitialGuess>> },
+    /// A prediction in its place.
+    Predict(Predictor),
+}
+
+/// One connected set of segments.
+pub(crate) struct ConnectedSet {
+    pub(crate) component: Component<f64>,
+    pub(crate) members: Members,
+    pub(crate) projector: Projector,
+    pub(crate) counters: Counters,
+    /// The last attempt at a step.
+    pub(crate) attempt: Attempt<f64>,
+    /// Whether contacts pushed it in the last outer iteration, so that it takes part in the next.
+    pub(crate) takes_part: bool,
+}
+
+impl ConnectedSet {
+    pub(crate) fn new(component: Component<f64>, members: Members, projector: Projector) -> Self {
+        let residuals = Residuals { stretch: 0.0, bend: 0.0, momentum: 0.0, check: 0.0 };
+        let attempt = Attempt { residuals, target: 0.0, unsolved: 0.0, start: Start::Prediction };
+        Self { component, members, projector, counters: Counters::default(), attempt, takes_part: true }
+    }
+
+    /// Advances over `interval`, on its own.
+    pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
+        let status = retry::advance(self, interval, 0, params);
+        self.observe_step();
+        status
+    }
+
+    /// Shows the guess the end of a step.
+    pub(crate) fn observe_step(&mut self) {
+        if let Projector::Solve { guess: Some(guess), .. } = &mut self.projector {
+            let mut watch = Stopwatch::start();
+            guess.observe_step(&self.component);
+            watch.mark(&mut self.counters.times.guess);
+        }
+    }
+
+    /// Whether the last attempt began at a guess.
+    pub(crate) fn is_guessed(&self) -> bool {
+        self.attempt.start != Start::Prediction
+    }
+
+    /// Counts a guess that the last attempt began at as dropped.
+    pub(crate) fn count_dropped(&mut self) {
+        self.counters.guesses_dropped += u64::from(self.attempt.start == Start::Guess);
+    }
+
+    pub(crate) fn store(&self, state: &mut State) {
+        self.component.store_state(state, &self.members, 0);
+    }
+
+    pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
+        self.component.set_velocities(state, &self.members, 0, time);
+    }
+}
+
+impl Steps for ConnectedSet {
+    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
+        let Self { component, projector, counters, .. } = self;
+        self.attempt = match projector {
+            Projector::Solve { solver, guess: Some(guess) } if guessing => {
+                attempt(component, interval, params, solver.as_mut(), guess, counters)
+            }
+            Projector::Solve { solver, .. } => {
+                attempt(component, interval, params, solver.as_mut(), &mut NoGuess, counters)
+            }
+            Projector::Predict(predictor) => predictor.attempt(component, interval, params, counters),
+        };
+        self.attempt.status(0)
+    }
+
+    fn is_guessed(&self) -> bool {
+        self.is_guessed()
+    }
+
+    fn roll_back(&mut self) {
+        self.component.roll_back();
+    }
+
+    fn accept(&mut self, status: Status, params: &StepParams) {
+        count_step(&self.attempt, 0, &mut self.counters);
+        if status.is_stuck() {
+            self.component.roll_back();
+        } else {
+            finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
+        }
+    }
+
+    fn counters_mut(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+
+    fn count_dropped(&mut self) {
+        self.count_dropped();
+    }
+}

@@ -1,0 +1,76 @@
+//! What a simulation steps as one piece, needing no other: a connected set, alike ones in lanes, or all that can touch.
+
+use rod::{JointForce, State};
+
+use crate::connected_set::ConnectedSet;
+use crate::counters::Counters;
+use crate::group::Group;
+use crate::lockstep::Lockstep;
+use crate::step::{Interval, Status, StepParams};
+
+/// A piece of the simulation.
+pub(crate) enum Piece {
+    Single(Box<ConnectedSet>),
+    Group(Box<Group>),
+    Lockstep(Box<Lockstep>),
+}
+
+impl Piece {
+    pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
+        match self {
+            Piece::Single(set) => set.advance(interval, params),
+            Piece::Group(group) => group.advance(interval, params),
+            Piece::Lockstep(sets) => sets.advance(interval, params),
+        }
+    }
+
+    /// The connected sets that are stepped one by one.
+    pub(crate) fn singles(&self) -> &[ConnectedSet] {
+        match self {
+            Piece::Single(set) => std::slice::from_ref(set),
+            Piece::Group(_) => &[],
+            Piece::Lockstep(sets) => &sets.sets,
+        }
+    }
+
+    pub(crate) fn store(&self, state: &mut State) {
+        match self {
+            Piece::Group(group) => group.store(state),
+            piece => piece.singles().iter().for_each(|set| set.store(state)),
+        }
+    }
+
+    pub(crate) fn store_joint_forces(&self, forces: &mut [JointForce]) {
+        match self {
+            Piece::Group(group) => group.store_joint_forces(forces),
+            piece => {
+                piece.singles().iter().for_each(|set| set.component.store_joint_forces(forces, &set.members, 0));
+            }
+        }
+    }
+
+    /// Takes the velocities of `state` at `time` [s].
+    pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
+        match self {
+            Piece::Single(set) => set.set_velocities(state, time),
+            Piece::Group(group) => group.set_velocities(state, time),
+            Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.set_velocities(state, time)),
+        }
+    }
+
+    pub(crate) fn counters(&self) -> Counters {
+        match self {
+            Piece::Single(set) => set.counters,
+            Piece::Group(group) => group.counters,
+            Piece::Lockstep(sets) => sets.counters(),
+        }
+    }
+
+    /// Number of connected sets.
+    pub(crate) fn sets(&self) -> usize {
+        match self {
+            Piece::Group(group) => group.lanes(),
+            piece => piece.singles().len(),
+        }
+    }
+}
