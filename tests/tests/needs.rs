@@ -67,7 +67,7 @@ fn needs_are_data() {
     assert!((read.median_us.total / needs.median_us.total - 1.0).abs() < 1e-12);
     assert_eq!(Needs { median_us: needs.median_us, ..read }, needs);
     assert!(needs.reason.starts_with("solver direct: "));
-    assert_eq!((needs.segments, needs.joints, needs.sets, needs.threads), (30, scene.model.joints.len(), 1, 1));
+    assert_eq!((needs.segments, needs.sets, needs.threads), (30, 1, 1));
     let mut stopped = 0;
     let step = StepParams::default();
     let some = measure(&scene.model, &scene.state, (0.02, 9), &step, |done| {

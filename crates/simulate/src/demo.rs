@@ -3,10 +3,10 @@
 use anyhow::Result;
 use catalogue::{Guess, GuessName, LearnedName, Recipe, Training};
 use clap::Parser;
+use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Cost, Entry, EntryRun};
 use evaluation::guesses::Spread;
 use graph::planar_normal;
-use report::{Column, Conditions, Table};
 use solver::guess::GuessKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings};
@@ -67,7 +67,7 @@ pub(crate) fn demo() -> Result<Outcome> {
     if compared.steps < scene.run.steps {
         say!("Stopped after {} of {} steps: what follows is of these alone.", compared.steps, scene.run.steps)?;
     }
-    say!("{}", table(&compared.rows).text())?;
+    say!("{}", table(&compared.rows))?;
     say!("{}", verdict(&compared.rows))?;
     Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
@@ -83,22 +83,20 @@ fn linear(run: &EntryRun) -> f64 {
 }
 
 fn table(runs: &[EntryRun]) -> Table {
-    let row = |run: &EntryRun| {
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::NOTHING);
+    table.set_header(["way", "outer", "cg", "guess", "assemble", "solve", "total", "error", "status"]);
+    for run in runs {
         let us = &run.median_us;
         let times = [us.guess, us.assemble, us.solve, us.total].map(|us| format!("{us:.1}"));
         let counts = [median(run, |step| step.iterations as f64), linear(run)].map(|count| format!("{count:.0}"));
         let cells = std::iter::once(run.name.clone()).chain(counts).chain(times);
-        cells.chain([format!("{:.1e}", run.error), run.status.to_owned()]).map(Into::into).collect()
-    };
-    let numbers = ["outer", "cg", "guess", "assemble", "solve", "total", "error"].map(Column::number);
-    Table {
-        id: "demonstration".to_owned(),
-        title: "The same motion in other ways".to_owned(),
-        caption: String::new(),
-        columns: std::iter::once(Column::text("way")).chain(numbers).chain([Column::text("status")]).collect(),
-        rows: runs.iter().map(row).collect(),
-        conditions: Conditions::new("times", "median of a step [us]"),
+        table.add_row(cells.chain([format!("{:.1e}", run.error), run.status.to_owned()]));
     }
+    for column in table.column_iter_mut().skip(1).take(7) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
 }
 
 /// Who is fastest, and what the network's start is worth, in words.
