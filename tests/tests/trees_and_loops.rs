@@ -118,7 +118,7 @@ fn the_tree_solver_solves_what_the_sparse_one_does() {
         let (members, topology) = split(&model).remove(0);
         let topology = std::sync::Arc::new(topology);
         let mut component = Component::new(&model, &state, topology.clone(), &[&members]);
-        component.predict(dt, formulation);
+        component.predict(0.0, dt, formulation);
         component.evaluate(formulation);
         let [mut tree, mut sparse] = [SolverKind::Direct, SolverKind::Sparse].map(|kind| {
             let mut solver: Box<dyn LinearSolver> = kind.build(&model, &members, &topology).unwrap();
