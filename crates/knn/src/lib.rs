@@ -12,9 +12,9 @@
 //! - *How many points*: all of them would make 3.3 million for the paper's rods; every [`Params::every`]-th sample is
 //!   taken.
 //!
-//! Features and targets come from the crates `graph` and `dataset`. The search is exact (`tree`); the nearest of 100,000
-//! points are found in about 20 us for rods and 80 us for helices, and each edge takes two searches: far more than the
-//! direct solve of all of it. The example `speed` measures this, and the iterations that the guess saves.
+//! Features and targets come from the crates `graph` and `dataset`. The search is exact (`tree`), and each edge
+//! takes two of them, which is far more than the direct solve of all edges takes. The example `speed` measures this, and the
+//! iterations that the guess saves (`cargo run -p knn --example speed`).
 
 mod tree;
 

@@ -77,7 +77,9 @@ pub mod simulation {
     pub use solver::counters::{Counters, StageTimes};
     pub use solver::formulation::{ContactProjection, Formulation};
     pub use solver::linear::solvers::SolverKind;
-    pub use solver::simulation::{Settings, Simulation, SimulationError, StepReport};
+    pub use solver::simulation::{
+        ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError, StepReport,
+    };
     pub use solver::step::{Status, StepParams};
 }
 

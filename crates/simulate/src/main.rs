@@ -38,8 +38,8 @@ const MEASURING: [&str; 4] = ["compare", "guesses", "steps", "stress"];
 enum Outcome {
     Done,
     Interrupted,
-    /// Numbers were not finite: where.
-    NotFinite(String),
+    /// The segments could not be moved any further: where and why.
+    Stuck(String),
     /// No equilibrium was found.
     NotConverged,
 }
@@ -77,8 +77,8 @@ fn main() -> ExitCode {
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(terminal::INTERRUPTED),
-        Ok(Outcome::NotFinite(place)) => {
-            terminal::complain(format_args!("numbers are not finite: {place}"));
+        Ok(Outcome::Stuck(why)) => {
+            terminal::complain(format_args!("{why}"));
             ExitCode::from(FAILED)
         }
         Ok(Outcome::NotConverged) => ExitCode::from(FAILED),

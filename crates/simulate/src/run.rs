@@ -105,8 +105,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     }
     written?;
     Ok(match (course.interrupted, course.status) {
-        (_, Status::NonFinite) => Outcome::NotFinite(format!(
-            "{} stopped after step {}, with the last finite state; a smaller --dt may help",
+        (_, Status::NonFinite) => Outcome::Stuck(format!(
+            "numbers are not finite: {} stopped after step {}, with the last finite state; a smaller --dt may help",
+            scene.name, course.steps
+        )),
+        (_, Status::TooManyContacts) => Outcome::Stuck(format!(
+            "more contacts press at once than memory is allowed for: {} stopped before step {}",
             scene.name, course.steps
         )),
         (true, _) => Outcome::Interrupted,
@@ -174,7 +178,7 @@ fn go(
         status = status.max(simulation.step(scene.run.dt)?.status);
         wall += begin.elapsed();
         steps += 1;
-        last = !progress.advance() || steps == scene.run.steps || status == Status::NonFinite;
+        last = !progress.advance() || steps == scene.run.steps || status.is_stuck();
         let measure = last || measured.wants(steps);
         if !measure && keep.is_none() {
             continue;

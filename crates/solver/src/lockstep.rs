@@ -263,7 +263,8 @@ impl Steps for Lockstep {
                 ContactProjection::Alternating => self.alternate(iteration, contact, params),
             };
             if solved == Err(TooManyContacts) {
-                return Status::TooManyContacts;
+                // Where errors have grown, bodies are piled up that no solution brings together: a shorter step helps.
+                return if now > best { Status::OutOfIterations } else { Status::TooManyContacts };
             }
             contact = self.observe(params, iteration);
             self.each(|set| {

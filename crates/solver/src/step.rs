@@ -131,7 +131,7 @@ impl Status {
     }
 
     /// Whether segments were left where they were.
-    pub(crate) fn is_stuck(self) -> bool {
+    pub fn is_stuck(self) -> bool {
         matches!(self, Status::TooManyContacts | Status::NonFinite)
     }
 

@@ -1,4 +1,4 @@
-//! The stability table: stiff, slack, tiny, huge and degenerate cases, each with an honest status.
+//! The stability table: stiff, slack, tiny, huge and degenerate cases, each with its status.
 
 mod cases;
 mod contact;

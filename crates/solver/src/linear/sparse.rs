@@ -152,7 +152,7 @@ impl SparseCholesky {
         let values = vec![0.0; rows.len()];
         let pattern = SymbolicSparseColMat::new_checked(blocks * B, blocks * B, col_ptr, None, rows);
 
-        // Supernodal with faer's own relaxation: on rings 1.5 times and on nets 4 times as fast as the simplicial form.
+        // Supernodal with faer's own relaxation, which is faster on rings and nets than the simplicial form.
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
