@@ -7,9 +7,8 @@
 //! |---|---|
 //! | figure on performance over N | [`performance`] |
 //! | figure on temporal evolution | [`temporal`] |
-//! | figure on long-term stability | [`stability`] |
 //! | sections on collisions and complex scenarios (trees), knot | [`speedup`] |
-//! | supplement: dynamic results (a) to (g), knot, comparisons, NRMSE | [`motions`] |
+//! | figure on long-term stability; supplement: dynamic results (a) to (g), knot, comparisons, NRMSE | [`motions`] |
 //!
 //! What the paper does not ask is when training has paid for itself: [`break_even`].
 //!
@@ -24,10 +23,7 @@ pub mod break_even;
 pub mod motions;
 pub mod performance;
 pub mod speedup;
-pub mod stability;
-mod systems;
 pub mod temporal;
-mod ways;
 
 use rod::{Model, State};
 use solver::component::Members;
@@ -37,8 +33,6 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings};
 use solver::step::StepParams;
 use solver::topology::Topology;
-
-pub use ways::{Method, NamedMethod};
 
 /// Name of the start at zero.
 pub const ZERO: &str = "zero";

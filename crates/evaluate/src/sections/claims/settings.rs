@@ -7,12 +7,13 @@ use anyhow::Result;
 use catalogue::Network;
 use copingnet::{Output, Training};
 use dataset::{Config, Scenario};
-use evaluation::paper::{performance, speedup, stability, temporal};
+use evaluation::paper::{performance, speedup, temporal};
 use nalgebra::{Vector2, Vector3};
 use scene::sampling::{Helix, Parameters, Rod, Tree, supplement};
 use scene::{Scene, builtin};
 
 use crate::context::Context;
+use crate::sections::long_term;
 use crate::sections::paper::FREE;
 
 /// By the claim's id: our value, written as the paper's is, and where it is from.
@@ -64,7 +65,7 @@ pub(super) fn settings(context: &Context) -> Result<Settings> {
     let parameters = [
         ("temporal-rod", "temporal::rod", temporal::rod()),
         ("temporal-helix", "temporal::helix", temporal::helix()),
-        ("stability-rod", "stability::rod", stability::rod(Rod::default().youngs_modulus)),
+        ("stability-rod", "long_term::rod", long_term::rod(Rod::default().youngs_modulus)),
         ("dynamic-rod", "scene::sampling::Rod::default", default_rod),
         ("dynamic-helix", "scene::sampling::Helix::default", default_helix),
         ("comparisons-rod", "scene::sampling::Rod::default", default_rod),

@@ -17,7 +17,9 @@ pub(super) fn table(context: &Context, cells: &[(&Key, &Point)]) -> Table {
     let mut rows = Vec::new();
     for Study { scenario, axis, preconditioner, cells, .. } in studies(cells) {
         let starts = cells.first().map_or(&[][..], |(_, point)| &point.starts);
-        for guess in starts.iter().map(|start| start.name.as_str()).filter(|name| ![ZERO, FISCHER].contains(name)) {
+        for guess in
+            starts.iter().map(|start| start.name.as_str()).filter(|name| ![ZERO, FISCHER, DIRECT].contains(name))
+        {
             let mut row: Vec<Cell> = [name_of(scenario), axis, preconditioner.name(), guess].map(Cell::from).to_vec();
             for saved in [of_projection, of_whole] {
                 row.extend(RIVALS.map(|(rival, _)| places(&cells, |point| pays(saved, point, guess, rival))));

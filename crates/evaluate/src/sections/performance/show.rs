@@ -80,7 +80,7 @@ fn start<'a>(point: &'a Point, name: &str) -> Option<&'a StartPoint> {
 
 /// Share of the time of the first solves that a way saves, relative to a zero start.
 pub(super) fn of_projection(point: &Point, way: &str) -> Option<Spread> {
-    if way == DIRECT { point.direct_projection } else { start(point, way)?.projection }
+    start(point, way)?.projection
 }
 
 /// Of the whole simulation's.
@@ -139,8 +139,9 @@ fn figure(context: &Context, study: &Study<'_>) -> Option<Figure> {
             |name: &&str| band(*name, cells.iter().map(|(key, point)| (key.varied.value(), value(point, name))), scale);
         names.iter().map(at).collect()
     };
-    let starts: Vec<&str> = first.starts.iter().map(|start| start.name.as_str()).filter(|name| *name != ZERO).collect();
-    let with_direct = [&starts[..], &[DIRECT]].concat();
+    let with_direct: Vec<&str> =
+        first.starts.iter().map(|start| start.name.as_str()).filter(|name| *name != ZERO).collect();
+    let starts: Vec<&str> = with_direct.iter().copied().filter(|name| *name != DIRECT).collect();
     let runs: Vec<&str> = first.runs.iter().map(|run| run.name.as_str()).filter(|name| *name != ZERO).collect();
     let charts = vec![
         chart(
