@@ -1,7 +1,6 @@
 //! `evaluate`: measures and makes the report. See `evaluate --help`.
 
 mod agree;
-mod cards;
 mod cells;
 mod cli;
 mod commands;

@@ -14,7 +14,7 @@ use crate::cli::ReportArgs;
 use crate::context::{Context, Size};
 use crate::library::Library;
 use crate::sections;
-use crate::sources::{PROGRAM, ROOT};
+use crate::sources::{IS_DIRTY, REVISION, ROOT};
 use crate::written::Written;
 
 /// Where a report goes that says nothing else.
@@ -23,7 +23,7 @@ const REPORT: &str = "report";
 /// Measures what is missing, and writes the page.
 pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(REPORT));
-    refuse_dirty(&out, &Path::new(ROOT).join(REPORT), PROGRAM.is_dirty).context("--out")?;
+    refuse_dirty(&out, &Path::new(ROOT).join(REPORT), IS_DIRTY).context("--out")?;
     let context = Context {
         size: if args.quick { Size::Quick } else { Size::Full },
         shard: args.shard,
@@ -108,7 +108,7 @@ fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
     sections.insert(0, sections::claims::section(context, &measured)?);
     let minutes = seconds / 60.0;
     let mut conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
-        .with("revision", PROGRAM.revision())
+        .with("revision", REVISION)
         .with("revisions of what was measured", "at the end of each section, with machine and date")
         .with("size", context.size.pick("quick (--quick)", "full"))
         .with("measuring took", format!("{minutes:.0} minutes on one core"));

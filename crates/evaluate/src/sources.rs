@@ -2,30 +2,13 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Sources: all that decides what a section measures, or all of the program.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sources {
-    /// Hash of the files, without comments and tests.
-    pub(crate) blake3: &'static str,
-    /// The last revision that changed one of them; "unknown" without git.
-    revision: &'static str,
-    /// Whether they were changed since.
-    pub(crate) is_dirty: bool,
-}
-
-// From the build script: ROOT, the folder of the sources; BY_SECTION, by their names; PROGRAM.
+// From the build script: ROOT, the folder of the sources; REVISION, the last one that changed them, and whether they were
+// changed since; IS_DIRTY, whether they were; BY_SECTION, hashes by the sections' names.
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-impl Sources {
-    /// Of a section.
-    pub(crate) fn of(section: &str) -> Self {
-        BY_SECTION.iter().find(|(name, _)| *name == section).map_or(PROGRAM, |(_, sources)| *sources)
-    }
-
-    /// The revision, which may have been changed.
-    pub(crate) fn revision(&self) -> String {
-        format!("{}{}", self.revision, if self.is_dirty { ", dirty" } else { "" })
-    }
+/// Hash of the sources that decide what a section measures.
+pub(crate) fn blake3_of(section: &str) -> &'static str {
+    BY_SECTION.iter().find(|(name, _)| *name == section).map_or("unknown", |(_, blake3)| blake3)
 }
 
 /// Where, when and by which sources something was measured.
@@ -102,11 +85,9 @@ mod tests {
 
     #[test]
     fn every_section_that_measures_has_sources_of_its_own() {
-        let hashes: std::collections::BTreeSet<&str> = BY_SECTION.iter().map(|(_, sources)| sources.blake3).collect();
-        assert_eq!(hashes.len(), BY_SECTION.len());
-        for section in &crate::sections::SECTIONS {
-            assert_ne!(Sources::of(section.name).blake3, PROGRAM.blake3, "{}", section.name);
-        }
+        let hashes = crate::sections::SECTIONS.each_ref().map(|section| blake3_of(section.name));
+        assert!(!hashes.contains(&"unknown"), "{hashes:?}");
+        assert_eq!(std::collections::BTreeSet::from(hashes).len(), hashes.len());
     }
 
     #[test]
