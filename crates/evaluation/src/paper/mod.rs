@@ -34,6 +34,8 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::StepParams;
 use solver::topology::Topology;
 
+use crate::compare::Entry;
+
 /// Name of the start at zero.
 pub const ZERO: &str = "zero";
 /// Name of Fischer's projection on the last solutions, the strongest rival without learning among the starts.
@@ -83,6 +85,13 @@ fn starts<'a>(guesses: &[NamedGuess<'a>]) -> Vec<(String, Option<GuessFactory<'a
     let own = guesses.iter().map(|(name, factory)| (name.clone(), Some(*factory)));
     let zero = std::iter::once((ZERO.to_owned(), None));
     zero.chain(own).chain([(FISCHER.to_owned(), Some(&fischer as GuessFactory<'a>))]).collect()
+}
+
+/// The same with conjugate gradients, then the direct solver.
+pub fn entries<'a>(solver: &CgSolver, guesses: &[NamedGuess<'a>]) -> Vec<Entry<'a>> {
+    let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
+    let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
+    starts(guesses).into_iter().map(entry).chain([direct]).collect()
 }
 
 fn fischer(model: &Model, members: &Members, topology: &Topology) -> Option<Box<dyn InitialGuess>> {

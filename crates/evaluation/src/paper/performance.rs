@@ -13,8 +13,7 @@ use solver::simulation::SimulationError;
 
 use super::speedup::{self, SceneRun, Speedup, speedups};
 use super::temporal::{self, StartSeries};
-use super::{CgSolver, DIRECT, Motion, NamedGuess, saved, starts};
-use crate::compare::Entry;
+use super::{CgSolver, Motion, NamedGuess, entries, saved};
 use crate::guesses::Spread;
 use crate::starts::Tally;
 
@@ -64,10 +63,8 @@ pub fn measure(
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Simulated>, SimulationError> {
     let Some(systems) = temporal::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
-    let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
-    let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
-    let entries: Vec<Entry<'_>> = starts(guesses).into_iter().map(entry).chain([direct]).collect();
-    let Some(runs) = speedup::measure(motion, &entries, repeats, progress)? else { return Ok(None) };
+    let runs = speedup::measure(motion, &entries(solver, guesses), repeats, progress)?;
+    let Some(runs) = runs else { return Ok(None) };
     Ok(Some(Simulated { starts: systems.into_iter().map(sum).collect(), runs }))
 }
 
