@@ -11,7 +11,6 @@ mod sections;
 mod show;
 mod sources;
 mod ways;
-mod written;
 
 use std::process::ExitCode;
 

@@ -19,7 +19,7 @@ use crate::show::{columns, number, picture, spread};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
-    figure: String,
+    figure: char,
     place: usize,
     steps: usize,
 }
@@ -41,7 +41,7 @@ impl Section for Dynamics {
     fn keys(&self, context: &Context) -> Result<Vec<Key>> {
         let figures = supplement().into_iter().flat_map(|(figure, scenes)| {
             let scenes = context.size.pick(1, scenes.len());
-            (0..scenes).map(move |place| Key { figure: figure.to_string(), place, steps: 100 })
+            (0..scenes).map(move |place| Key { figure, place, steps: 100 })
         });
         Ok(figures.collect())
     }
@@ -65,7 +65,7 @@ impl Section for Dynamics {
                 .with("scenes", format!("the supplement's, {} steps of 0.02 s", key.steps))
                 .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-8 from guesses");
             for own in cells.chunk_by(|(a, _), (b, _)| a.figure == b.figure) {
-                let figure = &own[0].0.figure;
+                let figure = own[0].0.figure;
                 blocks.push(Block::Figure(Figure {
                     id: format!("dynamics-{figure}"),
                     title: format!("Dynamic results ({figure})"),
@@ -118,7 +118,7 @@ fn scenario_of(parameters: Parameters) -> Scenario {
 }
 
 fn parameters(key: &Key) -> Option<Parameters> {
-    let (_, scenes) = supplement().into_iter().find(|(figure, _)| key.figure.starts_with(*figure))?;
+    let (_, scenes) = supplement().into_iter().find(|(figure, _)| key.figure == *figure)?;
     scenes.get(key.place).copied()
 }
 
@@ -134,17 +134,29 @@ fn of_scenarios(cells: &[(&Key, &Vec<Trace>)]) -> Vec<(Scenario, Deviation)> {
 
 /// What tells a scene from the others of its figure.
 fn caption(key: &Key) -> String {
-    match (parameters(key), key.figure.as_str()) {
-        (Some(Parameters::Rod(rod)), "a") => format!("{} degrees", rod.angle_deg),
-        (Some(Parameters::Rod(rod)), "b") => format!("N = {}", rod.segments),
-        (Some(Parameters::Rod(rod)), "c") => format!("{} m", rod.length),
-        (Some(Parameters::Rod(rod)), _) => format!("Y = {} Pa", number(rod.youngs_modulus)),
-        (Some(Parameters::Helix(helix)), "e") => {
-            format!("{} m, {} m, {} turns", helix.helix_radius, helix.helix_height, helix.winding)
-        }
-        (Some(Parameters::Helix(helix)), "f") => format!("N = {}", helix.segments),
-        (Some(Parameters::Helix(helix)), _) => format!("T = {} Pa", number(helix.torsion_modulus)),
+    let values = parameters(key).map_or(Vec::new(), |parameters| varied(key.figure, &parameters));
+    match (key.figure, &values[..]) {
+        ('a', [angle]) => format!("{angle} degrees"),
+        ('b' | 'f', [segments]) => format!("N = {segments}"),
+        ('c', [length]) => format!("{length} m"),
+        ('d', [modulus]) => format!("Y = {} Pa", number(*modulus)),
+        ('g', [modulus]) => format!("T = {} Pa", number(*modulus)),
+        (_, [radius, height, winding]) => format!("{radius} m, {height} m, {winding} turns"),
         _ => String::new(),
+    }
+}
+
+/// What a figure of the supplement varies; of shapes, radius and height [m] and winding.
+pub(crate) fn varied(figure: char, parameters: &Parameters) -> Vec<f64> {
+    match (figure, parameters) {
+        ('a', Parameters::Rod(rod)) => vec![rod.angle_deg],
+        ('b', Parameters::Rod(rod)) => vec![rod.segments as f64],
+        ('c', Parameters::Rod(rod)) => vec![rod.length],
+        ('d', Parameters::Rod(rod)) => vec![rod.youngs_modulus],
+        ('e', Parameters::Helix(helix)) => vec![helix.helix_radius, helix.helix_height, helix.winding],
+        ('f', Parameters::Helix(helix)) => vec![helix.segments as f64],
+        ('g', Parameters::Helix(helix)) => vec![helix.torsion_modulus],
+        _ => Vec::new(),
     }
 }
 
