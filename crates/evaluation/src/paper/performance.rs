@@ -32,9 +32,9 @@ pub fn segments(family: Family) -> &'static [usize] {
     }
 }
 
-/// Simulation `index` of the point at N = `segments`: a sample of Table 1 with that N. Others keep theirs.
-pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Parameters {
-    match Parameters::sample(family, seed, index) {
+/// A sample of Table 1 with N = `segments`. Others keep theirs.
+pub fn with_segments(sample: Parameters, segments: usize) -> Parameters {
+    match sample {
         Parameters::Rod(rod) => Parameters::Rod(Rod { segments, ..rod }),
         Parameters::Helix(helix) => Parameters::Helix(Helix { segments, ..helix }),
         other => other,

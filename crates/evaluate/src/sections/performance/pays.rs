@@ -51,7 +51,7 @@ fn pays(saved: fn(&Point, &str) -> Option<Spread>, point: &Point, guess: &str, r
 
 /// The values at which something is so, in words.
 fn places(cells: &[(&Key, &Point)], is_so: impl Fn(&Point) -> Option<bool>) -> Cell {
-    let known = || cells.iter().filter_map(|(key, point)| Some((key.varied.value(), is_so(point)?)));
+    let known = || cells.iter().filter_map(|(key, point)| Some((key.value, is_so(point)?)));
     match ranges(known()) {
         _ if known().next().is_none() => Cell::muted("-"),
         _ if known().all(|(_, is_so)| is_so) => Cell::strong("everywhere"),

@@ -9,7 +9,7 @@ use evaluation::paper::{DIRECT, ZERO};
 use report::{Axis, Block, Charts, Figure, LineChart, Reference, Section as PageSection, Series};
 use solver::linear::precondition::PreconditionerKind;
 
-use super::{Key, PRECONDITIONERS, Performance, TOLERANCE, Varied, pays};
+use super::{Key, PRECONDITIONERS, Performance, STUDIES, TOLERANCE, pays};
 use crate::cells::Section as _;
 use crate::context::Context;
 use crate::sections::paper::{FREE, PAPER_GUESSES, solver_words};
@@ -32,7 +32,7 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Point)]) -> PageSectio
 
 /// What the paper's network saves at one N.
 struct Saved {
-    segments: usize,
+    segments: f64,
     projection: f64,
     total: f64,
 }
@@ -45,7 +45,7 @@ pub(super) fn claims(cells: &[(&Key, &Point)]) -> BTreeMap<String, String> {
         let (Some(first), Some(last)) = (saved.first(), saved.last()) else { continue };
         let at = |saved: &Saved| format!("{} at N = {}", per_cent(saved.projection), saved.segments);
         let all = saved.iter().map(at).collect::<Vec<_>>().join(", ");
-        let half = pays::ranges(saved.iter().map(|saved| (saved.segments as f64, saved.projection >= 0.5)));
+        let half = pays::ranges(saved.iter().map(|saved| (saved.segments, saved.projection >= 0.5)));
         let half = half.map_or("50 % nowhere".to_owned(), |ranges| format!("50 % or more at N = {ranges}"));
         add(&format!("projection-{scenario}"), format!("{guess}, raw {TOLERANCE:e}: {all}: {half}"));
         let highest = saved.iter().max_by(|a, b| a.projection.total_cmp(&b.projection)).unwrap_or(last);
@@ -53,7 +53,7 @@ pub(super) fn claims(cells: &[(&Key, &Point)]) -> BTreeMap<String, String> {
         add("projection-growth", format!("{who}: {}, {}; most {}", at(first), at(last), at(highest)));
         add("projection-small", format!("{who}: {}", at(first)));
         let [_, end] = scenario.ranges().get("segments").copied().unwrap_or([0.0, f64::INFINITY]);
-        let beyond: Vec<String> = saved.iter().filter(|saved| saved.segments as f64 > end).map(at).collect();
+        let beyond: Vec<String> = saved.iter().filter(|saved| saved.segments > end).map(at).collect();
         if !beyond.is_empty() {
             add("projection-beyond", format!("{who}: {}", beyond.join(", ")));
         }
@@ -66,10 +66,11 @@ pub(super) fn claims(cells: &[(&Key, &Point)]) -> BTreeMap<String, String> {
 /// What a guess saves at all N with the paper's solver.
 fn saved_by(cells: &[(&Key, &Point)], scenario: Scenario, guess: &str) -> Vec<Saved> {
     let saved = |(key, point): &(&Key, &Point)| {
-        let Varied::Segments(segments) = key.varied else { return None };
-        let is_own = key.scenario == scenario && key.preconditioner == PreconditionerKind::Raw.name();
+        let is_own = key.varied == "segments"
+            && key.scenario == scenario
+            && key.preconditioner == PreconditionerKind::Raw.name();
         let projection = of_projection(point, guess).filter(|_| is_own)?.median;
-        Some(Saved { segments, projection, total: of_whole(point, guess)?.median })
+        Some(Saved { segments: key.value, projection, total: of_whole(point, guess)?.median })
     };
     cells.iter().filter_map(saved).collect()
 }
@@ -100,19 +101,12 @@ pub(super) struct Study<'a> {
 
 /// All studies, in the order of the page.
 pub(super) fn studies<'a>(cells: &[(&'a Key, &'a Point)]) -> Vec<Study<'a>> {
-    let kinds =
-        [("segments", "segments N"), ("stiffness", "modulus [Pa]"), ("tolerance", "tolerance of conjugate gradients")];
     let mut studies = Vec::new();
     for scenario in FREE {
-        for (name, axis) in kinds {
+        for (name, axis) in STUDIES {
             for preconditioner in PRECONDITIONERS {
                 let is_own = |(key, _): &&(&Key, &Point)| {
-                    let own = match key.varied {
-                        Varied::Segments(_) => "segments",
-                        Varied::Modulus(_) => "stiffness",
-                        Varied::Tolerance(_) => "tolerance",
-                    };
-                    key.scenario == scenario && own == name && key.preconditioner == preconditioner.name()
+                    key.scenario == scenario && key.varied == name && key.preconditioner == preconditioner.name()
                 };
                 let cells = cells.iter().filter(is_own).copied().collect();
                 studies.push(Study { scenario, name, axis, preconditioner, cells });
@@ -135,8 +129,7 @@ fn figure(context: &Context, study: &Study<'_>) -> Option<Figure> {
         ..LineChart::default()
     };
     let curves = |names: &[&str], scale: f64, value: fn(&Point, &str) -> Option<Spread>| -> Vec<Series> {
-        let at =
-            |name: &&str| band(*name, cells.iter().map(|(key, point)| (key.varied.value(), value(point, name))), scale);
+        let at = |name: &&str| band(*name, cells.iter().map(|(key, point)| (key.value, value(point, name))), scale);
         names.iter().map(at).collect()
     };
     let with_direct: Vec<&str> =
@@ -186,7 +179,7 @@ fn gain(starts: &[&str], cells: &[(&Key, &Point)]) -> String {
     let words = starts.iter().filter_map(|name| {
         let all = cells.iter().filter_map(|(key, point)| Some((key, of_projection(point, name)?.median)));
         let (key, saved) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let at = key.varied.value();
+        let at = key.value;
         Some(format!("{name} saves at most {} of the projection's time (at {at})", per_cent(saved)))
     });
     format!("{}.", words.collect::<Vec<_>>().join("; "))
