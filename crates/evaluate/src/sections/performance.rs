@@ -1,7 +1,6 @@
 //! The paper's figure on performance: over the number of segments, and where else a guess may begin to pay, over
 //! stiffness and tolerance.
 
-mod pays;
 mod show;
 
 use std::collections::BTreeMap;
