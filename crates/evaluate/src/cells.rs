@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 use terminal::Progress;
 
 use crate::context::Context;
-use crate::sources::{Provenance, Sources, today};
+use crate::sources::{Provenance, REVISION, blake3_of, today};
 
 /// Version of what a cell means; older ones are measured anew.
-pub(crate) const SCHEMA_VERSION: u32 = 2;
+pub(crate) const SCHEMA_VERSION: u32 = 3;
 
 /// A section of the report: what is measured for it, and how it is shown.
 pub(crate) trait Section {
@@ -62,6 +62,8 @@ pub(crate) struct FullKey<K> {
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Record<V> {
     machine: String,
+    /// Of the program that measured it.
+    revision: String,
     /// Date (UTC).
     measured: String,
     /// How long it took.
@@ -124,7 +126,7 @@ impl<S: Section> Job for Cells<S> {
         for (k, cell) in self.section.keys(context)?.into_iter().enumerate() {
             let key = FullKey {
                 section: S::ID.to_owned(),
-                sources_blake3: Sources::of(S::ID).blake3.to_owned(),
+                sources_blake3: blake3_of(S::ID).to_owned(),
                 networks_blake3: context.library.networks_blake3().to_owned(),
                 cell,
             };
@@ -144,8 +146,9 @@ impl<S: Section> Job for Cells<S> {
             let begin = Instant::now();
             let measured = self.section.measure(context, &cell.key.cell, &mut || !progress.stopped())?;
             let Some(value) = measured else { return Ok(false) };
-            let (machine, seconds) = (context.machine.clone(), begin.elapsed().as_secs_f64());
-            let record = Record { machine, measured: today(), seconds, value };
+            let (machine, revision) = (context.machine.clone(), REVISION.to_owned());
+            let seconds = begin.elapsed().as_secs_f64();
+            let record = Record { machine, revision, measured: today(), seconds, value };
             results.put(&cell.key, cell.record.insert(record))?;
             progress.advance_by(ticks(self.section.seconds(&cell.key.cell)));
         }
@@ -171,10 +174,9 @@ impl<S: Section> Job for Cells<S> {
 
     fn provenance(&self) -> Provenance {
         let mut provenance = Provenance::default();
-        // The cells' keys have the hash of the sources, so that they are the program's.
-        let sources = Sources::of(S::ID);
-        let revision = format!("{} (sources BLAKE3 {})", sources.revision(), &sources.blake3[..12]);
         for record in self.cells.iter().filter_map(|cell| cell.record.as_ref()) {
+            // The cells' keys have the hash of the sources, so that it is the program's.
+            let revision = format!("{} (sources BLAKE3 {})", record.revision, &blake3_of(S::ID)[..12]);
             provenance.add(&record.machine, &revision, Some(&record.measured), record.seconds);
         }
         provenance
@@ -198,7 +200,8 @@ mod tests {
             let [section, sources_blake3, networks_blake3] = [section, sources, networks].map(str::to_owned);
             FullKey { section, sources_blake3, networks_blake3, cell: 7 }
         };
-        let record = Record { machine: String::new(), measured: today(), seconds: 1.0, value: 2.0 };
+        let record =
+            Record { machine: String::new(), revision: String::new(), measured: today(), seconds: 1.0, value: 2.0 };
         results.put(&key("a", "b", "c"), &record).unwrap();
         assert_eq!(results.get(&key("a", "b", "c")).unwrap().map(|record| record.value), Some(2.0));
         for other in [key("x", "b", "c"), key("a", "x", "c"), key("a", "b", "x")] {

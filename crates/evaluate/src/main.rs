@@ -1,7 +1,6 @@
 //! `evaluate`: measures and makes the report. See `evaluate --help`.
 
 mod agree;
-mod cards;
 mod cells;
 mod cli;
 mod commands;
@@ -12,7 +11,6 @@ mod sections;
 mod show;
 mod sources;
 mod ways;
-mod written;
 
 use std::process::ExitCode;
 

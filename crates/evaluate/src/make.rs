@@ -1,7 +1,7 @@
 //! The report: measured, written, and looked through for faults.
 
-use std::collections::BTreeMap;
-use std::io::Write as _;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
@@ -14,8 +14,7 @@ use crate::cli::ReportArgs;
 use crate::context::{Context, Size};
 use crate::library::Library;
 use crate::sections;
-use crate::sources::{PROGRAM, ROOT};
-use crate::written::Written;
+use crate::sources::{IS_DIRTY, REVISION, ROOT};
 
 /// Where a report goes that says nothing else.
 const REPORT: &str = "report";
@@ -23,7 +22,7 @@ const REPORT: &str = "report";
 /// Measures what is missing, and writes the page.
 pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(REPORT));
-    refuse_dirty(&out, &Path::new(ROOT).join(REPORT), PROGRAM.is_dirty).context("--out")?;
+    refuse_dirty(&out, &Path::new(ROOT).join(REPORT), IS_DIRTY).context("--out")?;
     let context = Context {
         size: if args.quick { Size::Quick } else { Size::Full },
         shard: args.shard,
@@ -108,7 +107,7 @@ fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
     sections.insert(0, sections::claims::section(context, &measured)?);
     let minutes = seconds / 60.0;
     let mut conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
-        .with("revision", PROGRAM.revision())
+        .with("revision", REVISION)
         .with("revisions of what was measured", "at the end of each section, with machine and date")
         .with("size", context.size.pick("quick (--quick)", "full"))
         .with("measuring took", format!("{minutes:.0} minutes on one core"));
@@ -133,7 +132,7 @@ fn write(page: &Page, out: &Path) -> Result<PathBuf> {
     let figures: Vec<_> = page.figures().map(|figure| (format!("svg/{}.svg", figure.id), figure)).collect();
     let blocks = page.sections.iter().flat_map(|section| &section.blocks);
     let tables = blocks.flat_map(ids).map(|id| format!("csv/{id}.csv"));
-    Written::new(tables.chain(figures.iter().map(|(name, _)| name.clone()))).replace(out)?;
+    replace(&tables.chain(figures.iter().map(|(name, _)| name.clone())).collect(), out)?;
     let file = page.write(out)?;
     std::fs::create_dir_all(out.join("svg"))?;
     for (name, figure) in figures {
@@ -153,8 +152,41 @@ fn ids(block: &Block) -> Vec<&str> {
     }
 }
 
+/// Name of the list of the files that a report wrote.
+const LIST: &str = "files.txt";
+
+/// Removes what the list in a folder has and these names have not, and makes these names the list: no file is ever removed
+/// that no report wrote.
+fn replace(names: &BTreeSet<String>, folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let list = folder.join(LIST);
+    let old = match std::fs::read_to_string(&list) {
+        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+        text => text.with_context(|| format!("cannot read {}", list.display()))?,
+    };
+    for name in old.lines().filter(|name| !names.contains(*name) && is_own(name)) {
+        let file = folder.join(name);
+        match std::fs::remove_file(&file) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(error).with_context(|| format!("cannot remove {}", file.display()));
+            }
+            _ => {}
+        }
+    }
+    let lines: String = names.iter().flat_map(|name| [name.as_str(), "\n"]).collect();
+    Ok(export::write_atomically(&list, |out| out.write_all(lines.as_bytes()))?)
+}
+
+/// Whether a line of the list is a name that a report writes, whoever wrote the list.
+fn is_own(name: &str) -> bool {
+    let parts: Vec<&str> = name.split('/').collect();
+    matches!(parts[..], [folder @ ("csv" | "svg"), file] if file.ends_with(&format!(".{folder}")) && !file.contains('\\'))
+}
+
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
@@ -169,5 +201,34 @@ mod tests {
         std::fs::create_dir(&other).unwrap();
         assert!(refuse_dirty(&other.join("../report"), &committed, true).is_err());
         assert!(refuse_dirty(&other, &committed, true).is_ok() && refuse_dirty(&committed, &committed, false).is_ok());
+    }
+
+    #[test]
+    fn what_the_program_did_not_write_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let there = |name: &str| folder.path().join(name).exists();
+        let written = |names: &[&str]| {
+            replace(&names.iter().map(|&name| name.to_owned()).collect(), folder.path()).unwrap();
+            for name in names {
+                fs::write(folder.path().join(name), "").unwrap();
+            }
+        };
+        for part in ["csv", "svg"] {
+            fs::create_dir(folder.path().join(part)).unwrap();
+        }
+        for mine in ["csv/mine.csv", "svg/mine.svg", "csv/a.txt", "note.csv"] {
+            fs::write(folder.path().join(mine), "mine").unwrap();
+        }
+        written(&["csv/a.csv", "svg/a.svg", "csv/b.csv"]);
+        written(&["csv/b.csv", "csv/c.csv"]);
+        assert!(!there("csv/a.csv") && !there("svg/a.svg") && there("csv/b.csv") && there("csv/c.csv"));
+        for mine in ["csv/mine.csv", "svg/mine.svg", "csv/a.txt", "note.csv"] {
+            assert!(there(mine), "{mine}");
+        }
+        // A list that names what no report writes removes nothing.
+        fs::write(folder.path().join(LIST), "note.csv\n../csv/mine.csv\ncsv/../note.csv\ncsv/a.txt\n/csv/mine.csv\n")
+            .unwrap();
+        written(&["csv/c.csv"]);
+        assert!(there("note.csv") && there("csv/a.txt") && there("csv/mine.csv"));
     }
 }

@@ -1,7 +1,7 @@
 //! Numbers as text and curves, the same way in all sections.
 
 use evaluation::guesses::Spread;
-use report::{Column, LineStyle, NumberFormat, Point, Series};
+use report::{Aspect, Axis, Column, LineChart, LineStyle, NumberFormat, Point, Series};
 
 use crate::sections::paper::is_end_to_end;
 
@@ -57,4 +57,9 @@ pub(crate) fn columns(headings: &[&str]) -> Vec<Column> {
 pub(crate) fn of_way(series: Series) -> Series {
     let style = if is_end_to_end(&series.name) { LineStyle::Dashed } else { LineStyle::Solid };
     Series { style, markers: false, ..series }
+}
+
+/// A picture of curves in a plane.
+pub(crate) fn picture(title: String, [x, y]: [&str; 2], series: Vec<Series>) -> LineChart {
+    LineChart { title, x: Axis::linear(x), y: Axis::linear(y), series, aspect: Aspect::Equal, ..LineChart::default() }
 }

@@ -1,39 +1,23 @@
 //! Which sources the program is made of, as they were when it was built, and where and when cells were measured.
 
+use std::collections::BTreeSet;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Sources: all that decides what a section measures, or all of the program.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sources {
-    /// Hash of the files, without comments and tests.
-    pub(crate) blake3: &'static str,
-    /// The last revision that changed one of them; "unknown" without git.
-    revision: &'static str,
-    /// Whether they were changed since.
-    pub(crate) is_dirty: bool,
-}
-
-// From the build script: ROOT, the folder of the sources; BY_SECTION, by their names; PROGRAM.
+// From the build script: ROOT, the folder of the sources; REVISION, the last one that changed them, and whether they were
+// changed since; IS_DIRTY, whether they were; BY_SECTION, hashes by the sections' names.
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-impl Sources {
-    /// Of a section.
-    pub(crate) fn of(section: &str) -> Self {
-        BY_SECTION.iter().find(|(name, _)| *name == section).map_or(PROGRAM, |(_, sources)| *sources)
-    }
-
-    /// The revision, which may have been changed.
-    pub(crate) fn revision(&self) -> String {
-        format!("{}{}", self.revision, if self.is_dirty { ", dirty" } else { "" })
-    }
+/// Hash of the sources that decide what a section measures.
+pub(crate) fn blake3_of(section: &str) -> &'static str {
+    BY_SECTION.iter().find(|(name, _)| *name == section).map_or("unknown", |(_, blake3)| blake3)
 }
 
 /// Where, when and by which sources something was measured.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Provenance {
-    machines: Vec<String>,
-    revisions: Vec<String>,
-    dates: Vec<String>,
+    machines: BTreeSet<String>,
+    revisions: BTreeSet<String>,
+    dates: BTreeSet<String>,
     /// Time of all measurements [s].
     pub(crate) seconds: f64,
 }
@@ -41,24 +25,21 @@ pub(crate) struct Provenance {
 impl Provenance {
     /// Adds a measurement that took so many `seconds`.
     pub(crate) fn add(&mut self, machine: &str, revision: &str, date: Option<&str>, seconds: f64) {
-        let own = [(&mut self.machines, Some(machine)), (&mut self.revisions, Some(revision)), (&mut self.dates, date)];
-        for (known, name) in own {
-            if let Some(name) = name.filter(|name| !known.iter().any(|known| known == name)) {
-                known.push(name.to_owned());
-                known.sort();
-            }
-        }
+        self.machines.insert(machine.to_owned());
+        self.revisions.insert(revision.to_owned());
+        self.dates.extend(date.map(str::to_owned));
         self.seconds += seconds;
     }
 
     /// In a sentence; `None` where nothing was measured.
     pub(crate) fn words(&self) -> Option<String> {
-        let dates = match &self.dates[..] {
-            [] => String::new(),
-            [date] => format!(" on {date}"),
-            [first, .., last] => format!(" from {first} to {last}"),
+        let dates = match (self.dates.first(), self.dates.last()) {
+            (Some(first), Some(last)) if first != last => format!(" from {first} to {last}"),
+            (Some(date), _) => format!(" on {date}"),
+            _ => String::new(),
         };
-        let (revisions, machines) = (self.revisions.join("; "), self.machines.join("; "));
+        let [revisions, machines] =
+            [&self.revisions, &self.machines].map(|names| Vec::from_iter(names.iter().map(String::as_str)).join("; "));
         let minutes = (self.seconds / 60.0).ceil();
         let words = format!("Measured{dates} in {minutes:.0} minutes, machine: {machines}, revision: {revisions}.");
         (!self.machines.is_empty()).then_some(words)
@@ -102,11 +83,9 @@ mod tests {
 
     #[test]
     fn every_section_that_measures_has_sources_of_its_own() {
-        let hashes: std::collections::BTreeSet<&str> = BY_SECTION.iter().map(|(_, sources)| sources.blake3).collect();
-        assert_eq!(hashes.len(), BY_SECTION.len());
-        for section in &crate::sections::SECTIONS {
-            assert_ne!(Sources::of(section.name).blake3, PROGRAM.blake3, "{}", section.name);
-        }
+        let hashes = crate::sections::SECTIONS.each_ref().map(|section| blake3_of(section.name));
+        assert!(!hashes.contains(&"unknown"), "{hashes:?}");
+        assert_eq!(BTreeSet::from(hashes).len(), hashes.len());
     }
 
     #[test]

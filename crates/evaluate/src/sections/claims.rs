@@ -35,27 +35,23 @@ struct Claim {
 /// All claims, settings before results.
 fn claims() -> Result<Vec<Claim>> {
     let paper: Paper = toml::from_str(include_str!("claims/claims.toml")).context("claims.toml")?;
-    let note = |name: Option<&String>| match name.filter(|name| !name.is_empty()) {
-        Some(name) => {
-            paper.notes.get(name).cloned().with_context(|| format!("claims.toml: no note {name:?}")).map(Some)
-        }
-        None => Ok(None),
+    let note = |name: Option<&String>| -> Result<Option<String>> {
+        let name = name.filter(|name| !name.is_empty());
+        let note = |name| paper.notes.get(name).cloned().with_context(|| format!("claims.toml: no note {name:?}"));
+        name.map(note).transpose()
     };
-    let (mut claims, mut place) = (Vec::new(), "");
+    let (mut claims, mut place) = (Vec::new(), String::new());
     for row in &paper.claims {
         match &row[..] {
-            [own] => place = own,
-            [id, what, says, notes @ ..] => {
-                let [id, what, paper, place] = [id.as_str(), what, says, place].map(str::to_owned);
-                claims.push(Claim {
-                    id,
-                    what,
-                    paper,
-                    place,
-                    reading: note(notes.first())?,
-                    reason: note(notes.get(1))?,
-                });
-            }
+            [own] => place.clone_from(own),
+            [id, what, says, notes @ ..] => claims.push(Claim {
+                id: id.clone(),
+                what: what.clone(),
+                paper: says.clone(),
+                place: place.clone(),
+                reading: note(notes.first())?,
+                reason: note(notes.get(1))?,
+            }),
             _ => bail!("claims.toml: {row:?} is neither a place nor a claim"),
         }
     }

@@ -3,8 +3,8 @@
 use anyhow::Result;
 use catalogue::rows;
 use dataset::Scenario;
-use evaluation::paper::motions::{self, Trace};
-use evaluation::paper::{CgSolver, DIRECT, Method, Motion, NamedGuess, NamedMethod};
+use evaluation::paper::motions::{self, Method, NamedMethod, Trace};
+use evaluation::paper::{CgSolver, DIRECT, Motion, NamedGuess};
 use graph::planar_normal;
 use scene::Scene;
 use solver::formulation::Formulation;
@@ -61,46 +61,33 @@ pub(crate) fn solver_words(preconditioner: &str, tolerance: impl std::fmt::Displ
     format!("conjugate gradients, {preconditioner}, tolerance {tolerance}, formulation xpbd")
 }
 
-/// Runs `f` with vanilla position-based dynamics (the direct solver), conjugate gradients from each of these guesses, and
-/// each one's predictions in the place of all solves.
-pub(crate) fn with_predictions<T, E: Into<anyhow::Error>>(
-    scene: &Scene,
-    guesses: &Guesses,
-    solver: &CgSolver,
-    f: impl FnOnce(&[NamedMethod<'_>]) -> Result<T, E>,
-) -> Result<T> {
-    let plane = planar_normal(&scene.model, &scene.state);
-    let rows = rows(guesses, plane.is_some());
-    let of_solves: Vec<_> = rows.iter().filter(|row| row.guess_name.helps_solves()).collect();
-    let projections: Vec<_> = of_solves.iter().filter_map(|row| Some((row, row.projection(plane)?))).collect();
-    let once = StepParams { max_iterations: 1, ..solver.step };
-    with_guesses(scene, guesses, |named| {
-        let mut ways = vec![NamedMethod { name: DIRECT.to_owned(), method: Method::Solve(solver.direct(), None) }];
-        for (name, factory) in named {
-            ways.push(NamedMethod { name: name.clone(), method: Method::Solve(solver.settings(), Some(*factory)) });
-        }
-        for (row, projection) in &projections {
-            let method = Method::EndToEnd(once, projection);
-            ways.push(NamedMethod { name: format!("{}, end to end", row.name), method });
-        }
-        f(&ways)
-    })
-}
-
-/// Whether a way is predictions in the place of all solves, as [`with_predictions`] names it.
+/// Whether a way is predictions in the place of all solves, as [`traces`] names it.
 pub(crate) fn is_end_to_end(name: &str) -> bool {
     name.ends_with("end to end")
 }
 
-/// The motions of a scene in all ways of [`with_predictions`], with block-Jacobi conjugate gradients to a `tolerance`, and
-/// snapshots at these `frames`.
+/// The motions of a scene over so many steps, with snapshots at these frames: of vanilla position-based dynamics (the
+/// direct solver), of conjugate gradients from each of these guesses, and of each one's predictions in the place of all
+/// solves.
 pub(crate) fn traces(
     scene: &Scene,
     guesses: &Guesses,
-    tolerance: f64,
+    solver: &CgSolver,
     (steps, frames): (usize, &[usize]),
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Vec<Trace>>> {
-    let solver = solver(PreconditionerKind::BlockJacobi, tolerance);
-    with_predictions(scene, guesses, &solver, |ways| motions::measure(&motion(scene, steps), frames, ways, go_on))
+    let plane = planar_normal(&scene.model, &scene.state);
+    let rows = rows(guesses, plane.is_some());
+    let predictions = rows.iter().filter(|row| row.guess_name.helps_solves());
+    let predictions: Vec<_> =
+        predictions.filter_map(|row| Some((format!("{}, end to end", row.name), row.projection(plane)?))).collect();
+    let once = StepParams { max_iterations: 1, ..solver.step };
+    with_guesses(scene, guesses, |named| {
+        let mut ways: Vec<NamedMethod<'_>> = vec![(DIRECT.to_owned(), Method::Solve(solver.direct(), None))];
+        for (name, guess) in named {
+            ways.push((name.clone(), Method::Solve(solver.settings(), Some(*guess))));
+        }
+        ways.extend(predictions.iter().map(|(name, method)| (name.clone(), Method::EndToEnd(once, method))));
+        motions::measure(&motion(scene, steps), frames, &ways, go_on)
+    })
 }

@@ -1,7 +1,6 @@
 //! The paper's figure on performance: over the number of segments, and where else a guess may begin to pay, over
 //! stiffness and tolerance.
 
-mod pays;
 mod show;
 
 use std::collections::BTreeMap;
@@ -18,27 +17,16 @@ use crate::context::Context;
 use crate::library::Learned;
 use crate::sections::paper::{FREE, SEED, motion, solver_of, with_guesses};
 
-/// What is varied; all else is drawn as in Table 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-enum Varied {
-    Segments(usize),
-    Modulus(f64),
-    Tolerance(f64),
-}
-
-impl Varied {
-    fn value(self) -> f64 {
-        match self {
-            Self::Segments(segments) => segments as f64,
-            Self::Modulus(value) | Self::Tolerance(value) => value,
-        }
-    }
-}
+/// What is varied, and its axis; all else is drawn as in Table 1.
+const STUDIES: [(&str, &str); 3] =
+    [("segments", "segments N"), ("stiffness", "modulus [Pa]"), ("tolerance", "tolerance of conjugate gradients")];
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
     scenario: Scenario,
-    varied: Varied,
+    /// Of [`STUDIES`].
+    varied: String,
+    value: f64,
     preconditioner: String,
     tolerance: f64,
     simulations: usize,
@@ -66,17 +54,22 @@ impl Section for Performance {
         for scenario in FREE {
             let all = performance::segments(scenario.family());
             let segments = size.pick(&all[2..=4], all);
-            let moduli: &[f64] = size.pick(&[], &[1e3, 1e4, 1e5, 1e6, 1e7, 1e8]);
-            let tolerances: &[f64] = size.pick(&[], &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]);
-            let varied = segments.iter().map(|&n| Varied::Segments(n));
-            let varied = varied.chain(moduli.iter().map(|&y| Varied::Modulus(y)));
-            for varied in varied.chain(tolerances.iter().map(|&tolerance| Varied::Tolerance(tolerance))) {
+            let values = [
+                segments.iter().map(|&n| n as f64).collect(),
+                size.pick(vec![], vec![1e3, 1e4, 1e5, 1e6, 1e7, 1e8]),
+                size.pick(vec![], vec![1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]),
+            ];
+            let studies = STUDIES.into_iter().zip(values);
+            for (varied, value) in
+                studies.flat_map(|((varied, _), values)| values.into_iter().map(move |x| (varied, x)))
+            {
                 keys.extend(PRECONDITIONERS.map(|preconditioner| Key {
                     scenario,
-                    varied,
+                    varied: varied.to_owned(),
+                    value,
                     preconditioner: preconditioner.to_string(),
-                    tolerance: if let Varied::Tolerance(tolerance) = varied { tolerance } else { TOLERANCE },
-                    simulations: size.pick(2, simulations(varied, preconditioner)),
+                    tolerance: if varied == "tolerance" { value } else { TOLERANCE },
+                    simulations: size.pick(2, simulations(varied, value, preconditioner)),
                     steps: size.pick(20, performance::STEPS),
                     repeats: size.pick(1, if preconditioner == PreconditionerKind::Raw { 1 } else { 2 }),
                     seed: SEED,
@@ -87,7 +80,7 @@ impl Section for Performance {
     }
 
     fn seconds(&self, key: &Key) -> f64 {
-        let segments = if let Varied::Segments(n) = key.varied { n as f64 } else { 40.0 };
+        let segments = if key.varied == "segments" { key.value } else { 40.0 };
         1e-6 * segments * segments * (key.simulations * key.steps * key.repeats) as f64
     }
 
@@ -97,10 +90,11 @@ impl Section for Performance {
         let mut simulated = Vec::new();
         for index in 0..key.simulations as u64 {
             let family = key.scenario.family();
-            let parameters = match key.varied {
-                Varied::Segments(segments) => performance::sample(family, segments, key.seed, index),
-                Varied::Modulus(modulus) => stiffened(Parameters::sample(family, key.seed, index), modulus),
-                Varied::Tolerance(_) => Parameters::sample(family, key.seed, index),
+            let drawn = Parameters::sample(family, key.seed, index);
+            let parameters = match key.varied.as_str() {
+                "segments" => performance::with_segments(drawn, key.value as usize),
+                "stiffness" => stiffened(drawn, key.value),
+                _ => drawn,
             };
             let scene = parameters.scene()?;
             let measured = with_guesses(&scene, &guesses, |named| {
@@ -122,13 +116,9 @@ impl Section for Performance {
 }
 
 /// Simulations of a point: the paper's, but fewer where one takes many seconds.
-fn simulations(varied: Varied, preconditioner: PreconditionerKind) -> usize {
-    match (varied, preconditioner) {
-        (Varied::Segments(..=105), _) | (Varied::Segments(_), PreconditionerKind::BlockJacobi) => {
-            performance::SIMULATIONS
-        }
-        _ => 10,
-    }
+fn simulations(varied: &str, value: f64, preconditioner: PreconditionerKind) -> usize {
+    let is_few = varied != "segments" || (value > 105.0 && preconditioner == PreconditionerKind::Raw);
+    if is_few { 10 } else { performance::SIMULATIONS }
 }
 
 /// With another modulus [Pa].

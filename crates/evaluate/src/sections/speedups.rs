@@ -6,15 +6,12 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use dataset::Scenario;
-use evaluation::compare::Entry;
+use evaluation::paper::entries;
 use evaluation::paper::speedup::{self, SceneRun};
-use evaluation::paper::{DIRECT, FISCHER, ZERO};
 use scene::Scene;
 use scene::sampling::{Parameters, Tree};
 use serde::{Deserialize, Serialize};
-use solver::guess::{Fischer, GuessKind};
 use solver::linear::precondition::PreconditionerKind;
-use solver::simulation::GuessFactory;
 
 use crate::cells::Section;
 use crate::context::Context;
@@ -89,17 +86,8 @@ impl Section for Speedups {
         solver.cg.max_iterations = cap(&scene);
         // Where conjugate gradients run out, halved steps would take their time to show the same.
         solver.step.max_halvings = 0;
-        let fischer = GuessKind::Fischer(Fischer::DEPTH);
-        let build = |model: &_, members: &_, topology: &_| fischer.build(model, members, topology);
         with_guesses(&scene, &guesses, |named| {
-            let mut starts: Vec<(&str, Option<GuessFactory<'_>>)> = vec![(ZERO, None)];
-            starts.extend(named.iter().map(|(name, factory)| (name.as_str(), Some(*factory))));
-            starts.push((FISCHER, Some(&build)));
-            let settings = solver.settings();
-            let entry = |(name, guess): (&str, _)| Entry { name: name.to_owned(), settings, guess };
-            let mut entries: Vec<Entry<'_>> = starts.into_iter().map(entry).collect();
-            entries.push(Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None });
-            speedup::measure(&motion(&scene, key.steps), &entries, key.repeats, go_on)
+            speedup::measure(&motion(&scene, key.steps), &entries(&solver, named), key.repeats, go_on)
         })
     }
 

@@ -7,9 +7,8 @@
 //! |---|---|
 //! | figure on performance over N | [`performance`] |
 //! | figure on temporal evolution | [`temporal`] |
-//! | figure on long-term stability | [`stability`] |
 //! | sections on collisions and complex scenarios (trees), knot | [`speedup`] |
-//! | supplement: dynamic results (a) to (g), knot, comparisons, NRMSE | [`motions`] |
+//! | figure on long-term stability; supplement: dynamic results (a) to (g), knot, comparisons, NRMSE | [`motions`] |
 //!
 //! What the paper does not ask is when training has paid for itself: [`break_even`].
 //!
@@ -24,10 +23,7 @@ pub mod break_even;
 pub mod motions;
 pub mod performance;
 pub mod speedup;
-pub mod stability;
-mod systems;
 pub mod temporal;
-mod ways;
 
 use rod::{Model, State};
 use solver::component::Members;
@@ -38,7 +34,7 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::StepParams;
 use solver::topology::Topology;
 
-pub use ways::{Method, NamedMethod};
+use crate::compare::Entry;
 
 /// Name of the start at zero.
 pub const ZERO: &str = "zero";
@@ -89,6 +85,13 @@ fn starts<'a>(guesses: &[NamedGuess<'a>]) -> Vec<(String, Option<GuessFactory<'a
     let own = guesses.iter().map(|(name, factory)| (name.clone(), Some(*factory)));
     let zero = std::iter::once((ZERO.to_owned(), None));
     zero.chain(own).chain([(FISCHER.to_owned(), Some(&fischer as GuessFactory<'a>))]).collect()
+}
+
+/// The same with conjugate gradients, then the direct solver.
+pub fn entries<'a>(solver: &CgSolver, guesses: &[NamedGuess<'a>]) -> Vec<Entry<'a>> {
+    let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
+    let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
+    starts(guesses).into_iter().map(entry).chain([direct]).collect()
 }
 
 fn fischer(model: &Model, members: &Members, topology: &Topology) -> Option<Box<dyn InitialGuess>> {

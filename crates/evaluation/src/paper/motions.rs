@@ -1,19 +1,33 @@
 //! Motions in several ways, to be drawn and to be held against the first of them: the supplement's dynamic results (a) to
-//! (g), where a guess must not change the motion, its knot, its comparisons, and the error over time (NRMSE) against
-//! vanilla position-based dynamics.
+//! (g), where a guess must not change the motion, its knot, its comparisons, the error over time (NRMSE) against vanilla
+//! position-based dynamics; and the length of a rod over a long time (paper, section 4, figure on long-term stability).
 //!
 //! The paper does not say what its NRMSE is normalised by. Here, the root mean square distance of the segments' centres is
 //! divided by the rods' mean length ([`position_error`]).
 
 use nalgebra::Vector3;
+use rod::measure::worst_gap;
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
-use solver::simulation::SimulationError;
+use solver::projection::ProjectionFactory;
+use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use solver::step::{Status, StepParams};
 
 use super::Motion;
-use super::ways::{self, NamedMethod};
 use crate::guesses::Spread;
-use crate::precision::metrics::{mean_length, position_error};
+use crate::precision::metrics::{length_ratio, mean_length, position_error};
+
+/// How constraints are projected.
+#[derive(Clone, Copy)]
+pub enum Method<'a> {
+    /// By a solver, from a guess; `None` for a zero start.
+    Solve(Settings, Option<GuessFactory<'a>>),
+    /// By predictions alone, the paper's "end-to-end". Such a way refuses contacts.
+    EndToEnd(StepParams, ProjectionFactory<'a>),
+}
+
+/// A way to move a scene: its name in the figure, and how.
+pub type NamedMethod<'a> = (String, Method<'a>);
 
 /// A motion in one way. The first way is what the others are compared to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +41,10 @@ pub struct Trace {
     /// Largest distance of any segment's centre from where it is in the first way, in any step, relative to the rods' mean
     /// length.
     pub distance: f64,
+    /// Length of all rods along their centrelines relative to the first, l / l0, at the start and after each step.
+    pub lengths: Vec<f64>,
+    /// Largest gap in any joint in any step, in segment lengths: gaps across the rod do not change its length.
+    pub largest_gap: f64,
     /// The step in which numbers were no longer finite; all lists end before it.
     pub stopped: Option<usize>,
 }
@@ -40,65 +58,75 @@ pub struct Snapshot {
     pub rods: Vec<Vec<[f64; 3]>>,
 }
 
-/// Moves the scene in all ways, a trace each, with snapshots after so many steps each of `frames`; after each step of all `progress()`
-/// says whether to go on. `None` where it said stop.
+/// Moves the scene in all ways in lockstep, a trace each, with snapshots after so many steps each of `frames`; after each
+/// step of all `progress()` says whether to go on. `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or a way is not valid.
 pub fn measure(
-    motion: &Motion<'_>,
+    &Motion { model, state: first, dt, steps }: &Motion<'_>,
     frames: &[usize],
     ways: &[NamedMethod<'_>],
-    progress: impl FnMut() -> bool,
+    mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Vec<Trace>>, SimulationError> {
-    let length = mean_length(motion.model);
-    let record = |trace: &mut Trace, step: usize, state: &State| {
-        if frames.contains(&step) {
-            trace.snapshots.push(Snapshot { step, rods: centrelines(motion.model, state) });
-        }
+    let simulation = |(_, method): &NamedMethod<'_>| match *method {
+        Method::Solve(settings, guess) => Simulation::new(model, first, &settings, guess),
+        Method::EndToEnd(params, projection) => Simulation::end_to_end(model, first, &params, projection),
     };
-    let trace = |way: &NamedMethod<'_>| {
-        let name = way.name.clone();
-        let mut trace = Trace { name, snapshots: vec![], nrmse: vec![], distance: 0.0, stopped: None };
-        record(&mut trace, 0, motion.state);
-        trace
+    let mut simulations = ways.iter().map(simulation).collect::<Result<Vec<_>, _>>()?;
+    let snapshot =
+        |step: usize, state: &State| frames.contains(&step).then(|| Snapshot { step, rods: centrelines(model, state) });
+    let trace = |(name, _): &NamedMethod<'_>| Trace {
+        name: name.clone(),
+        snapshots: snapshot(0, first).into_iter().collect(),
+        nrmse: Vec::new(),
+        distance: 0.0,
+        lengths: vec![1.0],
+        largest_gap: 0.0,
+        stopped: None,
     };
     let mut traces: Vec<Trace> = ways.iter().map(trace).collect();
-    let mut expected = (0, motion.state.clone());
-    let frame = |step: usize, way: usize, state: &State| {
-        if way == 0 {
-            expected = (step, state.clone());
+    let (mut state, mut expected) = (first.clone(), first.clone());
+    for step in 1..=steps {
+        for (way, simulation) in simulations.iter_mut().enumerate() {
+            if traces[way].stopped.is_some() {
+                continue;
+            }
+            let status = simulation.step(dt)?.status;
+            simulation.store(&mut state);
+            if way == 0 {
+                expected.clone_from(&state);
+            }
+            // Where the first way has stopped, there is nothing left to compare to.
+            let is_compared = traces[0].stopped.is_none();
+            let nrmse = if is_compared { position_error(model, &state.positions, &expected.positions) } else { 0.0 };
+            let (length, gap) = (length_ratio(model, &state, first), worst_gap(model, &state));
+            let trace = &mut traces[way];
+            // Squares of large numbers are not finite.
+            if status == Status::NonFinite || [nrmse, length, gap].iter().any(|number| !number.is_finite()) {
+                trace.stopped = Some(step);
+                continue;
+            }
+            trace.snapshots.extend(snapshot(step, &state));
+            trace.lengths.push(length);
+            trace.largest_gap = trace.largest_gap.max(gap);
+            if is_compared {
+                trace.nrmse.push(nrmse);
+                trace.distance = trace.distance.max(largest_distance(&state, &expected) / mean_length(model));
+            }
         }
-        let nrmse = position_error(motion.model, &state.positions, &expected.1.positions);
-        // Squares of numbers that large would not be finite.
-        if !nrmse.is_finite() {
-            return false;
+        if !progress() {
+            return Ok(None);
         }
-        let trace = &mut traces[way];
-        record(trace, step, state);
-        // Where the first way has stopped, there is nothing left to compare to.
-        if expected.0 == step {
-            trace.nrmse.push(nrmse);
-            trace.distance = trace.distance.max(largest_distance(state, &expected.1) / length);
-        }
-        true
-    };
-    let Some(stopped) = ways::run(motion, ways, frame, progress)? else { return Ok(None) };
-    for (trace, stopped) in traces.iter_mut().zip(stopped) {
-        trace.stopped = stopped;
     }
     Ok(Some(traces))
-}
-
-/// Half of a segment along its axis [m].
-fn half(model: &Model, state: &State, segment: usize) -> Vector3<f64> {
-    state.axis(segment) * (0.5 * model.segments[segment].length)
 }
 
 fn centrelines(model: &Model, state: &State) -> Vec<Vec<[f64; 3]>> {
     let mut rods: Vec<Vec<[f64; 3]>> = Vec::new();
     for (i, segment) in model.segments.iter().enumerate() {
-        let (start, end) = (state.positions[i] - half(model, state, i), state.positions[i] + half(model, state, i));
+        let half = state.axis(i) * (0.5 * segment.length);
+        let (start, end) = (state.positions[i] - half, state.positions[i] + half);
         rods.resize_with(rods.len().max(segment.rod + 1), Vec::new);
         let rod = &mut rods[segment.rod];
         match rod.last_mut() {
@@ -115,8 +143,11 @@ fn largest_distance(a: &State, b: &State) -> f64 {
     a.positions.iter().zip(&b.positions).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
+/// Relative change of length that counts as a failure.
+pub const LIMIT: f64 = 0.01;
+
 /// A way over several scenes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Deviation {
     /// Name of the way.
     pub name: String,
@@ -126,21 +157,36 @@ pub struct Deviation {
     pub last_nrmse: Option<Spread>,
     /// Largest distance of any segment from where it is in the first way, relative to the rods' mean length.
     pub distance: f64,
-    /// Scenes in which numbers were no longer finite.
-    pub stopped: usize,
+    /// Largest relative change of the length.
+    pub length_change: f64,
+    /// Largest gap, in segment lengths.
+    pub largest_gap: f64,
+    /// The steps in which the length first changed by more than [`LIMIT`], of the scenes in which it did.
+    pub left_limit: Vec<usize>,
+    /// The steps in which numbers were no longer finite, of the scenes in which they were not.
+    pub stopped: Vec<usize>,
+    /// Scenes in which one of the two happened.
+    pub failed: usize,
 }
 
 /// Merges scenes that have the same ways.
-pub fn deviations(cells: &[Vec<Trace>]) -> Vec<Deviation> {
-    let ways = cells.first().map_or(0, Vec::len);
+pub fn deviations(cells: &[&Vec<Trace>]) -> Vec<Deviation> {
+    let ways = cells.first().map_or(0, |cell| cell.len());
+    let changes = |trace: &Trace| trace.lengths.iter().map(|ratio| (ratio - 1.0).abs()).collect::<Vec<f64>>();
+    let left_limit = |trace: &Trace| changes(trace).iter().position(|&change| change > LIMIT);
     let of_way = |way: usize| {
         let traces = || cells.iter().filter_map(|cell| cell.get(way));
+        let largest = |of: &dyn Fn(&Trace) -> f64| traces().map(of).fold(0.0, f64::max);
         Deviation {
             name: traces().next().map_or_else(String::new, |trace| trace.name.clone()),
             scenes: traces().count(),
             last_nrmse: Spread::of(traces().filter_map(|trace| trace.nrmse.last().copied())),
-            distance: traces().map(|trace| trace.distance).fold(0.0, f64::max),
-            stopped: traces().filter(|trace| trace.stopped.is_some()).count(),
+            distance: largest(&|trace| trace.distance),
+            length_change: largest(&|trace| changes(trace).into_iter().fold(0.0, f64::max)),
+            largest_gap: largest(&|trace| trace.largest_gap),
+            left_limit: traces().filter_map(left_limit).collect(),
+            stopped: traces().filter_map(|trace| trace.stopped).collect(),
+            failed: traces().filter(|trace| left_limit(trace).or(trace.stopped).is_some()).count(),
         }
     };
     (0..ways).map(of_way).collect()
@@ -151,35 +197,41 @@ mod tests {
     use solver::component::{Component, Members};
     use solver::kernel::Spatial;
     use solver::projection::Projection;
-    use solver::step::StepParams;
     use solver::topology::Topology;
 
-    use super::super::Method;
     use super::super::example::{CG, bending, motion, quadratic, stored};
     use super::*;
 
-    /// Predicts that nothing has to be corrected.
-    struct Nothing;
+    /// Predicts that nothing has to be corrected until a step, then flights so far that soon no number holds them.
+    struct Falls(usize);
 
-    impl Projection for Nothing {
-        fn project(&mut self, _: &Component<f64>, _: usize, _: &mut [Spatial<f64>], _: &mut [Spatial<f64>]) {}
+    impl Projection for Falls {
+        fn project(&mut self, _: &Component<f64>, _: usize, dp: &mut [Spatial<f64>], _: &mut [Spatial<f64>]) {
+            if self.0 == 0 {
+                dp.iter_mut().for_each(|dp| dp.linear.0[0] = 1e153);
+            }
+            self.0 = self.0.saturating_sub(1);
+        }
     }
 
-    fn nothing(_: &Model, _: &Members, _: &Topology) -> Box<dyn Projection> {
-        Box::new(Nothing)
+    fn falls(_: &Model, _: &Members, _: &Topology) -> Box<dyn Projection> {
+        Box::new(Falls(30))
+    }
+
+    /// Solved, from a guess, and by predictions alone.
+    fn measured(scene: &scene::Scene, steps: usize, frames: &[usize]) -> Vec<Trace> {
+        let once = StepParams { max_iterations: 1, ..StepParams::DEFAULT };
+        let ways = [
+            ("direct".to_owned(), Method::Solve(CG.direct(), None)),
+            ("guess".to_owned(), Method::Solve(CG.settings(), Some(&quadratic))),
+            ("end-to-end".to_owned(), Method::EndToEnd(once, &falls)),
+        ];
+        measure(&motion(scene, steps), frames, &ways, || true).unwrap().unwrap()
     }
 
     #[test]
     fn a_guess_does_not_change_the_motion_and_free_fall_is_far_off() {
-        let scene = bending(6);
-        let once = StepParams { max_iterations: 1, ..StepParams::DEFAULT };
-        let way = |name: &str, method| NamedMethod { name: name.to_owned(), method };
-        let ways = [
-            way("direct", Method::Solve(CG.direct(), None)),
-            way("guess", Method::Solve(CG.settings(), Some(&quadratic))),
-            way("end-to-end", Method::EndToEnd(once, &nothing)),
-        ];
-        let cell = measure(&motion(&scene, 30), &[0, 10, 30], &ways, || true).unwrap().unwrap();
+        let cell = measured(&bending(6), 30, &[0, 10, 30]);
         assert_eq!(stored(&cell), cell);
         for trace in &cell {
             assert_eq!((trace.nrmse.len(), trace.stopped), (30, None));
@@ -190,9 +242,25 @@ mod tests {
         assert!(cell[1].distance < 1e-3 && cell[1].distance > 0.0 && cell[1].nrmse[29] <= cell[1].distance);
         // Without corrections all segments but the clamped one fall: by g t^2 / 2 = 1.8 m in 0.6 s.
         assert!(cell[2].nrmse[29] > 0.1);
-        let merged = deviations(&[cell.clone(), cell]);
-        assert_eq!((merged[2].scenes, merged[2].stopped, merged[2].name.as_str()), (2, 0, "end-to-end"));
+        let merged = deviations(&[&cell, &cell]);
+        assert_eq!((merged[2].scenes, merged[2].stopped.len(), merged[2].name.as_str()), (2, 0, "end-to-end"));
         assert!(merged[1].distance < merged[2].distance);
+    }
+
+    #[test]
+    fn a_solver_keeps_the_length_and_predictions_stop_where_they_are_not_finite() {
+        let cell = measured(&bending(6), 60, &[]);
+        let merged = deviations(&[&cell, &cell]);
+        for (trace, way) in cell.iter().zip(&merged).take(2) {
+            assert_eq!((trace.lengths.len(), trace.lengths[0], way.failed), (61, 1.0, 0));
+            assert!(way.length_change < 1e-4 && way.stopped.is_empty() && way.left_limit.is_empty());
+        }
+        // A free fall across the rod opens the clamped end and leaves its length; the flight along it does not.
+        let [_, _, end_to_end] = &merged[..] else { panic!("three ways") };
+        assert_eq!(end_to_end.left_limit, [31, 31]);
+        assert!((32..50).contains(&end_to_end.stopped[0]) && end_to_end.failed == 2);
+        assert_eq!(cell[2].lengths.len(), end_to_end.stopped[0]);
+        assert!(end_to_end.largest_gap > 1.0 && cell[2].lengths.iter().all(|ratio| ratio.is_finite()));
     }
 
     #[test]

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use super::speedup::{self, SceneRun, Speedup, speedups};
-use super::{CgSolver, DIRECT, Motion, NamedGuess, saved, starts, systems};
-use crate::compare::Entry;
+use super::temporal::{self, StartSeries};
+use super::{CgSolver, Motion, NamedGuess, entries, saved};
 use crate::guesses::Spread;
 use crate::starts::Tally;
 
@@ -32,9 +32,9 @@ pub fn segments(family: Family) -> &'static [usize] {
     }
 }
 
-/// Simulation `index` of the point at N = `segments`: a sample of Table 1 with that N. Others keep theirs.
-pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Parameters {
-    match Parameters::sample(family, seed, index) {
+/// A sample of Table 1 with N = `segments`. Others keep theirs.
+pub fn with_segments(sample: Parameters, segments: usize) -> Parameters {
+    match sample {
         Parameters::Rod(rod) => Parameters::Rod(Rod { segments, ..rod }),
         Parameters::Helix(helix) => Parameters::Helix(Helix { segments, ..helix }),
         other => other,
@@ -44,10 +44,8 @@ pub fn sample(family: Family, segments: usize, seed: u64, index: u64) -> Paramet
 /// One simulation of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Simulated {
-    /// Starts on the same systems, by their names, with their sums: zero, the guesses, Fischer's projection.
+    /// On the same systems, by their names, with their sums: zero, the guesses, Fischer's projection, the direct solver.
     pub starts: Vec<(String, Tally)>,
-    /// The direct solver on the same systems: time [s].
-    pub direct_s: f64,
     /// Whole runs: conjugate gradients from the same starts, then the direct solver.
     pub runs: SceneRun,
 }
@@ -64,23 +62,28 @@ pub fn measure(
     repeats: usize,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Simulated>, SimulationError> {
-    let Some(mut ways) = systems::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
-    let direct_s = ways.pop().map_or(0.0, |(_, tallies)| systems::sum(&tallies).solve_s);
-    let entry = |(name, guess)| Entry { name, settings: solver.settings(), guess };
-    let direct = Entry { name: DIRECT.to_owned(), settings: solver.direct(), guess: None };
-    let entries: Vec<Entry<'_>> = starts(guesses).into_iter().map(entry).chain([direct]).collect();
-    let Some(runs) = speedup::measure(motion, &entries, repeats, progress)? else { return Ok(None) };
-    let start = |(name, tallies): (String, Vec<Tally>)| (name, systems::sum(&tallies));
-    Ok(Some(Simulated { starts: ways.into_iter().map(start).collect(), direct_s, runs }))
+    let Some(systems) = temporal::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
+    let runs = speedup::measure(motion, &entries(solver, guesses), repeats, progress)?;
+    let Some(runs) = runs else { return Ok(None) };
+    Ok(Some(Simulated { starts: systems.into_iter().map(sum).collect(), runs }))
+}
+
+fn sum(StartSeries { name, steps }: StartSeries) -> (String, Tally) {
+    let sum = steps.iter().fold(Tally::default(), |sum, step| Tally {
+        solves: sum.solves + step.solves,
+        dropped: sum.dropped + step.dropped,
+        iterations: sum.iterations + step.iterations,
+        solve_s: sum.solve_s + step.solve_s,
+        guess_s: sum.guess_s + step.guess_s,
+    });
+    (name, sum)
 }
 
 /// A point of the figure: all simulations of one N.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// One entry a start, zero first, on the same systems.
+    /// One entry a start, zero first and the direct solver last, on the same systems.
     pub starts: Vec<StartPoint>,
-    /// Share of the solves' time that the direct solver saves, relative to the zero start.
-    pub direct_projection: Option<Spread>,
     /// Whole runs, one entry a start and the direct solver last.
     pub runs: Vec<Speedup>,
 }
@@ -90,7 +93,7 @@ pub struct Point {
 pub struct StartPoint {
     /// Name of the guess.
     pub name: String,
-    /// Iterations of conjugate gradients, relative (black curve).
+    /// Iterations of conjugate gradients, relative (black curve); zero for the direct solver.
     pub iteration_ratio: Option<Spread>,
     /// Time of the guess over that of the zero start's solves, t_infer / t_CG (purple curve).
     pub inference_ratio: Option<Spread>,
@@ -103,12 +106,7 @@ pub struct StartPoint {
 pub fn point(cells: &[Simulated]) -> Point {
     let count = cells.first().map_or(0, |cell| cell.starts.len());
     let runs: Vec<SceneRun> = cells.iter().map(|cell| cell.runs.clone()).collect();
-    let direct = cells.iter().filter_map(|cell| Some(saved(cell.starts.first()?.1.solve_s, cell.direct_s)));
-    Point {
-        starts: (0..count).map(|start| start_point(cells, start)).collect(),
-        direct_projection: Spread::of(direct),
-        runs: speedups(&runs),
-    }
+    Point { starts: (0..count).map(|start| start_point(cells, start)).collect(), runs: speedups(&runs) }
 }
 
 fn start_point(cells: &[Simulated], start: usize) -> StartPoint {
@@ -135,8 +133,11 @@ mod tests {
         };
         let run = SceneRun { steps: 1, segments: 1, ways: Vec::new() };
         let cell = |iterations, solve_s| Simulated {
-            starts: vec![start("zero", 100, 4.0, 0.0), start("net", iterations, solve_s, 1.0)],
-            direct_s: 0.4,
+            starts: vec![
+                start("zero", 100, 4.0, 0.0),
+                start("net", iterations, solve_s, 1.0),
+                start("direct", 0, 0.4, 0.0),
+            ],
             runs: run.clone(),
         };
         let point = point(&[cell(50, 2.0), cell(70, 3.0), cell(20, 1.0)]);
@@ -146,7 +147,7 @@ mod tests {
         assert_eq!(net.inference_ratio.unwrap().median, 0.25);
         // 1 - 3/4, 1 - 4/4 and 1 - 2/4.
         assert_eq!(net.projection.unwrap(), Spread { mean: 0.25, lower: 0.125, median: 0.25, upper: 0.375 });
-        assert!((point.direct_projection.unwrap().median - 0.9).abs() < 1e-12);
+        assert!((point.starts[2].projection.unwrap().median - 0.9).abs() < 1e-12);
         assert_eq!(
             (point.starts[0].iteration_ratio.unwrap().mean, point.starts[0].projection.unwrap().mean),
             (1.0, 0.0)
@@ -166,11 +167,11 @@ mod tests {
         assert_eq!(ticks, 32);
         assert_eq!(stored(&cell), cell);
         let names: Vec<&str> = cell.starts.iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(names, ["zero", "net", "fischer"]);
+        assert_eq!(names, ["zero", "net", "fischer", "direct"]);
         let ways: Vec<&str> = cell.runs.ways.iter().map(|way| way.name.as_str()).collect();
         assert_eq!(ways, ["zero", "net", "fischer", "direct"]);
-        assert!(cell.starts.iter().all(|(_, tally)| tally.solves == 8 && tally.iterations > 0));
-        assert!(cell.starts[0].1.guess_s == 0.0 && cell.starts[1].1.guess_s > 0.0 && cell.direct_s > 0.0);
+        assert!(cell.starts.iter().take(3).all(|(_, tally)| tally.solves == 8 && tally.iterations > 0));
+        assert!(cell.starts[0].1.guess_s == 0.0 && cell.starts[1].1.guess_s > 0.0 && cell.starts[3].1.solve_s > 0.0);
         let point = point(&[cell]);
         // A smooth motion's parabola helps, and the direct solver has no linear iterations.
         assert!(point.starts[1].iteration_ratio.unwrap().median < 1.0);

@@ -1,22 +1,48 @@
 //! Our settings where the paper gives one: from the code that uses them, and from the cards of the paper's networks.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use catalogue::Network;
 use copingnet::{Output, Training};
 use dataset::{Config, Scenario};
-use evaluation::paper::{performance, speedup, stability, temporal};
-use nalgebra::{Vector2, Vector3};
+use evaluation::paper::{performance, speedup, temporal};
+use scene::builtin;
 use scene::sampling::{Helix, Parameters, Rod, Tree, supplement};
-use scene::{Scene, builtin};
 
 use crate::context::Context;
+use crate::sections::dynamics::varied;
+use crate::sections::long_term;
 use crate::sections::paper::FREE;
 
 /// By the claim's id: our value, written as the paper's is, and where it is from.
 pub(super) type Settings = BTreeMap<String, [String; 2]>;
+
+/// The paper's scenes that are files: claim, name, text, and what is told of the rods in it.
+/// Those of "two-rods" are level, so that the height of their direction is their angle.
+const SCENES: [(&str, &str, &str, &str); 3] = [
+    (
+        "plane-helix",
+        "helix-on-plane",
+        include_str!("../../../../scene/scenes/helix-on-plane.toml"),
+        "HR = {0.shape.helix.radius_m} m, HH = {0.shape.helix.height_m} m, HW = {0.shape.helix.winding}, T = \
+         {0.torsion_modulus_pa} Pa, N = {0.shape.helix.segments}",
+    ),
+    (
+        "two-rods",
+        "two-rods",
+        include_str!("../../../../scene/scenes/two-rods.toml"),
+        "phi_0 = {0.shape.straight.direction.2} deg, N = {0.shape.straight.segments} and {1.shape.straight.segments}, l = \
+         {0.shape.straight.length_m} and {1.shape.straight.length_m} m, Y = {0.youngs_modulus_pa} Pa",
+    ),
+    (
+        "knot-rope",
+        "knot",
+        include_str!("../../../../scene/scenes/knot.toml"),
+        "N = {0.shape.knot.segments}, R = {0.radius_m} m, l = {0.shape.knot.length_m} m, Y = {0.youngs_modulus_pa} Pa, T = \
+         {0.torsion_modulus_pa} Pa",
+    ),
+];
 
 /// All settings, but for those of the ablation, which come with its summary.
 pub(super) fn settings(context: &Context) -> Result<Settings> {
@@ -64,7 +90,7 @@ pub(super) fn settings(context: &Context) -> Result<Settings> {
     let parameters = [
         ("temporal-rod", "temporal::rod", temporal::rod()),
         ("temporal-helix", "temporal::helix", temporal::helix()),
-        ("stability-rod", "stability::rod", stability::rod(Rod::default().youngs_modulus)),
+        ("stability-rod", "long_term::rod", long_term::rod(Rod::default().youngs_modulus)),
         ("dynamic-rod", "scene::sampling::Rod::default", default_rod),
         ("dynamic-helix", "scene::sampling::Helix::default", default_helix),
         ("comparisons-rod", "scene::sampling::Rod::default", default_rod),
@@ -73,11 +99,15 @@ pub(super) fn settings(context: &Context) -> Result<Settings> {
     for (id, at, parameters) in parameters {
         add(id, at, in_words(&parameters));
     }
-    add("plane-helix", "scenes/helix-on-plane.toml", helix_on_plane()?);
-    add("two-rods", "scenes/two-rods.toml", two_rods()?);
-    add("knot-rope", "scenes/knot.toml", knot()?);
+    for (id, name, text, words) in SCENES {
+        add(id, &format!("scenes/{name}.toml"), of_file(text, words)?);
+    }
     for (figure, scenes) in supplement() {
-        let values: Vec<String> = scenes.iter().map(|parameters| varied(figure, parameters)).collect();
+        let words = |parameters: &Parameters| match &varied(figure, parameters)[..] {
+            [one] => number(*one),
+            several => format!("({})", several.iter().map(|&value| number(value)).collect::<Vec<_>>().join(", ")),
+        };
+        let values: Vec<String> = scenes.iter().map(words).collect();
         add(&format!("dynamic-{figure}"), "scene::sampling::supplement", values.join(", "));
     }
     Ok(settings)
@@ -183,83 +213,27 @@ fn in_words(parameters: &Parameters) -> String {
     }
 }
 
-/// What a figure of the supplement's dynamic results varies.
-fn varied(figure: char, parameters: &Parameters) -> String {
-    match (figure, parameters) {
-        ('a', Parameters::Rod(rod)) => number(rod.angle_deg),
-        ('b', Parameters::Rod(rod)) => number(rod.segments as f64),
-        ('c', Parameters::Rod(rod)) => number(rod.length),
-        (_, Parameters::Rod(rod)) => number(rod.youngs_modulus),
-        ('e', Parameters::Helix(helix)) => {
-            format!("({})", [helix.helix_radius, helix.helix_height, helix.winding].map(number).join(", "))
+/// Words with numbers of a scene's rods in them, by their places in its file: `{0.radius_m}`.
+fn of_file(text: &str, words: &str) -> Result<String> {
+    let file: toml::Value = toml::from_str(text)?;
+    let value = |path: &str| {
+        let mut value = file.get("rods")?;
+        for key in path.split('.') {
+            value = match key.parse::<usize>() {
+                Ok(place) => value.get(place)?,
+                Err(_) => value.get(key)?,
+            };
         }
-        ('f', Parameters::Helix(helix)) => number(helix.segments as f64),
-        (_, Parameters::Helix(helix)) => number(helix.torsion_modulus),
-        _ => parameters.to_toml(),
+        value.as_float().or_else(|| Some(value.as_integer()? as f64))
+    };
+    let mut filled = String::new();
+    for (k, part) in words.split(['{', '}']).enumerate() {
+        match k % 2 {
+            0 => filled.push_str(part),
+            _ => filled.push_str(&number(value(part).with_context(|| format!("a scene without {part}"))?)),
+        }
     }
-}
-
-/// The helix of "helix-on-plane", as its segments have it: they end on the curve, whose axis is vertical.
-fn helix_on_plane() -> Result<String> {
-    let scene = builtin("helix-on-plane")?;
-    let ends: Vec<Vector3<f64>> = ends(&scene);
-    let horizontal = |i: usize| ends[i].xy();
-    let (a, b, c) = (horizontal(0), horizontal(1), horizontal(2));
-    // The circle through three points, relative to the first.
-    let (u, v) = (b - a, c - a);
-    let centre =
-        Vector2::new(v.y * u.norm_squared() - u.y * v.norm_squared(), u.x * v.norm_squared() - v.x * u.norm_squared())
-            / (2.0 * u.perp(&v));
-    let turned = |i: usize| {
-        let (from, to) = (horizontal(i) - a - centre, horizontal(i + 1) - a - centre);
-        from.perp(&to).atan2(from.dot(&to))
-    };
-    let turns: f64 = (0..ends.len() - 1).map(turned).sum();
-    let height = ends.last().map_or(f64::NAN, |last| last.z - ends[0].z);
-    Ok(in_words(&Parameters::Helix(Helix {
-        segments: scene.model.segments.len(),
-        torsion_modulus: scene.model.joints.first().map_or(f64::NAN, |joint| joint.torsion_modulus),
-        helix_radius: centre.norm(),
-        helix_height: height.abs(),
-        winding: turns.abs() / TAU,
-        ..Helix::default()
-    })))
-}
-
-/// Ends of the segments of a scene with one rod, from the first's start on [m].
-fn ends(scene: &Scene) -> Vec<Vector3<f64>> {
-    let place = |i: usize, side: f64| {
-        scene.state.positions[i] + scene.state.axis(i) * (0.5 * side * scene.model.segments[i].length)
-    };
-    std::iter::once(place(0, -1.0)).chain((0..scene.model.segments.len()).map(|i| place(i, 1.0))).collect()
-}
-
-/// The rods of "two-rods".
-fn two_rods() -> Result<String> {
-    let scene = builtin("two-rods")?;
-    let lengths = rod::measure::rod_lengths(&scene.model, &scene.state).into_iter().map(number);
-    let segments = scene.rods.iter().map(|rod| rod.segments.len().to_string());
-    Ok(format!(
-        "phi_0 = {} deg, N = {}, l = {} m, Y = {} Pa",
-        number(scene.state.axis(0).z.asin().to_degrees()),
-        segments.collect::<Vec<_>>().join(" and "),
-        lengths.collect::<Vec<_>>().join(" and "),
-        number(scene.model.joints.first().map_or(f64::NAN, |joint| joint.youngs_modulus))
-    ))
-}
-
-/// The rope of "knot".
-fn knot() -> Result<String> {
-    let model = builtin("knot")?.model;
-    let joint = |value: fn(&rod::Joint) -> f64| number(model.joints.first().map_or(f64::NAN, value));
-    Ok(format!(
-        "N = {}, R = {} m, l = {} m, Y = {} Pa, T = {} Pa",
-        model.segments.len(),
-        number(model.segments.first().map_or(f64::NAN, |segment| segment.radius)),
-        number(model.segments.iter().map(|segment| segment.length).sum()),
-        joint(|joint| joint.youngs_modulus),
-        joint(|joint| joint.torsion_modulus)
-    ))
+    Ok(filled)
 }
 
 #[cfg(test)]

@@ -112,15 +112,19 @@ fn break_evens(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<Table> 
                 let seconds = network.card().seconds();
                 // A network in a scene's plane is a guess of its own.
                 for guess in [name.clone(), format!("{name}, planar")] {
-                    let against = break_even::against(seconds, &runs, &guess);
-                    rows.extend(against.iter().filter(|held| RIVALS.contains(&held.against.as_str())).map(|held| {
+                    if runs.iter().all(|run| break_even::step_s(run, &guess).is_none()) {
+                        continue;
+                    }
+                    rows.extend(RIVALS.map(|rival| {
+                        let saved_s = break_even::saved_s(&runs, &guess, rival);
+                        let steps = saved_s.and_then(|saved_s| break_even::steps(seconds, saved_s));
                         vec![
                             format!("{scene}, {preconditioner} {tolerance:e}").into(),
                             guess.as_str().into(),
                             number(seconds / 60.0).into(),
-                            held.against.as_str().into(),
-                            held.saved_s.map_or("-".to_owned(), |saved| number(1e6 * saved)).into(),
-                            held.steps.map_or(Cell::muted("never"), |steps| Cell::strong(steps.to_string())),
+                            rival.into(),
+                            saved_s.map_or("-".to_owned(), |saved| number(1e6 * saved)).into(),
+                            steps.map_or(Cell::muted("never"), |steps| Cell::strong(steps.to_string())),
                         ]
                     }));
                 }
