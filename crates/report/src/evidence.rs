@@ -53,7 +53,7 @@ impl<'a> Evidence<'a> {
             }
             Self::Figure(figure) => match &figure.charts {
                 Charts::Lines(charts) => {
-                    let names = ["chart", "series", "x", "y", "lower", "upper", "emphasis", "note", "x axis", "y axis"];
+                    let names = ["chart", "series", "x", "y", "lower", "upper", "emphasis", "x axis", "y axis"];
                     once(head(&names)).chain(charts.iter().flat_map(line_rows)).collect()
                 }
                 Charts::Heat(charts) => {
@@ -74,9 +74,9 @@ fn line_rows(chart: &LineChart) -> impl Iterator<Item = Vec<String>> {
     points.map(|(series, point)| {
         let [x, y] = [point.x, point.y].map(number);
         let [lower, upper] = point.band.map(|band| band.map(number)).unwrap_or_default();
-        let (title, name, note) = (chart.title.clone(), series.name.clone(), point.note.clone());
+        let (title, name) = (chart.title.clone(), series.name.clone());
         let labels = [chart.x.label.clone(), chart.y.label.clone()];
-        [title, name, x, y, lower, upper, point.emphasis.to_string(), note].into_iter().chain(labels).collect()
+        [title, name, x, y, lower, upper, point.emphasis.to_string()].into_iter().chain(labels).collect()
     })
 }
 

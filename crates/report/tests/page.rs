@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use report::{
-    Axis, Bar, BarChart, Block, Cell, Charts, ColourScale, Column, Conditions, Details, Figure, HeatMap, LineChart,
-    NumberFormat, Page, Reference, Scale, Section, Series, Table, check,
+    Axis, Bar, BarChart, Block, Cell, Charts, Column, Conditions, Figure, HeatMap, LineChart, Page, Reference, Section,
+    Series, Table, check,
 };
 use roxmltree::{Document, ParsingOptions};
 
@@ -58,13 +58,11 @@ fn records(csv: &str) -> Vec<Vec<String>> {
 
 fn odd_charts() -> Vec<Charts> {
     let odd = || ODD.to_owned();
-    let mut series = Series::new(ODD, [(1.0, 2.0)]);
-    series.points[0].note = odd();
     let line = LineChart {
         title: odd(),
         x: Axis::linear(ODD),
         y: Axis::linear(ODD),
-        series: vec![series],
+        series: vec![Series::new(ODD, [(1.0, 2.0)])],
         references: vec![Reference::Vertical { x: 1.0, label: odd() }, Reference::Horizontal { y: 1.0, label: odd() }],
         emphasis: Some(odd()),
         ..LineChart::default()
@@ -101,7 +99,7 @@ fn text_is_escaped_in_every_place() {
         conditions: conditions(),
         ..table("table")
     };
-    blocks.push(Block::Details(Details { summary: odd(), blocks: vec![Block::Table(odd_table)] }));
+    blocks.push(Block::Table(odd_table));
     let sections = vec![Section { id: "first".into(), title: odd(), blocks }];
     let page = Page { title: odd(), lead: vec![odd()], conditions: conditions(), sections };
 
@@ -117,9 +115,7 @@ fn text_is_escaped_in_every_place() {
             nodes.map(|node| node.descendants().filter_map(|n| n.text().filter(|_| n.is_text())).collect()).collect();
         texts.iter().filter(|text| squeeze(text).contains(READ)).count()
     };
-    for (tag, count) in
-        [("h1", 1), ("h2", 1), ("h3", 4), ("code", 1), ("strong", 1), ("summary", 1), ("dt", 5), ("dd", 5)]
-    {
+    for (tag, count) in [("h1", 1), ("h2", 1), ("h3", 4), ("code", 1), ("strong", 1), ("dt", 5), ("dd", 5)] {
         assert_eq!(whole(tag), count, "{tag}");
     }
     assert_eq!(whole("th"), 2);
@@ -260,10 +256,8 @@ fn heat_maps_print_their_numbers() {
     let map = HeatMap {
         rows: vec!["a".into(), "b".into()],
         columns: vec!["c".into(), "d".into()],
-        values: vec![vec![Some(0.5), Some(2.0)], vec![Some(0.0), None]],
-        format: NumberFormat::Fixed(3),
-        scale: Scale::Log,
-        colours: ColourScale::Diverging { centre: 1.0 },
+        values: vec![vec![Some(0.5), Some(2.0)], vec![Some(f64::NAN), None]],
+        centre: Some(1.0),
         ..HeatMap::default()
     };
     let figure = Figure { charts: map.into(), ..lines("map", LineChart::default()) };
@@ -273,12 +267,12 @@ fn heat_maps_print_their_numbers() {
         document.descendants().filter(|node| node.attribute("class").is_some_and(|class| class.starts_with("cell")));
     let cells: Vec<_> =
         cells.map(|node| (node.attribute("class").unwrap(), node.attribute("fill-opacity").unwrap())).collect();
-    // A half is as far from one as two is; zero has no logarithm, and nothing has no colour.
-    assert_eq!(cells, [("cell low", "1"), ("cell high", "1"), ("cell missing", "1"), ("cell missing", "1")]);
+    // Two is twice as far from one as a half is; what is no number has no colour, nor has nothing.
+    assert_eq!(cells, [("cell low", "0.5"), ("cell high", "1"), ("cell missing", "1"), ("cell missing", "1")]);
     let texts: Vec<_> =
         document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect();
-    assert!(["0.500", "2.000", "0.000", "–"].iter().all(|text| texts.contains(text)), "{texts:?}");
-    assert_eq!(records(&csv)[3..], [["", "b", "c", "0.0", ""], ["", "b", "d", "", ""]]);
+    assert!(["0.500", "2.00", "NaN", "–"].iter().all(|text| texts.contains(text)), "{texts:?}");
+    assert_eq!(records(&csv)[3..], [["", "b", "c", "NaN", ""], ["", "b", "d", "", ""]]);
 }
 
 #[test]
@@ -294,8 +288,7 @@ fn what_does_not_fit_is_refused_before_anything_is_written() {
         assert!(error.contains("an id has a to z"), "{id}: {error}");
     }
     for id in ["first", "contents", "b"] {
-        let folded = Details { summary: String::new(), blocks: vec![Block::Table(table(id))] };
-        let error = refused(page(vec![Block::Table(table("b")), Block::Details(folded)]));
+        let error = refused(page(vec![Block::Table(table("b")), Block::Table(table(id))]));
         assert!(error.contains("more than one"), "{id}: {error}");
     }
     let empty = Table { conditions: conditions().with("machine", " "), ..table("a") };

@@ -21,7 +21,7 @@ use crate::Outcome;
 use crate::library::Guesses;
 
 /// Characters of a line on the terminal.
-const WIDTH: usize = 120;
+const WIDTH: u16 = 120;
 
 /// Where the numbers go.
 #[derive(Args, Debug)]
@@ -82,10 +82,9 @@ impl OutputArgs {
         if !self.quiet {
             for block in &section.blocks {
                 match block {
-                    Block::Table(table) => say!("\n{}\n{}", table.title, table.text())?,
+                    Block::Table(table) => say!("\n{}\n{}", table.title, table.text(WIDTH))?,
                     Block::Paragraph(text) => {
-                        let lines = text.lines().flat_map(|line| wrapped(line, WIDTH));
-                        say!("\n{}", lines.collect::<Vec<_>>().join("\n"))?;
+                        say!("\n{}", wrapped(text, WIDTH))?;
                     }
                     _ => {}
                 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dataset::Scenario;
 use evaluation::paper::DIRECT;
 use evaluation::paper::motions::{Deviation, Trace, deviations};
-use report::{Aspect, Axis, Block, Charts, Figure, LineChart, LineStyle, Section as PageSection, Series, Table};
+use report::{Axis, Block, Charts, Figure, LineChart, Section as PageSection, Series, Table};
 use scene::sampling::{Parameters, supplement};
 
 use super::{Dynamics, FRAMES, Key, parameters, scenario_of};
@@ -105,14 +105,14 @@ fn caption(key: &Key) -> String {
 
 fn chart(key: &Key, traces: &[Trace]) -> LineChart {
     let mut series = Vec::new();
-    for (name, style) in [(DIRECT, LineStyle::Solid), ("gn", LineStyle::Dashed)] {
+    for (name, dashed) in [(DIRECT, false), ("gn", true)] {
         let own = traces.iter().filter(|trace| trace.name == name);
         for snapshot in own.flat_map(|trace| &trace.snapshots) {
             let colour = format!("step {}", snapshot.step);
             series.extend(snapshot.rods.iter().map(|rod| {
                 let points = rod.iter().map(|[x, _, z]| (*x, *z));
                 let named = Series::new(format!("{name}, {colour}"), points);
-                Series { style, colour: Some(colour.clone()), markers: false, ..named }
+                Series { dashed, colour: Some(colour.clone()), markers: false, ..named }
             }));
         }
     }
@@ -121,7 +121,7 @@ fn chart(key: &Key, traces: &[Trace]) -> LineChart {
         x: Axis::linear("x [m]"),
         y: Axis::linear("z [m]"),
         series,
-        aspect: Aspect::Equal,
+        equal_units: true,
         ..LineChart::default()
     }
 }

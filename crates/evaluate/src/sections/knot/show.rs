@@ -6,7 +6,7 @@ use evaluation::knot::determinant;
 use evaluation::paper::DIRECT;
 use evaluation::paper::motions::{Snapshot, Trace};
 use nalgebra::Vector3;
-use report::{Aspect, Axis, Block, Cell, Charts, Figure, LineChart, Section as PageSection, Series, Table};
+use report::{Axis, Block, Cell, Charts, Figure, LineChart, Section as PageSection, Series, Table};
 
 use super::{Key, Knot};
 use crate::cells::Section as _;
@@ -73,7 +73,7 @@ fn chart(traces: &[Trace], step: usize) -> LineChart {
         x: Axis::linear("x [m]"),
         y: Axis::linear("y [m]"),
         series: series.collect(),
-        aspect: Aspect::Equal,
+        equal_units: true,
         ..LineChart::default()
     }
 }
