@@ -1,7 +1,7 @@
 //! What the page says of the networks, by their cards.
 
 use anyhow::{Context as _, Result};
-use catalogue::{GuessName, LearnedName, Network, Recipe};
+use catalogue::{GuessName, Network, Recipe};
 use dataset::Scenario;
 use report::Reference;
 
@@ -10,7 +10,7 @@ use crate::library::{Learned, Library};
 impl Library {
     /// Reads the paper's network of a scenario.
     pub(crate) fn paper_network<T>(&self, scenario: Scenario, read: impl FnOnce(&Network) -> T) -> Result<T> {
-        let name = GuessName::Learned(LearnedName::Network(Recipe::Paper));
+        let name = GuessName::Network(Recipe::Paper);
         let networks = self.guesses(scenario, Learned::Networks)?;
         let network = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
         network.map(read).with_context(|| format!("no network of the paper's for {scenario} is built in"))

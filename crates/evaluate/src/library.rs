@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use anyhow::Result;
-use catalogue::{Guess, GuessName, LearnedName, Recipe, Sources, Training, built_in, fitting};
+use catalogue::{Guess, GuessName, Recipe, Sources, Training, built_in, fitting};
 use dataset::Scenario;
 use scene::Scene;
 
@@ -58,7 +58,7 @@ impl Library {
         let mut names = networks_of(scenario);
         let mut sources = Sources::default();
         if which == Learned::All {
-            names.insert(0, GuessName::Learned(LearnedName::Knn));
+            names.insert(0, GuessName::Knn);
             sources.data = Some(self.data.clone());
         }
         let training = Training::of(&sources, &names, &[scenario], true)?.remove(0);
@@ -79,5 +79,5 @@ fn networks_of(scenario: Scenario) -> Vec<GuessName> {
         let name = format!("{scenario}-{}", recipe.name());
         built_in().any(|(built_in, _)| built_in == name)
     };
-    Recipe::ALL.into_iter().filter(is_there).map(|recipe| GuessName::Learned(LearnedName::Network(recipe))).collect()
+    Recipe::ALL.into_iter().filter(is_there).map(GuessName::Network).collect()
 }

@@ -9,7 +9,7 @@ pub(crate) mod stress;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
-use catalogue::{GuessName, Row, Sources, Training, load, networks};
+use catalogue::{GuessName, Row, Sources, Training, load};
 use clap::Args;
 use dataset::{Config, Scenario};
 use report::{Block, Conditions, Page, Section, wrapped};
@@ -153,9 +153,9 @@ fn conditions() -> Conditions {
 
 /// The networks of these rows, by their hashes.
 fn with_networks(conditions: Conditions, of: &str, rows: &[Row<'_>]) -> Conditions {
-    networks(rows).into_iter().fold(conditions, |conditions, network| {
-        let origin = network.origin;
-        let name = format!("{of}, {}", network.guess);
-        conditions.with(name, format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3))
+    let origins = rows.iter().filter_map(|row| Some((&row.name, row.guess.origin()?)));
+    origins.fold(conditions, |conditions, (name, origin)| {
+        conditions
+            .with(format!("{of}, {name}"), format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3))
     })
 }
