@@ -18,32 +18,29 @@ struct BuiltIn {
     weights: &'static [u8],
 }
 
-/// A file of the folder `checkpoints`.
-macro_rules! file {
-    ($name:literal, $end:literal) => {
-        include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../checkpoints/", $name, $end))
-    };
-}
-
-/// A checkpoint of the folder `checkpoints`.
+/// Checkpoints of the folder `checkpoints`.
 macro_rules! built_in {
-    ($name:literal) => {
-        BuiltIn { name: $name, card: file!($name, ".toml"), weights: file!($name, ".safetensors") }
+    ($($name:literal),+) => {
+        [$(BuiltIn {
+            name: $name,
+            card: include_bytes!(concat!("../../../checkpoints/", $name, ".toml")),
+            weights: include_bytes!(concat!("../../../checkpoints/", $name, ".safetensors")),
+        }),+]
     };
 }
 
 /// One a scenario and recipe, by both names.
-static BUILT_IN: [BuiltIn; 10] = [
-    built_in!("rod-paper"),
-    built_in!("rod-best"),
-    built_in!("rod-step"),
-    built_in!("helix-paper"),
-    built_in!("helix-best"),
-    built_in!("helix-step"),
-    built_in!("knot-paper"),
-    built_in!("knot-best"),
-    built_in!("tree-paper"),
-    built_in!("tree-best"),
+static BUILT_IN: [BuiltIn; 10] = built_in![
+    "rod-paper",
+    "rod-best",
+    "rod-step",
+    "helix-paper",
+    "helix-best",
+    "helix-step",
+    "knot-paper",
+    "knot-best",
+    "tree-paper",
+    "tree-best"
 ];
 
 /// Names ("rod-paper") and weights' files of the networks in the program.

@@ -1,6 +1,6 @@
 //! Flags of `train sweep`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use copingnet::Backend;
@@ -84,11 +84,4 @@ pub(crate) struct MergeArgs {
     /// Go on where cells are lost: they are left out, and the summary names them.
     #[arg(long)]
     pub(crate) partial: bool,
-}
-
-impl MergeArgs {
-    /// Where the files go.
-    pub(crate) fn out(&self) -> &Path {
-        self.out.as_deref().or(self.folders.first().map(PathBuf::as_path)).unwrap_or(Path::new("."))
-    }
 }

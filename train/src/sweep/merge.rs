@@ -45,7 +45,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     };
     let cells = gathered.outcomes.into_iter().filter_map(cell).collect();
     let summary = Summary { schema_version: SCHEMA_VERSION, lost, sweep, cells };
-    let out = args.out();
+    let out = args.out.as_ref().or(args.folders.first()).context("no folder is given")?;
     fs::create_dir_all(out).with_context(|| format!("--out: cannot make the folder {}", out.display()))?;
     let (file, sealed) = (out.join(SUMMARY), seal(&summary)?);
     write_atomically(&file, |out| out.write_all(sealed.as_bytes()))?;
