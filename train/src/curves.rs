@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use chart::{Axis, Conditions, Figure, LineChart, Reference, Series};
+use chart::{Axis, Charts, Conditions, Figure, LineChart, Reference, Series};
 
 use crate::course::with_ending;
 use crate::measure::{Columns, Measured};
@@ -100,7 +100,7 @@ fn picture(columns: &Columns, rows: &[Row]) -> Figure {
         id: "curves".into(),
         title: columns.about.into(),
         caption: String::new(),
-        charts: chart.into(),
+        charts: Charts::Lines(vec![chart]),
         conditions: Conditions::new("epochs", epochs.to_string())
             .with("training and measuring", format!("{seconds:.0} s")),
     }

@@ -19,7 +19,13 @@ fn conditions() -> Conditions {
 }
 
 fn lines(id: &str, chart: LineChart) -> Figure {
-    Figure { id: id.into(), title: id.into(), caption: String::new(), charts: chart.into(), conditions: conditions() }
+    Figure {
+        id: id.into(),
+        title: id.into(),
+        caption: String::new(),
+        charts: Charts::Lines(vec![chart]),
+        conditions: conditions(),
+    }
 }
 
 fn table(id: &str) -> Table {
@@ -79,7 +85,7 @@ fn odd_charts() -> Vec<Charts> {
     };
     let bar = Bar { name: odd(), values: vec![1.0] };
     let bars = BarChart { title: odd(), label: odd(), parts: vec![odd()], bars: vec![bar] };
-    vec![line.into(), heat.into(), bars.into()]
+    vec![Charts::Lines(vec![line]), Charts::Heat(vec![heat]), Charts::Bars(vec![bars])]
 }
 
 #[test]
@@ -178,7 +184,7 @@ fn charts_without_data_say_so() {
         bars: vec![Bar { name: "b".into(), values: vec![f64::NAN] }],
         ..BarChart::default()
     };
-    for charts in [empty.into(), heat.into(), bars.into()] {
+    for charts in [Charts::Lines(vec![empty]), Charts::Heat(vec![heat]), Charts::Bars(vec![bars])] {
         let figure = Figure { charts, ..lines("empty", LineChart::default()) };
         assert!(figure.svg().contains("no data"));
         assert!(written(&page(vec![Block::Figure(figure)]), "empty").0.contains("no data"));
@@ -209,7 +215,7 @@ fn drawings_are_well_formed_and_stand_alone() {
         ..LineChart::default()
     };
     let several = Charts::Lines(vec![many.clone(), LineChart::default(), many.clone()]);
-    for charts in odd_charts().into_iter().chain([many.into(), several, Charts::Heat(vec![])]) {
+    for charts in odd_charts().into_iter().chain([Charts::Lines(vec![many]), several, Charts::Heat(vec![])]) {
         let svg = Figure { charts, ..lines("a", LineChart::default()) }.svg();
         let document = Document::parse(&svg).unwrap();
         let root = document.root_element();
@@ -260,7 +266,7 @@ fn heat_maps_print_their_numbers() {
         centre: Some(1.0),
         ..HeatMap::default()
     };
-    let figure = Figure { charts: map.into(), ..lines("map", LineChart::default()) };
+    let figure = Figure { charts: Charts::Heat(vec![map]), ..lines("map", LineChart::default()) };
     let (html, csv) = written(&page(vec![Block::Figure(figure)]), "map");
     let document = parse(&html);
     let cells =
@@ -302,7 +308,7 @@ fn what_does_not_fit_is_refused_before_anything_is_written() {
         bars: vec![Bar { name: "b".into(), values: vec![] }],
         ..BarChart::default()
     };
-    for (charts, what) in [(Charts::from(heat), "values"), (bars.into(), "bar \"b\"")] {
+    for (charts, what) in [(Charts::Heat(vec![heat]), "values"), (Charts::Bars(vec![bars]), "bar \"b\"")] {
         let figure = Figure { charts, ..lines("a", LineChart::default()) };
         let error = refused(page(vec![Block::Figure(figure)]));
         assert_eq!(error, format!("\"a\": {what} has 0 entries instead of 1"));
