@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use chart::{Axis, Conditions, Figure, LineChart, LineStyle, Reference, Series};
+use chart::{Axis, Charts, Conditions, Figure, LineChart, Reference, Series};
 
 use crate::course::with_ending;
 use crate::measure::{Columns, Measured};
@@ -76,12 +76,17 @@ fn picture(columns: &Columns, rows: &[Row]) -> Figure {
     let ratios = rows.iter().flat_map(|row| row.measured.pairs.iter().flatten());
     let highest = ratios.copied().fold(1.0, f64::max).min(2.0);
     let series = columns.pairs.iter().enumerate().flat_map(|(k, pair)| {
-        let part = move |(part, style): (usize, LineStyle)| {
+        let part = move |part: usize| {
             let points = rows.iter().map(|row| (row.epoch as f64, row.measured.pairs[k][part]));
             let name = format!("{}, {}", pair.head, columns.parts[part]);
-            Series { style, markers: rows.len() == 1, colour: Some(pair.head.to_string()), ..Series::new(name, points) }
+            Series {
+                dashed: part == 0,
+                markers: rows.len() == 1,
+                colour: Some(pair.head.to_string()),
+                ..Series::new(name, points)
+            }
         };
-        [LineStyle::Dashed, LineStyle::Solid].into_iter().enumerate().map(part)
+        (0..2).map(part)
     });
     let chart = LineChart {
         x: Axis::linear("epoch"),
@@ -95,7 +100,7 @@ fn picture(columns: &Columns, rows: &[Row]) -> Figure {
         id: "curves".into(),
         title: columns.about.into(),
         caption: String::new(),
-        charts: chart.into(),
+        charts: Charts::Lines(vec![chart]),
         conditions: Conditions::new("epochs", epochs.to_string())
             .with("training and measuring", format!("{seconds:.0} s")),
     }

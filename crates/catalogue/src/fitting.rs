@@ -7,7 +7,7 @@ use rod::{Body, Joint};
 use scene::Scene;
 use solver::formulation::Formulation;
 
-use crate::name::{GuessName, LearnedName, Recipe};
+use crate::name::{GuessName, Recipe};
 
 /// Longest time step of the regime in which the network pays [s].
 const LONGEST_STEP: f64 = 0.025;
@@ -23,7 +23,7 @@ pub fn learned_start(scene: &Scene, formulation: Formulation) -> Option<(GuessNa
         && scene.run.dt <= LONGEST_STEP
         && fitting(scene) == Scenario::Helix
         && foreign(scene, &Scenario::Helix.ranges_with_slack()).is_none();
-    let name = GuessName::Learned(LearnedName::Network(Recipe::Step));
+    let name = GuessName::Network(Recipe::Step);
     pays.then(|| (name, format!("guess {name}: on helices like those that it learned from it saves the most time")))
 }
 

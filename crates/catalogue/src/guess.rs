@@ -7,27 +7,22 @@ use graph::{Graph, Normal, planar_normal};
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use scene::Scene;
+use serde::Serialize;
 use solver::component::Members;
 use solver::guess::{GuessKind, InitialGuess};
 use solver::projection::Projection;
 use solver::topology::Topology;
+use terminal::say;
 
-use crate::name::{GuessName, LearnedName, Origin};
+use crate::name::GuessName;
 #[cfg(feature = "gn")]
 use crate::network::Network;
 use crate::training::Training;
-use terminal::say;
 
 /// A guess with what it has learned, ready for any number of rods.
 pub enum Guess {
     /// Without learning.
     Plain(GuessKind),
-    /// Learned.
-    Learned(Learned),
-}
-
-/// What a guess has learned.
-pub enum Learned {
     /// Nearest neighbours.
     Knn(Arc<Knn>),
     /// A network.
@@ -35,36 +30,45 @@ pub enum Learned {
     Network(Box<Network>),
 }
 
+/// Which network a guess is.
+#[derive(Clone, Debug, Serialize)]
+pub struct Origin {
+    /// Its recipe, its training, and where it comes from, in words.
+    pub network: String,
+    /// BLAKE3 hash of its weights' file, as its card has it.
+    pub weights_blake3: String,
+}
+
 impl Guess {
     /// Gets what the guess needs: the data set is generated where it is not there yet.
     pub fn load(name: GuessName, training: &Training) -> Result<Self> {
-        Ok(match name {
-            GuessName::Plain(kind) => Self::Plain(kind),
-            GuessName::Learned(LearnedName::Knn) => {
+        let (guess, source) = match name {
+            GuessName::Plain(kind) => return Ok(Self::Plain(kind)),
+            GuessName::Knn => {
                 let knn = Knn::new(&training.dataset()?, Params::default());
-                if !training.quiet {
-                    say!("knn: {} data points of {}", knn.len(), training.directory().display())?;
-                }
-                Self::Learned(Learned::Knn(Arc::new(knn)))
+                let source = format!("{} data points of {}", knn.len(), training.directory.display());
+                (Self::Knn(Arc::new(knn)), source)
             }
             #[cfg(feature = "gn")]
-            GuessName::Learned(LearnedName::Network(recipe)) => {
+            GuessName::Network(recipe) => {
                 let network = Network::load(recipe, training.scenario, training.own.as_ref())?;
-                if !training.quiet {
-                    say!("{name}: {}", network.origin.network)?;
-                }
-                Self::Learned(Learned::Network(Box::new(network)))
+                let source = network.origin.network.clone();
+                (Self::Network(Box::new(network)), source)
             }
             #[cfg(not(feature = "gn"))]
-            GuessName::Learned(LearnedName::Network(_)) => bail!("--guess {name} needs the cargo feature gn"),
-        })
+            GuessName::Network(_) => bail!("--guess {name} needs the cargo feature gn"),
+        };
+        if !training.quiet {
+            say!("{name}: {source}")?;
+        }
+        Ok(guess)
     }
 
     /// Which network it is, if it is one.
     pub fn origin(&self) -> Option<&Origin> {
         match self {
             #[cfg(feature = "gn")]
-            Self::Learned(Learned::Network(network)) => Some(&network.origin),
+            Self::Network(network) => Some(&network.origin),
             _ => None,
         }
     }
@@ -73,7 +77,7 @@ impl Guess {
     #[cfg(feature = "gn")]
     pub fn network(&self) -> Option<&Network> {
         match self {
-            Self::Learned(Learned::Network(network)) => Some(network),
+            Self::Network(network) => Some(network),
             _ => None,
         }
     }
@@ -82,64 +86,42 @@ impl Guess {
     pub fn knows_planes(&self) -> bool {
         match self {
             #[cfg(feature = "gn")]
-            Self::Learned(Learned::Network(network)) => network.knows_planes(),
+            Self::Network(network) => network.knows_planes(),
             _ => false,
         }
     }
 
-    /// The plane that it is restricted to without being asked to.
-    pub fn own_plane(&self, scene: &Scene) -> Option<Normal> {
-        if self.knows_planes() { planar_normal(&scene.model, &scene.state) } else { None }
-    }
-
-    /// [`Self::build`] for all sets of a scene.
+    /// The guess of each connected set of segments, restricted to a plane if one is given; `None` for a zero start.
     pub fn factory(
         &self,
         plane: Option<Normal>,
-    ) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + '_ {
-        move |model, members, topology| self.build(plane, model, members, topology)
-    }
-
-    /// The guess of one connected set of segments, restricted to a plane if one is given; `None` for a zero start.
-    pub fn build(
-        &self,
-        plane: Option<Normal>,
-        model: &Model,
-        members: &Members,
-        topology: &Topology,
-    ) -> Option<Box<dyn InitialGuess>> {
-        match self {
+    ) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> {
+        move |model, members, topology| match self {
             Self::Plain(kind) => kind.build(model, members, topology),
-            Self::Learned(learned) => {
-                let graph = Graph::new(model, members, topology);
-                Some(match learned {
-                    Learned::Knn(knn) => Box::new(KnnGuess::new(knn.clone(), graph, plane)),
-                    #[cfg(feature = "gn")]
-                    Learned::Network(network) => network.guess(graph, plane),
-                })
-            }
+            Self::Knn(knn) => Some(Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology), plane))),
+            #[cfg(feature = "gn")]
+            Self::Network(network) => Some(network.guess(Graph::new(model, members, topology), plane)),
+        }
+    }
+
+    /// The predictions that take the projection's place, one for each connected set of segments, restricted to a plane if
+    /// one is given; `None` for a guess that is not a learned one of linear solves.
+    pub fn projection(&self, plane: Option<Normal>) -> Option<Projections<'_>> {
+        match self {
+            Self::Plain(_) => None,
+            Self::Knn(knn) => Some(Box::new(move |model, members, topology| {
+                Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology), plane))
+            })),
+            #[cfg(feature = "gn")]
+            Self::Network(network) => network.helps_solves().then_some(Box::new(move |model, members, topology| {
+                Box::new(network.projection(Graph::new(model, members, topology), plane))
+            })),
         }
     }
 }
 
-impl Learned {
-    /// The prediction that takes the projection's place in one connected set of segments, restricted to a plane if one
-    /// is given.
-    pub fn project(
-        &self,
-        plane: Option<Normal>,
-        model: &Model,
-        members: &Members,
-        topology: &Topology,
-    ) -> Box<dyn Projection> {
-        let graph = Graph::new(model, members, topology);
-        match self {
-            Self::Knn(knn) => Box::new(KnnGuess::new(knn.clone(), graph, plane)),
-            #[cfg(feature = "gn")]
-            Self::Network(network) => Box::new(network.projection(graph, plane)),
-        }
-    }
-}
+/// What makes the predictions of each connected set of segments.
+pub type Projections<'a> = Box<dyn Fn(&Model, &Members, &Topology) -> Box<dyn Projection> + 'a>;
 
 /// The plane of `--planar` for a scene.
 ///
@@ -153,4 +135,54 @@ pub fn plane(scene: &Scene) -> Result<Normal> {
             scene.name
         ),
     }
+}
+
+/// A row of a table: its name, the guess, and whether it is restricted to the scene's plane.
+pub struct Row<'a> {
+    /// What the table calls it.
+    pub name: String,
+    /// The guess's own name.
+    pub guess_name: GuessName,
+    /// The guess.
+    pub guess: &'a Guess,
+    planar: bool,
+}
+
+impl<'a> Row<'a> {
+    /// The guess in a scene that stays in this plane, if it stays in one.
+    pub fn factory(
+        &self,
+        plane: Option<Normal>,
+    ) -> impl Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + use<'a> {
+        self.guess.factory(plane.filter(|_| self.planar))
+    }
+
+    /// As [`Guess::projection`], in a scene that stays in this plane, if it stays in one.
+    pub fn projection(&self, plane: Option<Normal>) -> Option<Projections<'a>> {
+        self.guess.projection(plane.filter(|_| self.planar))
+    }
+}
+
+/// Gets what these guesses need, each once.
+pub fn load(names: impl IntoIterator<Item = GuessName>, training: &Training) -> Result<Vec<(GuessName, Guess)>> {
+    let mut guesses: Vec<(GuessName, Guess)> = Vec::new();
+    for name in names {
+        if guesses.iter().all(|(other, _)| *other != name) {
+            guesses.push((name, Guess::load(name, training)?));
+        }
+    }
+    Ok(guesses)
+}
+
+/// The rows of a table; where scenes are planar, the learned ones that know nothing of it by themselves a second time.
+pub fn rows(guesses: &[(GuessName, Guess)], are_planar: bool) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    for (guess_name, guess) in guesses {
+        let (guess_name, knows_planes) = (*guess_name, guess.knows_planes());
+        rows.push(Row { name: guess_name.to_string(), guess_name, guess, planar: knows_planes });
+        if are_planar && guess_name.is_learned() && !knows_planes {
+            rows.push(Row { name: format!("{guess_name}, planar"), guess_name, guess, planar: true });
+        }
+    }
+    rows
 }

@@ -9,13 +9,11 @@ mod guess;
 mod name;
 #[cfg(feature = "gn")]
 mod network;
-mod rows;
 mod training;
 
 pub use fitting::{fitting, learned_start};
-pub use guess::{Guess, Learned, plane};
-pub use name::{GuessName, LearnedName, Origin, Recipe};
+pub use guess::{Guess, Origin, Projections, Row, load, plane, rows};
+pub use name::{GuessName, Recipe};
 #[cfg(feature = "gn")]
 pub use network::{Network, built_in};
-pub use rows::{NetworkOf, Row, load, networks, rows};
 pub use training::{Sources, Training};

@@ -4,7 +4,6 @@ use std::fmt;
 use std::str::FromStr;
 
 use names::names;
-use serde::Serialize;
 use solver::guess::GuessKind;
 
 /// How a network was trained.
@@ -20,54 +19,31 @@ pub enum Recipe {
 
 names!(Recipe { Paper = "paper", Best = "best", Step = "step" });
 
-/// A guess that learned from a data set before the first step.
+/// A guess as it stands on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LearnedName {
+pub enum GuessName {
+    /// Without learning.
+    Plain(GuessKind),
     /// The supplement's nearest neighbours.
     Knn,
     /// COPINGNet; the program has it with the cargo feature `gn` alone.
     Network(Recipe),
 }
 
-impl LearnedName {
-    /// All of them.
-    const ALL: [Self; 4] =
-        [Self::Knn, Self::Network(Recipe::Paper), Self::Network(Recipe::Best), Self::Network(Recipe::Step)];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Knn => "knn",
-            Self::Network(Recipe::Paper) => "gn",
-            Self::Network(Recipe::Best) => "gn-best",
-            Self::Network(Recipe::Step) => "gn-step",
-        }
-    }
-}
-
-/// Which network a guess is.
-#[derive(Clone, Debug, Serialize)]
-pub struct Origin {
-    /// Its recipe, its training, and where it comes from, in words.
-    pub network: String,
-    /// BLAKE3 hash of its weights' file, as its card has it.
-    pub weights_blake3: String,
-}
-
-/// A guess as it stands on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GuessName {
-    /// Without learning.
-    Plain(GuessKind),
-    /// Learned.
-    Learned(LearnedName),
-}
+/// The learned ones with their names in flags.
+const LEARNED: [(&str, GuessName); 4] = [
+    ("knn", GuessName::Knn),
+    ("gn", GuessName::Network(Recipe::Paper)),
+    ("gn-best", GuessName::Network(Recipe::Best)),
+    ("gn-step", GuessName::Network(Recipe::Step)),
+];
 
 impl GuessName {
     /// Whether it starts whole steps.
     pub fn helps_steps(self) -> bool {
         match self {
             Self::Plain(kind) => kind.helps_steps(),
-            Self::Learned(_) => self.recipe() == Some(Recipe::Step),
+            _ => self == Self::Network(Recipe::Step),
         }
     }
 
@@ -76,17 +52,9 @@ impl GuessName {
         self != Self::Plain(GuessKind::Zero) && !self.helps_steps()
     }
 
-    /// Whether it is a learned one.
+    /// Whether it learned from a data set before the first step.
     pub fn is_learned(self) -> bool {
-        matches!(self, Self::Learned(_))
-    }
-
-    /// The recipe of a network.
-    pub fn recipe(self) -> Option<Recipe> {
-        match self {
-            Self::Learned(LearnedName::Network(recipe)) => Some(recipe),
-            _ => None,
-        }
+        !matches!(self, Self::Plain(_))
     }
 }
 
@@ -94,7 +62,7 @@ impl fmt::Display for GuessName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Plain(kind) => kind.fmt(f),
-            Self::Learned(learned) => f.write_str(learned.name()),
+            _ => LEARNED.iter().filter(|(_, learned)| learned == self).try_for_each(|(name, _)| f.write_str(name)),
         }
     }
 }
@@ -103,16 +71,15 @@ impl FromStr for GuessName {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        if let Some(learned) = LearnedName::ALL.into_iter().find(|learned| learned.name() == name) {
-            return match learned {
-                LearnedName::Network(_) if !cfg!(feature = "gn") => {
-                    Err("this program was built without networks; build it with `--features gn`".to_owned())
-                }
-                _ => Ok(Self::Learned(learned)),
-            };
+        match LEARNED.into_iter().find(|(own, _)| *own == name) {
+            Some((_, Self::Network(_))) if !cfg!(feature = "gn") => {
+                Err("this program was built without networks; build it with `--features gn`".to_owned())
+            }
+            Some((_, learned)) => Ok(learned),
+            None => name.parse().map(Self::Plain).map_err(|expected: String| {
+                let learned = LEARNED.map(|(name, _)| name).join(", ");
+                format!("{expected}, or a learned one: {learned}")
+            }),
         }
-        let kind: Result<GuessKind, String> = name.parse();
-        let learned = LearnedName::ALL.map(LearnedName::name).join(", ");
-        kind.map(Self::Plain).map_err(|expected| format!("{expected}, or a learned one: {learned}"))
     }
 }

@@ -8,7 +8,8 @@ use dataset::Scenario;
 use graph::{Graph, Normal};
 use solver::guess::InitialGuess;
 
-use crate::name::{GuessName, Origin, Recipe};
+use crate::guess::Origin;
+use crate::name::{GuessName, Recipe};
 
 /// A checkpoint in the program.
 struct BuiltIn {
@@ -17,32 +18,29 @@ struct BuiltIn {
     weights: &'static [u8],
 }
 
-/// A file of the folder `checkpoints`.
-macro_rules! file {
-    ($name:literal, $end:literal) => {
-        include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../checkpoints/", $name, $end))
-    };
-}
-
-/// A checkpoint of the folder `checkpoints`.
+/// Checkpoints of the folder `checkpoints`.
 macro_rules! built_in {
-    ($name:literal) => {
-        BuiltIn { name: $name, card: file!($name, ".toml"), weights: file!($name, ".safetensors") }
+    ($($name:literal),+) => {
+        [$(BuiltIn {
+            name: $name,
+            card: include_bytes!(concat!("../../../checkpoints/", $name, ".toml")),
+            weights: include_bytes!(concat!("../../../checkpoints/", $name, ".safetensors")),
+        }),+]
     };
 }
 
 /// One a scenario and recipe, by both names.
-static BUILT_IN: [BuiltIn; 10] = [
-    built_in!("rod-paper"),
-    built_in!("rod-best"),
-    built_in!("rod-step"),
-    built_in!("helix-paper"),
-    built_in!("helix-best"),
-    built_in!("helix-step"),
-    built_in!("knot-paper"),
-    built_in!("knot-best"),
-    built_in!("tree-paper"),
-    built_in!("tree-best"),
+static BUILT_IN: [BuiltIn; 10] = built_in![
+    "rod-paper",
+    "rod-best",
+    "rod-step",
+    "helix-paper",
+    "helix-best",
+    "helix-step",
+    "knot-paper",
+    "knot-best",
+    "tree-paper",
+    "tree-best"
 ];
 
 /// Names ("rod-paper") and weights' files of the networks in the program.
@@ -104,20 +102,26 @@ impl Network {
     }
 
     /// Whether what it predicts for a planar scene has the symmetry of the plane, by features in body frames.
-    pub fn knows_planes(&self) -> bool {
+    pub(crate) fn knows_planes(&self) -> bool {
         self.trained.encoding().features != Features::Paper
     }
 
+    /// Whether it starts linear solves, not whole steps.
+    pub(crate) fn helps_solves(&self) -> bool {
+        self.trained.encoding().head != Head::Turns
+    }
+
     /// The guess of one connected set of segments, restricted to a plane if one is given.
-    pub fn guess(&self, graph: Graph, plane: Option<Normal>) -> Box<dyn InitialGuess> {
-        match self.trained.encoding().head {
-            Head::Turns => Box::new(GnStepGuess::new(&self.trained, graph, plane)),
-            Head::Full | Head::Semi => Box::new(self.projection(graph, plane)),
+    pub(crate) fn guess(&self, graph: Graph, plane: Option<Normal>) -> Box<dyn InitialGuess> {
+        if self.helps_solves() {
+            Box::new(self.projection(graph, plane))
+        } else {
+            Box::new(GnStepGuess::new(&self.trained, graph, plane))
         }
     }
 
     /// The prediction in the projection's place, of a network for linear solves.
-    pub fn projection(&self, graph: Graph, plane: Option<Normal>) -> GnGuess {
+    pub(crate) fn projection(&self, graph: Graph, plane: Option<Normal>) -> GnGuess {
         GnGuess::new(&self.trained, graph, plane)
     }
 }
@@ -132,7 +136,11 @@ pub(crate) fn own(path: &Path, names: &[GuessName], scenarios: &[Scenario]) -> R
         contents.and_then(|[card, weights]| Network::read(path, &card, &weights, &path.display().to_string()));
     let network = network.context("--checkpoint")?;
     let scenarios: Vec<&str> = scenarios.iter().map(|scenario| scenario.name()).collect();
-    let recipes: Vec<&str> = names.iter().filter_map(|name| name.recipe()).map(Recipe::name).collect();
+    let recipe = |name: &GuessName| match name {
+        GuessName::Network(recipe) => Some(recipe.name()),
+        _ => None,
+    };
+    let recipes = names.iter().filter_map(recipe).collect();
     for (key, value, allowed, hint) in [
         ("scenario", &network.card.scenario, scenarios, "unless --scenario says otherwise"),
         ("recipe", &network.card.recipe, recipes, "(gn takes paper, gn-best best, gn-step step)"),

@@ -10,7 +10,7 @@ use scene::Scene;
 use terminal::say;
 
 use crate::fitting::{fitting, foreign};
-use crate::name::{GuessName, LearnedName};
+use crate::name::GuessName;
 #[cfg(feature = "gn")]
 use crate::network::Network;
 
@@ -34,7 +34,8 @@ pub struct Sources {
 pub struct Training {
     /// Which scenes were learned from.
     pub scenario: Scenario,
-    directory: PathBuf,
+    /// Where the data set is.
+    pub(crate) directory: PathBuf,
     /// A network of one's own in the place of one that is built in.
     #[cfg(feature = "gn")]
     pub own: Option<Network>,
@@ -76,11 +77,6 @@ impl Training {
         Ok(Self::of(args, names, &[scenario.unwrap_or_else(|| fitting(scene))], quiet)?.remove(0))
     }
 
-    /// Where the data set is.
-    pub fn directory(&self) -> &Path {
-        &self.directory
-    }
-
     /// Opens the data set; generates it, or what is missing of it, if it is not complete.
     pub fn dataset(&self) -> Result<Dataset> {
         let config = Config::table_1(self.scenario);
@@ -112,13 +108,11 @@ impl Training {
         {
             let learned = names.iter().filter(|name| name.is_learned() && name.helps_steps() == of_steps);
             let learned = learned.map(GuessName::to_string).collect::<Vec<_>>().join(", ");
-            match foreign(scene, &ranges) {
-                Some(what) if !(self.quiet || learned.is_empty()) => {
-                    say!(
-                        "{learned} learned from random scenes ({scenario}), where nothing is like this scene: {what}"
-                    )?;
-                }
-                _ => {}
+            if self.quiet || learned.is_empty() {
+                continue;
+            }
+            if let Some(what) = foreign(scene, &ranges) {
+                say!("{learned} learned from random scenes ({scenario}), where nothing is like this scene: {what}")?;
             }
         }
         Ok(())
@@ -126,9 +120,9 @@ impl Training {
 }
 
 /// Checks that what `--data` and `--checkpoint` name is read by a guess that was asked for.
-pub(crate) fn check_sources(args: &Sources, names: &[GuessName]) -> Result<()> {
-    let is_knn = |name: &GuessName| *name == GuessName::Learned(LearnedName::Knn);
-    let is_network = |name: &GuessName| name.recipe().is_some();
+fn check_sources(args: &Sources, names: &[GuessName]) -> Result<()> {
+    let is_knn = |name: &GuessName| *name == GuessName::Knn;
+    let is_network = |name: &GuessName| matches!(name, GuessName::Network(_));
     for (flag, given, guesses, is_read) in [
         ("--data", args.data.is_some(), "knn", names.iter().any(is_knn)),
         ("--checkpoint", args.checkpoint.is_some(), "gn, gn-best or gn-step", names.iter().any(is_network)),

@@ -2,18 +2,16 @@
 
 use std::sync::Arc;
 
-use catalogue::{Guess, Learned};
+use catalogue::Guess;
 use dataset::{Config, Dataset, Scenario, generate};
 use knn::{Knn, Params};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
-use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 use solver::step::{Status, StepParams};
-use solver::topology::Topology;
 
 const DT: f64 = 0.01;
 const SPEED: Vector3<f64> = Vector3::new(0.05, -0.02, 0.03);
@@ -67,10 +65,7 @@ fn check(guess: &Guess, helps_steps: bool, what: &str) {
             let simulation = Simulation::new(&model, &state, &Settings { step, solver }, Some(&build)).unwrap();
             follow(simulation, &state, &format!("{what}, {max_iterations} iterations"));
         }
-        let Guess::Learned(learned) = guess else { continue };
-        if !helps_steps {
-            let project =
-                |model: &Model, members: &Members, topology: &Topology| learned.project(None, model, members, topology);
+        if let Some(project) = guess.projection(None) {
             let step = StepParams { max_iterations: 3, ..step };
             follow(Simulation::end_to_end(&model, &state, &step, &project).unwrap(), &state, &format!("{what}, alone"));
         }
@@ -84,7 +79,7 @@ fn with_nearest_neighbours() {
         Config { train_trajectories: 4, validation_trajectories: 1, steps: 5, ..Config::table_1(Scenario::Rod) };
     generate(directory.path(), &config, None, &|_| ()).unwrap();
     let knn = Knn::new(&Dataset::open(directory.path()).unwrap(), Params::default());
-    check(&Guess::Learned(Learned::Knn(Arc::new(knn))), false, "knn");
+    check(&Guess::Knn(Arc::new(knn)), false, "knn");
 }
 
 #[cfg(feature = "gn")]

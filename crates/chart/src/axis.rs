@@ -92,9 +92,4 @@ impl Layout {
         let share = (self.scale.place(value)? - low) / (high - low);
         Some(start + share.clamp(-20.0, 20.0) * (end - start))
     }
-
-    /// Whether a value lies between the axis' ends.
-    pub(crate) fn holds(&self, value: f64) -> bool {
-        self.scale.place(value).is_some_and(|place| (self.places[0]..=self.places[1]).contains(&place))
-    }
 }

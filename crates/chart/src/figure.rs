@@ -64,21 +64,3 @@ pub enum Charts {
     /// Stacked bars.
     Bars(Vec<BarChart>),
 }
-
-impl From<LineChart> for Charts {
-    fn from(chart: LineChart) -> Self {
-        Self::Lines(vec![chart])
-    }
-}
-
-impl From<HeatMap> for Charts {
-    fn from(chart: HeatMap) -> Self {
-        Self::Heat(vec![chart])
-    }
-}
-
-impl From<BarChart> for Charts {
-    fn from(chart: BarChart) -> Self {
-        Self::Bars(vec![chart])
-    }
-}

@@ -18,35 +18,24 @@ pub struct LineChart {
     pub references: Vec<Reference>,
     /// What an emphasised point means ("on the Pareto front"), for the legend.
     pub emphasis: Option<String>,
-    /// How the axes' scales relate.
-    pub aspect: Aspect,
-}
-
-/// How the scales of two axes relate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Aspect {
-    /// Each axis fills its side.
-    #[default]
-    Free,
-    /// A unit is as long on both axes, as planar shapes need it. Both axes must be linear.
-    Equal,
+    /// Whether a unit is as long on both axes, as planar shapes need it; both must be linear then. Else each axis fills
+    /// its side.
+    pub equal_units: bool,
 }
 
 /// A curve.
 #[derive(Clone, Debug, Default)]
 pub struct Series {
-    /// Its name in the legend.
+    /// Its name in the legend. Series of the same name have the same shape of markers throughout the page.
     pub name: String,
     /// Its points, joined in this order.
     pub points: Vec<Point>,
-    /// How they are joined.
-    pub style: LineStyle,
+    /// Whether it is dashed.
+    pub dashed: bool,
     /// Whether points are marked. Of a curve with many points, only some are.
     pub markers: bool,
     /// Series of the same key have the same colour throughout the page; the name if none.
     pub colour: Option<String>,
-    /// Series of the same key have the same shape of markers throughout the page; the name if none.
-    pub marker: Option<String>,
 }
 
 impl Series {
@@ -60,8 +49,9 @@ impl Series {
         self.colour.as_ref().unwrap_or(&self.name)
     }
 
-    pub(crate) fn marker_key(&self) -> &str {
-        self.marker.as_ref().unwrap_or(&self.name)
+    /// Classes of its line.
+    pub(crate) fn class(&self) -> &'static str {
+        if self.dashed { "line dashed" } else { "line" }
     }
 }
 
@@ -76,28 +66,12 @@ pub struct Point {
     pub band: Option<[f64; 2]>,
     /// Whether the point stands out: larger, with an outline.
     pub emphasis: bool,
-    /// More about the point ("8 iterations"), seen under the mouse and in the CSV file.
-    pub note: String,
 }
 
 impl From<(f64, f64)> for Point {
     fn from((x, y): (f64, f64)) -> Self {
         Self { x, y, ..Self::default() }
     }
-}
-
-/// How the points of a curve are joined.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LineStyle {
-    /// By solid lines.
-    #[default]
-    Solid,
-    /// By dashed lines.
-    Dashed,
-    /// Not at all.
-    Points,
-    /// By stairs: each value holds until the next point.
-    Step,
 }
 
 /// A line across a chart.

@@ -24,7 +24,7 @@ impl<'a> Palette<'a> {
             match &figure.charts {
                 Charts::Lines(charts) => charts.iter().flat_map(|chart| &chart.series).for_each(|series| {
                     enter(&mut palette.colours, series.colour_key());
-                    enter(&mut palette.markers, series.marker_key());
+                    enter(&mut palette.markers, &series.name);
                 }),
                 Charts::Heat(_) => {}
                 Charts::Bars(charts) => {

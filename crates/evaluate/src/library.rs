@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use catalogue::{Guess, GuessName, LearnedName, Network, Recipe, Sources, Training, built_in, fitting};
+use catalogue::{Guess, GuessName, Network, Recipe, Sources, Training, built_in, fitting};
 use dataset::Scenario;
 use report::Reference;
 use scene::Scene;
@@ -59,7 +59,7 @@ impl Library {
         let mut names = networks_of(scenario);
         let mut sources = Sources::default();
         if which == Learned::All {
-            names.insert(0, GuessName::Learned(LearnedName::Knn));
+            names.insert(0, GuessName::Knn);
             sources.data = Some(self.data.clone());
         }
         let training = Training::of(&sources, &names, &[scenario], true)?.remove(0);
@@ -75,7 +75,7 @@ impl Library {
 
     /// Reads the paper's network of a scenario.
     pub(crate) fn paper_network<T>(&self, scenario: Scenario, read: impl FnOnce(&Network) -> T) -> Result<T> {
-        let name = GuessName::Learned(LearnedName::Network(Recipe::Paper));
+        let name = GuessName::Network(Recipe::Paper);
         let networks = self.guesses(scenario, Learned::Networks)?;
         let network = networks.iter().find(|(own, _)| *own == name).and_then(|(_, guess)| guess.network());
         network.map(read).with_context(|| format!("no network of the paper's for {scenario} is built in"))
@@ -111,5 +111,5 @@ fn networks_of(scenario: Scenario) -> Vec<GuessName> {
         let name = format!("{scenario}-{}", recipe.name());
         built_in().any(|(built_in, _)| built_in == name)
     };
-    Recipe::ALL.into_iter().filter(is_there).map(|recipe| GuessName::Learned(LearnedName::Network(recipe))).collect()
+    Recipe::ALL.into_iter().filter(is_there).map(GuessName::Network).collect()
 }

@@ -148,7 +148,6 @@ fn ids(block: &Block) -> Vec<&str> {
         Block::Paragraph(_) => Vec::new(),
         Block::Table(table) => vec![&table.id],
         Block::Figure(figure) => vec![&figure.id],
-        Block::Details(details) => details.blocks.iter().flat_map(ids).collect(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers as text and curves, the same way in all sections.
 
 use evaluation::guesses::Spread;
-use report::{Aspect, Axis, Column, LineChart, LineStyle, NumberFormat, Point, Series};
+use report::{Axis, Column, LineChart, Point, Series, significant};
 
 use crate::sections::paper::is_end_to_end;
 
@@ -10,7 +10,7 @@ pub(crate) const ALL_STAGES: &str = "all stages of a step, guesses with features
 
 /// A number with three digits.
 pub(crate) fn number(value: f64) -> String {
-    NumberFormat::Significant(3).format(value)
+    significant(value, 3)
 }
 
 /// A median with its quartiles; a dash where nothing was measured.
@@ -55,11 +55,10 @@ pub(crate) fn columns(headings: &[&str]) -> Vec<Column> {
 
 /// The curve of a way over steps: dashed where predictions take the place of all solves.
 pub(crate) fn of_way(series: Series) -> Series {
-    let style = if is_end_to_end(&series.name) { LineStyle::Dashed } else { LineStyle::Solid };
-    Series { style, markers: false, ..series }
+    Series { dashed: is_end_to_end(&series.name), markers: false, ..series }
 }
 
 /// A picture of curves in a plane.
 pub(crate) fn picture(title: String, [x, y]: [&str; 2], series: Vec<Series>) -> LineChart {
-    LineChart { title, x: Axis::linear(x), y: Axis::linear(y), series, aspect: Aspect::Equal, ..LineChart::default() }
+    LineChart { title, x: Axis::linear(x), y: Axis::linear(y), series, equal_units: true, ..LineChart::default() }
 }

@@ -1,7 +1,5 @@
 //! What figures and tables have in common: an id, conditions, and numbers as CSV.
 
-use std::iter::once;
-
 use crate::{BarChart, Charts, Conditions, Figure, HeatMap, LineChart, ReportError, Table};
 
 /// A figure or a table.
@@ -35,65 +33,58 @@ impl<'a> Evidence<'a> {
     pub(crate) fn csv(self) -> Result<Vec<u8>, ReportError> {
         let mut bytes = Vec::new();
         let mut writer = csv::Writer::from_writer(&mut bytes);
-        let written = self.rows().iter().try_for_each(|row| writer.write_record(row));
-        let written = written.and_then(|()| writer.flush().map_err(csv::Error::from));
+        let written = self.rows(&mut writer).and_then(|()| Ok(writer.flush()?));
         drop(writer);
         written.map_err(|cause| ReportError::Csv { id: self.id().into(), cause })?;
         Ok(bytes)
     }
 
-    /// Rows of text; the first are the names of the columns.
-    fn rows(self) -> Vec<Vec<String>> {
-        let head = |names: &[&str]| names.iter().map(ToString::to_string).collect();
-        match self {
+    /// Writes the names of the columns and the rows.
+    fn rows(self, out: &mut csv::Writer<&mut Vec<u8>>) -> csv::Result<()> {
+        let charts = match self {
+            Self::Figure(figure) => &figure.charts,
             Self::Table(table) => {
-                let names = table.columns.iter().map(|column| column.name.clone()).collect();
-                let rows = table.rows.iter().map(|row| row.iter().map(|cell| cell.text.clone()).collect());
-                once(names).chain(rows).collect()
+                out.write_record(table.columns.iter().map(|column| &column.name))?;
+                return table.rows.iter().try_for_each(|row| out.write_record(row.iter().map(|cell| &cell.text)));
             }
-            Self::Figure(figure) => match &figure.charts {
-                Charts::Lines(charts) => {
-                    let names = ["chart", "series", "x", "y", "lower", "upper", "emphasis", "note", "x axis", "y axis"];
-                    once(head(&names)).chain(charts.iter().flat_map(line_rows)).collect()
+        };
+        match charts {
+            Charts::Lines(charts) => {
+                out.write_record(["chart", "series", "x", "y", "lower", "upper", "emphasis", "x axis", "y axis"])?;
+                for LineChart { title, x, y, series, .. } in charts {
+                    for (name, point) in series.iter().flat_map(|s| s.points.iter().map(|point| (&s.name, point))) {
+                        let place = [point.x, point.y].map(number);
+                        let [lower, upper] = point.band.map(|band| band.map(number)).unwrap_or_default();
+                        let emphasis = point.emphasis.to_string();
+                        let numbers = [&place[0], &place[1], &lower, &upper, &emphasis];
+                        out.write_record([title, name].into_iter().chain(numbers).chain([&x.label, &y.label]))?;
+                    }
                 }
-                Charts::Heat(charts) => {
-                    let names = ["chart", "row", "column", "value", "quantity"];
-                    once(head(&names)).chain(charts.iter().flat_map(heat_rows)).collect()
+            }
+            Charts::Heat(charts) => {
+                out.write_record(["chart", "row", "column", "value", "quantity"])?;
+                for HeatMap { title, rows, columns, values, value_label, .. } in charts {
+                    for (row, values) in rows.iter().zip(values) {
+                        for (column, value) in columns.iter().zip(values) {
+                            let value = value.map(number).unwrap_or_default();
+                            out.write_record([title, row, column, &value, value_label])?;
+                        }
+                    }
                 }
-                Charts::Bars(charts) => {
-                    let names = ["chart", "bar", "part", "value", "quantity"];
-                    once(head(&names)).chain(charts.iter().flat_map(bar_rows)).collect()
+            }
+            Charts::Bars(charts) => {
+                out.write_record(["chart", "bar", "part", "value", "quantity"])?;
+                for BarChart { title, label, parts, bars } in charts {
+                    for bar in bars {
+                        for (part, value) in parts.iter().zip(&bar.values) {
+                            out.write_record([title, &bar.name, part, &number(*value), label])?;
+                        }
+                    }
                 }
-            },
+            }
         }
+        Ok(())
     }
-}
-
-fn line_rows(chart: &LineChart) -> impl Iterator<Item = Vec<String>> {
-    let points = chart.series.iter().flat_map(|series| series.points.iter().map(move |point| (series, point)));
-    points.map(|(series, point)| {
-        let [x, y] = [point.x, point.y].map(number);
-        let [lower, upper] = point.band.map(|band| band.map(number)).unwrap_or_default();
-        let (title, name, note) = (chart.title.clone(), series.name.clone(), point.note.clone());
-        let labels = [chart.x.label.clone(), chart.y.label.clone()];
-        [title, name, x, y, lower, upper, point.emphasis.to_string(), note].into_iter().chain(labels).collect()
-    })
-}
-
-fn heat_rows(chart: &HeatMap) -> impl Iterator<Item = Vec<String>> {
-    let cells = chart.rows.iter().zip(&chart.values).flat_map(|(row, values)| {
-        chart.columns.iter().zip(values).map(move |(column, value)| (row, column, value.map(number)))
-    });
-    cells.map(|(row, column, value)| {
-        vec![chart.title.clone(), row.clone(), column.clone(), value.unwrap_or_default(), chart.value_label.clone()]
-    })
-}
-
-fn bar_rows(chart: &BarChart) -> impl Iterator<Item = Vec<String>> {
-    let parts = chart.bars.iter().flat_map(|bar| chart.parts.iter().zip(&bar.values).map(move |part| (bar, part)));
-    parts.map(|(bar, (part, value))| {
-        vec![chart.title.clone(), bar.name.clone(), part.clone(), number(*value), chart.label.clone()]
-    })
 }
 
 /// All digits that are needed to read the same number back; "NaN", "inf" and "-inf" too.

@@ -94,12 +94,6 @@ fn block(xml: &mut Xml, block: &Block, context: &Context<'_>) {
         Block::Paragraph(text) => paragraph(xml, text, context),
         Block::Table(item) => shown(xml, Evidence::Table(item), context),
         Block::Figure(item) => shown(xml, Evidence::Figure(item), context),
-        Block::Details(details) => {
-            xml.open("details", &[]);
-            xml.element("summary", &[], &details.summary);
-            details.blocks.iter().for_each(|item| self::block(xml, item, context));
-            xml.close();
-        }
     }
     xml.line();
 }

@@ -21,11 +21,10 @@ mod text;
 mod write;
 
 pub use chart::{
-    Aspect, Axis, Bar, BarChart, Charts, ColourScale, Conditions, Figure, HeatMap, LineChart, LineStyle, NumberFormat,
-    Point, Reference, Scale, Series,
+    Axis, Bar, BarChart, Charts, Conditions, Figure, HeatMap, LineChart, Point, Reference, Series, significant,
 };
 pub use check::check;
 pub use error::ReportError;
-pub use page::{Block, Details, Page, Section};
+pub use page::{Block, Page, Section};
 pub use table::{Cell, Column, Table};
 pub use text::wrapped;

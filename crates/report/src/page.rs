@@ -38,20 +38,9 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
-    /// Blocks folded away.
-    Details(Details),
 }
 
-/// Blocks folded away under a line, for long lists.
-#[derive(Clone, Debug)]
-pub struct Details {
-    /// The line that is always seen.
-    pub summary: String,
-    /// What opens below it.
-    pub blocks: Vec<Block>,
-}
-
-/// All figures and tables of `blocks`, those folded away too, in their order.
+/// All figures and tables of `blocks`, in their order.
 pub(crate) fn evidence(blocks: &[Block]) -> Vec<Evidence<'_>> {
     let mut found = Vec::new();
     for block in blocks {
@@ -59,7 +48,6 @@ pub(crate) fn evidence(blocks: &[Block]) -> Vec<Evidence<'_>> {
             Block::Paragraph(_) => {}
             Block::Table(table) => found.push(Evidence::Table(table)),
             Block::Figure(figure) => found.push(Evidence::Figure(figure)),
-            Block::Details(details) => found.extend(evidence(&details.blocks)),
         }
     }
     found

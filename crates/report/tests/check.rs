@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use report::{Axis, Block, Column, Conditions, Figure, LineChart, Page, Section, Series, Table, check};
+use report::{Axis, Block, Charts, Column, Conditions, Figure, LineChart, Page, Section, Series, Table, check};
 
 fn page() -> Page {
     let conditions = Conditions::new("revision", "abc");
@@ -16,7 +16,7 @@ fn page() -> Page {
         id: "figure".into(),
         title: "Figure".into(),
         caption: "See [](#table).".into(),
-        charts: chart.into(),
+        charts: Charts::Lines(vec![chart]),
         conditions: conditions.clone(),
     };
     let table = Table {

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use report::{
-    Axis, Bar, BarChart, Block, Cell, Charts, ColourScale, Column, Conditions, Details, Figure, HeatMap, LineChart,
-    NumberFormat, Page, Reference, Scale, Section, Series, Table, check,
+    Axis, Bar, BarChart, Block, Cell, Charts, Column, Conditions, Figure, HeatMap, LineChart, Page, Reference, Section,
+    Series, Table, check,
 };
 use roxmltree::{Document, ParsingOptions};
 
@@ -19,7 +19,13 @@ fn conditions() -> Conditions {
 }
 
 fn lines(id: &str, chart: LineChart) -> Figure {
-    Figure { id: id.into(), title: id.into(), caption: String::new(), charts: chart.into(), conditions: conditions() }
+    Figure {
+        id: id.into(),
+        title: id.into(),
+        caption: String::new(),
+        charts: Charts::Lines(vec![chart]),
+        conditions: conditions(),
+    }
 }
 
 fn table(id: &str) -> Table {
@@ -58,13 +64,11 @@ fn records(csv: &str) -> Vec<Vec<String>> {
 
 fn odd_charts() -> Vec<Charts> {
     let odd = || ODD.to_owned();
-    let mut series = Series::new(ODD, [(1.0, 2.0)]);
-    series.points[0].note = odd();
     let line = LineChart {
         title: odd(),
         x: Axis::linear(ODD),
         y: Axis::linear(ODD),
-        series: vec![series],
+        series: vec![Series::new(ODD, [(1.0, 2.0)])],
         references: vec![Reference::Vertical { x: 1.0, label: odd() }, Reference::Horizontal { y: 1.0, label: odd() }],
         emphasis: Some(odd()),
         ..LineChart::default()
@@ -81,7 +85,7 @@ fn odd_charts() -> Vec<Charts> {
     };
     let bar = Bar { name: odd(), values: vec![1.0] };
     let bars = BarChart { title: odd(), label: odd(), parts: vec![odd()], bars: vec![bar] };
-    vec![line.into(), heat.into(), bars.into()]
+    vec![Charts::Lines(vec![line]), Charts::Heat(vec![heat]), Charts::Bars(vec![bars])]
 }
 
 #[test]
@@ -101,7 +105,7 @@ fn text_is_escaped_in_every_place() {
         conditions: conditions(),
         ..table("table")
     };
-    blocks.push(Block::Details(Details { summary: odd(), blocks: vec![Block::Table(odd_table)] }));
+    blocks.push(Block::Table(odd_table));
     let sections = vec![Section { id: "first".into(), title: odd(), blocks }];
     let page = Page { title: odd(), lead: vec![odd()], conditions: conditions(), sections };
 
@@ -117,9 +121,7 @@ fn text_is_escaped_in_every_place() {
             nodes.map(|node| node.descendants().filter_map(|n| n.text().filter(|_| n.is_text())).collect()).collect();
         texts.iter().filter(|text| squeeze(text).contains(READ)).count()
     };
-    for (tag, count) in
-        [("h1", 1), ("h2", 1), ("h3", 4), ("code", 1), ("strong", 1), ("summary", 1), ("dt", 5), ("dd", 5)]
-    {
+    for (tag, count) in [("h1", 1), ("h2", 1), ("h3", 4), ("code", 1), ("strong", 1), ("dt", 5), ("dd", 5)] {
         assert_eq!(whole(tag), count, "{tag}");
     }
     assert_eq!(whole("th"), 2);
@@ -182,7 +184,7 @@ fn charts_without_data_say_so() {
         bars: vec![Bar { name: "b".into(), values: vec![f64::NAN] }],
         ..BarChart::default()
     };
-    for charts in [empty.into(), heat.into(), bars.into()] {
+    for charts in [Charts::Lines(vec![empty]), Charts::Heat(vec![heat]), Charts::Bars(vec![bars])] {
         let figure = Figure { charts, ..lines("empty", LineChart::default()) };
         assert!(figure.svg().contains("no data"));
         assert!(written(&page(vec![Block::Figure(figure)]), "empty").0.contains("no data"));
@@ -213,7 +215,7 @@ fn drawings_are_well_formed_and_stand_alone() {
         ..LineChart::default()
     };
     let several = Charts::Lines(vec![many.clone(), LineChart::default(), many.clone()]);
-    for charts in odd_charts().into_iter().chain([many.into(), several, Charts::Heat(vec![])]) {
+    for charts in odd_charts().into_iter().chain([Charts::Lines(vec![many]), several, Charts::Heat(vec![])]) {
         let svg = Figure { charts, ..lines("a", LineChart::default()) }.svg();
         let document = Document::parse(&svg).unwrap();
         let root = document.root_element();
@@ -260,25 +262,23 @@ fn heat_maps_print_their_numbers() {
     let map = HeatMap {
         rows: vec!["a".into(), "b".into()],
         columns: vec!["c".into(), "d".into()],
-        values: vec![vec![Some(0.5), Some(2.0)], vec![Some(0.0), None]],
-        format: NumberFormat::Fixed(3),
-        scale: Scale::Log,
-        colours: ColourScale::Diverging { centre: 1.0 },
+        values: vec![vec![Some(0.5), Some(2.0)], vec![Some(f64::NAN), None]],
+        centre: Some(1.0),
         ..HeatMap::default()
     };
-    let figure = Figure { charts: map.into(), ..lines("map", LineChart::default()) };
+    let figure = Figure { charts: Charts::Heat(vec![map]), ..lines("map", LineChart::default()) };
     let (html, csv) = written(&page(vec![Block::Figure(figure)]), "map");
     let document = parse(&html);
     let cells =
         document.descendants().filter(|node| node.attribute("class").is_some_and(|class| class.starts_with("cell")));
     let cells: Vec<_> =
         cells.map(|node| (node.attribute("class").unwrap(), node.attribute("fill-opacity").unwrap())).collect();
-    // A half is as far from one as two is; zero has no logarithm, and nothing has no colour.
-    assert_eq!(cells, [("cell low", "1"), ("cell high", "1"), ("cell missing", "1"), ("cell missing", "1")]);
+    // Two is twice as far from one as a half is; what is no number has no colour, nor has nothing.
+    assert_eq!(cells, [("cell low", "0.5"), ("cell high", "1"), ("cell missing", "1"), ("cell missing", "1")]);
     let texts: Vec<_> =
         document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect();
-    assert!(["0.500", "2.000", "0.000", "–"].iter().all(|text| texts.contains(text)), "{texts:?}");
-    assert_eq!(records(&csv)[3..], [["", "b", "c", "0.0", ""], ["", "b", "d", "", ""]]);
+    assert!(["0.500", "2.00", "NaN", "–"].iter().all(|text| texts.contains(text)), "{texts:?}");
+    assert_eq!(records(&csv)[3..], [["", "b", "c", "NaN", ""], ["", "b", "d", "", ""]]);
 }
 
 #[test]
@@ -294,8 +294,7 @@ fn what_does_not_fit_is_refused_before_anything_is_written() {
         assert!(error.contains("an id has a to z"), "{id}: {error}");
     }
     for id in ["first", "contents", "b"] {
-        let folded = Details { summary: String::new(), blocks: vec![Block::Table(table(id))] };
-        let error = refused(page(vec![Block::Table(table("b")), Block::Details(folded)]));
+        let error = refused(page(vec![Block::Table(table("b")), Block::Table(table(id))]));
         assert!(error.contains("more than one"), "{id}: {error}");
     }
     let empty = Table { conditions: conditions().with("machine", " "), ..table("a") };
@@ -309,7 +308,7 @@ fn what_does_not_fit_is_refused_before_anything_is_written() {
         bars: vec![Bar { name: "b".into(), values: vec![] }],
         ..BarChart::default()
     };
-    for (charts, what) in [(Charts::from(heat), "values"), (bars.into(), "bar \"b\"")] {
+    for (charts, what) in [(Charts::Heat(vec![heat]), "values"), (Charts::Bars(vec![bars]), "bar \"b\"")] {
         let figure = Figure { charts, ..lines("a", LineChart::default()) };
         let error = refused(page(vec![Block::Figure(figure)]));
         assert_eq!(error, format!("\"a\": {what} has 0 entries instead of 1"));

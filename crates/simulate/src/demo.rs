@@ -1,7 +1,7 @@
 //! `simulate` without arguments, with networks built in: the bending rod from COPINGNet's guess, and what that is worth.
 
 use anyhow::Result;
-use catalogue::{Guess, GuessName, LearnedName, Recipe, Training};
+use catalogue::{Guess, GuessName, Recipe, Training};
 use clap::Parser;
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Cost, Entry, EntryRun};
@@ -44,8 +44,8 @@ pub(crate) fn demo() -> Result<Outcome> {
         (DIRECT, SolverKind::Direct, GuessName::Plain(GuessKind::Zero)),
         (ZERO, cg, GuessName::Plain(GuessKind::Zero)),
         (FISCHER, cg, GuessName::Plain(GuessKind::Fischer(8))),
-        (PAPER, cg, GuessName::Learned(LearnedName::Network(Recipe::Paper))),
-        (BEST, cg, GuessName::Learned(LearnedName::Network(Recipe::Best))),
+        (PAPER, cg, GuessName::Network(Recipe::Paper)),
+        (BEST, cg, GuessName::Network(Recipe::Best)),
     ];
     let guesses = ways.iter().map(|&(_, _, name)| Guess::load(name, &training)).collect::<Result<Vec<_>>>()?;
     let plane = planar_normal(&scene.model, &scene.state);

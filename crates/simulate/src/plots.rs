@@ -32,7 +32,7 @@ pub(crate) fn write(directory: &Path, samples: &[Sample], conditions: &Condition
             id: file.trim_end_matches(".svg").to_owned(),
             title: title.to_owned(),
             caption: String::new(),
-            charts: Charts::from(chart),
+            charts: Charts::Lines(vec![chart]),
             conditions: conditions.clone(),
         };
         let svg = figure.svg();

@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result};
-use catalogue::{Guess, GuessName, Learned, Training, plane};
+use catalogue::{Guess, GuessName, Training, plane};
 use chart::Conditions;
-use graph::Normal;
+use graph::{Normal, planar_normal};
 use rod::{Model, State};
 use scene::Scene;
 use solver::auto::Choice;
@@ -50,10 +50,14 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     // Before the data set is generated, which takes a while.
     let asked_plane = if args.planar { Some(plane(&scene)?) } else { None };
     let guess = Guess::load(name, &training)?;
-    let plane = asked_plane.or_else(|| guess.own_plane(&scene));
+    let own_plane = || planar_normal(&scene.model, &scene.state).filter(|_| guess.knows_planes());
+    let plane = asked_plane.or_else(own_plane);
     training.say_foreign(&[name], &scene)?;
-    let simulation = match (args.end_to_end, &guess) {
-        (Some(predictions), Guess::Learned(learned)) => predicted(&scene, &settings, learned, plane, predictions),
+    let simulation = match (args.end_to_end, guess.projection(plane)) {
+        (Some(predictions), Some(project)) => {
+            let params = StepParams { max_iterations: predictions, ..settings.step };
+            Simulation::end_to_end(&scene.model, &scene.state, &params, &project).map_err(Error::from)
+        }
         _ => solved(&scene, &settings, &guess, choice.as_ref(), plane),
     };
     let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
@@ -138,27 +142,14 @@ fn solved(
     choice: Option<&Choice>,
     plane: Option<Normal>,
 ) -> Result<Simulation> {
+    let own = guess.factory(plane);
     let build = |model: &Model, members: &Members, topology: &Topology| match choice {
         Some(choice) => choice.build_guess(model, members, topology),
-        None => guess.build(plane, model, members, topology),
+        None => own(model, members, topology),
     };
     let is_zero = matches!(guess, Guess::Plain(GuessKind::Zero));
     let factory: Option<GuessFactory<'_>> = if is_zero { None } else { Some(&build) };
     Ok(Simulation::new(&scene.model, &scene.state, settings, factory)?)
-}
-
-/// A simulation that moves as predicted, with so many predictions a step.
-fn predicted(
-    scene: &Scene,
-    settings: &Settings,
-    learned: &Learned,
-    plane: Option<Normal>,
-    predictions: usize,
-) -> Result<Simulation> {
-    let project =
-        |model: &Model, members: &Members, topology: &Topology| learned.project(plane, model, members, topology);
-    let params = StepParams { max_iterations: predictions, ..settings.step };
-    Ok(Simulation::end_to_end(&scene.model, &scene.state, &params, &project)?)
 }
 
 /// Steps until all are done, numbers are not finite, the disk takes no more frames, or Ctrl-C. `state` is the last finite one in the end.

@@ -1,6 +1,6 @@
 //! Flags of `train sweep`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use copingnet::Backend;
@@ -21,7 +21,7 @@ pub(crate) struct SweepCli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum SweepCommand {
-    /// Put the cells of all shards together: sweep.csv, summary.toml and tables.
+    /// Put the cells of all shards together in summary.toml.
     Merge(MergeArgs),
 }
 
@@ -78,17 +78,10 @@ pub(crate) struct MergeArgs {
     /// Folders of sweeps with the same settings.
     #[arg(required = true, value_name = "DIR")]
     pub(crate) folders: Vec<PathBuf>,
-    /// Where sweep.csv and summary.toml go [default: the first folder].
+    /// Where summary.toml goes [default: the first folder].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Go on where cells are lost: they are left out of the tables, and the summary names them.
+    /// Go on where cells are lost: they are left out, and the summary names them.
     #[arg(long)]
     pub(crate) partial: bool,
-}
-
-impl MergeArgs {
-    /// Where the files go.
-    pub(crate) fn out(&self) -> &Path {
-        self.out.as_deref().or(self.folders.first().map(PathBuf::as_path)).unwrap_or(Path::new("."))
-    }
 }

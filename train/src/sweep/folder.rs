@@ -4,7 +4,7 @@
 //! sweep.toml              what the cells are (sealed)
 //! cells/HASH.toml         the outcome of each cell that is done, by the hash of its key
 //! training/NAME.*         checkpoint, curves and state of each cell's training
-//! sweep.csv, summary.toml what `train sweep merge` makes of all
+//! summary.toml            what `train sweep merge` makes of all
 //! ```
 
 use std::fs;

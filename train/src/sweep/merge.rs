@@ -6,23 +6,17 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evaluation::ablation::{
-    Architecture, Budget, Key, Outcome, Row, SCHEMA_VERSION, SUMMARY, Summary, Sweep, SweepCell,
-};
-use evaluation::guesses::Spread;
+use evaluation::ablation::{Key, Outcome, SCHEMA_VERSION, SUMMARY, Summary, Sweep, SweepCell};
 use export::{Stored, seal, write_atomically};
 use terminal::say;
 
 use super::args::MergeArgs;
 use super::folder::{Folder, difference};
-use super::tables;
 
-/// File with all rows as comma-separated values.
-const CSV: &str = "sweep.csv";
 /// Lost cells that an error names.
 const NAMED: usize = 5;
 
-/// Puts the cells together, writes sweep.csv and summary.toml, and prints the tables.
+/// Puts the cells together, writes summary.toml.
 pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     let sweep = common(&args.folders)?;
     let gathered = Gathered::new(&sweep, &args.folders)?;
@@ -51,13 +45,11 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     };
     let cells = gathered.outcomes.into_iter().filter_map(cell).collect();
     let summary = Summary { schema_version: SCHEMA_VERSION, lost, sweep, cells };
-    let out = args.out();
+    let out = args.out.as_ref().or(args.folders.first()).context("no folder is given")?;
     fs::create_dir_all(out).with_context(|| format!("--out: cannot make the folder {}", out.display()))?;
-    let [table, sealed] = [csv(&summary), seal(&summary)?];
-    write_atomically(&out.join(CSV), |file| file.write_all(table.as_bytes()))?;
-    write_atomically(&out.join(SUMMARY), |file| file.write_all(sealed.as_bytes()))?;
-    tables::print(&summary)?;
-    say!("wrote {} and {}", out.join(CSV).display(), out.join(SUMMARY).display())
+    let (file, sealed) = (out.join(SUMMARY), seal(&summary)?);
+    write_atomically(&file, |out| out.write_all(sealed.as_bytes()))?;
+    say!("wrote {}", file.display())
 }
 
 /// The sweep that all folders are of.
@@ -130,51 +122,6 @@ impl Gathered {
 
 fn name(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// One line a cell, guess, preconditioner and tolerance; empty where nothing was counted.
-fn csv(summary: &Summary) -> String {
-    let mut text = String::from(
-        "scenario,recipe,gn_blocks,mlp_layers,width,seed,epochs,batch,node_visits,parameters,best_epoch,final_loss,\
-         training_s,weights_blake3,machine,threads,program_version,git_revision,guess,preconditioner,tolerance,solves,dropped",
-    );
-    for spread in ["iteration_ratio", "speed_up", "zero_us", "inference_us"] {
-        text +=
-            &["mean", "lower_quartile", "median", "upper_quartile"].map(|part| format!(",{spread}_{part}")).concat();
-    }
-    let Budget { recipe, epochs, batch, .. } = &summary.sweep.budget;
-    for SweepCell { scenario, architecture: Architecture { gn_blocks, mlp_layers, width }, seed, outcome } in
-        &summary.cells
-    {
-        let Outcome { node_visits, parameters, best_epoch, final_loss, training_s, .. } = outcome;
-        let Outcome { weights_blake3, threads, program_version, .. } = outcome;
-        let (machine, revision) =
-            (outcome.machine.replace('"', "\"\""), outcome.git_revision.as_deref().unwrap_or_default());
-        for Row {
-            guess,
-            preconditioner,
-            tolerance,
-            solves,
-            dropped,
-            iteration_ratio,
-            speed_up,
-            zero_us,
-            inference_us,
-        } in &outcome.rows
-        {
-            text += &format!(
-                "\n{scenario},{recipe},{gn_blocks},{mlp_layers},{width},{seed},{epochs},{batch},{node_visits},\
-                 {parameters},{best_epoch},{final_loss:e},{training_s:.1},{weights_blake3},\"{machine}\",{threads},\
-                 {program_version},{revision},{guess},{preconditioner},{tolerance:e},{solves},{dropped}"
-            );
-            for spread in [iteration_ratio, speed_up, zero_us, inference_us] {
-                text += &spread.map_or(",,,,".to_owned(), |Spread { mean, lower, median, upper }| {
-                    format!(",{mean:.6e},{lower:.6e},{median:.6e},{upper:.6e}")
-                });
-            }
-        }
-    }
-    text + "\n"
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@ mod cell;
 mod design;
 mod folder;
 mod merge;
-mod tables;
 
 use std::fmt::Arguments;
 use std::time::{Duration, Instant};
@@ -19,6 +18,11 @@ use self::folder::Folder;
 use crate::cli::threads_or_cores;
 use crate::lesson::Taught;
 use crate::run::{Outcome, listen};
+
+/// Preconditioner and tolerance of the paper's cell.
+const RAW: &str = "raw";
+/// See [`RAW`].
+const TOLERANCE: f64 = 1e-4;
 
 /// Runs `train sweep` or `train sweep merge`.
 pub(crate) fn run(cli: &SweepCli) -> Result<Outcome> {
@@ -97,18 +101,21 @@ fn work(args: &SweepArgs, folder: &Folder, keys: &[Key], say: impl Fn(Arguments<
         done += key.cost();
         say(format_args!("  {}, {} left", short(&measured), left(begin, done / all)))?;
     }
-    say(format_args!("all cells of this shard are done; `train sweep merge {}` makes tables", args.out.display()))?;
+    say(format_args!(
+        "all cells of this shard are done; `train sweep merge {}` puts them together",
+        args.out.display()
+    ))?;
     Ok(Outcome::Done)
 }
 
 /// An outcome in a few words.
 fn short(outcome: &Measured) -> String {
-    let is_own = |row: &&Row| row.tolerance == tables::TOLERANCE && row.preconditioner == tables::RAW;
+    let is_paper = |row: &&Row| row.tolerance == TOLERANCE && row.preconditioner == RAW;
     let words = |row: &Row| {
         let [ratio, speed_up] = [row.iteration_ratio, row.speed_up].map(|spread| spread.map_or(f64::NAN, |s| s.median));
         format!("{} {ratio:.2} of the iterations, speed-up {speed_up:.2}", row.guess)
     };
-    let parts: Vec<String> = outcome.rows.iter().filter(is_own).map(words).collect();
+    let parts: Vec<String> = outcome.rows.iter().filter(is_paper).map(words).collect();
     format!("raw 1e-4: {}; {:.0} s", parts.join("; "), outcome.training_s + outcome.measuring_s)
 }
 

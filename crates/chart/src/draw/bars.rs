@@ -4,7 +4,7 @@ use super::text::{LINE, lines, widest, wrap};
 use super::ticks::{self, Ticks};
 use super::{Drawing, Size, description, paragraph};
 use crate::axis::Layout;
-use crate::{Axis, BarChart, NumberFormat, Palette, Px, Scale, Xml};
+use crate::{BarChart, Palette, Px, Scale, Xml, significant};
 
 /// Longest name of a bar before it is broken, in widths of the drawing.
 const NAME: f64 = 0.36;
@@ -12,7 +12,7 @@ const NAME: f64 = 0.36;
 /// Draws a chart without its legend. Each bar's sum stands at its end.
 pub(super) fn draw(chart: &BarChart, size: Size, palette: &Palette<'_>) -> Drawing {
     let Size { width: wide, font } = size;
-    let number = |value: &f64| NumberFormat::Significant(3).format(*value);
+    let number = |value: &f64| significant(*value, 3);
     let drawn = |value: &f64| if value.is_finite() { value.max(0.0) } else { 0.0 };
     let sums: Vec<f64> = chart.bars.iter().map(|bar| bar.values.iter().map(drawn).sum()).collect();
     let longest = sums.iter().copied().fold(0.0, f64::max);
@@ -30,8 +30,7 @@ pub(super) fn draw(chart: &BarChart, size: Size, palette: &Palette<'_>) -> Drawi
     let names: Vec<_> = chart.bars.iter().map(|bar| wrap(&bar.name, font, NAME * wide)).collect();
     let left = widest(names.iter().flatten(), font) + 10.0;
     let right = wide - widest(sums.iter().map(number), font) - 10.0;
-    let axis = Axis { range: Some([0.0, longest]), ..Axis::default() };
-    let layout = Layout { scale: Scale::Linear, places: Layout::places(&axis, [0.0, longest]), pixels: [left, right] };
+    let layout = Layout { scale: Scale::Linear, places: [0.0, longest], pixels: [left, right] };
     let ticks = Ticks::new(Scale::Linear, layout.places, ((right - left) / 60.0) as usize);
 
     let high = |lines: &[String]| (2.0 * font).max(LINE * font * lines.len() as f64 + 4.0);

@@ -2,7 +2,7 @@
 
 use super::marker::{self, LARGE, RADIUS};
 use super::text::widest;
-use crate::{Charts, LineStyle, Palette, Px, Xml};
+use crate::{Charts, Palette, Px, Xml};
 
 /// Width and height of a sample \[px\].
 const SAMPLE: [f64; 2] = [30.0, 14.0];
@@ -15,7 +15,7 @@ pub(crate) struct Entry {
 
 /// What stands for a name. Colours are classes.
 enum Sample {
-    Line { colour: String, style: LineStyle, marker: Option<usize> },
+    Line { colour: String, class: &'static str, marker: Option<usize> },
     Part { colour: String },
     Emphasis,
 }
@@ -31,10 +31,9 @@ pub(crate) fn entries(charts: &Charts, palette: &Palette<'_>) -> Vec<Entry> {
     match charts {
         Charts::Lines(charts) => {
             for series in charts.iter().flat_map(|chart| &chart.series) {
-                let marked = series.markers || series.style == LineStyle::Points;
-                let marker = marked.then(|| palette.marker(series.marker_key()));
+                let marker = series.markers.then(|| palette.marker(&series.name));
                 let colour = palette.colour(series.colour_key());
-                add(&series.name, Sample::Line { colour, style: series.style, marker });
+                add(&series.name, Sample::Line { colour, class: series.class(), marker });
             }
             charts.iter().filter_map(|chart| chart.emphasis.as_ref()).for_each(|text| add(text, Sample::Emphasis));
         }
@@ -83,11 +82,9 @@ fn sample(svg: &mut Xml, sample: &Sample, [x, y]: [f64; 2]) {
     let [wide, high] = SAMPLE;
     let centre = [x + wide / 2.0, y + high / 2.0];
     match sample {
-        Sample::Line { colour, style, marker } => {
+        Sample::Line { colour, class, marker } => {
             svg.open("g", &[("class", colour)]);
-            if let Some(class) = line_class(*style) {
-                svg.path(class, &format!("M{} {}h{}", Px(x + 1.0), Px(centre[1]), Px(wide - 2.0)), "");
-            }
+            svg.path(class, &format!("M{} {}h{}", Px(x + 1.0), Px(centre[1]), Px(wide - 2.0)), "");
             if let Some(shape) = marker {
                 marker::draw(svg, *shape, centre, RADIUS + 0.6, "marker", "");
             }
@@ -97,14 +94,5 @@ fn sample(svg: &mut Xml, sample: &Sample, [x, y]: [f64; 2]) {
             svg.rect([x + 4.0, y + 1.0, wide - 8.0, high - 2.0], &format!("part {colour}"), "", "");
         }
         Sample::Emphasis => marker::draw(svg, 0, centre, LARGE, "marker emphasis neutral", ""),
-    }
-}
-
-/// The classes of a line; `None` if there is none.
-pub(super) fn line_class(style: LineStyle) -> Option<&'static str> {
-    match style {
-        LineStyle::Solid | LineStyle::Step => Some("line"),
-        LineStyle::Dashed => Some("line dashed"),
-        LineStyle::Points => None,
     }
 }

@@ -9,7 +9,7 @@ pub(crate) mod stress;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
-use catalogue::{GuessName, Row, Sources, Training, load, networks};
+use catalogue::{GuessName, Row, Sources, Training, load};
 use clap::Args;
 use dataset::{Config, Scenario};
 use report::{Block, Conditions, Page, Section, wrapped};
@@ -21,7 +21,7 @@ use crate::Outcome;
 use crate::library::Guesses;
 
 /// Characters of a line on the terminal.
-const WIDTH: usize = 120;
+const WIDTH: u16 = 120;
 
 /// Where the numbers go.
 #[derive(Args, Debug)]
@@ -82,10 +82,9 @@ impl OutputArgs {
         if !self.quiet {
             for block in &section.blocks {
                 match block {
-                    Block::Table(table) => say!("\n{}\n{}", table.title, table.text())?,
+                    Block::Table(table) => say!("\n{}\n{}", table.title, table.text(WIDTH))?,
                     Block::Paragraph(text) => {
-                        let lines = text.lines().flat_map(|line| wrapped(line, WIDTH));
-                        say!("\n{}", lines.collect::<Vec<_>>().join("\n"))?;
+                        say!("\n{}", wrapped(text, WIDTH))?;
                     }
                     _ => {}
                 }
@@ -154,9 +153,9 @@ fn conditions() -> Conditions {
 
 /// The networks of these rows, by their hashes.
 fn with_networks(conditions: Conditions, of: &str, rows: &[Row<'_>]) -> Conditions {
-    networks(rows).into_iter().fold(conditions, |conditions, network| {
-        let origin = network.origin;
-        let name = format!("{of}, {}", network.guess);
-        conditions.with(name, format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3))
+    let origins = rows.iter().filter_map(|row| Some((&row.name, row.guess.origin()?)));
+    origins.fold(conditions, |conditions, (name, origin)| {
+        conditions
+            .with(format!("{of}, {name}"), format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3))
     })
 }

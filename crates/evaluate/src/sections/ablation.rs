@@ -6,9 +6,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result};
 use evaluation::ablation::{Architecture, Budget, FREE, PLANAR, Row, SCHEMA_VERSION, Summary, Sweep, SweepCell, Test};
 use evaluation::guesses::Spread;
-use report::{
-    Block, Cell, Charts, ColourScale, Column, Figure, HeatMap, NumberFormat, Scale, Section as PageSection, Table,
-};
+use report::{Block, Cell, Charts, Column, Figure, HeatMap, Section as PageSection, Table};
 
 use crate::cells::Job;
 use crate::context::Context;
@@ -175,12 +173,7 @@ fn figure(summary: &Summary, scenario: &str, solver: (&str, f64)) -> Figure {
             rows: names(rows),
             columns: names(columns),
             values: rows.iter().map(|&row| columns.iter().map(|&column| value(row, column)).collect()).collect(),
-            format: NumberFormat::Significant(3),
-            scale: Scale::Linear,
-            colours: match title {
-                "inference" => ColourScale::Sequential,
-                _ => ColourScale::Diverging { centre: 1.0 },
-            },
+            centre: (title != "inference").then_some(1.0),
         }
     };
     let (preconditioner, tolerance) = solver;

@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result};
 use dataset::Scenario;
 use evaluation::paper::DIRECT;
 use evaluation::paper::motions::{Deviation, Trace, deviations};
-use report::{Block, Charts, Figure, LineChart, LineStyle, Section as PageSection, Series, Table};
+use report::{Block, Charts, Figure, LineChart, Section as PageSection, Series, Table};
 use scene::sampling::{Parameters, supplement};
 use serde::{Deserialize, Serialize};
 use solver::linear::precondition::PreconditionerKind;
@@ -162,14 +162,14 @@ pub(crate) fn varied(figure: char, parameters: &Parameters) -> Vec<f64> {
 
 fn chart(key: &Key, traces: &[Trace]) -> LineChart {
     let mut series = Vec::new();
-    for (name, style) in [(DIRECT, LineStyle::Solid), ("gn", LineStyle::Dashed)] {
+    for (name, dashed) in [(DIRECT, false), ("gn", true)] {
         let own = traces.iter().filter(|trace| trace.name == name);
         for snapshot in own.flat_map(|trace| &trace.snapshots) {
             let colour = format!("step {}", snapshot.step);
             series.extend(snapshot.rods.iter().map(|rod| {
                 let points = rod.iter().map(|[x, _, z]| (*x, *z));
                 let named = Series::new(format!("{name}, {colour}"), points);
-                Series { style, colour: Some(colour.clone()), markers: false, ..named }
+                Series { dashed, colour: Some(colour.clone()), markers: false, ..named }
             }));
         }
     }

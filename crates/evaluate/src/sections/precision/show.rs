@@ -2,7 +2,7 @@
 
 use evaluation::precision::pareto::{Line, Place, front};
 use evaluation::precision::{Against, Curve, Part};
-use report::{Axis, Block, Figure, LineChart, LineStyle, Point, Reference, Section, Series};
+use report::{Axis, Block, Figure, LineChart, Point, Reference, Section, Series};
 
 use super::tables::{Worth, auto, in_short, overview, winners_of, worth};
 use super::{Key, Value};
@@ -127,7 +127,7 @@ fn figure(context: &Context, sheet: &Sheet<'_>, against: Against) -> Option<Figu
             let colour = curve.way.split_once(", ").filter(|_| curve.way.starts_with("cg")).map(|(_, start)| start);
             Series {
                 colour: colour.map(str::to_owned),
-                style: if curve.kind == kinds::LEARNED { LineStyle::Solid } else { LineStyle::Dashed },
+                dashed: curve.kind != kinds::LEARNED,
                 ..Series::new(curve.way.clone(), places.iter().map(point))
             }
         });
