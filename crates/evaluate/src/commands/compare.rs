@@ -5,9 +5,8 @@ use catalogue::{GuessName, Row, Sources, Training, load, rows};
 use clap::Args;
 use dataset::Scenario;
 use evaluation::compare::{self, Comparison, Entry, EntryRun};
-use evaluation::guesses::beside_zero;
+use evaluation::guesses::{self, DIRECT, Plan, beside_zero};
 use evaluation::precision::{Level, Outer, reference};
-use evaluation::starts::{self, Plan};
 use graph::planar_normal;
 use report::{Block, Column, Conditions, Section, Table};
 use solver::formulation::Formulation;
@@ -19,7 +18,7 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::{Status, StepParams};
 use terminal::{Progress, positive};
 
-use super::guesses::{self, TOLERANCES};
+use super::random::{TOLERANCES, dropped, solves_table};
 use super::{OutputArgs, at_least_one, conditions, with_networks};
 use crate::Outcome;
 use crate::show::number;
@@ -80,13 +79,13 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     args.output.prepare()?;
     let (dt, steps) = (args.dt.unwrap_or(scene.run.dt), args.steps.unwrap_or(scene.run.steps));
     let training = Training::for_scene(&args.learned, &args.with, args.scenario, &scene, args.output.quiet)?;
-    let guesses = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
+    let loaded = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
     training.say_foreign(&args.with, &scene)?;
     let progress = Progress::new(2 * steps, "steps", args.output.quiet)?;
     let of_scene = format!("{}, {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len());
     args.output.say(&of_scene)?;
     let plane = planar_normal(&scene.model, &scene.state);
-    let rows = rows(&guesses, plane.is_some());
+    let rows = rows(&loaded, plane.is_some());
     let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
     let with_factories: Vec<(&Row<'_>, GuessFactory<'_>)> =
         rows.iter().zip(&factories).map(|(row, factory)| (row, factory as GuessFactory<'_>)).collect();
@@ -127,11 +126,12 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         tolerances: TOLERANCES.to_vec(),
         max_iterations: params.max_iterations,
         buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),
+        is_struck: false,
     };
     let base = entries[0].settings;
-    let measured = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_, _| progress.advance())?;
-    let mut cells = beside_zero(&plan, &[measured], 0);
-    cells.retain(|cell| cell.guess != evaluation::guesses::DIRECT);
+    let measured = guesses::measure(&scene.model, &scene.state, dt, &base, &plan, || progress.advance())?;
+    let mut cells = beside_zero(&[measured], 0);
+    cells.retain(|cell| cell.guess != DIRECT);
 
     let conditions = conditions().with("scene", of_scene).with("tolerance", format!("{:e}", args.tolerance));
     let conditions = with_networks(conditions, training.scenario.name(), &rows);
@@ -142,9 +142,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let mut blocks = vec![
         Block::Paragraph(in_words(&compared, steps, own)),
         Block::Table(runs(&compared.rows, conditions.clone())),
-        Block::Table(guesses::table("compare-starts", title, &cells, false, conditions.clone())),
+        Block::Table(solves_table("compare-starts", title, &cells, false, conditions.clone())),
     ];
-    blocks.extend(guesses::dropped(&cells).map(Block::Paragraph));
+    blocks.extend(dropped(&cells).map(Block::Paragraph));
     let section = Section { id: "compare".to_owned(), title: format!("{}: ways compared", scene.name), blocks };
     let outcome = args.output.finish(section, conditions, progress)?;
     let failed = compared.rows.iter().find(|row| row.status == Status::NonFinite.name());

@@ -1,9 +1,9 @@
-//! All starts on the same systems, step by step: those of the exact motion's first outer iterations ([`starts::run`]).
+//! All starts on the same systems, step by step: those of the exact motion's first outer iterations ([`guesses::measure`]).
 
 use solver::simulation::SimulationError;
 
 use super::{CgSolver, DIRECT, Motion, NamedGuess, starts};
-use crate::starts::{self, Plan, Tally};
+use crate::guesses::{self as measuring, Plan, Tally};
 
 /// Of each way, its name and a tally of each step.
 type ByStep = Vec<(String, Vec<Tally>)>;
@@ -24,13 +24,13 @@ pub(super) fn measure(
         tolerances: vec![solver.cg.tolerance],
         max_iterations: solver.cg.max_iterations,
         buckets: (0..motion.steps).map(Some).collect(),
+        is_struck: false,
     };
     let names = plan.guesses.iter().map(|(name, _)| name.clone()).chain([DIRECT.to_owned()]);
     let mut ways: ByStep = names.map(|name| (name, Vec::new())).collect();
-    let time = (motion.dt, motion.steps);
     for _ in 0..repeats.max(1) {
         let mut go_on = true;
-        let measured = starts::run(motion.model, motion.state, time, &solver.direct(), &plan, |_, _| {
+        let measured = measuring::measure(motion.model, motion.state, motion.dt, &solver.direct(), &plan, || {
             go_on = progress();
             go_on
         })?;
@@ -38,11 +38,7 @@ pub(super) fn measure(
             return Ok(None);
         }
         for (way, (_, tallies)) in ways.iter_mut().enumerate() {
-            let of_step = |step| match plan.guesses.get(way) {
-                Some(_) => measured.tally(step, way, 0),
-                None => measured.direct(step),
-            };
-            take_quicker(tallies, (0..motion.steps).map(of_step));
+            take_quicker(tallies, (0..motion.steps).map(|step| measured.tally(step, way, 0)));
         }
     }
     Ok(Some(ways))

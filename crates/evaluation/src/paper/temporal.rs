@@ -1,15 +1,14 @@
 //! Iterations and times over the steps of a simulation (paper, section 4, figure on temporal evolution).
 //!
 //! At each step all starts are held against each other on the same system, the first outer iteration's of the exact
-//! motion ([`crate::starts::run`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
+//! motion ([`crate::guesses::measure`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
 
 use scene::sampling::{Family, Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use super::{CgSolver, Motion, NamedGuess, systems};
-use crate::guesses::Spread;
-use crate::starts::Tally;
+use crate::guesses::{Spread, Tally};
 
 /// Simulations of the figure (paper: averaged over 20).
 pub const SIMULATIONS: usize = 20;
