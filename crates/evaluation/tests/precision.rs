@@ -118,7 +118,7 @@ fn cells_repeat_bit_by_bit_but_for_their_times() {
         assert!(time.median > 0.0 && ratio.lower <= ratio.median && ratio.median <= ratio.upper);
         assert!(point.linear_per_step > point.outer_per_step && point.outer_per_step >= 1.0);
         assert_eq!(point.length_ratio.len(), problem.samples.len());
-        assert_eq!(point.converged.as_ref().unwrap().0.len(), problem.samples.len());
+        assert_eq!(point.converged.as_ref().unwrap().len(), problem.samples.len());
     }
     // It survives a file, up to the last bit of a number.
     let read: Curve = serde_json::from_str(&serde_json::to_string(&first).unwrap()).unwrap();

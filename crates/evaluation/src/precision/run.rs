@@ -10,7 +10,7 @@ use solver::step::Status;
 use solver::topology::Topology;
 
 use super::clock::{Moment, Turns};
-use super::curve::{Curve, Errors, GivenUp, Point};
+use super::curve::{Curve, GivenUp, Point};
 use super::level::{Level, Outer};
 use super::metrics::{length_ratio, position_error};
 use super::problem::Problem;
@@ -179,8 +179,8 @@ impl LevelRun {
             ratio: None,
             outer_per_step: 0.0,
             linear_per_step: 0.0,
-            exact: reference.map(|_| Errors(Vec::new())),
-            converged: problem.converged.as_ref().map(|_| Errors(Vec::new())),
+            exact: reference.map(|_| Vec::new()),
+            converged: problem.converged.as_ref().map(|_| Vec::new()),
             length_ratio: Vec::new(),
         };
         let (turns, times) = (Vec::new(), Turns::default());
@@ -253,7 +253,7 @@ impl LevelRun {
             return false;
         }
         for (errors, error) in [(&mut self.point.exact, exact), (&mut self.point.converged, converged)] {
-            if let (Some(Errors(samples)), Some(error)) = (errors, error) {
+            if let (Some(samples), Some(error)) = (errors, error) {
                 samples.push(error);
             }
         }
