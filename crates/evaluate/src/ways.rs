@@ -60,13 +60,6 @@ pub(crate) struct Spec {
     begin: Begin,
 }
 
-impl Spec {
-    /// Whether predictions take the place of all solves.
-    pub(crate) fn is_end_to_end(&self) -> bool {
-        matches!(self.begin, Begin::EndToEnd(_))
-    }
-}
-
 /// The ways of a scene.
 pub(crate) struct Ways<'a> {
     rows: Vec<Row<'a>>,

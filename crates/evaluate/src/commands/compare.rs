@@ -1,7 +1,7 @@
 //! `evaluate compare SCENE`: solvers and guesses side by side on a scene.
 
 use anyhow::Result;
-use catalogue::{GuessName, Row, Sources, Training, load, rows};
+use catalogue::{GuessName, Sources, Training, load, rows};
 use clap::Args;
 use dataset::Scenario;
 use evaluation::compare::{self, Comparison, Entry, EntryRun};
@@ -18,7 +18,7 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::{Status, StepParams};
 use terminal::{Progress, positive};
 
-use super::random::{TOLERANCES, dropped, solves_table};
+use super::random::{TOLERANCES, dropped, named, solves_table};
 use super::{OutputArgs, at_least_one, conditions, with_networks};
 use crate::Outcome;
 use crate::show::number;
@@ -87,11 +87,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let plane = planar_normal(&scene.model, &scene.state);
     let rows = rows(&loaded, plane.is_some());
     let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
-    let with_factories: Vec<(&Row<'_>, GuessFactory<'_>)> =
-        rows.iter().zip(&factories).map(|(row, factory)| (row, factory as GuessFactory<'_>)).collect();
-    let (of_steps, of_solves): (Vec<_>, Vec<_>) =
-        with_factories.into_iter().partition(|(row, _)| row.guess_name.helps_steps());
-    let guess = |row: &Row<'_>, factory| row.guess_name.helps_solves().then_some(factory);
+    let named = named(&rows, factories.iter().map(|own| own as GuessFactory<'_>));
+    let of_steps = rows.iter().map(|row| row.guess_name.helps_steps());
+    let (of_steps, of_solves): (Vec<_>, Vec<_>) = named.into_iter().zip(of_steps).partition(|(_, of_steps)| *of_steps);
 
     let (own, params) = (args.formulation, CgParams { max_iterations: cap(&scene), ..CgParams::default() });
     let level = Level::new(Outer::Tolerance(args.tolerance));
@@ -107,21 +105,21 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     for formulation in std::iter::once(own).chain(others) {
         entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
     }
-    for &(row, factory) in &of_steps {
-        entry(format!("newton, direct, {}", row.name), Formulation::Newton, SolverKind::Direct, Some(factory));
+    for ((name, guess), _) in of_steps {
+        entry(format!("newton, direct, {name}"), Formulation::Newton, SolverKind::Direct, guess);
     }
     entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
     entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
     for preconditioner in PRECONDITIONERS {
-        for &(row, factory) in &of_solves {
+        for ((name, guess), _) in &of_solves {
             let solver = SolverKind::Cg(CgParams { preconditioner, ..params });
-            entry(format!("{own}, cg {preconditioner}, {}", row.name), own, solver, guess(row, factory));
+            entry(format!("{own}, cg {preconditioner}, {name}"), own, solver, *guess);
         }
     }
     let compared = compare::run(&scene.model, &scene.state, dt, steps, &entries, |steps| progress.advance_by(steps))?;
     let skip = args.skip.min(steps - 1);
     let plan = Plan {
-        guesses: of_solves.iter().map(|&(row, factory)| (row.name.clone(), guess(row, factory))).collect(),
+        guesses: of_solves.into_iter().map(|(guess, _)| guess).collect(),
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
         max_iterations: params.max_iterations,

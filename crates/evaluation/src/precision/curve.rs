@@ -57,8 +57,6 @@ pub struct Point {
     pub exact: Option<Vec<f64>>,
     /// Errors against the converged reference; `None` where the problem has none.
     pub converged: Option<Vec<f64>>,
-    /// Length of all rods relative to the first, at the samples: see [`super::metrics::length_ratio`].
-    pub length_ratio: Vec<f64>,
 }
 
 /// A way at all its levels.

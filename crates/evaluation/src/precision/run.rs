@@ -12,7 +12,7 @@ use solver::topology::Topology;
 use super::clock::{Moment, Turns};
 use super::curve::{Curve, GivenUp, Point};
 use super::level::{Level, Outer};
-use super::metrics::{length_ratio, position_error};
+use super::metrics::position_error;
 use super::problem::Problem;
 use crate::guesses::Spread;
 
@@ -181,7 +181,6 @@ impl LevelRun {
             linear_per_step: 0.0,
             exact: reference.map(|_| Vec::new()),
             converged: problem.converged.as_ref().map(|_| Vec::new()),
-            length_ratio: Vec::new(),
         };
         let (turns, times) = (Vec::new(), Turns::default());
         Self { point, status: Status::Converged, spent: 0.0, turns, times, reference }
@@ -248,8 +247,7 @@ impl LevelRun {
         let against = |expected| position_error(&problem.model, &found.positions, expected);
         let exact = self.reference.map(|index| against(&problem.exact[index].frames[sample]));
         let converged = problem.converged.as_ref().map(|converged| against(&converged.frames[sample]));
-        let ratio = length_ratio(&problem.model, found, &problem.state);
-        if !exact.into_iter().chain(converged).chain([ratio]).all(f64::is_finite) {
+        if !exact.into_iter().chain(converged).all(f64::is_finite) {
             return false;
         }
         for (errors, error) in [(&mut self.point.exact, exact), (&mut self.point.converged, converged)] {
@@ -257,7 +255,6 @@ impl LevelRun {
                 samples.push(error);
             }
         }
-        self.point.length_ratio.push(ratio);
         true
     }
 
