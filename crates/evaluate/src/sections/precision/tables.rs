@@ -8,7 +8,7 @@ use solver::formulation::Formulation;
 use super::show::{Sheet, conditions};
 use crate::context::Context;
 use crate::show::{ALL_STAGES, columns, number};
-use crate::ways::{AUTO, kinds};
+use crate::ways::kinds;
 
 /// Errors of the overview.
 const OVERVIEW: [f64; 3] = [1e-2, 1e-4, 1e-6];
@@ -147,7 +147,7 @@ pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
     let mut rows = Vec::new();
     for sheet in sheets {
         for formulation in Formulation::ALL {
-            let own = format!("{formulation}, {AUTO}");
+            let own = format!("{formulation}, {}", kinds::AUTO);
             let is_own = |curve: &&&Curve| {
                 let name = &curve.way;
                 let of_xpbd = name.starts_with("cg ") && formulation == Formulation::Xpbd;
