@@ -6,8 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::compare::CompareArgs;
-use crate::commands::guesses::GuessesArgs;
-use crate::commands::steps::StepsArgs;
+use crate::commands::random::{GuessesArgs, StepsArgs};
 use crate::commands::stress::StressArgs;
 use crate::sections::SECTIONS;
 

@@ -15,7 +15,7 @@ mod ways;
 use std::process::ExitCode;
 
 use crate::cli::{Cli, Command};
-use crate::commands::{compare, guesses, steps, stress};
+use crate::commands::{compare, random, stress};
 
 /// Exit code of a report with faults, of runs that differ, and of numbers that are not finite.
 const FAILED: u8 = 1;
@@ -37,8 +37,8 @@ fn main() -> ExitCode {
         Command::Check { report } => make::check(&report),
         Command::Agree { first, second } => agree::runs([&first, &second]),
         Command::Compare(args) => compare::compare(&args),
-        Command::Guesses(args) => guesses::guesses(&args),
-        Command::Steps(args) => steps::steps(&args),
+        Command::Guesses(args) => random::guesses(&args),
+        Command::Steps(args) => random::steps(&args),
         Command::Stress(args) => stress::stress(&args),
     };
     match result {

@@ -35,11 +35,9 @@ pub(crate) mod kinds {
     pub(crate) const NEWTON: &str = "newton";
     pub(crate) const NEWTON_LEARNED: &str = "newton from a learned guess";
     pub(crate) const END_TO_END: &str = "end to end";
+    /// What `simulate` does by itself; ways of it have this name, too.
     pub(crate) const AUTO: &str = "auto";
 }
-
-/// Name of what `simulate` does by itself.
-pub(crate) const AUTO: &str = "auto";
 
 /// Where a way begins.
 #[derive(Clone, Copy)]
@@ -58,13 +56,6 @@ pub(crate) struct Spec {
     pub(crate) kind: &'static str,
     pub(crate) settings: Settings,
     begin: Begin,
-}
-
-impl Spec {
-    /// Whether predictions take the place of all solves.
-    pub(crate) fn is_end_to_end(&self) -> bool {
-        matches!(self.begin, Begin::EndToEnd(_))
-    }
 }
 
 /// The ways of a scene.
@@ -117,7 +108,7 @@ fn specs(scene: &Scene, rows: &[Row<'_>], size: Size) -> Vec<Spec> {
         let learned = learned_start(scene, formulation);
         let place = learned.and_then(|(name, _)| rows.iter().position(|row| row.guess_name == name));
         let begin = place.map_or(Begin::Auto, Begin::Learned);
-        add(format!("{formulation}, {AUTO}"), kinds::AUTO, formulation, solver, begin);
+        add(format!("{formulation}, {}", kinds::AUTO), kinds::AUTO, formulation, solver, begin);
     }
     let newton = Formulation::Newton;
     let parabola = GuessKind::StepQuadratic;

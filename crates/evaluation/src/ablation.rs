@@ -7,8 +7,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::guesses::{BesideZero, DIRECT, Spread, beside_zero};
-use crate::starts::{Measured, Plan};
+use crate::guesses::{BesideZero, DIRECT, Measured, Spread, beside_zero};
 
 /// Version of [`Key`], [`Outcome`], [`Sweep`] and [`Summary`] in files.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -294,10 +293,11 @@ pub fn buckets(steps: usize) -> Vec<Option<usize>> {
     crate::guesses::buckets(steps).into_iter().map(|bucket| bucket.filter(|&bucket| bucket == LATER)).collect()
 }
 
-/// One row for each guess but the first, which must be the zero start, and for each column of the plan.
-pub fn rows(plan: &Plan<'_>, simulations: &[Measured]) -> Vec<Row> {
+/// One row for each guess but the first, which must be the zero start, and for each preconditioner and tolerance.
+pub fn rows(simulations: &[Measured]) -> Vec<Row> {
     let per_solve = |seconds: f64, solves: u64| 1e6 * seconds / solves as f64;
-    let guesses = beside_zero(plan, simulations, LATER).into_iter().skip(plan.columns().count());
+    let all = beside_zero(simulations, LATER);
+    let zero = all.first().map(|zero| zero.guess.clone());
     let row = |own: BesideZero| Row {
         preconditioner: own.preconditioner.name().to_owned(),
         tolerance: own.tolerance,
@@ -309,7 +309,7 @@ pub fn rows(plan: &Plan<'_>, simulations: &[Measured]) -> Vec<Row> {
         inference_us: own.spread(|_, own| per_solve(own.guess_s, own.solves)),
         guess: own.guess,
     };
-    guesses.filter(|own| own.guess != DIRECT).map(row).collect()
+    all.into_iter().filter(|own| own.guess != DIRECT && Some(&own.guess) != zero.as_ref()).map(row).collect()
 }
 
 #[cfg(test)]
@@ -320,7 +320,7 @@ mod tests {
     use solver::simulation::{GuessFactory, Settings};
 
     use super::*;
-    use crate::guesses;
+    use crate::guesses::{self, Plan};
 
     #[test]
     fn rows_say_what_was_summed_in_later_steps() {
@@ -337,12 +337,14 @@ mod tests {
             tolerances: vec![1e-2, 1e-4],
             max_iterations: None,
             buckets: buckets(30),
+            is_struck: false,
         };
         let measured = guesses::measure(&model, &state, 0.02, &Settings::default(), &plan, || true).unwrap();
-        let rows = rows(&plan, std::slice::from_ref(&measured));
+        let rows = rows(std::slice::from_ref(&measured));
+        let sums: Vec<_> = beside_zero(&[measured], LATER).into_iter().map(|own| own.sums[0]).collect();
         assert_eq!(rows.len(), 4);
         for (column, row) in rows.into_iter().enumerate() {
-            let [zero, own] = [0, 1].map(|guess| measured.tally(LATER, guess, column));
+            let [zero, own] = sums[4 + column];
             // Steps 15, 20, 25 and 30.
             assert_eq!((row.guess.as_str(), row.solves, own.solves, row.dropped), (FREE, 4, 4, own.dropped));
             let median = |spread: Option<Spread>| spread.unwrap().median;

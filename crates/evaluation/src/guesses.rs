@@ -1,17 +1,27 @@
-//! Where the guesses stand: the iterations and the time of each relative to a zero start, over many simulations, apart
-//! for the first steps, later ones, and those after an impulse.
+//! Where the guesses stand: how many iterations of conjugate gradients, and how much time, each saves on the same systems.
 //!
-//! A ratio is the sum over a simulation's solves, the guess's divided by the zero start's on the same systems; over the
-//! simulations its median, quartiles and mean are told. Times of a guess include all that it does: its start and what
-//! it learns.
+//! The motion is the direct solver's. At the first outer iteration of every step, each guess proposes a start, and
+//! conjugate gradients run from it with every preconditioner to every tolerance; then all guesses learn the exact
+//! solution. So a row differs from another by its start alone.
+//!
+//! A ratio is the sum over a simulation's solves, the guess's divided by the zero start's; over the simulations its median,
+//! quartiles and mean are told. Times of a guess include all that it does: its start and what it learns.
+
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
+use solver::component::{Component, Members};
+use solver::guess::InitialGuess;
+use solver::kernel::Spatial;
+use solver::linear::LinearSolver;
+use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
-use solver::simulation::{Settings, Simulation, SimulationError};
-
-use crate::starts::{self, Measured, Plan, Tally};
+use solver::linear::solvers::SolverKind;
+use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use solver::topology::Topology;
 
 /// Steps that are told apart, counted from 1; the last are those after the impulse.
 pub const BUCKETS: [&str; 6] = ["step 1", "step 2", "step 3", "steps 4 to 10", "later steps", "after the impulse"];
@@ -23,6 +33,8 @@ pub const IMPULSE_STEPS: usize = 5;
 pub const IMPULSE_SPEED: f64 = 2.0;
 /// Of the later steps every fifth is measured.
 pub const EVERY: usize = 5;
+/// Name of the direct solver among the guesses.
+pub const DIRECT: &str = "direct solve";
 
 /// The bucket of each of `steps` steps.
 pub fn buckets(steps: usize) -> Vec<Option<usize>> {
@@ -35,8 +47,78 @@ pub fn buckets(steps: usize) -> Vec<Option<usize>> {
     (1..=steps).map(bucket).collect()
 }
 
-/// Measures one scene over `plan.buckets.len()` steps, with the impulse; after each step `progress()` says whether to
-/// go on.
+/// What to measure.
+pub struct Plan<'a> {
+    /// Guesses by name; the first must be the zero start (`None`), to which the others are compared.
+    pub guesses: Vec<(String, Option<GuessFactory<'a>>)>,
+    /// Preconditioners, each with each tolerance.
+    pub preconditioners: Vec<PreconditionerKind>,
+    /// Tolerances, relative to the right-hand side.
+    pub tolerances: Vec<f64>,
+    /// Cap on the iterations of a solve; `None` for CG's own. A solve that it ends counts as so many.
+    pub max_iterations: Option<u64>,
+    /// For each step, to which sum its measurements are added; `None` is left out.
+    pub buckets: Vec<Option<usize>>,
+    /// Whether the rod is struck after step [`IMPULSE_AFTER`].
+    pub is_struck: bool,
+}
+
+/// Sums over the solves of a bucket.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Number of solves.
+    pub solves: u64,
+    /// Those whose start was dropped.
+    pub dropped: u64,
+    /// Iterations of conjugate gradients.
+    pub iterations: u64,
+    /// Time of the solves, preconditioner included [s].
+    pub solve_s: f64,
+    /// Time of the guess, both for its starts and for what it learns [s].
+    pub guess_s: f64,
+}
+
+/// All sums of a simulation.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Names of the guesses; [`DIRECT`] comes last, with the same sums in all columns.
+    guesses: Vec<String>,
+    columns: Vec<(PreconditionerKind, f64)>,
+    /// By bucket, guess and column.
+    tallies: Vec<Tally>,
+}
+
+impl Measured {
+    fn new(plan: &Plan<'_>) -> Self {
+        let buckets = plan.buckets.iter().flatten().max().map_or(1, |last| last + 1);
+        let names = plan.guesses.iter().map(|(name, _)| name.as_str());
+        let guesses: Vec<String> = names.chain([DIRECT]).map(str::to_owned).collect();
+        let with_tolerances = |&kind| plan.tolerances.iter().map(move |&tolerance| (kind, tolerance));
+        let columns: Vec<_> = plan.preconditioners.iter().flat_map(with_tolerances).collect();
+        let tallies = vec![Tally::default(); buckets * guesses.len() * columns.len()];
+        Self { guesses, columns, tallies }
+    }
+
+    /// Sums of a guess in a column, by their places in the plan; the direct solver comes after the guesses.
+    pub(crate) fn tally(&self, bucket: usize, guess: usize, column: usize) -> Tally {
+        let index = (bucket * self.guesses.len() + guess) * self.columns.len() + column;
+        self.tallies.get(index).copied().unwrap_or_default()
+    }
+
+    /// Those of all columns.
+    fn columns_mut(&mut self, bucket: usize, guess: usize) -> &mut [Tally] {
+        let begin = (bucket * self.guesses.len() + guess) * self.columns.len();
+        &mut self.tallies[begin..begin + self.columns.len()]
+    }
+
+    fn add_guess_time(&mut self, bucket: usize, guess: usize, begin: Instant) {
+        let seconds = begin.elapsed().as_secs_f64();
+        self.columns_mut(bucket, guess).iter_mut().for_each(|tally| tally.guess_s += seconds);
+    }
+}
+
+/// Runs a scene over `plan.buckets.len()` steps of `dt` [s], and measures; after each step `progress()` says whether to go
+/// on.
 ///
 /// # Errors
 /// If the scene or the settings are not valid.
@@ -48,16 +130,148 @@ pub fn measure(
     plan: &Plan<'_>,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Measured, SimulationError> {
+    let measured = Arc::new(Mutex::new(Measured::new(plan)));
+    let factory = |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
+        Some(Box::new(Shadow::new(plan, model, members, topology, measured.clone())))
+    };
+    let exact = Settings { step: settings.step, ..Settings::default() };
+    let mut simulation = Simulation::new(model, state, &exact, Some(&factory))?;
     let mut now = state.clone();
-    let after = |step: usize, simulation: &mut Simulation| {
-        if step == IMPULSE_AFTER {
+    for step in 1..=plan.buckets.len() {
+        simulation.step(dt)?;
+        if plan.is_struck && step == IMPULSE_AFTER {
             simulation.store(&mut now);
             strike(model, &mut now);
             simulation.set_velocities(&now);
         }
-        progress()
-    };
-    starts::run(model, state, (dt, plan.buckets.len()), settings, plan, after)
+        if !progress() {
+            break;
+        }
+    }
+    drop(simulation);
+    let measured = measured.lock().map(|measured| measured.clone());
+    Ok(measured.unwrap_or_else(|_| Measured::new(plan)))
+}
+
+/// Stands in a guess's place, proposes nothing, and measures the others.
+struct Shadow {
+    guesses: Vec<Guess>,
+    /// One a column; `None` where the preconditioner does not fit the graph.
+    solvers: Vec<Option<Box<dyn LinearSolver>>>,
+    direct: Option<Box<dyn LinearSolver>>,
+    solution: Vec<Spatial<f64>>,
+    measured: Arc<Mutex<Measured>>,
+    buckets: Vec<Option<usize>>,
+    step: usize,
+}
+
+/// A guess and what it proposed last.
+struct Guess {
+    guess: Option<Box<dyn InitialGuess>>,
+    start: Vec<Spatial<f64>>,
+    given: bool,
+}
+
+impl Shadow {
+    fn new(
+        plan: &Plan<'_>,
+        model: &Model,
+        members: &Members,
+        topology: &Topology,
+        measured: Arc<Mutex<Measured>>,
+    ) -> Self {
+        let zero = vec![Spatial::zero(); topology.joints.len()];
+        let guess = |factory: &Option<GuessFactory<'_>>| Guess {
+            guess: factory.and_then(|factory| factory(model, members, topology)),
+            start: zero.clone(),
+            given: false,
+        };
+        let columns = measured.lock().map_or_else(|_| Vec::new(), |measured| measured.columns.clone());
+        let solver = |&(preconditioner, tolerance)| {
+            let params = CgParams { preconditioner, tolerance, max_iterations: plan.max_iterations };
+            SolverKind::Cg(params).build(model, members, topology).ok()
+        };
+        let solvers = columns.iter().map(solver).collect();
+        Self {
+            guesses: plan.guesses.iter().map(|(_, factory)| guess(factory)).collect(),
+            solvers,
+            direct: SolverKind::Direct.build(model, members, topology).ok(),
+            solution: zero.clone(),
+            measured,
+            buckets: plan.buckets.clone(),
+            step: 0,
+        }
+    }
+
+    /// Where this step's measurements belong.
+    fn bucket(&self) -> Option<usize> {
+        self.buckets.get(self.step).copied().flatten()
+    }
+
+    fn measure(&mut self, component: &Component<f64>, bucket: usize) {
+        let Ok(mut measured) = self.measured.lock() else { return };
+        for (g, Guess { guess, start, given }) in self.guesses.iter_mut().enumerate() {
+            let Some(guess) = guess else { continue };
+            let begin = Instant::now();
+            start.fill(Spatial::zero());
+            *given = guess.start_solve(component, 0, start);
+            measured.add_guess_time(bucket, g, begin);
+        }
+        for (column, solver) in self.solvers.iter_mut().enumerate() {
+            let Some(solver) = solver else { continue };
+            // All starts of a column one after the other, so that they share what else the machine does.
+            for (g, Guess { start, given, .. }) in self.guesses.iter().enumerate() {
+                self.solution.copy_from_slice(start);
+                let begin = Instant::now();
+                let info = solver.solve(&component.system, *given, &mut self.solution);
+                let tally = &mut measured.columns_mut(bucket, g)[column];
+                tally.solve_s += begin.elapsed().as_secs_f64();
+                tally.iterations += info.iterations;
+                tally.solves += 1;
+                tally.dropped += u64::from(info.start_dropped);
+            }
+        }
+        if let Some(direct) = &mut self.direct {
+            let begin = Instant::now();
+            direct.solve(&component.system, false, &mut self.solution);
+            let seconds = begin.elapsed().as_secs_f64();
+            for tally in measured.columns_mut(bucket, self.guesses.len()) {
+                tally.solve_s += seconds;
+                tally.solves += 1;
+            }
+        }
+    }
+
+    /// Lets every guess learn, and adds the time to the bucket, if there is one.
+    fn teach(&mut self, bucket: Option<usize>, lesson: impl Fn(&mut dyn InitialGuess)) {
+        for (g, Guess { guess, .. }) in self.guesses.iter_mut().enumerate() {
+            let Some(guess) = guess else { continue };
+            let begin = Instant::now();
+            lesson(guess.as_mut());
+            if let (Some(bucket), Ok(mut measured)) = (bucket, self.measured.lock()) {
+                measured.add_guess_time(bucket, g, begin);
+            }
+        }
+    }
+}
+
+impl InitialGuess for Shadow {
+    fn helps_solves(&self) -> bool {
+        true
+    }
+
+    fn observe_solve(&mut self, component: &Component<f64>, iteration: usize) {
+        let bucket = self.bucket().filter(|_| iteration == 0);
+        if let Some(bucket) = bucket {
+            self.measure(component, bucket);
+        }
+        self.teach(bucket, |guess| guess.observe_solve(component, iteration));
+    }
+
+    fn observe_step(&mut self, component: &Component<f64>) {
+        self.teach(self.bucket(), |guess| guess.observe_step(component));
+        self.step += 1;
+    }
 }
 
 /// Adds the velocities of a turn of the whole model about its first segment, with [`IMPULSE_SPEED`] at the last one,
@@ -143,25 +357,18 @@ impl BesideZero {
     }
 }
 
-/// Name of the direct solver among the guesses.
-pub const DIRECT: &str = "direct solve";
-
-/// Each guess of a plan (the first must be the zero start, the direct solver comes last) in each column, in one bucket of
-/// the plan.
-pub fn beside_zero(plan: &Plan<'_>, simulations: &[Measured], bucket: usize) -> Vec<BesideZero> {
-    let guesses = plan.guesses.iter().map(|(name, _)| name.as_str()).chain([DIRECT]).enumerate();
-    let of = |(g, guess): (usize, &str)| {
-        let guess = guess.to_owned();
-        plan.columns().enumerate().map(move |(column, (preconditioner, tolerance))| {
-            let own = |measured: &Measured| match plan.guesses.get(g) {
-                Some(_) => measured.tally(bucket, g, column),
-                None => measured.direct(bucket),
-            };
-            let sums = simulations.iter().map(|measured| [measured.tally(bucket, 0, column), own(measured)]);
-            BesideZero { guess: guess.clone(), preconditioner, tolerance, sums: sums.collect() }
-        })
-    };
-    guesses.flat_map(of).collect()
+/// Each guess of simulations of one plan, the zero start first and the direct solver last, with each preconditioner and
+/// tolerance, in one bucket.
+pub fn beside_zero(simulations: &[Measured], bucket: usize) -> Vec<BesideZero> {
+    let Some(first) = simulations.first() else { return Vec::new() };
+    let mut all = Vec::new();
+    for (g, guess) in first.guesses.iter().enumerate() {
+        for (column, &(preconditioner, tolerance)) in first.columns.iter().enumerate() {
+            let sums = simulations.iter().map(|measured| [0, g].map(|g| measured.tally(bucket, g, column))).collect();
+            all.push(BesideZero { guess: guess.clone(), preconditioner, tolerance, sums });
+        }
+    }
+    all
 }
 
 #[cfg(test)]

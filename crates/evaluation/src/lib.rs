@@ -11,5 +11,4 @@ pub mod needs;
 pub mod paper;
 pub mod precision;
 pub mod stages;
-pub mod starts;
 pub mod stress;

@@ -8,8 +8,7 @@ use anyhow::{Context, Result};
 use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
 use dataset::Scenario;
 use evaluation::ablation::{self, FREE, Key, Outcome, PLANAR, Row, Test};
-use evaluation::guesses;
-use evaluation::starts::{Measured, Plan as Starts};
+use evaluation::guesses::{self, Measured, Plan as Starts};
 use graph::{Graph, Normal, planar_normal};
 use rod::Model;
 use scene::Scene;
@@ -91,9 +90,7 @@ fn measure(
             return Ok(None);
         }
     }
-    // The names and columns are all that the rows take of a plan.
-    let names = guesses.iter().map(|(name, _)| ((*name).to_owned(), None));
-    Ok(Some(ablation::rows(&starts(names, test.steps), &measured)))
+    Ok(Some(ablation::rows(&measured)))
 }
 
 /// The zero start, and the network in each plane.
@@ -112,20 +109,18 @@ fn simulate(
     let factories: Vec<_> = planes.iter().map(|&(_, plane)| factory(plane)).collect();
     let guesses =
         planes.iter().zip(&factories).map(|((name, _), own)| ((*name).to_owned(), Some(own as GuessFactory<'_>)));
-    // The paper's formulation, and the data sets'.
-    let mut settings = Settings::default();
-    settings.step.formulation = Formulation::Xpbd;
-    let dt = scene.run.dt;
-    let is_on = || !stopped.load(Ordering::Relaxed);
-    Ok(guesses::measure(&scene.model, &scene.state, dt, &settings, &starts(guesses, steps), is_on)?)
-}
-
-fn starts<'a>(guesses: impl Iterator<Item = (String, Option<GuessFactory<'a>>)>, steps: usize) -> Starts<'a> {
-    Starts {
+    let plan = Starts {
         guesses: std::iter::once(("zero".to_owned(), None)).chain(guesses).collect(),
         preconditioners: vec![PreconditionerKind::Raw, PreconditionerKind::BlockJacobi],
         tolerances: vec![1e-2, 1e-4],
         max_iterations: None,
         buckets: ablation::buckets(steps),
-    }
+        is_struck: true,
+    };
+    // The paper's formulation, and the data sets'.
+    let mut settings = Settings::default();
+    settings.step.formulation = Formulation::Xpbd;
+    let dt = scene.run.dt;
+    let is_on = || !stopped.load(Ordering::Relaxed);
+    Ok(guesses::measure(&scene.model, &scene.state, dt, &settings, &plan, is_on)?)
 }

@@ -1,13 +1,12 @@
 //! `evaluate compare SCENE`: solvers and guesses side by side on a scene.
 
 use anyhow::Result;
-use catalogue::{GuessName, Row, Sources, Training, load, rows};
+use catalogue::{GuessName, Sources, Training, load, rows};
 use clap::Args;
 use dataset::Scenario;
 use evaluation::compare::{self, Comparison, Entry, EntryRun};
-use evaluation::guesses::beside_zero;
+use evaluation::guesses::{self, DIRECT, Plan, beside_zero};
 use evaluation::precision::{Level, Outer, reference};
-use evaluation::starts::{self, Plan};
 use graph::planar_normal;
 use report::{Block, Column, Conditions, Section, Table};
 use solver::formulation::Formulation;
@@ -19,7 +18,7 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::{Status, StepParams};
 use terminal::{Progress, positive};
 
-use super::guesses::{self, TOLERANCES};
+use super::random::{TOLERANCES, dropped, named, solves_table};
 use super::{OutputArgs, at_least_one, conditions, with_networks};
 use crate::Outcome;
 use crate::show::number;
@@ -80,19 +79,17 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     args.output.prepare()?;
     let (dt, steps) = (args.dt.unwrap_or(scene.run.dt), args.steps.unwrap_or(scene.run.steps));
     let training = Training::for_scene(&args.learned, &args.with, args.scenario, &scene, args.output.quiet)?;
-    let guesses = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
+    let loaded = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
     training.say_foreign(&args.with, &scene)?;
     let progress = Progress::new(2 * steps, "steps", args.output.quiet)?;
     let of_scene = format!("{}, {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len());
     args.output.say(&of_scene)?;
     let plane = planar_normal(&scene.model, &scene.state);
-    let rows = rows(&guesses, plane.is_some());
+    let rows = rows(&loaded, plane.is_some());
     let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
-    let with_factories: Vec<(&Row<'_>, GuessFactory<'_>)> =
-        rows.iter().zip(&factories).map(|(row, factory)| (row, factory as GuessFactory<'_>)).collect();
-    let (of_steps, of_solves): (Vec<_>, Vec<_>) =
-        with_factories.into_iter().partition(|(row, _)| row.guess_name.helps_steps());
-    let guess = |row: &Row<'_>, factory| row.guess_name.helps_solves().then_some(factory);
+    let named = named(&rows, factories.iter().map(|own| own as GuessFactory<'_>));
+    let of_steps = rows.iter().map(|row| row.guess_name.helps_steps());
+    let (of_steps, of_solves): (Vec<_>, Vec<_>) = named.into_iter().zip(of_steps).partition(|(_, of_steps)| *of_steps);
 
     let (own, params) = (args.formulation, CgParams { max_iterations: cap(&scene), ..CgParams::default() });
     let level = Level::new(Outer::Tolerance(args.tolerance));
@@ -108,30 +105,31 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     for formulation in std::iter::once(own).chain(others) {
         entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
     }
-    for &(row, factory) in &of_steps {
-        entry(format!("newton, direct, {}", row.name), Formulation::Newton, SolverKind::Direct, Some(factory));
+    for ((name, guess), _) in of_steps {
+        entry(format!("newton, direct, {name}"), Formulation::Newton, SolverKind::Direct, guess);
     }
     entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
     entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
     for preconditioner in PRECONDITIONERS {
-        for &(row, factory) in &of_solves {
+        for ((name, guess), _) in &of_solves {
             let solver = SolverKind::Cg(CgParams { preconditioner, ..params });
-            entry(format!("{own}, cg {preconditioner}, {}", row.name), own, solver, guess(row, factory));
+            entry(format!("{own}, cg {preconditioner}, {name}"), own, solver, *guess);
         }
     }
     let compared = compare::run(&scene.model, &scene.state, dt, steps, &entries, |steps| progress.advance_by(steps))?;
     let skip = args.skip.min(steps - 1);
     let plan = Plan {
-        guesses: of_solves.iter().map(|&(row, factory)| (row.name.clone(), guess(row, factory))).collect(),
+        guesses: of_solves.into_iter().map(|(guess, _)| guess).collect(),
         preconditioners: PRECONDITIONERS.to_vec(),
         tolerances: TOLERANCES.to_vec(),
         max_iterations: params.max_iterations,
         buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),
+        is_struck: false,
     };
     let base = entries[0].settings;
-    let measured = starts::run(&scene.model, &scene.state, (dt, steps), &base, &plan, |_, _| progress.advance())?;
-    let mut cells = beside_zero(&plan, &[measured], 0);
-    cells.retain(|cell| cell.guess != evaluation::guesses::DIRECT);
+    let measured = guesses::measure(&scene.model, &scene.state, dt, &base, &plan, || progress.advance())?;
+    let mut cells = beside_zero(&[measured], 0);
+    cells.retain(|cell| cell.guess != DIRECT);
 
     let conditions = conditions().with("scene", of_scene).with("tolerance", format!("{:e}", args.tolerance));
     let conditions = with_networks(conditions, training.scenario.name(), &rows);
@@ -142,9 +140,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let mut blocks = vec![
         Block::Paragraph(in_words(&compared, steps, own)),
         Block::Table(runs(&compared.rows, conditions.clone())),
-        Block::Table(guesses::table("compare-starts", title, &cells, false, conditions.clone())),
+        Block::Table(solves_table("compare-starts", title, &cells, false, conditions.clone())),
     ];
-    blocks.extend(guesses::dropped(&cells).map(Block::Paragraph));
+    blocks.extend(dropped(&cells).map(Block::Paragraph));
     let section = Section { id: "compare".to_owned(), title: format!("{}: ways compared", scene.name), blocks };
     let outcome = args.output.finish(section, conditions, progress)?;
     let failed = compared.rows.iter().find(|row| row.status == Status::NonFinite.name());

@@ -2,23 +2,18 @@
 //! text and tables, prints them, and with `--out` writes them as a page.
 
 pub(crate) mod compare;
-pub(crate) mod guesses;
-pub(crate) mod steps;
+pub(crate) mod random;
 pub(crate) mod stress;
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, bail};
-use catalogue::{GuessName, Row, Sources, Training, load};
+use anyhow::{Context as _, Result};
+use catalogue::Row;
 use clap::Args;
-use dataset::{Config, Scenario};
 use report::{Block, Conditions, Page, Section, wrapped};
-use scene::Scene;
-use solver::guess::GuessKind;
 use terminal::{Progress, say};
 
 use crate::Outcome;
-use crate::library::Guesses;
 
 /// Characters of a line on the terminal.
 const WIDTH: u16 = 120;
@@ -32,27 +27,6 @@ pub(crate) struct OutputArgs {
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
-}
-
-/// Random scenes to measure on.
-#[derive(Args, Debug)]
-pub(crate) struct ScenesArgs {
-    /// Which random scenes: rod, helix, knot, tree (`steps`: rod, helix).
-    #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
-    scenario: Vec<Scenario>,
-    /// Simulations of each kind of scenes (for `steps`, at each time step and tolerance).
-    #[arg(long, default_value = "50", value_parser = at_least_one, allow_hyphen_values = true)]
-    simulations: usize,
-    /// Steps of each. In `guesses` the rod is struck after step 60.
-    #[arg(long, default_value = "100", value_parser = at_least_one, allow_hyphen_values = true)]
-    steps: usize,
-    /// Seed of the scenes. Those that learned guesses know have seed 0.
-    #[arg(long, default_value = "1")]
-    seed: u64,
-    #[command(flatten)]
-    learned: Sources,
-    #[command(flatten)]
-    output: OutputArgs,
 }
 
 fn at_least_one(text: &str) -> Result<usize, String> {
@@ -95,54 +69,6 @@ impl OutputArgs {
             Page { title, lead, conditions, sections: vec![section] }.write(out).context("--out")?;
         }
         Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
-    }
-}
-
-impl ScenesArgs {
-    /// The zero start and these guesses, for each scenario that is asked for.
-    fn load(&self, guesses: &[GuessName]) -> Result<Vec<(Scenario, Guesses)>> {
-        if self.seed == Config::table_1(Scenario::Rod).seed {
-            bail!(
-                "--seed {}, but it must differ from the data sets' seed: learned guesses have seen those scenes",
-                self.seed
-            );
-        }
-        self.output.prepare()?;
-        let scenarios: Vec<Scenario> = Scenario::ALL.into_iter().filter(|one| self.scenario.contains(one)).collect();
-        let trainings = Training::of(&self.learned, guesses, &scenarios, self.output.quiet)?;
-        let with_guesses = |training: &Training| {
-            let names = std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(guesses.iter().copied());
-            Ok((training.scenario, load(names, training)?))
-        };
-        trainings.iter().map(with_guesses).collect()
-    }
-
-    /// Measures scenes of one kind, slack variants of Table 1's or those themselves; what Ctrl-C cut off is left out.
-    fn measure<T>(
-        &self,
-        scenario: Scenario,
-        is_slack: bool,
-        progress: &Progress,
-        mut measure: impl FnMut(&Scene) -> Result<T>,
-    ) -> Result<Vec<T>> {
-        let mut measured = Vec::new();
-        for index in 0..self.simulations as u64 {
-            let parameters = scenario.sample(self.seed, index);
-            let slack = if is_slack { parameters.slack() } else { None };
-            let one = measure(&slack.unwrap_or(parameters).scene()?)?;
-            if progress.stopped() {
-                break;
-            }
-            measured.push(one);
-        }
-        Ok(measured)
-    }
-
-    /// What holds for all numbers on these scenes.
-    fn conditions(&self) -> Conditions {
-        conditions()
-            .with("scenes", format!("random ones of the paper's Table 1, seed {}", self.seed))
-            .with("steps", self.steps.to_string())
     }
 }
 

@@ -9,7 +9,7 @@ use terminal::Progress;
 
 use super::{OutputArgs, conditions};
 use crate::Outcome;
-use crate::sections::stability;
+use crate::sections::stability::show as stability;
 
 #[derive(Args, Debug)]
 pub(crate) struct StressArgs {

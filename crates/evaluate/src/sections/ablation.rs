@@ -49,14 +49,14 @@ impl Job for Ablation {
         let ends = training.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], x| [low.min(x), high.max(x)]);
         claims.insert("training-hours-all".to_owned(), format!("{:.1} to {:.1} minutes", ends[0], ends[1]));
         let vary = |of: &dyn Fn(u16) -> Architecture, values: &[u16]| {
-            let of_scenario = |scenario: &str| {
-                let ratios = values.iter().map(|&value| match mean(summary, scenario, of(value), SOLVER, iterations) {
+            let of_subject = |subject: Subject<'_>| {
+                let ratios = values.iter().map(|&value| match mean(summary, subject, of(value), SOLVER, iterations) {
                     Some(ratio) => format!("{value}: {}", number(ratio)),
                     None => format!("{value}: -"),
                 });
-                format!("{scenario} {}", ratios.collect::<Vec<_>>().join(", "))
+                format!("{}, {} {}", subject.scenario, subject.name, ratios.collect::<Vec<_>>().join(", "))
             };
-            scenarios(summary).iter().map(|scenario| of_scenario(scenario)).collect::<Vec<_>>().join("; ")
+            subjects(summary).into_iter().map(of_subject).collect::<Vec<_>>().join("; ")
         };
         let (grid, benchmark) = (&summary.sweep.grid, summary.sweep.grid.benchmark);
         let blocks = vary(&|gn_blocks| Architecture { gn_blocks, ..benchmark }, &grid.gn_blocks);
@@ -103,19 +103,38 @@ fn iterations(row: &Row) -> Option<Spread> {
     row.iteration_ratio
 }
 
-fn scenarios(summary: &Summary) -> Vec<&str> {
-    summary.sweep.sources.iter().map(|source| source.scenario.as_str()).collect()
+/// A guess of the networks of one kind of scenes.
+#[derive(Clone, Copy)]
+struct Subject<'a> {
+    scenario: &'a str,
+    /// As it stands in rows.
+    guess: &'a str,
+    /// As it is shown.
+    name: &'a str,
 }
 
-/// The medians of a network with one solver: of the planar guess where there is one.
+/// Each kind of scenes with each guess that was measured there.
+fn subjects(summary: &Summary) -> Vec<Subject<'_>> {
+    let all = summary.sweep.sources.iter().flat_map(|source| {
+        [(FREE, "gn"), (PLANAR, "gn, planar")].map(|(guess, name)| Subject { scenario: &source.scenario, guess, name })
+    });
+    let is_there = |subject: &Subject<'_>| {
+        let mut own = summary.cells.iter().filter(|cell| cell.scenario == subject.scenario);
+        own.any(|cell| cell.outcome.rows.iter().any(|row| row.guess == subject.guess))
+    };
+    all.filter(is_there).collect()
+}
+
+/// The medians of a network with one guess and solver.
 fn of_cell(
     cell: &SweepCell,
+    guess: &str,
     (preconditioner, tolerance): (&str, f64),
     value: fn(&Row) -> Option<Spread>,
 ) -> Option<f64> {
-    let is_solver = |row: &&Row| row.preconditioner == preconditioner && row.tolerance == tolerance;
-    let of = |guess: &str| cell.outcome.rows.iter().filter(is_solver).find(|row| row.guess == guess);
-    Some(value(of(PLANAR).or_else(|| of(FREE))?)?.median)
+    let is_asked =
+        |row: &&Row| row.guess == guess && row.preconditioner == preconditioner && row.tolerance == tolerance;
+    value(cell.outcome.rows.iter().find(is_asked)?).map(|spread| spread.median)
 }
 
 /// The networks of an architecture, one a seed.
@@ -130,12 +149,13 @@ fn networks<'a>(
 /// Mean over the seeds.
 fn mean(
     summary: &Summary,
-    scenario: &str,
+    subject: Subject<'_>,
     architecture: Architecture,
     solver: (&str, f64),
     value: fn(&Row) -> Option<Spread>,
 ) -> Option<f64> {
-    let medians = networks(summary, scenario, architecture).filter_map(|cell| of_cell(cell, solver, value));
+    let networks = networks(summary, subject.scenario, architecture);
+    let medians = networks.filter_map(|cell| of_cell(cell, subject.guess, solver, value));
     Some(Spread::of(medians)?.mean)
 }
 
@@ -144,16 +164,16 @@ fn blocks(summary: &Summary) -> Vec<Block> {
     if !summary.lost.is_empty() {
         blocks.push(Block::Paragraph(format!("**{} cells are missing.**", summary.lost.len())));
     }
-    for scenario in scenarios(summary) {
+    for subject in subjects(summary) {
         for solver in [SOLVER, ("block-jacobi", 1e-2)] {
-            blocks.push(Block::Figure(figure(summary, scenario, solver)));
+            blocks.push(Block::Figure(figure(summary, subject, solver)));
         }
     }
     blocks.push(Block::Table(seeds(summary)));
     blocks
 }
 
-fn figure(summary: &Summary, scenario: &str, solver: (&str, f64)) -> Figure {
+fn figure(summary: &Summary, subject: Subject<'_>, solver: (&str, f64)) -> Figure {
     let (grid, benchmark) = (&summary.sweep.grid, summary.sweep.grid.benchmark);
     let names = |values: &[u16]| values.iter().map(u16::to_string).collect::<Vec<_>>();
     let by_width = |gn_blocks, width| Architecture { gn_blocks, width, ..benchmark };
@@ -164,7 +184,7 @@ fn figure(summary: &Summary, scenario: &str, solver: (&str, f64)) -> Figure {
         ("MLP layers", &[benchmark.gn_blocks], &grid.mlp_layers, &by_layers),
     ];
     let map = |(column_label, rows, columns, of): (&str, &[u16], &[u16], Of<'_>), &(title, label, value): &Shown| {
-        let value = |row: u16, column: u16| mean(summary, scenario, of(row, column), solver, value);
+        let value = |row: u16, column: u16| mean(summary, subject, of(row, column), solver, value);
         HeatMap {
             title: title.to_owned(),
             row_label: "GN blocks".to_owned(),
@@ -176,11 +196,11 @@ fn figure(summary: &Summary, scenario: &str, solver: (&str, f64)) -> Figure {
             centre: (title != "inference").then_some(1.0),
         }
     };
-    let (preconditioner, tolerance) = solver;
+    let (Subject { scenario, guess, name }, (preconditioner, tolerance)) = (subject, solver);
     Figure {
-        id: format!("ablation-{scenario}-{preconditioner}"),
-        title: format!("{scenario}: {preconditioner} conjugate gradients to {tolerance:e}"),
-        caption: "Means over the seeds of medians over the held-out simulations; rods in their plane.".to_owned(),
+        id: format!("ablation-{scenario}-{guess}-{preconditioner}"),
+        title: format!("{scenario}, {name}: {preconditioner} conjugate gradients to {tolerance:e}"),
+        caption: "Means over the seeds of medians over the held-out simulations.".to_owned(),
         charts: Charts::Heat(
             maps.into_iter().flat_map(|maps| SHOWN.iter().map(move |shown| map(maps, shown))).collect(),
         ),
@@ -213,15 +233,15 @@ fn conditions(summary: &Summary, scenario: &str) -> report::Conditions {
 
 /// How far seeds differ.
 fn seeds(summary: &Summary) -> Table {
-    let all = scenarios(summary).into_iter().flat_map(|scenario| {
-        summary.sweep.grid.architectures().into_iter().map(move |architecture| (scenario, architecture))
+    let all = subjects(summary).into_iter().flat_map(|subject| {
+        summary.sweep.grid.architectures().into_iter().map(move |architecture| (subject, architecture))
     });
-    let row = |(scenario, architecture)| {
+    let row = |(Subject { scenario, guess, name }, architecture): (Subject<'_>, Architecture)| {
         let own = |&seed: &u64| {
             let cell = networks(summary, scenario, architecture).find(|cell| cell.seed == seed);
-            cell.and_then(|cell| of_cell(cell, SOLVER, iterations)).map_or("-".to_owned(), number).into()
+            cell.and_then(|cell| of_cell(cell, guess, SOLVER, iterations)).map_or("-".to_owned(), number).into()
         };
-        let name = Cell::from(format!("{scenario}, {architecture}"));
+        let name = Cell::from(format!("{scenario}, {name}, {architecture}"));
         std::iter::once(name).chain(summary.sweep.seeds.iter().map(own)).collect()
     };
     let of_seed = summary.sweep.seeds.iter().map(|seed| Column::number(format!("seed {seed}")));
@@ -231,6 +251,6 @@ fn seeds(summary: &Summary) -> Table {
         caption: "Medians over the held-out simulations.".to_owned(),
         columns: std::iter::once(Column::text("network")).chain(of_seed).collect(),
         rows: all.map(row).collect(),
-        conditions: conditions(summary, scenarios(summary).first().copied().unwrap_or_default()),
+        conditions: conditions(summary, subjects(summary).first().map_or("", |subject| subject.scenario)),
     }
 }

@@ -1,7 +1,7 @@
 //! Performance over the number of segments N (paper, section 4, figure on performance).
 //!
 //! Two readings of one simulation. On the *same systems*, those of the exact motion's first outer iterations
-//! ([`crate::starts::run`]), each start's iterations and times differ by the start alone: the paper's ratio of iterations, its
+//! ([`crate::guesses::measure`]), each start's iterations and times differ by the start alone: the paper's ratio of iterations, its
 //! ratio of inference to vanilla CG's time, and its speed-up of the constraint projection. *Whole runs* in lockstep to the
 //! same tolerance ([`speedup::measure`]) give the speed-up of the entire simulation, with the error of each.
 //!
@@ -14,8 +14,7 @@ use solver::simulation::SimulationError;
 use super::speedup::{self, SceneRun, Speedup, speedups};
 use super::temporal::{self, StartSeries};
 use super::{CgSolver, Motion, NamedGuess, entries, saved};
-use crate::guesses::Spread;
-use crate::starts::Tally;
+use crate::guesses::{Spread, Tally};
 
 /// Simulations of a point of the figure (paper: averaged over 50).
 pub const SIMULATIONS: usize = 50;

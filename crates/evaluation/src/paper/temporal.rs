@@ -1,15 +1,14 @@
 //! Iterations and times over the steps of a simulation (paper, section 4, figure on temporal evolution).
 //!
 //! At each step all starts are held against each other on the same system, the first outer iteration's of the exact
-//! motion ([`starts::run`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
+//! motion ([`crate::guesses::measure`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
 
 use scene::sampling::{Family, Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use super::{CgSolver, DIRECT, Motion, NamedGuess, starts};
-use crate::guesses::Spread;
-use crate::starts::{self, Plan, Tally};
+use crate::guesses::{self as measuring, Plan, Spread, Tally};
 
 /// Simulations of the figure (paper: averaged over 20).
 pub const SIMULATIONS: usize = 20;
@@ -84,13 +83,13 @@ pub fn measure(
         tolerances: vec![solver.cg.tolerance],
         max_iterations: solver.cg.max_iterations,
         buckets: (0..motion.steps).map(Some).collect(),
+        is_struck: false,
     };
     let names = plan.guesses.iter().map(|(name, _)| name.clone()).chain([DIRECT.to_owned()]);
     let mut all: Vec<StartSeries> = names.map(|name| StartSeries { name, steps: Vec::new() }).collect();
     for repeat in 0..repeats.max(1) {
         let mut go_on = true;
-        let time = (motion.dt, motion.steps);
-        let measured = starts::run(motion.model, motion.state, time, &solver.direct(), &plan, |_, _| {
+        let measured = measuring::measure(motion.model, motion.state, motion.dt, &solver.direct(), &plan, || {
             go_on = progress();
             go_on
         })?;
@@ -98,11 +97,7 @@ pub fn measure(
             return Ok(None);
         }
         for (way, series) in all.iter_mut().enumerate() {
-            let of_step = |step| match plan.guesses.get(way) {
-                Some(_) => measured.tally(step, way, 0),
-                None => measured.direct(step),
-            };
-            let steps = (0..motion.steps).map(of_step);
+            let steps = (0..motion.steps).map(|step| measured.tally(step, way, 0));
             if repeat == 0 {
                 series.steps = steps.collect();
             } else {

@@ -24,17 +24,6 @@ pub enum Part {
     All,
 }
 
-/// Position errors at the samples: see [`super::metrics::position_error`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Errors(pub Vec<f64>);
-
-impl Errors {
-    /// The largest of the first `count` samples; `None` where there is none.
-    pub fn largest(&self, count: usize) -> Option<f64> {
-        self.0.iter().take(count).copied().reduce(f64::max)
-    }
-}
-
 /// Why a level was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GivenUp {
@@ -63,13 +52,11 @@ pub struct Point {
     pub outer_per_step: f64,
     /// Iterations of the linear solver per step and connected set; 0 for direct solvers.
     pub linear_per_step: f64,
-    /// Errors against the exact reference of the way's formulation; `None` where the problem has none, and with substeps,
+    /// Errors ([`super::metrics::position_error`]) at the samples, against the exact reference of the way's formulation; `None` where the problem has none, and with substeps,
     /// which are another motion.
-    pub exact: Option<Errors>,
+    pub exact: Option<Vec<f64>>,
     /// Errors against the converged reference; `None` where the problem has none.
-    pub converged: Option<Errors>,
-    /// Length of all rods relative to the first, at the samples: see [`super::metrics::length_ratio`].
-    pub length_ratio: Vec<f64>,
+    pub converged: Option<Vec<f64>>,
 }
 
 /// A way at all its levels.
@@ -107,13 +94,7 @@ impl Curve {
             Part::BeforeContact => self.samples_before_contact,
             Part::All => self.samples.len(),
         };
-        errors.filter(|_| point.given_up.is_none())?.largest(count)
-    }
-
-    /// Median time of the yardstick [s/s] over all cells of a problem; `None` where there are none.
-    pub fn common_yardstick<'a>(curves: impl IntoIterator<Item = &'a Self>) -> Option<f64> {
-        let medians = curves.into_iter().filter_map(|curve| curve.yardstick.map(|yardstick| yardstick.median));
-        Spread::of(medians).map(|spread| spread.median)
+        errors.filter(|_| point.given_up.is_none())?.iter().take(count).copied().reduce(f64::max)
     }
 
     /// Error and time of each point that has both; times are relative to the yardstick's. Divided steps are another

@@ -15,8 +15,7 @@
 //! summed over the threads.) A time is the sum of the medians of its turns of some steps over the repetitions. Every
 //! cell (a way on a problem) takes its turns beside a yardstick, [`yardstick`], and its times are told relative to it,
 //! too. To compare cells that were run at different times take [`Point::ratio`] and, for seconds, multiply it with the
-//! median of [`Curve::yardstick`] over all cells of the problem, [`Curve::common_yardstick`]: then all share the
-//! same conditions.
+//! median of [`Curve::yardstick`] over all cells of the problem: then all share the same conditions.
 //!
 //! At the exact reference's time step the second kind of error is mostly that of implicit Euler, the same for all ways.
 //! [`Level::substeps`] make it a choice: a way's curve against the converged reference then says what accuracy costs.
@@ -30,7 +29,7 @@ pub mod problem;
 pub mod reference;
 pub mod run;
 
-pub use curve::{Against, Curve, Errors, GivenUp, Part, Point};
+pub use curve::{Against, Curve, GivenUp, Part, Point};
 pub use level::{Level, Outer};
 pub use problem::Problem;
 pub use reference::{Converged, Exact, Refined};

@@ -72,43 +72,6 @@ pub struct Timed {
     pub time: f64,
 }
 
-/// A way at an error, beside the fastest of some others.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Beside {
-    /// Error.
-    pub error: f64,
-    /// The way; `None` where it does not reach the error.
-    pub own: Option<Timed>,
-    /// The fastest of the others; `None` where none of them reaches it.
-    pub other: Option<Timed>,
-}
-
-impl Beside {
-    /// The other's time over the way's own: above 1 where the way is faster.
-    pub fn lead(&self) -> Option<f64> {
-        Some(self.other.as_ref()?.time / self.own.as_ref()?.time)
-    }
-}
-
-/// The fastest way at each of these errors, the first of equals, beside the fastest of any other kind.
-pub fn winners(lines: &[Line], errors: &[f64]) -> Vec<Beside> {
-    let winner = |&error: &f64| {
-        let own = fastest(lines, error, |_| true);
-        let other = own.as_ref().and_then(|first| fastest(lines, error, |line| line.kind != first.kind));
-        Beside { error, own, other }
-    };
-    errors.iter().map(winner).collect()
-}
-
-/// The way called `name` at each of these errors, beside the fastest of all others.
-pub fn standings(lines: &[Line], name: &str, errors: &[f64]) -> Vec<Beside> {
-    let standing = |&error: &f64| {
-        let [own, other] = [true, false].map(|is_own| fastest(lines, error, |line| (line.way == name) == is_own));
-        Beside { error, own, other }
-    };
-    errors.iter().map(standing).collect()
-}
-
 /// The fastest way at an error among some, the first of equals; `None` where none of them reaches it.
 pub fn fastest(lines: &[Line], error: f64, among: impl Fn(&Line) -> bool) -> Option<Timed> {
     let timed = |line: &Line| {
@@ -179,43 +142,24 @@ mod tests {
     }
 
     #[test]
-    fn the_rival_of_the_fastest_is_of_another_kind() {
+    fn the_fastest_is_told_among_those_that_reach_the_error() {
         let lines = [
             line("direct", "direct", &[(1e-2, 2.0), (1e-8, 4.0)]),
             line("direct, quick", "direct", &[(1e-2, 1.0)]),
             line("cg", "cg", &[(1e-2, 8.0), (1e-4, 16.0)]),
             line("lost", "cg", &[(f64::NAN, 0.1)]),
         ];
-        let table = winners(&lines, &[1e-1, 1e-4, 1e-6, 1e-9]);
-        let names = |timed: &Option<Timed>| timed.as_ref().map(|timed| timed.way.clone());
-        assert_eq!(names(&table[0].own).as_deref(), Some("direct, quick"));
-        assert_eq!(names(&table[0].other).as_deref(), Some("cg"));
-        assert_eq!(table[0].lead(), Some(8.0));
-        assert_eq!(names(&table[1].own).as_deref(), Some("direct"));
-        assert!((table[1].lead().unwrap() - 16.0 / 2f64.powf(4.0 / 3.0)).abs() < 1e-12);
-        assert_eq!((names(&table[2].own).as_deref(), &table[2].other, table[2].lead()), (Some("direct"), &None, None));
-        assert_eq!((&table[3].own, &table[3].other, table[3].lead()), (&None, &None, None));
-    }
-
-    #[test]
-    fn a_way_stands_beside_the_best_of_all_others() {
-        let lines = [
-            line("auto", "auto", &[(1e-2, 3.0), (1e-6, 3.0)]),
-            line("direct", "direct", &[(1e-2, 2.0), (1e-8, 6.0)]),
-            line("cg", "cg", &[(1e-3, 4.0)]),
-        ];
-        let table = standings(&lines, "auto", &[1e-1, 1e-8, 1e-9]);
-        assert_eq!((table[0].own.as_ref().unwrap().time, table[0].lead()), (3.0, Some(2.0 / 3.0)));
-        assert_eq!((&table[1].own, table[1].lead()), (&None, None));
-        assert_eq!(table[1].other.as_ref().unwrap().way, "direct");
-        assert_eq!((&table[2].own, &table[2].other, table[2].lead()), (&None, &None, None));
-        assert_eq!(standings(&lines, "nobody", &[1.0])[0].own, None);
+        let name = |error, kind: &str| Some(fastest(&lines, error, |line| line.kind == kind)?.way);
+        assert_eq!((name(1e-1, "direct").as_deref(), name(1e-1, "cg").as_deref()), (Some("direct, quick"), Some("cg")));
+        let time = |error| Some(fastest(&lines, error, |_| true)?.time);
+        assert!((time(1e-4).unwrap() - 2f64.powf(4.0 / 3.0)).abs() < 1e-12);
+        assert_eq!((name(1e-6, "direct").as_deref(), name(1e-6, "cg"), time(1e-9)), (Some("direct"), None, None));
     }
 
     #[test]
     fn equal_ways_are_told_in_their_order() {
         let lines = [line("a", "x", &[(1e-3, 1.0)]), line("b", "y", &[(1e-3, 1.0)])];
-        let winner = &winners(&lines, &[1e-3])[0];
-        assert_eq!((winner.own.as_ref().unwrap().way.as_str(), winner.lead()), ("a", Some(1.0)));
+        let of = |among: fn(&Line) -> bool| fastest(&lines, 1e-3, among).unwrap().way;
+        assert_eq!((of(|_| true).as_str(), of(|line| line.kind != "x").as_str()), ("a", "b"));
     }
 }

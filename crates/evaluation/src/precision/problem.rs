@@ -4,7 +4,7 @@ use rod::{Model, State};
 use solver::formulation::Formulation;
 use solver::simulation::SimulationError;
 
-use super::reference::{Converged, Exact, Refined};
+use super::reference::{Converged, Exact};
 
 /// How many steps of a run errors are measured at, about.
 pub const SAMPLES: usize = 10;
@@ -64,20 +64,6 @@ impl Problem {
     /// The reference of the same formulation, if there is one.
     pub fn exact(&self, formulation: Formulation) -> Option<&Exact> {
         self.exact.iter().find(|exact| exact.formulation == formulation)
-    }
-
-    /// Computes a converged reference from refined scenes, coarsest first; at least two, the uncut one possibly among
-    /// them, tell how far it is converged. After each step of this problem's in each run `go_on()` says whether to go on;
-    /// `None` if not.
-    ///
-    /// # Errors
-    /// If a refined scene is not valid.
-    pub fn converge(
-        &self,
-        refined: &[Refined],
-        go_on: impl FnMut() -> bool,
-    ) -> Result<Option<Converged>, SimulationError> {
-        Converged::new(&self.model, self.dt, &self.samples, refined, go_on)
     }
 
     /// How many of the samples come before the first contact in any of the references.

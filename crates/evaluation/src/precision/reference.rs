@@ -8,6 +8,7 @@ use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 
 use super::metrics::position_error;
+use super::problem::Problem;
 
 /// Outer tolerance of an exact reference.
 pub const TOLERANCE: f64 = 1e-12;
@@ -133,15 +134,17 @@ impl Converged {
         self.differences.last().map_or(&[], Vec::as_slice)
     }
 
-    /// Runs the refined scenes, coarsest first, over the samples' steps of `dt` [s]. After each such step `go_on()` says
-    /// whether to go on; `None` if not. `model` is the uncut one.
-    pub(super) fn new(
-        model: &Model,
-        dt: f64,
-        samples: &[usize],
+    /// Runs a problem's refined scenes, coarsest first; at least two, the uncut one possibly among them, tell how far it is
+    /// converged. After each step of the problem's in each run `go_on()` says whether to go on; `None` if not.
+    ///
+    /// # Errors
+    /// If a refined scene is not valid.
+    pub fn new(
+        problem: &Problem,
         refined: &[Refined],
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Option<Self>, SimulationError> {
+        let Problem { model, dt, samples, .. } = problem;
         let step = StepParams {
             formulation: Formulation::Newton,
             relative_tolerance: CONVERGED_TOLERANCE,
@@ -160,7 +163,7 @@ impl Converged {
             let parts = scene.factor * scene.factor;
             for step in 1..=samples.last().copied().unwrap_or(0) {
                 for _ in 0..parts {
-                    status = status.max(simulation.step(dt / parts as f64)?.status);
+                    status = status.max(simulation.step(*dt / parts as f64)?.status);
                 }
                 if first_contact.is_none() && simulation.counters().contact_solves > 0 {
                     first_contact = Some(step);

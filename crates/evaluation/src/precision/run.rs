@@ -10,9 +10,9 @@ use solver::step::Status;
 use solver::topology::Topology;
 
 use super::clock::{Moment, Turns};
-use super::curve::{Curve, Errors, GivenUp, Point};
+use super::curve::{Curve, GivenUp, Point};
 use super::level::{Level, Outer};
-use super::metrics::{length_ratio, position_error};
+use super::metrics::position_error;
 use super::problem::Problem;
 use crate::guesses::Spread;
 
@@ -179,9 +179,8 @@ impl LevelRun {
             ratio: None,
             outer_per_step: 0.0,
             linear_per_step: 0.0,
-            exact: reference.map(|_| Errors(Vec::new())),
-            converged: problem.converged.as_ref().map(|_| Errors(Vec::new())),
-            length_ratio: Vec::new(),
+            exact: reference.map(|_| Vec::new()),
+            converged: problem.converged.as_ref().map(|_| Vec::new()),
         };
         let (turns, times) = (Vec::new(), Turns::default());
         Self { point, status: Status::Converged, spent: 0.0, turns, times, reference }
@@ -248,16 +247,14 @@ impl LevelRun {
         let against = |expected| position_error(&problem.model, &found.positions, expected);
         let exact = self.reference.map(|index| against(&problem.exact[index].frames[sample]));
         let converged = problem.converged.as_ref().map(|converged| against(&converged.frames[sample]));
-        let ratio = length_ratio(&problem.model, found, &problem.state);
-        if !exact.into_iter().chain(converged).chain([ratio]).all(f64::is_finite) {
+        if !exact.into_iter().chain(converged).all(f64::is_finite) {
             return false;
         }
         for (errors, error) in [(&mut self.point.exact, exact), (&mut self.point.converged, converged)] {
-            if let (Some(Errors(samples)), Some(error)) = (errors, error) {
+            if let (Some(samples), Some(error)) = (errors, error) {
                 samples.push(error);
             }
         }
-        self.point.length_ratio.push(ratio);
         true
     }
 

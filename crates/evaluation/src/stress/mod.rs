@@ -95,56 +95,45 @@ pub fn run(case: &Case, settings: &Settings, guess: Option<GuessFactory<'_>>) ->
     let first = measure::energy(&case.model, &state);
     let lengths = measure::rod_lengths(&case.model, &state);
     let every = case.steps.div_ceil(MEASURED_FRAMES);
-    let mut row = CaseRun {
-        case: case.name.clone(),
-        formulation: settings.step.formulation.name().to_owned(),
-        segments: case.model.segments.len(),
-        steps: case.steps,
-        status: String::new(),
-        finite: true,
-        iterations_per_step: 0.0,
-        retries: 0,
-        energy_rise: None,
-        deepest_penetration: None,
-        worst_contact: None,
-        length_drift: 0.0,
-        worst_stretch: 0.0,
-        worst_bend: 0.0,
-        seconds: 0.0,
-    };
+    let (mut finite, mut length_drift, mut seconds) = (true, 0.0, 0.0);
     let mass_times_length: f64 = case.model.segments.iter().map(|s| s.mass() * lengths[s.rod]).sum();
     let (mut highest, mut at_stake) = (f64::NEG_INFINITY, case.model.gravity.norm() * mass_times_length);
     let mut worst = Status::Converged;
     for step in 1..=case.steps {
         let begin = Instant::now();
         worst = worst.max(simulation.step(case.dt)?.status);
-        row.seconds += begin.elapsed().as_secs_f64();
+        seconds += begin.elapsed().as_secs_f64();
         if step % every != 0 && step != case.steps {
             continue;
         }
         simulation.store(&mut state);
         let energy = measure::energy(&case.model, &state);
-        row.finite &= energy.total().is_finite();
+        finite &= energy.total().is_finite();
         highest = highest.max(energy.total() - first.total());
         let moved = energy.kinetic + energy.stretch + energy.bend + (energy.external - first.external).abs();
         at_stake = f64::max(at_stake, moved);
-        let drift = measure::length_drift(&case.model, &state, &lengths);
-        row.length_drift = row.length_drift.max(drift);
+        length_drift = f64::max(length_drift, measure::length_drift(&case.model, &state, &lengths));
     }
     let counters = simulation.counters();
-    row.status = worst.name().to_owned();
-    if case.model.air.is_none() {
-        row.energy_rise = Some(if highest > rounding(&case.model) { highest / at_stake } else { 0.0 });
-    }
-    row.iterations_per_step = counters.iterations as f64 / (case.steps * simulation.components()).max(1) as f64;
-    row.retries = counters.retries;
-    row.worst_stretch = counters.worst_stretch;
-    row.worst_bend = counters.worst_bend;
-    if !case.model.contacts.is_empty() {
-        row.deepest_penetration = Some(counters.deepest_penetration);
-        row.worst_contact = Some(counters.worst_contact);
-    }
-    Ok(row)
+    let rise = if highest > rounding(&case.model) { highest / at_stake } else { 0.0 };
+    let has_contacts = !case.model.contacts.is_empty();
+    Ok(CaseRun {
+        case: case.name.clone(),
+        formulation: settings.step.formulation.name().to_owned(),
+        segments: case.model.segments.len(),
+        steps: case.steps,
+        status: worst.name().to_owned(),
+        finite,
+        iterations_per_step: counters.iterations as f64 / (case.steps * simulation.components()).max(1) as f64,
+        retries: counters.retries,
+        energy_rise: case.model.air.is_none().then_some(rise),
+        deepest_penetration: has_contacts.then_some(counters.deepest_penetration),
+        worst_contact: has_contacts.then_some(counters.worst_contact),
+        length_drift,
+        worst_stretch: counters.worst_stretch,
+        worst_bend: counters.worst_bend,
+        seconds,
+    })
 }
 
 /// Energy [J] that errors in the last digits of gaps and curvatures make.

@@ -7,7 +7,7 @@ use std::num::NonZeroUsize;
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use evaluation::precision::{Budget, Curve, Level, Outer, Problem, Refined, run_way};
+use evaluation::precision::{Budget, Converged, Curve, Level, Outer, Problem, Refined, run_way};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
@@ -16,7 +16,7 @@ use solver::linear::solvers::SolverKind;
 use crate::cells::Section;
 use crate::context::{Context, Size};
 use crate::library::{Guesses, Learned};
-use crate::ways::{Spec, Ways};
+use crate::ways::{Spec, Ways, kinds};
 
 /// A scene, and how long it is run.
 struct Course {
@@ -150,7 +150,7 @@ fn learned(size: Size, scene: &Scene) -> Learned {
 
 /// Levels of accuracy of a way.
 fn levels(spec: &Spec, size: Size) -> Vec<Level> {
-    if spec.is_end_to_end() {
+    if spec.kind == kinds::END_TO_END {
         let level = |&count: &usize| Level::new(Outer::Iterations(count));
         return PREDICTIONS[..size.pick(2, 4)].iter().map(level).collect();
     }
@@ -178,7 +178,7 @@ fn current(context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Res
                 scene::builtin_refined(&key.scene, NonZeroUsize::new(factor).unwrap_or(NonZeroUsize::MIN))?;
             refined.push(Refined { factor, model, state });
         }
-        let Some(converged) = problem.converge(&refined, go_on)? else { return Ok(None) };
+        let Some(converged) = Converged::new(&problem, &refined, go_on)? else { return Ok(None) };
         problem.converged = Some(converged);
     }
     Ok(Some(Current { scene, guesses, problem }))

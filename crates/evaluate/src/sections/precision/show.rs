@@ -1,5 +1,6 @@
 //! How error against run time is shown: the charts.
 
+use evaluation::guesses::Spread;
 use evaluation::precision::pareto::{Line, Place, front};
 use evaluation::precision::{Against, Curve, Part};
 use report::{Axis, Block, Figure, LineChart, Point, Reference, Section, Series};
@@ -61,7 +62,8 @@ fn sheets<'a>(cells: &[(&'a Key, &'a Value)]) -> Vec<Sheet<'a>> {
         }
     }
     for sheet in &mut sheets {
-        sheet.yardstick = Curve::common_yardstick(sheet.curves.iter().copied()).unwrap_or(f64::NAN);
+        let medians = sheet.curves.iter().filter_map(|curve| Some(curve.yardstick?.median));
+        sheet.yardstick = Spread::of(medians).map_or(f64::NAN, |spread| spread.median);
     }
     sheets
 }

@@ -1,6 +1,6 @@
 //! How error against run time is shown: who is fastest, and what a learned guess is worth.
 
-use evaluation::precision::pareto::{Line, Timed, fastest, standings, winners};
+use evaluation::precision::pareto::{Line, Timed, fastest};
 use evaluation::precision::{Against, Curve};
 use report::{Cell, Table};
 use solver::formulation::Formulation;
@@ -8,7 +8,7 @@ use solver::formulation::Formulation;
 use super::show::{Sheet, conditions};
 use crate::context::Context;
 use crate::show::{ALL_STAGES, columns, number};
-use crate::ways::{AUTO, kinds};
+use crate::ways::kinds;
 
 /// Errors of the overview.
 const OVERVIEW: [f64; 3] = [1e-2, 1e-4, 1e-6];
@@ -26,14 +26,14 @@ const CONTENDERS: &str =
 /// Who wins at each error in a scene.
 pub(super) fn winners_of(context: &Context, sheet: &Sheet<'_>) -> Option<Table> {
     let first = sheet.curves.first()?;
-    let mut rows = Vec::new();
-    for winner in winners(&sheet.contenders(), &ERRORS) {
-        let lead = winner.lead().map_or("-".to_owned(), |lead| format!("{lead:.2}"));
-        let Some(fastest) = winner.own else { continue };
-        let rival = winner.other.map_or(Cell::muted("-"), |rival| rival.way.into());
-        let time = format!("{:.3}", 1e3 * fastest.time * sheet.yardstick);
-        let error = format!("{:e}", winner.error);
-        rows.push(vec![error.into(), Cell::strong(fastest.way), time.into(), rival, lead.into()]);
+    let (lines, mut rows) = (sheet.contenders(), Vec::new());
+    for error in ERRORS {
+        let Some(own) = fastest(&lines, error, |_| true) else { continue };
+        let rival = fastest(&lines, error, |line| line.kind != own.kind);
+        let lead = rival.as_ref().map_or("-".to_owned(), |rival| format!("{:.2}", rival.time / own.time));
+        let rival = rival.map_or(Cell::muted("-"), |rival| rival.way.into());
+        let time = format!("{:.3}", 1e3 * own.time * sheet.yardstick);
+        rows.push(vec![format!("{error:e}").into(), Cell::strong(own.way), time.into(), rival, lead.into()]);
     }
     Some(Table {
         id: format!("winners-{}", sheet.scene),
@@ -147,7 +147,7 @@ pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
     let mut rows = Vec::new();
     for sheet in sheets {
         for formulation in Formulation::ALL {
-            let own = format!("{formulation}, {AUTO}");
+            let own = format!("{formulation}, {}", kinds::AUTO);
             let is_own = |curve: &&&Curve| {
                 let name = &curve.way;
                 let of_xpbd = name.starts_with("cg ") && formulation == Formulation::Xpbd;
@@ -155,14 +155,15 @@ pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
             };
             let curves: Vec<&Curve> = sheet.curves.iter().filter(is_own).copied().collect();
             let lines: Vec<Line> = curves.iter().map(|curve| curve.line(Against::Exact, sheet.part())).collect();
-            for standing in standings(&lines, &own, &ERRORS) {
-                let (Some(own), Some(other)) = (standing.own, standing.other) else { continue };
+            for error in ERRORS {
+                let at = |is_own| fastest(&lines, error, |line| (line.way == own) == is_own);
+                let (Some(own), Some(other)) = (at(true), at(false)) else { continue };
                 let ratio = own.time / other.time;
                 let text = number(ratio);
                 rows.push(vec![
                     sheet.scene.into(),
                     formulation.name().into(),
-                    format!("{:e}", standing.error).into(),
+                    format!("{error:e}").into(),
                     other.way.into(),
                     if ratio > AUTO_BAR { Cell::strong(text) } else { text.into() },
                 ]);
