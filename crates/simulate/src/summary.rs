@@ -249,7 +249,7 @@ impl Summary {
         }
         let worst = &self.worst_residuals;
         line + &format!(
-            "; errors at joints: {} of a segment's length and {} rad at most; lengths changed by {} of themselves at most",
+            "\nerrors at joints: {} of a segment's length and {} rad at most; lengths changed by {} of themselves at most",
             tiny(worst.stretch_per_length),
             tiny(worst.bend_rad),
             tiny(self.length_drift)
@@ -261,8 +261,8 @@ impl Summary {
         let Counters { contact_candidates, contact_searches, contact_solves, contact_evaluations, .. } = self.work;
         let worst = &self.worst_residuals;
         format!(
-            "contacts: {:.1} places near enough to touch, of which {:.0} % press (means over all iterations); errors: {} of \
-             a radius at most, overlap {} at most",
+            "contacts: {:.1} places near enough to touch, of which {:.0} % press (means over all iterations)\n\
+             errors of contacts: {} of a radius at most, overlap {} at most",
             contact_candidates as f64 / contact_searches as f64,
             100.0 * contact_solves as f64 / contact_evaluations.max(1) as f64,
             tiny(worst.contact_per_radius),
