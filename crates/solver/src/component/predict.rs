@@ -8,7 +8,7 @@ use crate::kernel::math::{Quat, Vec3};
 
 impl<T: Real> Component<T> {
     /// Lines 1 to 5 of Algorithm 1: symplectic Euler for velocities and poses, and lambda = 0. In air it adds the drag
-    /// that [`Component::evaluate_drag`] has evaluated for this step.
+    /// that `Component::evaluate_drag` has evaluated for this step.
     ///
     /// The rotation is the discrete free motion of a symmetric top (the gyroscopic term included): with the relative
     /// rotation (s, u) of a step in the body's frame, `s I u + u x I u = (dt / 2) m`, where m is the body's angular

@@ -1,7 +1,7 @@
 //! The direct solver: block elimination along the tree of joints, O(N) and without fill.
 //!
 //! A joint's blocks are put together when it is eliminated and never stored; what remains is its share of the factor,
-//! 27 numbers. What it leaves of the inverse mass of its inner body ([`Left`]) is handed to the next joint of that body,
+//! 27 numbers. What it leaves of the inverse mass of its inner body (`Left`) is handed to the next joint of that body,
 //! which sees it in place of the body's own. For joints j that are eliminated before k, both at a body with the inverse
 //! mass H, this is the Schur complement of `A = J M^-1 J^T + alpha~`:
 //!
