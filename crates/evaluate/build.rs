@@ -7,7 +7,8 @@ use std::process::Command;
 use std::{env, fs};
 
 /// What decides measurements: crates, scenes, and what the sections share.
-const DECIDING: [&str; 15] = [
+const DECIDING: [&str; 16] = [
+    "crates/names/src",
     "crates/rod/src",
     "crates/collision/src",
     "crates/solver/src",
@@ -25,7 +26,7 @@ const DECIDING: [&str; 15] = [
     "Cargo.lock",
 ];
 /// What draws the report, and what it is drawn with.
-const DRAWING: [&str; 3] = ["crates/evaluate/src", "crates/report/src", "crates/export/src"];
+const DRAWING: [&str; 4] = ["crates/evaluate/src", "crates/report/src", "crates/chart/src", "crates/export/src"];
 /// A section measures in `NAME.rs` or `NAME/mod.rs` of this folder; other files below it show what was measured.
 const SECTIONS: &str = "crates/evaluate/src/sections";
 
