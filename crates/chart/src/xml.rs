@@ -5,117 +5,101 @@ use std::fmt::{self, Display, Write};
 /// An attribute: its name and its value, which is escaped when it is written. One without a value is left out.
 pub type Attribute<'a> = (&'a str, &'a dyn Display);
 
-/// A document in the making. An element that was opened is closed under its own name.
-#[derive(Default)]
-pub struct Xml {
-    text: String,
-    open: Vec<&'static str>,
-}
+/// A piece of a document: text and elements, none, one or many.
+#[derive(Clone, Debug, Default)]
+pub struct Xml(String);
 
 impl Xml {
-    /// Begins an element.
-    pub fn open(&mut self, tag: &'static str, attributes: &[Attribute<'_>]) {
-        self.begin(tag, attributes);
-        self.text.push('>');
-        self.open.push(tag);
+    /// What is XML already.
+    pub fn raw(xml: impl Into<String>) -> Self {
+        Self(xml.into())
     }
 
-    /// Ends the element that was begun last.
-    pub fn close(&mut self) {
-        if let Some(tag) = self.open.pop() {
-            self.text.extend(["</", tag, ">"]);
+    /// Text, escaped; what XML cannot hold is replaced.
+    pub fn text(text: &str) -> Self {
+        let mut xml = String::new();
+        for c in text.chars() {
+            match c {
+                '<' => xml.push_str("&lt;"),
+                '>' => xml.push_str("&gt;"),
+                '&' => xml.push_str("&amp;"),
+                '"' => xml.push_str("&quot;"),
+                '\n' | '\t' => xml.push(c),
+                c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => xml.push(char::REPLACEMENT_CHARACTER),
+                c => xml.push(c),
+            }
         }
+        Self(xml)
     }
 
-    /// An element without content. In HTML, only for those that never have any.
-    pub fn leaf(&mut self, tag: &'static str, attributes: &[Attribute<'_>]) {
-        self.begin(tag, attributes);
-        self.text.push_str("/>");
+    /// An element with text in it.
+    pub fn element(tag: &str, attributes: &[Attribute<'_>], text: &str) -> Self {
+        Self::nest(tag, attributes, [Self::text(text)])
     }
 
-    /// An element with nothing but text in it.
-    pub fn element(&mut self, tag: &'static str, attributes: &[Attribute<'_>], text: &str) {
-        self.open(tag, attributes);
-        self.text(text);
-        self.close();
+    /// An element with pieces in it. Rows, blocks and groups end their line, for those who read the source.
+    pub fn nest(tag: &str, attributes: &[Attribute<'_>], pieces: impl IntoIterator<Item = Self>) -> Self {
+        let mut xml = format!("<{tag}");
+        for (name, value) in attributes {
+            let value = Self::text(&value.to_string()).0;
+            if !value.is_empty() {
+                xml.extend([" ", name, "=\"", &value, "\""]);
+            }
+        }
+        let start = xml.len() + 1;
+        xml.push('>');
+        xml.extend(pieces.into_iter().map(|piece| piece.0));
+        // HTML knows no short form for its own elements.
+        if xml.len() == start && ["path", "rect"].contains(&tag) {
+            xml.insert(start - 1, '/');
+        } else {
+            xml.extend(["</", tag, ">"]);
+        }
+        if ["div", "g", "h2", "head", "li", "p", "section", "thead", "tr"].contains(&tag) {
+            xml.push('\n');
+        }
+        Self(xml)
     }
 
-    /// SVG: text whose foot is at `[x, y]` \[px\], its "start", "middle" or "end".
+    /// Appends a piece.
+    pub fn push(&mut self, piece: Self) {
+        self.0.push_str(&piece.0);
+    }
+
+    /// Appends SVG: text whose foot is at `[x, y]` \[px\], its "start", "middle" or "end".
     pub fn label(&mut self, [x, y]: [f64; 2], anchor: &str, class: &str, text: &str) {
-        self.element("text", &[("x", &Px(x)), ("y", &Px(y)), ("text-anchor", &anchor), ("class", &class)], text);
+        let place: [Attribute<'_>; 4] = [("x", &Px(x)), ("y", &Px(y)), ("text-anchor", &anchor), ("class", &class)];
+        self.push(Self::element("text", &place, text));
     }
 
-    /// SVG: a rectangle from `[left, top, width, height]` \[px\] with what is read under the mouse, if anything.
+    /// Appends SVG: a rectangle from `[left, top, width, height]` \[px\] with what is read under the mouse, if anything.
     pub fn rect(&mut self, [x, y, width, height]: [f64; 4], class: &str, opacity: &str, title: &str) {
         let sides: [Attribute<'_>; 4] = [("x", &Px(x)), ("y", &Px(y)), ("width", &Px(width)), ("height", &Px(height))];
-        self.shape("rect", &[&sides[..], &[("class", &class), ("fill-opacity", &opacity)]].concat(), title);
+        let look: [Attribute<'_>; 2] = [("class", &class), ("fill-opacity", &opacity)];
+        self.shape("rect", &[&sides[..], &look].concat(), title);
     }
 
-    /// SVG: a path with what is read under the mouse, if anything.
+    /// Appends SVG: a path with what is read under the mouse, if anything.
     pub fn path(&mut self, class: &str, path: &str, title: &str) {
         self.shape("path", &[("class", &class), ("d", &path)], title);
     }
 
-    fn shape(&mut self, tag: &'static str, attributes: &[Attribute<'_>], title: &str) {
-        if title.is_empty() {
-            return self.leaf(tag, attributes);
-        }
-        self.open(tag, attributes);
-        self.element("title", &[], title);
-        self.close();
-    }
-
-    /// Text, escaped.
-    pub fn text(&mut self, text: &str) {
-        escape(&mut self.text, text);
-    }
-
-    /// What is XML already.
-    pub fn raw(&mut self, xml: &str) {
-        self.text.push_str(xml);
-    }
-
-    /// A new line, for those who read the source.
-    pub fn line(&mut self) {
-        self.text.push('\n');
-    }
-
-    /// The document, all elements closed.
-    pub fn finish(mut self) -> String {
-        while !self.open.is_empty() {
-            self.close();
-        }
-        self.text
-    }
-
-    fn begin(&mut self, tag: &str, attributes: &[Attribute<'_>]) {
-        self.text.extend(["<", tag]);
-        let mut value = String::new();
-        for (name, attribute) in attributes {
-            value.clear();
-            // Writing to a string cannot fail.
-            let _ = write!(value, "{attribute}");
-            if !value.is_empty() {
-                self.text.extend([" ", name, "=\""]);
-                escape(&mut self.text, &value);
-                self.text.push('"');
-            }
-        }
+    /// Appends SVG: a shape with what is read under the mouse, if anything.
+    pub(crate) fn shape(&mut self, tag: &str, attributes: &[Attribute<'_>], title: &str) {
+        let title = (!title.is_empty()).then(|| Self::element("title", &[], title));
+        self.push(Self::nest(tag, attributes, title));
     }
 }
 
-/// Appends `text` with what has a meaning in XML escaped, and what XML cannot hold replaced.
-fn escape(to: &mut String, text: &str) {
-    for c in text.chars() {
-        match c {
-            '<' => to.push_str("&lt;"),
-            '>' => to.push_str("&gt;"),
-            '&' => to.push_str("&amp;"),
-            '"' => to.push_str("&quot;"),
-            '\n' | '\t' => to.push(c),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => to.push(char::REPLACEMENT_CHARACTER),
-            c => to.push(c),
-        }
+impl FromIterator<Xml> for Xml {
+    fn from_iter<I: IntoIterator<Item = Self>>(pieces: I) -> Self {
+        Self(pieces.into_iter().map(|piece| piece.0).collect())
+    }
+}
+
+impl Display for Xml {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
     }
 }
 

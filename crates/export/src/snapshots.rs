@@ -99,12 +99,9 @@ fn draw(scene: &str, frames: &[(f64, State)], model: &Model) -> String {
     let reach = segments.iter().map(|s| 0.5 * s.length + s.radius).fold(1e-9, f64::max);
     let view = View::new(frames, reach, &model.gravity);
     let [width, height] = SIZE;
-    let mut svg = Xml::default();
-    let frame = format!("0 0 {width} {height}");
-    let namespace = "http://www.w3.org/2000/svg";
-    svg.open("svg", &[("xmlns", &namespace), ("viewBox", &frame), ("font-family", &"sans-serif"), ("font-size", &13)]);
-    svg.element("title", &[], scene);
-    svg.leaf("rect", &[("width", &width), ("height", &height), ("fill", &"white")]);
+    let mut svg = Xml::element("title", &[], scene);
+    let paper: [chart::Attribute<'_>; 3] = [("width", &width), ("height", &height), ("fill", &"white")];
+    svg.push(Xml::nest("rect", &paper, []));
     for obstacle in &model.contacts.obstacles {
         draw_obstacle(&mut svg, &view, &obstacle.shape);
     }
@@ -130,12 +127,20 @@ fn draw(scene: &str, frames: &[(f64, State)], model: &Model) -> String {
         let text = format!("{scene}, {first:.2} s (pale) to {end:.2} s");
         svg.label([width - MARGIN, 20.0], "end", "", &text);
     }
-    svg.finish() + "\n"
+    let frame = format!("0 0 {width} {height}");
+    let look: [chart::Attribute<'_>; 4] = [
+        ("xmlns", &"http://www.w3.org/2000/svg"),
+        ("viewBox", &frame),
+        ("font-family", &"sans-serif"),
+        ("font-size", &13),
+    ];
+    let svg = Xml::nest("svg", &look, [svg]);
+    format!("{svg}\n")
 }
 
 fn stroke(svg: &mut Xml, path: &str, colour: &str, width: f64) {
     let look: [chart::Attribute<'_>; 3] = [("fill", &"none"), ("stroke", &colour), ("stroke-width", &Px(width))];
-    svg.leaf("path", &[&look[..], &[("stroke-linecap", &"round"), ("d", &path)]].concat());
+    svg.push(Xml::nest("path", &[&look[..], &[("stroke-linecap", &"round"), ("d", &path)]].concat(), []));
 }
 
 fn draw_obstacle(svg: &mut Xml, view: &View, shape: &ObstacleShape) {
@@ -152,7 +157,7 @@ fn draw_obstacle(svg: &mut Xml, view: &View, shape: &ObstacleShape) {
                 [x + far * (along * up - into * across), y + far * (along * across + into * up)]
             };
             let path = polyline([corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)]) + "z";
-            svg.leaf("path", &[("fill", &OBSTACLE), ("d", &path)]);
+            svg.push(Xml::nest("path", &[("fill", &OBSTACLE), ("d", &path)], []));
         }
         ObstacleShape::Sphere { centre, radius } => {
             stroke(svg, &polyline([view.place(centre); 2]), OBSTACLE, 2.0 * radius * view.scale);
@@ -218,7 +223,7 @@ mod tests {
         let drawn = |shape| {
             let mut svg = Xml::default();
             draw_obstacle(&mut svg, &view, &shape);
-            svg.finish()
+            svg.to_string()
         };
         let svg = drawn(ground(Vector3::z()));
         let path = svg.split("d=\"M").nth(1).unwrap().trim_end_matches("z\"/>");

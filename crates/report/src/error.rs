@@ -15,14 +15,6 @@ pub enum ReportError {
         /// What is wrong with it, and what is allowed.
         message: String,
     },
-    /// Values that have no form in CSV.
-    #[error("csv/{id}.csv: {cause}")]
-    Csv {
-        /// The id of the figure or table.
-        id: String,
-        /// What the CSV library says.
-        cause: csv::Error,
-    },
     /// A file that cannot be written, or read.
     #[error(transparent)]
     File(#[from] export::ExportError),

@@ -7,29 +7,30 @@ use chart::Xml;
 /// What a figure or a table is called, such as "Figure 3", by its id.
 pub(crate) type Labels<'a> = BTreeMap<&'a str, String>;
 
-/// Appends `text` with its marks as elements.
-pub(crate) fn inline(xml: &mut Xml, text: &str, labels: &Labels<'_>) {
-    let mut rest = text;
+/// A text with its marks as elements.
+pub(crate) fn inline(text: &str, labels: &Labels<'_>) -> Xml {
+    let (mut xml, mut rest) = (Xml::default(), text);
     while let Some(start) = rest.find(['`', '*', '[']) {
-        xml.text(&rest[..start]);
+        xml.push(Xml::text(&rest[..start]));
         rest = &rest[start..];
         if let Some((code, after)) = enclosed(rest, "`", "`") {
-            xml.element("code", &[], code);
+            xml.push(Xml::element("code", &[], code));
             rest = after;
         } else if let Some((bold, after)) = enclosed(rest, "**", "**") {
-            xml.element("strong", &[], bold);
+            xml.push(Xml::element("strong", &[], bold));
             rest = after;
         } else if let Some((text, target, after)) = link(rest) {
             let name = target.strip_prefix('#').and_then(|id| labels.get(id)).filter(|_| text.is_empty());
-            xml.element("a", &[("href", &target)], name.map_or(text, |name| name));
+            xml.push(Xml::element("a", &[("href", &target)], name.map_or(text, |name| name)));
             rest = after;
         } else {
             // All marks begin with one ASCII character.
-            xml.text(&rest[..1]);
+            xml.push(Xml::text(&rest[..1]));
             rest = &rest[1..];
         }
     }
-    xml.text(rest);
+    xml.push(Xml::text(rest));
+    xml
 }
 
 /// What stands between `open`, with which `text` begins, and the next `close`; and what follows.
@@ -50,9 +51,7 @@ mod tests {
     use super::*;
 
     fn html(text: &str) -> String {
-        let mut xml = Xml::default();
-        inline(&mut xml, text, &Labels::from([("a", "Figure 1".to_owned())]));
-        xml.finish()
+        inline(text, &Labels::from([("a", "Figure 1".to_owned())])).to_string()
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Pages and what stands in them.
 
-use crate::evidence::Evidence;
 use crate::{Conditions, Figure, Table};
 
 /// A page.
@@ -40,30 +39,36 @@ pub enum Block {
     Figure(Figure),
 }
 
-/// All figures and tables of `blocks`, in their order.
-pub(crate) fn evidence(blocks: &[Block]) -> Vec<Evidence<'_>> {
-    let mut found = Vec::new();
-    for block in blocks {
-        match block {
-            Block::Paragraph(_) => {}
-            Block::Table(table) => found.push(Evidence::Table(table)),
-            Block::Figure(figure) => found.push(Evidence::Figure(figure)),
+/// A figure or a table.
+pub(crate) struct Evidence<'a> {
+    pub(crate) id: &'a str,
+    pub(crate) title: &'a str,
+    pub(crate) caption: &'a str,
+    pub(crate) conditions: &'a Conditions,
+    pub(crate) block: &'a Block,
+}
+
+impl Block {
+    /// The figure or table that it is, if it is one.
+    pub(crate) fn evidence(&self) -> Option<Evidence<'_>> {
+        match self {
+            Self::Paragraph(_) => None,
+            Self::Table(Table { id, title, caption, conditions, .. })
+            | Self::Figure(Figure { id, title, caption, conditions, .. }) => {
+                Some(Evidence { id, title, caption, conditions, block: self })
+            }
         }
     }
-    found
 }
 
 impl Page {
     /// All figures and tables, in their order.
-    pub(crate) fn evidence(&self) -> Vec<Evidence<'_>> {
-        self.sections.iter().flat_map(|section| evidence(&section.blocks)).collect()
+    pub(crate) fn evidence(&self) -> impl Iterator<Item = Evidence<'_>> {
+        self.sections.iter().flat_map(|section| &section.blocks).filter_map(Block::evidence)
     }
 
     /// All figures, in their order.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.evidence().into_iter().filter_map(|evidence| match evidence {
-            Evidence::Figure(figure) => Some(figure),
-            Evidence::Table(_) => None,
-        })
+        self.evidence().filter_map(|item| if let Block::Figure(figure) = item.block { Some(figure) } else { None })
     }
 }

@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 
 use export::write_atomically;
 
-use crate::evidence::Evidence;
 use crate::html::{self, CONTENTS};
-use crate::{Charts, Conditions, Page, ReportError};
+use crate::{Block, Charts, Conditions, LineChart, Page, ReportError};
 
 impl Page {
     /// Writes `directory/index.html` and a `directory/csv/<id>.csv` for each figure and table; returns the page's path.
@@ -22,13 +21,11 @@ impl Page {
     /// Before anything is written: [`ReportError::Part`] for an id that cannot be a file's name or is there twice, for an
     /// empty condition, and for rows of the wrong length. [`ReportError::File`] if the system refuses.
     pub fn write(&self, directory: &Path) -> Result<PathBuf, ReportError> {
-        self.validate().map_err(|(id, message)| ReportError::Part { id, message })?;
-        let tables = self.evidence().into_iter().map(|item| Ok((item.id(), item.csv()?)));
-        let tables = tables.collect::<Result<Vec<_>, ReportError>>()?;
-        let csv = directory.join("csv");
-        std::fs::create_dir_all(&csv).map_err(ReportError::io("create the directory", &csv))?;
-        for (id, bytes) in tables {
-            write_atomically(&csv.join(format!("{id}.csv")), |file| file.write_all(&bytes))?;
+        self.validate().map_err(|(id, message)| ReportError::Part { id: id.into(), message })?;
+        let folder = directory.join("csv");
+        std::fs::create_dir_all(&folder).map_err(ReportError::io("create the directory", &folder))?;
+        for item in self.evidence() {
+            write_atomically(&folder.join(format!("{}.csv", item.id)), |file| Ok(csv(item.block, file)?))?;
         }
         let path = directory.join("index.html");
         write_atomically(&path, |file| file.write_all(html::page(self).as_bytes()))?;
@@ -36,62 +33,104 @@ impl Page {
     }
 
     /// Checks ids, conditions and the lengths of rows; the error is the id of the part, and what is wrong with it.
-    fn validate(&self) -> Result<(), (String, String)> {
-        let evidence = self.evidence();
+    fn validate(&self) -> Result<(), (&str, String)> {
         let mut seen = BTreeSet::from([CONTENTS]);
-        for id in self.sections.iter().map(|section| section.id.as_str()).chain(evidence.iter().map(|item| item.id())) {
+        for id in self.sections.iter().map(|section| section.id.as_str()).chain(self.evidence().map(|item| item.id)) {
             let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "-_".contains(c);
             if !id.starts_with(|c: char| c.is_ascii_lowercase()) || !id.chars().all(allowed) || id.len() > 80 {
                 let rule = "an id has a to z, 0 to 9, '-' and '_', begins with a letter, and has at most 80 in all";
-                return Err((id.into(), rule.into()));
+                return Err((id, rule.into()));
             }
             if !seen.insert(id) {
-                return Err((id.into(), "more than one section, figure or table has this id".into()));
+                return Err((id, "more than one section, figure or table has this id".into()));
             }
         }
-        has_conditions("page", &self.conditions)?;
-        for item in evidence {
-            has_conditions(item.id(), item.conditions())?;
-            if let Some((what, found, expected)) =
-                lengths(item).into_iter().find(|(_, found, allowed)| found != allowed)
-            {
-                return Err((item.id().into(), format!("{what} has {found} entries instead of {expected}")));
-            }
-        }
-        Ok(())
+        let page = empty_condition(&self.conditions).map(|message| ("page", message));
+        let mut parts = self
+            .evidence()
+            .filter_map(|item| Some((item.id, empty_condition(item.conditions).or_else(|| ragged(item.block))?)));
+        page.or_else(|| parts.next()).map_or(Ok(()), Err)
     }
 }
 
-/// The lists of a figure or a table: what each is, how long it is, and how long it must be.
-fn lengths(item: Evidence<'_>) -> Vec<(String, usize, usize)> {
-    match item {
-        Evidence::Table(table) => {
-            let rows = table.rows.iter().enumerate();
-            rows.map(|(i, row)| (format!("row {}", i + 1), row.len(), table.columns.len())).collect()
+/// Writes the CSV file of a figure or a table: names of columns, then rows. Numbers have all digits that are needed to read the same ones
+/// back.
+fn csv(block: &Block, out: impl Write) -> csv::Result<()> {
+    let mut out = csv::Writer::from_writer(out);
+    let figure = match block {
+        Block::Paragraph(_) => return Ok(()),
+        Block::Table(table) => {
+            out.write_record(table.columns.iter().map(|column| &column.name))?;
+            for row in &table.rows {
+                out.write_record(row.iter().map(|cell| &cell.text))?;
+            }
+            return Ok(out.flush()?);
         }
-        Evidence::Figure(figure) => match &figure.charts {
-            Charts::Lines(_) => Vec::new(),
-            Charts::Heat(charts) => {
-                let all = charts.iter().map(|chart| ("values".into(), chart.values.len(), chart.rows.len()));
-                let rows = charts.iter().flat_map(|chart| {
-                    let rows = chart.values.iter().zip(&chart.rows);
-                    rows.map(|(row, name)| (format!("row {name:?}"), row.len(), chart.columns.len()))
-                });
-                all.chain(rows).collect()
+        Block::Figure(figure) => figure,
+    };
+    match &figure.charts {
+        Charts::Lines(charts) => {
+            out.write_record(["chart", "series", "x", "y", "lower", "upper", "emphasis", "x axis", "y axis"])?;
+            for LineChart { title, x, y, series, .. } in charts {
+                for (name, point) in series.iter().flat_map(|s| s.points.iter().map(|point| (&s.name, point))) {
+                    let [lower, upper] = point.band.map(|band| band.map(Some)).unwrap_or_default();
+                    let place = (point.x, point.y, lower, upper, point.emphasis);
+                    out.serialize((title, name, place, &x.label, &y.label))?;
+                }
             }
-            Charts::Bars(charts) => {
-                let bars = charts.iter().flat_map(|chart| chart.bars.iter().map(move |bar| (bar, chart.parts.len())));
-                bars.map(|(bar, parts)| (format!("bar {:?}", bar.name), bar.values.len(), parts)).collect()
+        }
+        Charts::Heat(charts) => {
+            out.write_record(["chart", "row", "column", "value", "quantity"])?;
+            for chart in charts {
+                for (row, values) in chart.rows.iter().zip(&chart.values) {
+                    for (column, value) in chart.columns.iter().zip(values) {
+                        out.serialize((&chart.title, row, column, value, &chart.value_label))?;
+                    }
+                }
             }
+        }
+        Charts::Bars(charts) => {
+            out.write_record(["chart", "bar", "part", "value", "quantity"])?;
+            for (chart, bar) in charts.iter().flat_map(|chart| chart.bars.iter().map(move |bar| (chart, bar))) {
+                for (part, value) in chart.parts.iter().zip(&bar.values) {
+                    out.serialize((&chart.title, &bar.name, part, value, &chart.label))?;
+                }
+            }
+        }
+    }
+    Ok(out.flush()?)
+}
+
+/// What is wrong with the lengths of the lists of a figure or a table, if anything.
+fn ragged(block: &Block) -> Option<String> {
+    let differs = |what: String, found: usize, expected: usize| {
+        (found != expected).then(|| format!("{what} has {found} entries instead of {expected}"))
+    };
+    match block {
+        Block::Paragraph(_) => None,
+        Block::Table(table) => {
+            let mut rows = (1..).zip(&table.rows);
+            rows.find_map(|(i, row)| differs(format!("row {i}"), row.len(), table.columns.len()))
+        }
+        Block::Figure(figure) => match &figure.charts {
+            Charts::Lines(_) => None,
+            Charts::Heat(charts) => charts.iter().find_map(|chart| {
+                let row =
+                    |(name, row): (&String, &Vec<_>)| differs(format!("row {name:?}"), row.len(), chart.columns.len());
+                differs("values".into(), chart.values.len(), chart.rows.len())
+                    .or_else(|| chart.rows.iter().zip(&chart.values).find_map(row))
+            }),
+            Charts::Bars(charts) => charts.iter().find_map(|chart| {
+                let mut bars = chart.bars.iter();
+                bars.find_map(|bar| differs(format!("bar {:?}", bar.name), bar.values.len(), chart.parts.len()))
+            }),
         },
     }
 }
 
-fn has_conditions(id: &str, conditions: &Conditions) -> Result<(), (String, String)> {
-    match conditions.iter().find(|(key, value)| key.trim().is_empty() || value.trim().is_empty()) {
-        Some((key, value)) => {
-            Err((id.into(), format!("the condition {key:?} has the value {value:?}; neither may be empty")))
-        }
-        None => Ok(()),
-    }
+/// What is wrong with the conditions, if anything.
+fn empty_condition(conditions: &Conditions) -> Option<String> {
+    let mut conditions = conditions.iter();
+    let (key, value) = conditions.find(|(key, value)| key.trim().is_empty() || value.trim().is_empty())?;
+    Some(format!("the condition {key:?} has the value {value:?}; neither may be empty"))
 }
