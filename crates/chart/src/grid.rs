@@ -67,7 +67,9 @@ pub(crate) fn heat(chart: &HeatMap, font: f64) -> Drawing {
     let mut y = paragraph(&mut svg, title, [0.0, 0.0], width, font, "head");
     let axes = [("↓", row_label), ("→", column_label)];
     let axes = axes.iter().filter(|(_, label)| !label.is_empty()).map(|(arrow, label)| format!("{arrow} {label}"));
-    y = paragraph(&mut svg, &axes.collect::<Vec<_>>().join("  "), [0.0, y], width, font, "small") + 8.0 + LINE * font;
+    y = paragraph(&mut svg, &axes.collect::<Vec<_>>().join("  "), [0.0, y], width, 0.9 * font, "small")
+        + 8.0
+        + LINE * font;
     let x = |i: usize| left + wide * i as f64;
     for (i, name) in columns.iter().enumerate() {
         svg.label([x(i) + 0.5 * wide, y - 0.3 * font], "middle", "", name);
@@ -96,7 +98,7 @@ pub(crate) fn heat(chart: &HeatMap, font: f64) -> Drawing {
         }
         words = format!("{} to {}, {value_label}", significant(low, 3), significant(high, 3));
     }
-    let height = paragraph(&mut svg, &words, [left, y + 16.0], width - left, font, "small") + 4.0;
+    let height = paragraph(&mut svg, &words, [left, y + 16.0], width - left, 0.9 * font, "small") + 4.0;
     let label =
         format!("Heat map {title}: {value_label}, {} {row_label}, {} {column_label}", rows.len(), columns.len());
     Drawing { size: [width + 1.0, height], font, label, body: svg }
@@ -150,7 +152,7 @@ pub(crate) fn bars(chart: &BarChart, [width, font]: [f64; 2], palette: &Palette<
     }
     svg.path("box", &format!("M{} {}V{}", Px(left), Px(top), Px(bottom)), "");
     let below = [left, bottom + LINE * font + 2.0];
-    let height = paragraph(&mut svg, &chart.label, below, width - left, font, "small") + 4.0;
+    let height = paragraph(&mut svg, &chart.label, below, width - left, 0.9 * font, "small") + 4.0;
     let BarChart { title, label, parts, bars } = chart;
     let label = format!("Stacked bars {title}: {label}, {} bars of {} parts", bars.len(), parts.len());
     Drawing { size: [width, height], font, label, body: svg }

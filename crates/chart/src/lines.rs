@@ -118,12 +118,12 @@ impl Reference {
 pub(crate) fn draw(chart: &LineChart, [width, font]: [f64; 2], palette: &Palette<'_>) -> Drawing {
     let mut svg = Xml::default();
     let mut top = paragraph(&mut svg, &chart.title, [0.0, 0.0], width, font, "head");
-    top = paragraph(&mut svg, &chart.y.label, [0.0, top], width, font, "small") + 6.0;
+    top = paragraph(&mut svg, &chart.y.label, [0.0, top], width, 0.9 * font, "small") + 6.0;
     let right = width - 14.0;
     let (mut left, mut bottom) = (1.0, top + 0.4 * width);
     if let Some([mut x, mut y]) = axes(chart) {
         // As many ticks as a usual area takes, to know the room that their labels need.
-        left = widest(ticks(&y, 6).iter().map(|(_, label)| label), font).max(2.0 * font) + 8.0;
+        left = widest(ticks(&y, 6).iter().map(|(_, label)| label), font).max(2.0 * font) + 12.0;
         let wide = right - left;
         let mut high = HEIGHT * wide;
         if chart.equal_units {
@@ -152,7 +152,7 @@ pub(crate) fn draw(chart: &LineChart, [width, font]: [f64; 2], palette: &Palette
     }
     svg.rect([left, top, right - left, bottom - top], "box", "", "");
     let below = [left, bottom + LINE * font + 4.0];
-    let height = paragraph(&mut svg, &chart.x.label, below, width - left, font, "small") + 4.0;
+    let height = paragraph(&mut svg, &chart.x.label, below, width - left, 0.9 * font, "small") + 4.0;
     let LineChart { title, x, y, series, .. } = chart;
     let label = format!("Line chart {title}: {} over {}, {} series", y.label, x.label, series.len());
     Drawing { size: [width, height], font, label, body: svg }

@@ -6,7 +6,7 @@ use crate::Xml;
 /// Distance of lines, in sizes of the text.
 pub(crate) const LINE: f64 = 1.3;
 /// Width of a letter, in sizes of the text.
-const LETTER: f64 = 0.56;
+const LETTER: f64 = 0.6;
 
 /// The width of the widest of `texts` in letters of `font` \[px\].
 pub(crate) fn widest<T: AsRef<str>>(texts: impl IntoIterator<Item = T>, font: f64) -> f64 {
