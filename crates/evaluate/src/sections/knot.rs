@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use evaluation::knot::determinant;
 use evaluation::paper::DIRECT;
-use evaluation::paper::motions::{Snapshot, Trace};
+use evaluation::paper::motions::Trace;
 use nalgebra::Vector3;
 use report::{Cell, LineChart, Section as PageSection, Series};
 use serde::{Deserialize, Serialize};
@@ -55,11 +55,14 @@ impl Section for Knot {
                 .conditions("none: positions are compared here")
                 .with("scene", format!("knot, {} steps of 0.02 s", key.steps))
                 .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-8 from guesses");
-            let kept = traces.iter().filter(|trace| is_knotted(trace)).map(|trace| trace.name.as_str());
-            let kept = Some(kept.collect::<Vec<_>>().join("; ")).filter(|kept| !kept.is_empty());
+            let mut kept: Vec<&str> =
+                traces.iter().filter(|trace| is_knotted(trace)).map(|trace| trace.name.as_str()).collect();
+            if kept.is_empty() {
+                kept.push("none");
+            }
             let caption = format!(
                 "Seen along z. Predictions alone are drawn as long as they are finite. Still a knot at the end: {}.",
-                kept.as_deref().unwrap_or("none")
+                kept.join("; ")
             );
             let charts = key.frames.iter().map(|&step| chart(traces, step)).collect();
             blocks.push(figure(["knot-frames", "A knot is pulled tight", &caption], charts, conditions.clone()));
@@ -113,11 +116,8 @@ fn row(trace: &Trace) -> Vec<Cell> {
 
 /// The knot's determinant in the last frame; `None` where the way did not get there.
 fn last_determinant(trace: &Trace) -> Option<f64> {
-    let of = |snapshot: &Snapshot| {
-        let nodes: Vec<Vector3<f64>> = snapshot.rods.iter().flatten().map(|&x| Vector3::from(x)).collect();
-        determinant(&nodes)
-    };
-    trace.snapshots.last().filter(|_| trace.stopped.is_none()).map(of)
+    let last = trace.snapshots.last().filter(|_| trace.stopped.is_none())?;
+    Some(determinant(&last.rods.concat().into_iter().map(Vector3::from).collect::<Vec<_>>()))
 }
 
 fn determinant_text(trace: &Trace) -> String {

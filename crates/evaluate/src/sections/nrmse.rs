@@ -13,7 +13,7 @@ use crate::blocks::{chart, figure, groups, section, values};
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{BLOCK_JACOBI, SEED, is_end_to_end, solver, traces};
+use crate::sections::paper::{BLOCK_JACOBI, FREE, SEED, is_end_to_end, solver, traces};
 use crate::show::{band, join, number, of_way};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -54,16 +54,13 @@ impl Section for Nrmse {
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
-        let of_scenarios = groups(cells, |key| key.scenario);
-        let charts = of_scenarios.iter().map(|(scenario, own)| errors(context, *scenario, &values(own)));
-        let counts = of_scenarios.iter().map(|(scenario, own)| match scenario {
-            Scenario::Rod => format!("{} rods", own.len()),
-            _ => format!("{} helices", own.len()),
-        });
-        let (counts, steps) = (counts.collect::<Vec<_>>().join(", "), cells.first().map_or(0, |(key, _)| key.steps));
+        let of_scenarios = groups(cells, |key| key.scenario).into_iter();
+        let charts = of_scenarios.map(|(scenario, own)| errors(context, scenario, &values(&own)));
+        let [rods, helices] = FREE.map(|scenario| cells.iter().filter(|(key, _)| key.scenario == scenario).count());
+        let steps = cells.first().map_or(0, |(key, _)| key.steps);
         let conditions = context
             .conditions("none: positions are compared here")
-            .with("simulations", format!("{counts}, {steps} steps, seed {SEED}"))
+            .with("simulations", format!("{rods} rods, {helices} helices, {steps} steps, seed {SEED}"))
             .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-6 from guesses");
         let head = [
             "nrmse-over-time",

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use dataset::Scenario;
-use evaluation::guesses::Spread;
+use evaluation::guesses::{Spread, Tally};
 use evaluation::paper::temporal::{self, StartSeries, WINDOW};
 use report::{Axis, Block, Point, Reference, Section as PageSection, Series};
 use serde::{Deserialize, Serialize};
@@ -72,7 +72,7 @@ impl Section for Temporal {
         context: &Context,
         key: &Key,
         go_on: &mut dyn FnMut() -> bool,
-    ) -> Result<Option<Vec<StartSeries>>> {
+    ) -> Result<Option<Self::Value>> {
         let guesses = context.library.guesses(key.scenario, Learned::All)?;
         let scene = temporal::sample(key.scenario.family(), key.seed, key.simulation).scene()?;
         let solver = solver(&key.preconditioner, key.tolerance)?;
@@ -91,10 +91,11 @@ impl Section for Temporal {
         let of_paper: Vec<_> = cells.iter().filter(|(key, _)| key.preconditioner == SOLVERS[0].0).copied().collect();
         for (scenario, own) in groups(&of_paper, |key| key.scenario) {
             let curves = curves(&values(&own));
-            for curve in PAPER_GUESSES.iter().filter_map(|guess| curves.iter().find(|curve| curve.name == *guess)) {
+            for curve in curves.iter().filter(|curve| PAPER_GUESSES.contains(&curve.name)) {
+                let steps = curve.relative[0].len();
                 // Quick runs end before the paper's training data do.
-                let frames = PAPER_FRAMES.min(curve.iterations.len());
-                let [early, late] = [0..frames, frames..curve.iterations.len()].map(|range| curve.saved(range));
+                let frames = PAPER_FRAMES.min(steps);
+                let [early, late] = [0..frames, frames..steps].map(|range| curve.saved(range));
                 let [first, beyond] = [early, late].map(|saved| saved.map_or("not measured".to_owned(), words));
                 let who = format!("{scenario}, {}", curve.name);
                 let both = format!("frames 1 to {frames}: {first}; beyond: {beyond}");
@@ -103,11 +104,8 @@ impl Section for Temporal {
                 } else {
                     add("temporal-rod-gain", format!("{who}, saved in {both}"));
                 }
-                let higher = match (early, late) {
-                    (Some([early, _]), Some([late, _])) if early >= late => ": more in the first",
-                    (Some(_), Some(_)) => ": more beyond",
-                    _ => "",
-                };
+                let is_early = early.zip(late).map(|(early, late)| early[0] >= late[0]);
+                let higher = is_early.map_or("", |early| if early { ": more in the first" } else { ": more beyond" });
                 add("temporal-highest", format!("{who}, {both}{higher}"));
                 add("temporal-order", format!("{who}, beyond frame {frames}: {beyond}"));
             }
@@ -116,20 +114,20 @@ impl Section for Temporal {
     }
 }
 
-/// What a start takes over the frames, relative to the zero start.
+/// A start over the frames.
 struct Curve<'a> {
     name: &'a str,
-    iterations: Vec<Option<Spread>>,
-    time: Vec<Option<Spread>>,
+    /// Iterations and time, relative to the zero start's.
+    relative: [Vec<Option<Spread>>; 2],
 }
 
 /// The curves of all starts but zero.
 fn curves<'a>(cells: &[&'a Vec<StartSeries>]) -> Vec<Curve<'a>> {
+    let values: [fn(&Tally) -> f64; 2] = [|step| step.iterations as f64, |step| step.solve_s + step.guess_s];
     let starts = cells.first().map_or(&[][..], |starts| starts).iter().enumerate().skip(1);
     let curve = |(start, series): (usize, &'a StartSeries)| Curve {
         name: &series.name,
-        iterations: temporal::curve(cells, start, WINDOW, |step| step.iterations as f64),
-        time: temporal::curve(cells, start, WINDOW, |step| step.solve_s + step.guess_s),
+        relative: values.map(|value| temporal::curve(cells, start, WINDOW, value)),
     };
     starts.map(curve).collect()
 }
@@ -137,11 +135,8 @@ fn curves<'a>(cells: &[&'a Vec<StartSeries>]) -> Vec<Curve<'a>> {
 impl Curve<'_> {
     /// Shares of iterations and time that the start saves over some frames; `None` where there are none.
     fn saved(&self, frames: Range<usize>) -> Option<[f64; 2]> {
-        let saved = |spreads: &[Option<Spread>]| {
-            let means = spreads[frames.clone()].iter().flatten().map(|spread| spread.mean);
-            Some(1.0 - Spread::of(means)?.mean)
-        };
-        Some([saved(&self.iterations)?, saved(&self.time)?])
+        let means = |k: usize| self.relative[k][frames.clone()].iter().flatten().map(|spread| spread.mean);
+        Some([1.0 - Spread::of(means(0))?.mean, 1.0 - Spread::of(means(1))?.mean])
     }
 }
 
@@ -155,15 +150,12 @@ fn over_frames(context: &Context, key: &Key, cells: &[&Vec<StartSeries>]) -> Res
     let curves = curves(cells);
     let zero = Reference::Horizontal { y: 1.0, label: "from zero".to_owned() };
     let references = vec![zero, context.library.training_end(*scenario)?];
-    type OfCurve = for<'a> fn(&'a Curve<'_>) -> &'a [Option<Spread>];
-    let charts: [(&str, OfCurve); 2] =
-        [("iterations", |curve| &curve.iterations), ("time, guess and solve", |curve| &curve.time)];
-    let charts = charts.map(|(title, spreads)| {
-        let series = curves.iter().map(|curve| of_means(curve.name, spreads(curve))).collect();
+    let charts = [(0, "iterations"), (1, "time, guess and solve")].map(|(k, title)| {
+        let series = curves.iter().map(|curve| of_means(curve.name, &curve.relative[k])).collect();
         chart(title, [Axis::linear("frame"), Axis::linear("relative to zero")], series, references.clone())
     });
     let saved = curves.iter().filter_map(|curve| {
-        let [iterations, _] = curve.saved(0..curve.iterations.len())?;
+        let [iterations, _] = curve.saved(0..curve.relative[0].len())?;
         Some(format!("{} saves {} of the iterations", curve.name, per_cent(iterations)))
     });
     let caption = format!(

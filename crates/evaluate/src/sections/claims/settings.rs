@@ -106,18 +106,26 @@ pub(super) fn settings(context: &Context, words: &BTreeMap<String, [String; 2]>)
 fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
     let mut add = |id: &str, scenarios: &[Scenario], read: &dyn Fn(&Network) -> String| -> Result<()> {
         let of = |scenario: &Scenario| context.library.paper_network(*scenario, read);
-        let values: Vec<String> = scenarios.iter().map(of).collect::<Result<_>>()?;
-        let own = || scenarios.iter().zip(&values).map(|(scenario, value)| format!("{scenario}: {value}"));
-        let value = match &values[..] {
-            [first, rest @ ..] if rest.iter().all(|value| value == first) => first.clone(),
-            _ => own().collect::<Vec<_>>().join("; "),
-        };
+        let mut values: Vec<String> = scenarios.iter().map(of).collect::<Result<_>>()?;
+        if values.iter().all(|value| *value == values[0]) {
+            values.truncate(1);
+        } else {
+            values = scenarios.iter().zip(&values).map(|(scenario, value)| format!("{scenario}: {value}")).collect();
+        }
         let names = scenarios.iter().map(|scenario| format!("{scenario}-paper")).collect::<Vec<_>>().join(", ");
-        settings.insert(id.to_owned(), [value, format!("the cards of {names}")]);
+        settings.insert(id.to_owned(), [values.join("; "), format!("the cards of {names}")]);
         Ok(())
     };
-    let trajectories = |network: &Network| in_turn(network, |training| told(training.trajectories));
-    let steps = |network: &Network| in_turn(network, |training| told(training.steps));
+    // All trainings of a network, one after the other, repetitions left out.
+    let in_turn = |read: fn(&Training) -> String| {
+        move |network: &Network| {
+            let mut values: Vec<String> = network.card().trainings().map(read).collect();
+            values.dedup();
+            values.join(", then ")
+        }
+    };
+    let trajectories = in_turn(|training| told(training.trajectories));
+    let steps = in_turn(|training| told(training.steps));
     add("data-steps", &FREE, &steps)?;
     add("data-train", &FREE, &trajectories)?;
     add("temporal-trained", &FREE, &steps)?;
@@ -145,18 +153,13 @@ fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
         Output::Tanh => "[-1, 1] by tanh, times recorded norms".to_owned(),
         Output::Linear => "without bounds".to_owned(),
     })?;
-    add("training-loss", &Scenario::ALL, &|network| {
-        in_turn(network, |training| match training.loss.as_str() {
-            "mse" => "MSE(V) + MSE(E)".to_owned(),
-            other => other.to_owned(),
-        })
-    })?;
-    add("training-rate", &FREE, &|network| {
-        in_turn(network, |training| format!("{}, {}", training.learning_rate, training.schedule))
-    })?;
-    add("training-machine", &FREE, &|network| {
-        in_turn(network, |training| format!("a processor, {} threads, {}", training.threads, training.backend))
-    })?;
+    let loss =
+        in_turn(|training| if training.loss == "mse" { "MSE(V) + MSE(E)".to_owned() } else { training.loss.clone() });
+    let rate = in_turn(|training| format!("{}, {}", training.learning_rate, training.schedule));
+    let machine = in_turn(|training| format!("a processor, {} threads, {}", training.threads, training.backend));
+    add("training-loss", &Scenario::ALL, &loss)?;
+    add("training-rate", &FREE, &rate)?;
+    add("training-machine", &FREE, &machine)?;
     for scenario in FREE {
         add(&format!("training-hours-{scenario}"), &[scenario], &|network| {
             let (card, minutes) = (network.card(), |seconds: f64| format!("{:.1} minutes", seconds / 60.0));
@@ -167,13 +170,6 @@ fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
         })?;
     }
     Ok(())
-}
-
-/// What the cards of all trainings of a network say, one after the other, repetitions left out.
-fn in_turn(network: &Network, read: impl Fn(&Training) -> String) -> String {
-    let mut values: Vec<String> = network.card().trainings().map(read).collect();
-    values.dedup();
-    values.join(", then ")
 }
 
 fn told(value: Option<usize>) -> String {

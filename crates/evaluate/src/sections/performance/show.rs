@@ -32,39 +32,32 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Point)]) -> PageSectio
     page_section([Performance::ID, "Performance", INTRODUCTION], blocks)
 }
 
-/// What the paper's network saves at one N.
-struct Saved {
-    segments: f64,
-    projection: f64,
-    total: f64,
-}
-
 pub(super) fn claims(cells: &[(&Key, &Point)]) -> BTreeMap<String, String> {
     let mut claims = BTreeMap::new();
     let mut add = |id: &str, words: String| join(claims.entry(id.to_owned()).or_default(), &words);
     for (scenario, guess) in FREE.into_iter().flat_map(|scenario| PAPER_GUESSES.map(|guess| (scenario, guess))) {
         let of_paper = |key: &Key| key.varied == "segments" && key.scenario == scenario && key.preconditioner == RAW;
         let saved = cells.iter().filter(|(key, _)| of_paper(key)).filter_map(|(key, point)| {
-            let [projection, total] = [of_projection(point, guess)?, of_whole(point, guess)?].map(|saved| saved.median);
-            Some(Saved { segments: key.value, projection, total })
+            Some([key.value, of_projection(point, guess)?.median, of_whole(point, guess)?.median])
         });
-        let saved: Vec<Saved> = saved.collect();
+        // N, and the shares of the projection's time and of the whole simulation's.
+        let saved: Vec<[f64; 3]> = saved.collect();
         let (Some(first), Some(last)) = (saved.first(), saved.last()) else { continue };
-        let at = |saved: &Saved| format!("{} at N = {}", per_cent(saved.projection), saved.segments);
+        let at = |[n, projection, _]: &[f64; 3]| format!("{} at N = {n}", per_cent(*projection));
         let all = saved.iter().map(at).collect::<Vec<_>>().join(", ");
-        let half: Vec<_> = saved.iter().map(|saved| (saved.segments, saved.projection >= 0.5)).collect();
+        let half: Vec<_> = saved.iter().map(|[n, projection, _]| (*n, *projection >= 0.5)).collect();
         let half = ranges(&half).map_or("50 % nowhere".to_owned(), |ranges| format!("50 % or more at N = {ranges}"));
         add(&format!("projection-{scenario}"), format!("{guess}, raw {TOLERANCE:e}: {all}: {half}"));
-        let highest = saved.iter().max_by(|a, b| a.projection.total_cmp(&b.projection)).unwrap_or(last);
+        let highest = saved.iter().max_by(|a, b| a[1].total_cmp(&b[1])).unwrap_or(last);
         let who = format!("{scenario}, {guess}");
         add("projection-growth", format!("{who}: {}, {}; most {}", at(first), at(last), at(highest)));
         add("projection-small", format!("{who}: {}", at(first)));
         let [_, end] = scenario.ranges().get("segments").copied().unwrap_or([0.0, f64::INFINITY]);
-        let beyond: Vec<String> = saved.iter().filter(|saved| saved.segments > end).map(at).collect();
+        let beyond: Vec<String> = saved.iter().filter(|[n, ..]| *n > end).map(at).collect();
         if !beyond.is_empty() {
             add("projection-beyond", format!("{who}: {}", beyond.join(", ")));
         }
-        let total = |saved: &Saved| format!("{} of all and {}", per_cent(saved.total), at(saved));
+        let total = |saved: &[f64; 3]| format!("{} of all and {}", per_cent(saved[2]), at(saved));
         add("whole-converges", format!("{who}: {} of the projection; {}", total(first), total(last)));
     }
     claims

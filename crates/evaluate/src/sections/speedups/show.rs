@@ -64,20 +64,23 @@ fn solver(key: &Key) -> (&str, f64) {
     (&key.preconditioner, key.tolerance)
 }
 
+fn median(value: Option<Spread>) -> String {
+    value.map_or("-".to_owned(), |spread| number(spread.median))
+}
+
 fn row(scene: &str, paper: &str, runs: &[&SceneRun], way: &Speedup) -> Vec<Cell> {
     let segments = runs.iter().map(|run| run.segments).sum::<usize>() as f64 / runs.len().max(1) as f64;
     let saved = |saved: Option<&Spread>| if way.name == ZERO { Cell::muted("0") } else { spread(saved, 100.0).into() };
-    let median = |value: Option<Spread>| value.map_or("-".to_owned(), |spread| number(spread.median)).into();
     vec![
         format!("{scene} ({segments:.0} segments)").into(),
         if way.name.starts_with("gn") { paper.into() } else { Cell::muted("-") },
         way.name.as_str().into(),
         saved(way.total.as_ref()),
         saved(way.projection.as_ref()),
-        median(way.iteration_ratio),
-        median(way.contact_share),
-        median(way.step_us),
-        median(way.error),
+        median(way.iteration_ratio).into(),
+        median(way.contact_share).into(),
+        median(way.step_us).into(),
+        median(way.error).into(),
         way.not_converged.to_string().into(),
     ]
 }
@@ -128,12 +131,11 @@ pub(super) fn claims(cells: &[(&Key, &SceneRun)]) -> BTreeMap<String, String> {
         for ((preconditioner, tolerance), own) in groups(&own, solver) {
             for way in speedups(&values(&own)).iter().filter(|way| way.name.starts_with("gn")) {
                 let Some(total) = way.total else { continue };
-                let iterations = way.iteration_ratio.map_or("-".to_owned(), |ratio| number(ratio.median));
-                let contacts = way.contact_share.map_or(0.0, |share| share.median);
-                let touches =
-                    if contacts > 0.0 { format!(", {} in contacts", per_cent(contacts)) } else { String::new() };
-                let how = format!("{preconditioner} {tolerance:e}, {iterations} of the iterations{touches}");
-                let words = format!("{} {} ({how})", way.name, per_cent(total.median));
+                let touches = way.contact_share.map(|share| share.median).filter(|share| *share > 0.0);
+                let touches = touches.map_or(String::new(), |share| format!(", {} in contacts", per_cent(share)));
+                let iterations = format!("{} of the iterations{touches}", median(way.iteration_ratio));
+                let solver = format!("{preconditioner} {tolerance:e}");
+                let words = format!("{} {} ({solver}, {iterations})", way.name, per_cent(total.median));
                 join(claims.entry(claim(scene)).or_default(), &words);
             }
         }
