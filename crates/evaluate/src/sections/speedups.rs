@@ -5,7 +5,6 @@ mod show;
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use dataset::Scenario;
 use evaluation::paper::entries;
 use evaluation::paper::speedup::{self, SceneRun};
 use scene::Scene;
@@ -100,8 +99,5 @@ impl Section for Speedups {
 
 fn scene_of(key: &Key) -> Result<Scene> {
     let Some(rods) = key.scene.strip_prefix("trees-") else { return Ok(scene::builtin(&key.scene)?) };
-    let Parameters::Tree(tree) = Scenario::Tree.sample(key.seed, key.index) else {
-        anyhow::bail!("the scenario of trees has no trees");
-    };
-    Ok(Parameters::Tree(Tree { rods: rods.parse()?, ..tree }).scene()?)
+    Ok(Parameters::Tree(Tree { rods: rods.parse()?, ..Tree::sample(key.seed, key.index) }).scene()?)
 }

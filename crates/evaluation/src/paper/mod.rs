@@ -93,7 +93,7 @@ fn quickest<T>(
     repeats: usize,
     mut progress: impl FnMut() -> bool,
     run: impl Fn(&mut dyn FnMut() -> bool) -> Result<T, SimulationError>,
-    take_quicker: impl Fn(&mut T, T),
+    take_quicker: impl Fn(&mut T, &T),
 ) -> Result<Option<T>, SimulationError> {
     let mut quickest = None;
     for _ in 0..repeats.max(1) {
@@ -104,7 +104,7 @@ fn quickest<T>(
         })?;
         match &mut quickest {
             _ if !go_on => return Ok(None),
-            Some(quickest) => take_quicker(quickest, again),
+            Some(quickest) => take_quicker(quickest, &again),
             None => quickest = Some(again),
         }
     }

@@ -84,7 +84,7 @@ pub fn measure(
 }
 
 /// Takes the steps that were quicker in a repeat. They are compared as wholes, so that their parts go together.
-fn take_quicker(quickest: &mut Comparison, repeat: Comparison) {
+fn take_quicker(quickest: &mut Comparison, repeat: &Comparison) {
     let rows = quickest.rows.iter_mut().zip(&repeat.rows);
     for (step, again) in rows.flat_map(|(row, again)| row.by_step.iter_mut().zip(&again.by_step)) {
         if again.total_s < step.total_s {
@@ -241,7 +241,7 @@ mod tests {
             comparison
         };
         let mut quickest = comparison([1.0, 9.0, 2.0]);
-        take_quicker(&mut quickest, comparison([2.0, 3.0, 8.0]));
+        take_quicker(&mut quickest, &comparison([2.0, 3.0, 8.0]));
         let sum = sum(&quickest.rows[0].by_step);
         assert_eq!((sum.iterations, sum.total_s, sum.guess_s), (6, 6.0, 3.0));
     }

@@ -82,14 +82,14 @@ pub fn measure(
             name: name.to_owned(),
             steps: (0..steps).map(|step| measured.tally(step, way, 0)).collect(),
         };
-        Ok(names.enumerate().map(series).collect())
+        Ok(names.enumerate().map(series).collect::<Vec<_>>())
     };
-    quickest(repeats, progress, run, take_quicker)
+    quickest(repeats, progress, run, |run, repeat| take_quicker(run, repeat))
 }
 
 /// Takes of each time the least of a run and its repeat.
-fn take_quicker(run: &mut Vec<StartSeries>, repeat: Vec<StartSeries>) {
-    let steps = run.iter_mut().zip(&repeat).flat_map(|(own, again)| own.steps.iter_mut().zip(&again.steps));
+fn take_quicker(run: &mut [StartSeries], repeat: &[StartSeries]) {
+    let steps = run.iter_mut().zip(repeat).flat_map(|(own, again)| own.steps.iter_mut().zip(&again.steps));
     for (step, again) in steps {
         step.solve_s = step.solve_s.min(again.solve_s);
         step.guess_s = step.guess_s.min(again.guess_s);
@@ -171,7 +171,7 @@ mod tests {
         let tally = |solve_s, guess_s| Tally { solves: 1, dropped: 0, iterations: 7, solve_s, guess_s };
         let run = |steps: [Tally; 2]| vec![StartSeries { name: String::new(), steps: steps.into() }];
         let mut quickest = run([tally(4.0, 1.0), tally(2.0, 3.0)]);
-        take_quicker(&mut quickest, run([tally(3.0, 2.0), tally(9.0, 0.5)]));
+        take_quicker(&mut quickest, &run([tally(3.0, 2.0), tally(9.0, 0.5)]));
         assert_eq!(quickest, run([tally(3.0, 1.0), tally(2.0, 0.5)]));
     }
 
