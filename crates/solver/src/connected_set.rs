@@ -1,6 +1,8 @@
 //! One connected set of segments with what projects its constraints.
 
-use rod::State;
+use std::sync::Arc;
+
+use rod::{Body, Motion, State};
 
 use crate::attempt::{Attempt, attempt, count_step, finish};
 use crate::component::{Component, Members, Residuals};
@@ -71,6 +73,12 @@ impl ConnectedSet {
 
     pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
         self.component.set_velocities(state, &self.members, 0, time);
+    }
+
+    pub(crate) fn drive(&mut self, body: Body, motion: &Arc<Motion>) {
+        if let Some(body) = self.members.body(body) {
+            self.component.drive(0, body, motion);
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! What a simulation steps as one piece, needing no other: a connected set, alike ones in lanes, or all that can touch.
 
-use rod::{JointForce, State};
+use std::sync::Arc;
+
+use rod::{Body, JointForce, Motion, State};
 
 use crate::connected_set::ConnectedSet;
 use crate::counters::Counters;
@@ -55,6 +57,15 @@ impl Piece {
             Piece::Single(set) => set.set_velocities(state, time),
             Piece::Group(group) => group.set_velocities(state, time),
             Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.set_velocities(state, time)),
+        }
+    }
+
+    /// Lets a motion drive a held body, if it is one of these.
+    pub(crate) fn drive(&mut self, body: Body, motion: &Arc<Motion>) {
+        match self {
+            Piece::Single(set) => set.drive(body, motion),
+            Piece::Group(group) => group.drive(body, motion),
+            Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.drive(body, motion)),
         }
     }
 

@@ -162,7 +162,7 @@ impl<T: Real> Component<T> {
                 .moved
                 .iter()
                 .filter(|moved| moved.lane == lane)
-                .map(|moved| Moved { lane: 0, ..*moved })
+                .map(|moved| Moved { lane: 0, ..moved.clone() })
                 .collect(),
             unsolved: 0.0,
             used: 1,

@@ -15,7 +15,7 @@ mod update;
 
 use std::sync::Arc;
 
-use rod::{Model, State};
+use rod::{Body, Driven, Model, State};
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -78,6 +78,16 @@ pub struct Members {
     pub joints: Vec<usize>,
     /// Anchors, ascending.
     pub anchors: Vec<usize>,
+}
+
+impl Members {
+    /// The body of the component that is a body of the model; `None` where it belongs to another component.
+    pub(crate) fn body(&self, body: Body) -> Option<usize> {
+        match body {
+            Body::Segment(i) => self.segments.binary_search(&i).ok(),
+            Body::Anchor(i) => self.anchors.binary_search(&i).ok().map(|k| self.segments.len() + k),
+        }
+    }
 }
 
 /// Largest residuals over a component, in scaled units, a lane each.
@@ -143,7 +153,7 @@ pub struct Component<T> {
     given: Vec<T>,
     /// Whether any was.
     has_given: bool,
-    /// The fixed segments that move.
+    /// The fixed segments and anchors that move.
     moved: Vec<motion::Moved>,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
     pulls_hold: bool,
@@ -217,6 +227,11 @@ impl<T: Real> Component<T> {
             if let Some(members) = sets.get(lane).or(sets.first()) {
                 component.fill_lane(model, members, lane);
                 component.set_state(state, members, lane);
+                for Driven { body, motion } in &model.motions {
+                    if let Some(body) = members.body(*body) {
+                        component.drive(lane, body, motion);
+                    }
+                }
             }
         }
         component.add_loads(model, sets);
