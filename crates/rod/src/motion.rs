@@ -85,8 +85,37 @@ struct Knot {
 pub struct Driven {
     /// The body.
     pub body: Body,
-    /// Its way; at time 0 it is where model and state have the body.
+    /// The motion that it follows.
     pub motion: Arc<Motion>,
+    /// Where the body is in the frame of the motion's pose, as if it were gripped there.
+    pub grip: Pose,
+}
+
+impl Driven {
+    /// A body whose pose is the motion's.
+    pub fn new(body: Body, motion: Arc<Motion>) -> Self {
+        Self { body, motion, grip: Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() } }
+    }
+
+    /// A body that is gripped at `time` [s] where it is then, at `pose`, and goes with the motion from there.
+    pub fn gripped(body: Body, motion: Arc<Motion>, pose: &Pose, time: f64) -> Self {
+        let Pose { position, orientation } = motion.at(time).pose;
+        let back = orientation.inverse();
+        let grip = Pose { position: back * (pose.position - position), orientation: back * pose.orientation };
+        Self { body, motion, grip }
+    }
+
+    /// Where the body is at `time` [s], and how fast it goes on from there.
+    pub fn at(&self, time: f64) -> MovingPose {
+        let MovingPose { pose, velocity, angular_velocity } = self.motion.at(time);
+        let arm = pose.orientation * self.grip.position;
+        let orientation = pose.orientation * self.grip.orientation;
+        MovingPose {
+            pose: Pose { position: pose.position + arm, orientation },
+            velocity: velocity + angular_velocity.cross(&arm),
+            angular_velocity,
+        }
+    }
 }
 
 /// Why a body cannot follow a motion.
@@ -114,8 +143,9 @@ const SAME_PLACE: f64 = 1e-9;
 /// Checks the motions of a model whose bodies and state are valid otherwise.
 pub(crate) fn validate(model: &Model, state: &State) -> Result<(), ModelError> {
     let mut drivers = std::collections::HashMap::new();
-    for (index, Driven { body, motion }) in model.motions.iter().enumerate() {
-        let (target, to, count) = match *body {
+    for (index, driven) in model.motions.iter().enumerate() {
+        let body = driven.body;
+        let (target, to, count) = match body {
             Body::Segment(to) => ("segment", to, model.segments.len()),
             Body::Anchor(to) => ("anchor", to, model.anchors.len()),
         };
@@ -123,13 +153,13 @@ pub(crate) fn validate(model: &Model, state: &State) -> Result<(), ModelError> {
             return Err(ModelError::Index { what: "motion", index, target, to, count });
         }
         let wrong = |mistake| Err(ModelError::Motion { index, mistake });
-        if matches!(*body, Body::Segment(i) if !model.segments[i].fixed) {
+        if matches!(body, Body::Segment(i) if !model.segments[i].fixed) {
             return wrong(MotionMistake::Free(to));
         }
         if let Some(other) = drivers.insert((target, to), index) {
             return wrong(MotionMistake::Twice(other));
         }
-        let (here, begin) = (model.pose(*body, state), motion.at(0.0).pose);
+        let (here, begin) = (model.pose(body, state), driven.at(0.0).pose);
         let distance = (begin.position - here.position).norm();
         let angle = begin.orientation.angle_to(&here.orientation);
         if distance > SAME_PLACE * (1.0 + here.position.norm()) || angle > 1e-6 {
@@ -447,6 +477,21 @@ mod tests {
         let expected = UnitQuaternion::from_scaled_axis(z * 201.0) * start.orientation;
         assert!(end.pose.orientation.angle_to(&expected) < 1e-12);
         assert_eq!((end.velocity, end.angular_velocity), (-x * 0.5, z * 2.0));
+    }
+
+    #[test]
+    fn a_grip_goes_with_its_motion_as_one_rigid_body() {
+        let motion = Arc::new(Motion::through(&poses(), Interpolation::Smooth).unwrap());
+        let here = pose([1.0, -0.3, 0.2], [0.4, 0.1, -2.0]);
+        let driven = Driven::gripped(Body::Segment(0), motion.clone(), &here, 1.2);
+        assert!(apart(&driven.at(1.2).pose, &here) < 1e-14);
+        let distance = |time: f64| (driven.at(time).pose.position - motion.at(time).pose.position).norm();
+        assert!((distance(3.1) - distance(1.2)).abs() < 1e-14);
+        let (time, h) = (3.1, 1e-6);
+        let [before, after] = [time - h, time + h].map(|time| driven.at(time).pose.position);
+        assert!(((after - before) / (2.0 * h) - driven.at(time).velocity).norm() < 1e-8);
+        let same = Driven::new(Body::Segment(0), motion.clone());
+        assert_eq!(same.at(3.1), motion.at(3.1));
     }
 
     #[test]

@@ -1,8 +1,6 @@
 //! One connected set of segments with what projects its constraints.
 
-use std::sync::Arc;
-
-use rod::{Body, Motion, State};
+use rod::{Driven, State};
 
 use crate::attempt::{Attempt, attempt, count_step, finish};
 use crate::component::{Component, Members, Residuals};
@@ -75,9 +73,9 @@ impl ConnectedSet {
         self.component.set_velocities(state, &self.members, 0, time);
     }
 
-    pub(crate) fn drive(&mut self, body: Body, motion: &Arc<Motion>) {
-        if let Some(body) = self.members.body(body) {
-            self.component.drive(0, body, motion);
+    pub(crate) fn drive(&mut self, driven: &Driven) {
+        if let Some(body) = self.members.body(driven.body) {
+            self.component.drive(0, body, driven);
         }
     }
 }

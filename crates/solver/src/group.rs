@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rod::{Body, JointForce, Model, Motion, State};
+use rod::{Driven, JointForce, Model, State};
 
 use crate::attempt::{attempt, count_step, finish};
 use crate::component::{Component, Members};
@@ -83,10 +83,10 @@ impl Group {
         }
     }
 
-    pub(crate) fn drive(&mut self, body: Body, motion: &Arc<Motion>) {
+    pub(crate) fn drive(&mut self, driven: &Driven) {
         for (lane, members) in self.members.iter().enumerate() {
-            if let Some(body) = members.body(body) {
-                self.component.drive(lane, body, motion);
+            if let Some(body) = members.body(driven.body) {
+                self.component.drive(lane, body, driven);
             }
         }
     }

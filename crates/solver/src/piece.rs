@@ -1,8 +1,6 @@
 //! What a simulation steps as one piece, needing no other: a connected set, alike ones in lanes, or all that can touch.
 
-use std::sync::Arc;
-
-use rod::{Body, JointForce, Motion, State};
+use rod::{Driven, JointForce, State};
 
 use crate::connected_set::ConnectedSet;
 use crate::counters::Counters;
@@ -61,11 +59,11 @@ impl Piece {
     }
 
     /// Lets a motion drive a held body, if it is one of these.
-    pub(crate) fn drive(&mut self, body: Body, motion: &Arc<Motion>) {
+    pub(crate) fn drive(&mut self, driven: &Driven) {
         match self {
-            Piece::Single(set) => set.drive(body, motion),
-            Piece::Group(group) => group.drive(body, motion),
-            Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.drive(body, motion)),
+            Piece::Single(set) => set.drive(driven),
+            Piece::Group(group) => group.drive(driven),
+            Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.drive(driven)),
         }
     }
 

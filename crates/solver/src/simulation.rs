@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use rod::{Body, JointForce, Model, ModelError, Motion, State};
+use rod::{Body, Driven, JointForce, Model, ModelError, State};
 use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
@@ -261,20 +261,21 @@ impl Simulation {
         }
     }
 
-    /// Lets `motion` drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its times
-    /// are [`Simulation::time`]'s. Where it is elsewhere than the body is now, the body jumps there within the next step.
+    /// Lets a motion drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its
+    /// times are [`Simulation::time`]'s. Where it is elsewhere than the body is now, the body jumps there within the next
+    /// step; [`Driven::gripped`] begins where the body is.
     ///
     /// # Errors
     /// If there is no such body, or it is free.
-    pub fn drive(&mut self, body: Body, motion: Arc<Motion>) -> Result<(), SimulationError> {
-        let is_held = match body {
+    pub fn drive(&mut self, driven: &Driven) -> Result<(), SimulationError> {
+        let is_held = match driven.body {
             Body::Segment(i) => self.held.get(i).copied().unwrap_or_default(),
             Body::Anchor(i) => i < self.anchors,
         };
         if !is_held {
-            return Err(SimulationError::NotHeld(body));
+            return Err(SimulationError::NotHeld(driven.body));
         }
-        self.pieces.iter_mut().for_each(|piece| piece.drive(body, &motion));
+        self.pieces.iter_mut().for_each(|piece| piece.drive(driven));
         Ok(())
     }
 

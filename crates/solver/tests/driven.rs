@@ -53,7 +53,7 @@ fn driven(rods: usize, interpolation: Interpolation) -> (Model, State) {
     for k in 0..rods {
         for body in [Body::Segment(k * SEGMENTS), Body::Anchor(k)] {
             let motion = Arc::new(way(&model.pose(body, &state), interpolation));
-            model.motions.push(Driven { body, motion });
+            model.motions.push(Driven::new(body, motion));
         }
     }
     (model, state)
@@ -69,9 +69,9 @@ fn follow(model: &Model, state: &State, settings: &Settings, kind: GuessKind, wh
         simulation.store(&mut now);
         let there = simulation.time();
         assert!((there - f64::from(step) * DT).abs() < 1e-14);
-        for Driven { body, motion } in &model.motions {
-            let Body::Segment(i) = *body else { continue };
-            let expected = motion.at(there);
+        for driven in &model.motions {
+            let Body::Segment(i) = driven.body else { continue };
+            let expected = driven.at(there);
             let gap = (now.positions[i] - expected.pose.position).norm();
             let angle = now.orientations[i].angle_to(&expected.pose.orientation);
             assert!(gap <= 1e-12 && angle <= 1e-7, "{what}, step {step}: {gap:e} m, {angle:e} rad");
@@ -161,7 +161,7 @@ fn twisted(turn: f64) -> (Model, State) {
     let frame = |time, turn| Keyframe { time, position: anchor.position, turn };
     let frames = [frame(0.0, Vector3::zeros()), frame(1.0, Vector3::x() * turn)];
     let motion = Arc::new(Motion::new(anchor.orientation, &frames, Interpolation::Smooth).unwrap());
-    model.motions.push(Driven { body: Body::Anchor(1), motion });
+    model.motions.push(Driven::new(Body::Anchor(1), motion));
     (model, state)
 }
 
@@ -238,7 +238,7 @@ fn a_motion_may_be_given_on_the_way() {
         }
         let velocity = Vector3::new(0.0, 0.1, 0.3);
         let steady = Motion::at_velocities(&model.pose(body, &state), &[(simulation.time(), velocity, Vector3::z())]);
-        simulation.drive(body, Arc::new(steady.unwrap())).unwrap();
+        simulation.drive(&Driven::new(body, Arc::new(steady.unwrap()))).unwrap();
         for _ in 0..30 {
             simulation.step(DT).unwrap();
         }
@@ -262,7 +262,7 @@ fn what_is_not_held_is_not_driven() {
     let settings = settings(Formulation::Newton, SolverKind::Direct);
     let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
     for body in [Body::Segment(3), Body::Segment(SEGMENTS), Body::Anchor(1)] {
-        let refused = simulation.drive(body, motion.clone());
+        let refused = simulation.drive(&Driven::new(body, motion.clone()));
         assert!(matches!(refused, Err(SimulationError::NotHeld(named)) if named == body));
     }
     model.motions[0].body = Body::Segment(1);

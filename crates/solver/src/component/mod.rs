@@ -15,7 +15,7 @@ mod update;
 
 use std::sync::Arc;
 
-use rod::{Body, Driven, Model, State};
+use rod::{Body, Model, State};
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -227,9 +227,9 @@ impl<T: Real> Component<T> {
             if let Some(members) = sets.get(lane).or(sets.first()) {
                 component.fill_lane(model, members, lane);
                 component.set_state(state, members, lane);
-                for Driven { body, motion } in &model.motions {
-                    if let Some(body) = members.body(*body) {
-                        component.drive(lane, body, motion);
+                for driven in &model.motions {
+                    if let Some(body) = members.body(driven.body) {
+                        component.drive(lane, body, driven);
                     }
                 }
             }

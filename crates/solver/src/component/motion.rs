@@ -3,9 +3,7 @@
 //! What is fixed answers nothing, so that nothing corrects an error of its pose. It is therefore never carried on from
 //! step to step: each prediction places it anew, and no guess can move it.
 
-use std::sync::Arc;
-
-use rod::{MovingPose, Pose};
+use rod::{Driven, MovingPose, Pose};
 
 use super::lanes::{copy_pose, copy_spatial, pick_pose, vec3};
 use super::{BodyPose, Component};
@@ -19,7 +17,7 @@ pub(super) enum Motion {
     /// Constant velocities from a pose on.
     Steady(Steady),
     /// A way of its own, which no velocity changes.
-    Driven(Arc<rod::Motion>),
+    Driven(Box<Driven>),
 }
 
 /// Constant velocities from a pose on: `x0 + v (t - t0)`, `exp(w (t - t0)) q0`.
@@ -49,8 +47,8 @@ impl Motion {
     fn at(&self, time: f64) -> (BodyPose<f64>, Spatial<f64>) {
         match self {
             Motion::Steady(steady) => (steady.pose_at(time), steady.velocity),
-            Motion::Driven(motion) => {
-                let MovingPose { pose: Pose { position, orientation }, velocity, angular_velocity } = motion.at(time);
+            Motion::Driven(driven) => {
+                let MovingPose { pose: Pose { position, orientation }, velocity, angular_velocity } = driven.at(time);
                 let q = Quat { v: Vec3(vec3(&orientation.imag())), w: orientation.w };
                 let velocity = Spatial { linear: Vec3(vec3(&velocity)), angular: Vec3(vec3(&angular_velocity)) };
                 (BodyPose { x: Vec3(vec3(&position)), q }, velocity)
@@ -70,9 +68,9 @@ pub(super) struct Moved {
 impl<T: Real> Component<T> {
     /// Lets a motion drive a body of a lane, which must be fixed. At time 0 the body is put to its place there; later the
     /// next step takes it there.
-    pub(crate) fn drive(&mut self, lane: usize, body: usize, motion: &Arc<rod::Motion>) {
+    pub(crate) fn drive(&mut self, lane: usize, body: usize, driven: &Driven) {
         self.moved.retain(|moved| (moved.lane, moved.body) != (lane, body));
-        let moved = Moved { lane, body, motion: Motion::Driven(motion.clone()) };
+        let moved = Moved { lane, body, motion: Motion::Driven(Box::new(driven.clone())) };
         if self.last_dt.lane(lane) == 0.0 {
             let (pose, velocity) = moved.motion.at(0.0);
             copy_pose(&mut self.poses[body], lane, &pose, 0);
