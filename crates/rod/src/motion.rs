@@ -53,7 +53,7 @@ pub enum MotionError {
     NotFinite {
         /// Index of the keyframe.
         index: usize,
-        /// "time", "position" or "turn".
+        /// "time", "position", "turn" or "velocity".
         quantity: &'static str,
     },
 }
@@ -162,7 +162,8 @@ pub(crate) fn validate(model: &Model, state: &State) -> Result<(), ModelError> {
         let (here, begin) = (model.pose(body, state), driven.at(0.0).pose);
         let distance = (begin.position - here.position).norm();
         let angle = begin.orientation.angle_to(&here.orientation);
-        if distance > SAME_PLACE * (1.0 + here.position.norm()) || angle > 1e-6 {
+        let is_there = distance <= SAME_PLACE * (1.0 + here.position.norm()) && angle <= 1e-6;
+        if !is_there {
             return wrong(MotionMistake::Elsewhere { distance, angle });
         }
     }
@@ -196,14 +197,17 @@ impl Motion {
         let mut knots: Vec<Knot> = Vec::with_capacity(keyframes.len());
         let mut q = orientation;
         for (index, &Keyframe { time, position, turn }) in keyframes.iter().enumerate() {
-            let finite = |x: &Vector3<f64>| x.iter().all(|x| x.is_finite());
             let checks = [("time", time.is_finite()), ("position", finite(&position)), ("turn", finite(&turn))];
             if let Some((quantity, _)) = checks.into_iter().find(|(_, ok)| !ok) {
                 return Err(MotionError::NotFinite { index, quantity });
             }
             if let Some(last) = knots.last_mut() {
-                if time <= last.time {
+                let elapsed = time - last.time;
+                if elapsed <= 0.0 {
                     return Err(MotionError::Order { index, time, before: last.time });
+                }
+                if !finite(&((position - last.position) / elapsed)) || !finite(&(turn / elapsed)) {
+                    return Err(MotionError::NotFinite { index, quantity: "velocity" });
                 }
                 last.turn = turn;
             }
@@ -213,6 +217,9 @@ impl Motion {
         }
         if interpolation == Interpolation::Smooth {
             set_velocities(&mut knots);
+            if let Some(index) = knots.iter().position(|knot| !finite(&knot.velocity) || !finite(&knot.rate)) {
+                return Err(MotionError::NotFinite { index, quantity: "velocity" });
+            }
         }
         Ok(Self { interpolation, knots, after: [Vector3::zeros(); 2] })
     }
@@ -245,7 +252,7 @@ impl Motion {
             let elapsed = time - since;
             let position = keyframes.last().map_or(pose.position, |last| last.position) + velocity * elapsed;
             keyframes.push(Keyframe { time, position, turn: rate * elapsed });
-            if !v.iter().chain(w.iter()).all(|x| x.is_finite()) {
+            if !finite(&v) || !finite(&w) {
                 return Err(MotionError::NotFinite { index, quantity: "velocity" });
             }
             going = Some((time, v, w));
@@ -254,15 +261,17 @@ impl Motion {
         Ok(going.map_or(motion.clone(), |(_, v, w)| Self { after: [v, w], ..motion }))
     }
 
-    /// First keyframe's pose.
-    pub fn first(&self) -> Pose {
-        let Knot { position, orientation, .. } = self.knots[0];
-        Pose { position, orientation }
+    /// Times of the keyframes [s], ascending.
+    pub fn times(&self) -> impl Iterator<Item = f64> {
+        self.knots.iter().map(|knot| knot.time)
     }
 
-    /// Time of the last keyframe [s].
-    pub fn last_time(&self) -> f64 {
-        self.knots[self.knots.len() - 1].time
+    /// Where it turns by half a turn or more in `dt` [s], which no comparison of poses can tell from a turn the other way:
+    /// the time [s] and the angle [rad] of the first such place, looked for at keyframes and halfway between them.
+    pub fn half_turn(&self, dt: f64) -> Option<(f64, f64)> {
+        let halfway = self.knots.windows(2).map(|pair| 0.5 * (pair[0].time + pair[1].time));
+        let angle = |time: f64| (time, dt * self.at(time).angular_velocity.norm());
+        self.times().chain(halfway).map(angle).find(|(_, angle)| *angle >= std::f64::consts::PI)
     }
 
     /// Where it is at `time` [s], and how fast it goes on from there: at a keyframe, as in what comes after it.
@@ -312,6 +321,10 @@ impl Knot {
         let orientation = UnitQuaternion::from_scaled_axis(turn) * self.orientation;
         MovingPose { pose: Pose { position: self.position + shift, orientation }, velocity, angular_velocity }
     }
+}
+
+fn finite(x: &Vector3<f64>) -> bool {
+    x.iter().all(|x| x.is_finite())
 }
 
 /// Velocities with which a smooth motion goes through its keyframes: those of the parabola through each and its two
