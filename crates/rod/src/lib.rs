@@ -20,6 +20,7 @@ mod model;
 mod motion;
 mod reaction;
 pub mod shape;
+mod track;
 mod wind;
 
 pub use air::Air;
@@ -31,4 +32,5 @@ pub use material::{Material, Section, Stretch};
 pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};
 pub use motion::{Driven, Interpolation, Keyframe, Motion, MotionError, MotionMistake, MovingPose};
 pub use reaction::Reaction;
+pub use track::{Changing, Course, Track};
 pub use wind::{Gusts, Wind, WindNow};

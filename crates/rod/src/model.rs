@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::motion::{self, MotionMistake};
-use crate::{Air, Contacts, Driven};
+use crate::{Air, Contacts, Course, Driven, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,7 +107,7 @@ pub struct Joint {
     pub torsion_modulus: f64,
 }
 
-/// A constant load on one segment, in world axes.
+/// A load on one segment, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
     /// Index of the segment.
@@ -138,11 +138,13 @@ pub struct Model {
     pub joints: Vec<Joint>,
     /// Places in the ground that joints hold on to.
     pub anchors: Vec<Pose>,
-    /// Constant loads.
+    /// Loads; constant unless [`Model::courses`] names them.
     pub loads: Vec<Load>,
     /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is.
     pub motions: Vec<Driven>,
-    /// Gravitational acceleration [m/s^2].
+    /// Loads and gravity that change over time.
+    pub courses: Vec<Course>,
+    /// Gravitational acceleration [m/s^2]; constant unless [`Model::courses`] names it.
     pub gravity: Vector3<f64>,
     /// Damping against the surroundings.
     pub damping: Damping,
@@ -315,6 +317,7 @@ impl Model {
             air.validate()?;
         }
         self.validate_state(state)?;
+        track::validate(self)?;
         motion::validate(self, state)
     }
 

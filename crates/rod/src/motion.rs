@@ -53,7 +53,7 @@ pub enum MotionError {
     NotFinite {
         /// Index of the keyframe.
         index: usize,
-        /// "time", "position", "turn" or "velocity".
+        /// "time", "position", "turn", "velocity", "value" or "rate of change".
         quantity: &'static str,
     },
 }
@@ -323,7 +323,7 @@ impl Knot {
     }
 }
 
-fn finite(x: &Vector3<f64>) -> bool {
+pub(crate) fn finite(x: &Vector3<f64>) -> bool {
     x.iter().all(|x| x.is_finite())
 }
 
@@ -332,24 +332,35 @@ fn finite(x: &Vector3<f64>) -> bool {
 fn set_velocities(knots: &mut [Knot]) {
     for k in 1..knots.len().saturating_sub(1) {
         let [before, here, after] = [knots[k - 1], knots[k], knots[k + 1]];
-        let [h0, h1] = [here.time - before.time, after.time - here.time];
-        let through = |d0: Vector3<f64>, d1: Vector3<f64>| match d0 == Vector3::zeros() || d1 == Vector3::zeros() {
-            true => Vector3::zeros(),
-            false => (d0 * (h1 / h0) + d1 * (h0 / h1)) / (h0 + h1),
-        };
-        knots[k].velocity = through(here.position - before.position, after.position - here.position);
+        let spans = [here.time - before.time, after.time - here.time];
+        knots[k].velocity = through(spans, here.position - before.position, after.position - here.position);
         // Beyond half a turn the rate at the end of a turn about another axis is no rate of that turn's vector.
         let is_one_axis = before.turn.cross(&here.turn).norm() <= 1e-12 * before.turn.norm() * here.turn.norm();
         let is_short = before.turn.norm().max(here.turn.norm()) < std::f64::consts::PI;
         if is_one_axis || is_short {
-            knots[k].rate = through(before.turn, here.turn);
+            knots[k].rate = through(spans, before.turn, here.turn);
         }
+    }
+}
+
+/// Velocity halfway through two ways that take so long each [s]: that of the parabola through the three places; zero where
+/// one of the ways leads nowhere.
+pub(crate) fn through([h0, h1]: [f64; 2], d0: Vector3<f64>, d1: Vector3<f64>) -> Vector3<f64> {
+    match d0 == Vector3::zeros() || d1 == Vector3::zeros() {
+        true => Vector3::zeros(),
+        false => (d0 * (h1 / h0) + d1 * (h0 / h1)) / (h0 + h1),
     }
 }
 
 /// The cubic from zero to `way`, which begins with the velocity `first` and ends with `last`, at a share `s` of its
 /// `length` [s]: its value and its velocity.
-fn hermite(s: f64, length: f64, way: &Vector3<f64>, first: &Vector3<f64>, last: &Vector3<f64>) -> [Vector3<f64>; 2] {
+pub(crate) fn hermite(
+    s: f64,
+    length: f64,
+    way: &Vector3<f64>,
+    first: &Vector3<f64>,
+    last: &Vector3<f64>,
+) -> [Vector3<f64>; 2] {
     let rest = 1.0 - s;
     let value = way * (s * s * (3.0 - 2.0 * s)) + (first * (s * rest * rest) - last * (s * s * rest)) * length;
     let velocity = way * (6.0 * s * rest / length) + first * (rest * (1.0 - 3.0 * s)) + last * (s * (3.0 * s - 2.0));

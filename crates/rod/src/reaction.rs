@@ -17,7 +17,8 @@ pub struct Reaction {
 
 impl Reaction {
     /// The reactions at the end of a step of `dt` [s] from state `before` to state `after`, in which joints transmit `forces`,
-    /// one a joint: fixed segments in their order, then anchors.
+    /// one a joint: fixed segments in their order, then anchors. What of the model changes over time must be that of the end
+    /// of the step: see [`Model::set_time`].
     ///
     /// A fixed segment's is what moves it as it moves, beside gravity, its loads and its joints: `m (a - g) - F` and
     /// `d(I w)/dt - M` with velocities that change from state to state. An anchor has no mass. What contacts give to fixed

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use common::{GRAVITY, material};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
-    Assembly, Body, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Pose, Reaction, RodSpec, State, shape,
+    Assembly, Body, Changing, Course, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Pose, Reaction,
+    RodSpec, State, Track, shape,
 };
 use solver::component::Members;
 use solver::formulation::Formulation;
@@ -180,7 +181,9 @@ fn twist_alone_is_held_by_the_moment_of_theory() {
         let mut forces = vec![JointForce::default(); model.joints.len()];
         simulation.store_joint_forces(&mut forces);
         let stiffness = 1e7 * 0.5 * std::f64::consts::PI * 0.01_f64.powi(4);
-        let reactions = Reaction::all(&model, [&now, &now], DT, &forces);
+        let mut then = model.clone();
+        then.set_time(simulation.time());
+        let reactions = Reaction::all(&then, [&now, &now], DT, &forces);
         // The discrete twist of a joint is a sine: 2 sin(angle / 2) / l.
         let angle = turn / SEGMENTS as f64;
         let expected = stiffness * (angle.sin() / (1.0 / SEGMENTS as f64));
@@ -194,7 +197,7 @@ fn twist_alone_is_held_by_the_moment_of_theory() {
 
 #[test]
 fn reactions_balance_weight_and_inertia() {
-    let (model, state) = driven(1, Interpolation::Smooth);
+    let (mut model, state) = driven(1, Interpolation::Smooth);
     let weight: f64 = model.segments.iter().map(|segment| 9.81 * segment.mass()).sum();
     let step = StepParams {
         relative_tolerance: 1e-10,
@@ -213,6 +216,7 @@ fn reactions_balance_weight_and_inertia() {
         assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "step {step}");
         simulation.store(&mut after);
         simulation.store_joint_forces(&mut forces);
+        model.set_time(simulation.time());
         let given: Vector3<f64> =
             Reaction::all(&model, [&before, &after], DT, &forces).iter().map(|reaction| reaction.force).sum();
         let change = |i: usize| (after.velocities[i] - before.velocities[i]) / DT - GRAVITY;
@@ -220,6 +224,43 @@ fn reactions_balance_weight_and_inertia() {
             model.segments.iter().enumerate().map(|(i, segment)| change(i) * segment.mass()).sum();
         let apart = (given - needed).norm() / weight;
         assert!(apart < 1e-8, "step {step}: {apart:e} of the weight");
+    }
+}
+
+#[test]
+fn loads_and_gravity_change_as_they_are_told() {
+    // A free segment alone: its velocity is the sum of what pushed it, at the end of each step.
+    let up = Track::new(&[(0.1, Vector3::zeros()), (0.2, Vector3::z() * 3.0)], Interpolation::Linear).unwrap();
+    let side = Track::new(&[(0.0, Vector3::x()), (0.25, -Vector3::x() * 2.0)], Interpolation::Held).unwrap();
+    for rods in [1, 9] {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        for k in 0..rods {
+            let start = Vector3::y() * f64::from(k);
+            assembly.rod(&RodSpec::new(shape::straight(start, Vector3::x(), 1.0, 2), 0.02, material(1e6, 1000.0)));
+        }
+        let last = 2 * rods as usize - 2;
+        for segment in [last, last + 1] {
+            let zero = Vector3::zeros();
+            assembly.load(rod::Load { segment, offset: 0.0, force: zero, torque: zero });
+        }
+        let (mut model, state) = assembly.finish();
+        let (up, side) = (Arc::new(up.clone()), Arc::new(side.clone()));
+        let of = [Changing::Force(0), Changing::Force(1)];
+        model.courses.extend(of.map(|of| Course { of, track: up.clone() }));
+        model.courses.push(Course { of: Changing::Gravity, track: side.clone() });
+        for formulation in Formulation::ALL {
+            let mut simulation =
+                Simulation::new(&model, &state, &settings(formulation, SolverKind::Direct), None).unwrap();
+            let (mut now, mut expected) = (state.clone(), Vector3::zeros());
+            for step in 1..=40 {
+                assert_eq!(simulation.step(DT).unwrap().status, Status::Converged);
+                let time = f64::from(step) * DT;
+                expected += (up.at(time) / model.segments[last].mass() + side.at(time)) * DT;
+                simulation.store(&mut now);
+                let apart = (now.velocities[last] - expected).norm();
+                assert!(apart < 1e-9, "{formulation}, {rods} rods, step {step}: {apart:e}");
+            }
+        }
     }
 }
 

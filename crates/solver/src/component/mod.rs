@@ -5,6 +5,7 @@
 
 mod drag;
 mod evaluate;
+mod forces;
 mod lanes;
 mod motion;
 mod predict;
@@ -58,7 +59,7 @@ struct JointConstants<T> {
     twist: T,
 }
 
-/// Constant loads on a body.
+/// Loads on a body.
 #[derive(Clone, Copy, Debug)]
 struct BodyLoad<T> {
     body: usize,
@@ -160,6 +161,8 @@ pub struct Component<T> {
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     loads: Vec<BodyLoad<T>>,
+    /// Loads and gravity that change over time.
+    changing: Vec<forces::ChangingForce>,
     /// The air, if there is any.
     drag: Option<Box<drag::Drag<T>>>,
     /// Whether the loads' torques have yet to enter a linear system of this step.
@@ -214,6 +217,7 @@ impl<T: Real> Component<T> {
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
             loads: Vec::new(),
+            changing: Vec::new(),
             drag: model.air.as_ref().map(|air| Box::new(drag::Drag::new(air, model, sets))),
             torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
@@ -235,6 +239,7 @@ impl<T: Real> Component<T> {
             }
         }
         component.add_loads(model, sets);
+        component.set_forces(0.0);
         component
     }
 
