@@ -1,5 +1,6 @@
 //! A recorded run in the formats of other programs.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,7 @@ pub enum Format {
     Vtp,
     /// Blender, browsers and game engines: binary glTF 2.0, `run.glb`, a skinned tube with its animation.
     Glb,
-    /// Spreadsheets and scripts: the tables `segments.csv` and `joints.csv`.
+    /// Spreadsheets and scripts: the tables `segments.csv`, `joints.csv` and `reactions.csv`.
     Csv,
     /// Anything with lines: `obj/` with one file of polylines a frame.
     Obj,
@@ -35,7 +36,7 @@ impl Format {
         match self {
             Format::Vtp => &["vtp/", "run.pvd"],
             Format::Glb => &["run.glb"],
-            Format::Csv => &["segments.csv", "joints.csv"],
+            Format::Csv => &["segments.csv", "joints.csv", "reactions.csv"],
             Format::Obj => &["obj/"],
         }
     }
@@ -80,6 +81,13 @@ struct Frame {
 }
 
 impl Frame {
+    /// Makes what of a model changes over time that of this frame.
+    fn set_time(&self, model: &mut Cow<'_, Model>) {
+        if model.changes() {
+            model.to_mut().set_time(self.time);
+        }
+    }
+
     /// Reads frame `index` in place of the last one.
     fn read(&mut self, trajectory: &mut TrajectoryReader, index: usize) -> Result<(), ExportError> {
         self.time = trajectory.read_frame(index, &mut self.state)?;

@@ -31,13 +31,17 @@ const TOLERANCE: f64 = 1e-9;
 /// The body axis normal to the plane in which all of the model lies and stays, if there is one.
 ///
 /// It must be the same axis in every body, with gravity, forces and velocities in the plane, and rest Darboux vectors,
-/// torques and angular velocities along its normal, and air at rest or in a steady wind within the plane. Rods whose material frames are rolled against their plane are not
-/// found; their features are as good, only without the exact symmetry.
+/// torques and angular velocities along its normal, and air at rest or in a steady wind within the plane. Rods whose material
+/// frames are rolled against their plane are not found; their features are as good, only without the exact symmetry. Nor are
+/// models in which something is driven or changes over time.
 pub fn planar_normal(model: &Model, state: &State) -> Option<Normal> {
     [Normal::D1, Normal::D2].into_iter().find(|&normal| is_planar(model, state, normal))
 }
 
 fn is_planar(model: &Model, state: &State, normal: Normal) -> bool {
+    if !model.motions.is_empty() || !model.courses.is_empty() {
+        return false;
+    }
     let mut axis = Vector3::zeros();
     axis[normal.axis()] = 1.0;
     let (Some(q), Some(&origin)) = (state.orientations.first(), state.positions.first()) else { return false };

@@ -1,7 +1,7 @@
 //! Elastic rods and trees of rods, as data: what a solver needs to know and nothing of how it solves.
 //!
 //! A [`Model`] holds [`Segment`]s (rigid cylinders), [`Joint`]s between them (a stretch-shear and a bend-twist constraint
-//! each, with compliance), ground anchors, loads, gravity, damping and air. A [`State`] holds what moves. An [`Assembly`]
+//! each, with compliance), ground anchors, loads, gravity, damping, air, and [`Motion`]s that drive what is held. A [`State`] holds what moves. An [`Assembly`]
 //! builds both from rods with a centreline, branches and clamps; [`Model::joints_of`] says which joints a rod has.
 //!
 //! Formulas follow Kugelstadt, Deul and Bender, "Direct Position-Based Solver for Stiff Rods" (2018), which the
@@ -17,7 +17,10 @@ mod joint_force;
 mod material;
 pub mod measure;
 mod model;
+mod motion;
+mod reaction;
 pub mod shape;
+mod track;
 mod wind;
 
 pub use air::Air;
@@ -27,4 +30,7 @@ pub use contact::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
 pub use joint_force::{JointForce, curvature};
 pub use material::{Material, Section, Stretch};
 pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};
+pub use motion::{Driven, Interpolation, Keyframe, Motion, MotionError, MotionMistake, MovingPose};
+pub use reaction::Reaction;
+pub use track::{Changing, Course, Track};
 pub use wind::{Gusts, Wind, WindNow};

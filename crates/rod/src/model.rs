@@ -1,9 +1,12 @@
 //! The model (what stays the same over time) and the state (what moves).
 
+use std::fmt;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use crate::{Air, Contacts};
+use crate::motion::{self, MotionMistake};
+use crate::{Air, Contacts, Course, Driven, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +66,15 @@ pub enum Body {
     Anchor(usize),
 }
 
+impl fmt::Display for Body {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Body::Segment(i) => write!(f, "segment {i}"),
+            Body::Anchor(i) => write!(f, "anchor {i}"),
+        }
+    }
+}
+
 /// A stretch-shear and a bend-twist constraint between two bodies: one edge of the paper's graph (section 3.1).
 ///
 /// With connectors at `offset_a` and `offset_b` along the axes,
@@ -95,7 +107,7 @@ pub struct Joint {
     pub torsion_modulus: f64,
 }
 
-/// A constant load on one segment, in world axes.
+/// A load on one segment, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
     /// Index of the segment.
@@ -126,9 +138,13 @@ pub struct Model {
     pub joints: Vec<Joint>,
     /// Places in the ground that joints hold on to.
     pub anchors: Vec<Pose>,
-    /// Constant loads.
+    /// Loads; constant unless [`Model::courses`] names them.
     pub loads: Vec<Load>,
-    /// Gravitational acceleration [m/s^2].
+    /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is.
+    pub motions: Vec<Driven>,
+    /// Loads and gravity that change over time.
+    pub courses: Vec<Course>,
+    /// Gravitational acceleration [m/s^2]; constant unless [`Model::courses`] names it.
     pub gravity: Vector3<f64>,
     /// Damping against the surroundings.
     pub damping: Damping,
@@ -198,6 +214,14 @@ pub enum ModelError {
         /// How many there must be.
         allowed: String,
     },
+    /// A motion that its body cannot follow.
+    #[error("motion {index}: {mistake}")]
+    Motion {
+        /// Index into [`Model::motions`].
+        index: usize,
+        /// Why not.
+        mistake: MotionMistake,
+    },
     /// A joint that holds no segment, or the same segment twice.
     #[error("joint {index}: it must hold two different bodies, at least one of them a segment")]
     Degenerate {
@@ -215,7 +239,7 @@ pub enum ModelError {
 }
 
 impl Model {
-    /// Pose of a joint's body in `state`, both of which must exist.
+    /// Pose of a body in `state`, both of which must exist; of an anchor that moves its first one.
     pub fn pose(&self, body: Body, state: &State) -> Pose {
         match body {
             Body::Segment(i) => Pose { position: state.positions[i], orientation: state.orientations[i] },
@@ -292,7 +316,9 @@ impl Model {
         if let Some(air) = &self.air {
             air.validate()?;
         }
-        self.validate_state(state)
+        self.validate_state(state)?;
+        track::validate(self)?;
+        motion::validate(self, state)
     }
 
     fn validate_joint(&self, index: usize, joint: &Joint) -> Result<(), ModelError> {

@@ -35,7 +35,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         assembly.air(self::air(source, air)?);
     }
     assembly.model_mut().contacts = contacts;
-    let mut builder = Builder::new(refinement, assembly);
+    let mut builder = Builder::new(refinement, assembly, run.dt);
     // Place in the text of the entry that each rod comes from.
     let mut entry_of = Vec::new();
     for (i, rod) in file.rods.iter().enumerate() {

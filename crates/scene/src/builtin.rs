@@ -27,6 +27,7 @@ const FILES: &[(&str, &str)] = files![
     "helix",
     "helix-on-plane",
     "two-rods",
+    "two-arms",
     "knot",
     "small-cantilever",
     "elastica",

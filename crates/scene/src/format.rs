@@ -10,10 +10,12 @@ use toml::Spanned;
 mod contact;
 mod list;
 mod many;
+mod motion;
 
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use list::List;
 pub(crate) use many::{Net, Strands};
+pub(crate) use motion::{Interpolation, Motion, Quaternion};
 
 pub(crate) type Number = Spanned<f64>;
 pub(crate) type Count = Spanned<i64>;
@@ -105,6 +107,8 @@ pub(crate) struct Rod {
     pub(crate) angular_velocity_rad_s: Option<Vector>,
     #[serde(default)]
     pub(crate) velocities: Vec<Velocity>,
+    #[serde(default)]
+    pub(crate) motions: Vec<Spanned<Motion>>,
     #[serde(default)]
     pub(crate) masses: Vec<Mass>,
     #[serde(default)]

@@ -23,6 +23,8 @@ mod contact;
 pub mod defaults;
 mod error;
 mod format;
+mod grips;
+mod motion;
 mod net;
 mod properties;
 mod random;
@@ -31,6 +33,7 @@ mod rods;
 pub mod sampling;
 mod shape;
 mod strands;
+mod table;
 mod tree;
 
 pub use builtin::{Builtin, builtin, builtin_refined, builtins};

@@ -3,11 +3,12 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Load, RodSpec};
+use rod::{Body, Load, RodSpec};
 use toml::Spanned;
 
 use crate::builder::{Builder, check_fraction};
 use crate::error::{Result, Source};
+use crate::grips::Grips;
 use crate::refine::mean;
 use crate::shape::number_or;
 use crate::strands::Strands;
@@ -43,20 +44,20 @@ fn build(
     if spec.closed && !rod.clamp.is_empty() {
         return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
     }
+    let mut grips = Grips::new(&segments);
     for (i, clamp) in rod.clamp.iter().enumerate() {
         if rod.clamp[..i].iter().any(|earlier| earlier.get_ref() == clamp.get_ref()) {
             return source.wrong(clamp.span(), "named twice");
         }
-        match clamp.get_ref() {
-            format::Clamp::StartSegment => builder.fix(&segments, 0),
-            format::Clamp::EndSegment => builder.fix(&segments, count - 1),
-            format::Clamp::StartFace => _ = builder.assembly.clamp_start(&segments),
-            format::Clamp::EndFace => _ = builder.assembly.clamp_end(&segments),
-        };
+        grips.clamp(builder, *clamp.get_ref());
     }
     for segment in &rod.fixed_segments {
         builder.fix(&segments, source.index(segment, count)?);
     }
+    for motion in &rod.motions {
+        grips.drive(builder, source, motion, spec.closed)?;
+    }
+    grips.check_reach(builder, source, rod)?;
     for mass in &rod.masses {
         let parts = builder.refinement.parts(&segments, source.index(&mass.segment, count)?);
         let share = source.not_negative(&mass.mass_kg, "kg")? / parts.len() as f64;
@@ -67,7 +68,7 @@ fn build(
     for load in &rod.loads {
         add_load(builder, source, load, &segments, spec.closed)?;
     }
-    set_velocities(builder, source, rod, &segments)?;
+    set_velocities(builder, source, rod, &segments, &grips)?;
     if let Some(tree) = &rod.tree {
         if spec.closed {
             return source.wrong(rod.shape.span(), "a tree's trunk must not be closed");
@@ -147,7 +148,13 @@ fn add_load(
 }
 
 /// Gives the rod's free segments the velocities of a rigid body, then single segments their own.
-fn set_velocities(builder: &mut Builder, source: &Source, rod: &format::Rod, segments: &Range<usize>) -> Result<()> {
+fn set_velocities(
+    builder: &mut Builder,
+    source: &Source,
+    rod: &format::Rod,
+    segments: &Range<usize>,
+    grips: &Grips,
+) -> Result<()> {
     let vector = |value: &Option<format::Vector>, unit| value.as_ref().map(|v| source.vector(v, unit)).transpose();
     let of_all = vector(&rod.velocity_m_s, "m/s")?.unwrap_or_default();
     let spin = vector(&rod.angular_velocity_rad_s, "rad/s")?.unwrap_or_default();
@@ -162,6 +169,9 @@ fn set_velocities(builder: &mut Builder, source: &Source, rod: &format::Rod, seg
     }
     for own in &rod.velocities {
         let parts = builder.refinement.parts(segments, source.index(&own.segment, builder.refinement.count(segments))?);
+        if grips.drives(Body::Segment(parts.start)) {
+            return source.wrong(own.segment.span(), "a motion drives this segment; leave its velocity out");
+        }
         let centre = mean(&state.positions[parts.clone()]);
         let velocity = vector(&own.velocity_m_s, "m/s")?;
         let velocity = velocity.unwrap_or_else(|| mean(&state.velocities[parts.clone()]));

@@ -35,10 +35,11 @@ fn bodies() {
     assert_eq!(model.damping, rod::Damping { linear: 0.5, angular: 0.25 });
     let fixed: Vec<usize> = (0..model.segments.len()).filter(|&i| model.segments[i].fixed).collect();
     let roots: Vec<usize> = scene.rods[17..21].iter().map(|rod| rod.segments.start).collect();
-    assert_eq!(fixed, [&[3, 8, 9][..], &roots].concat());
+    let arc = scene.rods.iter().find(|rod| rod.name == "arc").unwrap().segments.clone();
+    assert_eq!(fixed, [&[3, 8, 9, arc.start + 5, arc.end - 1][..], &roots].concat());
     assert!((model.segments[0].radius - 0.049).abs() < 1e-12 && (model.segments[9].radius - 0.031).abs() < 1e-12);
     assert_eq!((model.segments[0].density, model.segments[4].added_mass), (200.0, 2.5));
-    assert_eq!((model.anchors.len(), model.anchors[0].position), (1, Vector3::new(0.0, 0.0, 1.0)));
+    assert_eq!((model.anchors.len(), model.anchors[0].position), (2, Vector3::new(0.0, 0.0, 1.0)));
     assert_eq!(model.loads.len(), 2);
     assert_eq!((model.loads[0].segment, model.loads[0].force), (9, Vector3::new(1.0, 2.0, 3.0)));
     assert!((model.loads[0].offset - 0.05).abs() < 1e-12 && (model.loads[1].offset + 0.025).abs() < 1e-12);

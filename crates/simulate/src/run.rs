@@ -1,5 +1,6 @@
 //! `simulate [SCENE]`: one run.
 
+use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result};
@@ -162,7 +163,7 @@ fn go(
     progress: Progress,
 ) -> Result<Course> {
     let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
-    let mut next = state.clone();
+    let (mut next, mut model) = (state.clone(), Cow::Borrowed(&scene.model));
     let mut last = scene.run.steps == 0 || progress.stopped();
     while !last {
         let begin = Instant::now();
@@ -175,13 +176,16 @@ fn go(
             continue;
         }
         simulation.store(&mut next);
-        if !is_finite(&next) || (measure && !measured.observe(&scene.model, &next)) {
+        if model.changes() {
+            model.to_mut().set_time(simulation.time());
+        }
+        if !is_finite(&next) || (measure && !measured.observe(&model, &next)) {
             status = Status::NonFinite;
             break;
         }
         std::mem::swap(state, &mut next);
         if let Some(keep) = keep {
-            refused = keep.push(&scene.model, simulation, state, steps, last).err();
+            refused = keep.push(&model, simulation, state, steps, last).err();
             last |= refused.is_some();
         }
     }

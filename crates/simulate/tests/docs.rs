@@ -67,6 +67,7 @@ fn every_file_and_every_column_is_documented() {
     let own = of_segments.strip_prefix(&format!("{of_centreline},")).expect("the columns of the centreline");
     assert_named("`segments.csv`", own.split(','));
     assert_named("`joints.csv`", header("joints.csv").split(','));
+    assert_named("`reactions.csv`", header("reactions.csv").split(','));
 
     let frame = read(out, "vtp/frame_0000.vtp");
     let frame = Document::parse(&frame).expect("XML");

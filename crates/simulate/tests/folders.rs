@@ -46,7 +46,7 @@ fn a_folder_holds_the_last_run_alone_and_what_is_not_a_run_s() {
     assert_eq!(names(&out), with(&["view.html", "view.json"]));
     fs::write(out.join("notes.txt"), "mine").expect("a file");
     runs(&["tree-10", "--steps", "3", "--export", "vtp,glb,csv,obj", "--out", path]);
-    let exported = ["joints.csv", "notes.txt", "obj", "run.glb", "run.pvd", "segments.csv", "vtp"];
+    let exported = ["joints.csv", "notes.txt", "obj", "reactions.csv", "run.glb", "run.pvd", "segments.csv", "vtp"];
     assert_eq!(names(&out), with(&exported));
     assert_eq!(fs::read_dir(out.join("vtp")).expect("frames").count(), 4);
     runs(&["knot", "--steps", "2", "--plot", "--out", path]);
@@ -209,8 +209,8 @@ fn files_that_do_not_fit_are_named() {
     let (code, out, err) = texts(&output);
     assert_eq!((code, out), (Some(2), ""), "{err}");
     assert!(err.contains("cannot write ") && err.contains("segments.csv: File too large"), "{err}");
-    assert!(err.ends_with(" has 41 of 41 frames, without segments.csv, joints.csv\n"), "{err}");
+    assert!(err.ends_with(" has 41 of 41 frames, without segments.csv, joints.csv, reactions.csv\n"), "{err}");
     assert_eq!(names(folder.path()), with(&[]));
     let summary = read(&folder.path().join("summary.json"));
-    assert_eq!(summary["incomplete"]["missing"], serde_json::json!(["segments.csv", "joints.csv"]));
+    assert_eq!(summary["incomplete"]["missing"], serde_json::json!(["segments.csv", "joints.csv", "reactions.csv"]));
 }

@@ -166,7 +166,7 @@ pub(crate) fn update<T: Real>(
     watch.mark(&mut counters.times.update);
 }
 
-/// Drag, where there is air, and the prediction.
+/// Forces as they are at the end of the step, drag, where there is air, and the prediction.
 pub(crate) fn predict<T: Real>(
     component: &mut Component<T>,
     Interval { time, dt }: Interval,
@@ -174,6 +174,7 @@ pub(crate) fn predict<T: Real>(
     watch: &mut Stopwatch,
     counters: &mut Counters,
 ) {
+    component.set_forces(time + dt);
     if component.has_air() {
         vectorized(
             #[inline(always)]

@@ -1,6 +1,6 @@
 //! One connected set of segments with what projects its constraints.
 
-use rod::State;
+use rod::{Driven, State};
 
 use crate::attempt::{Attempt, attempt, count_step, finish};
 use crate::component::{Component, Members, Residuals};
@@ -71,6 +71,12 @@ impl ConnectedSet {
 
     pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
         self.component.set_velocities(state, &self.members, 0, time);
+    }
+
+    pub(crate) fn drive(&mut self, driven: &Driven) {
+        if let Some(body) = self.members.body(driven.body) {
+            self.component.drive(0, body, driven);
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rod::{JointForce, Model, State};
+use rod::{Driven, JointForce, Model, State};
 
 use crate::attempt::{attempt, count_step, finish};
 use crate::component::{Component, Members};
@@ -80,6 +80,14 @@ impl Group {
     pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
         for (lane, members) in self.members.iter().enumerate() {
             self.component.set_velocities(state, members, lane, time);
+        }
+    }
+
+    pub(crate) fn drive(&mut self, driven: &Driven) {
+        for (lane, members) in self.members.iter().enumerate() {
+            if let Some(body) = members.body(driven.body) {
+                self.component.drive(lane, body, driven);
+            }
         }
     }
 

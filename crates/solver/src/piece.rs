@@ -1,6 +1,6 @@
 //! What a simulation steps as one piece, needing no other: a connected set, alike ones in lanes, or all that can touch.
 
-use rod::{JointForce, State};
+use rod::{Driven, JointForce, State};
 
 use crate::connected_set::ConnectedSet;
 use crate::counters::Counters;
@@ -55,6 +55,15 @@ impl Piece {
             Piece::Single(set) => set.set_velocities(state, time),
             Piece::Group(group) => group.set_velocities(state, time),
             Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.set_velocities(state, time)),
+        }
+    }
+
+    /// Lets a motion drive a held body, if it is one of these.
+    pub(crate) fn drive(&mut self, driven: &Driven) {
+        match self {
+            Piece::Single(set) => set.drive(driven),
+            Piece::Group(group) => group.drive(driven),
+            Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.drive(driven)),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use rod::{JointForce, Model, ModelError, State};
+use rod::{Body, Driven, JointForce, Model, ModelError, State};
 use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
@@ -72,6 +72,9 @@ pub enum SimulationError {
     /// A time step that is not positive and finite.
     #[error("time step dt = {0} s, but it must be finite and > 0")]
     TimeStep(f64),
+    /// A motion for what moves freely, or is not there.
+    #[error("a motion for {0}, but only fixed segments and anchors of the model can be driven")]
+    NotHeld(Body),
 }
 
 /// Refuses a model with contacts for `what`, which knows none.
@@ -87,7 +90,10 @@ pub(crate) fn without_contacts(model: &Model, what: &'static str) -> Result<(), 
 pub struct Simulation {
     pieces: Vec<Piece>,
     params: StepParams,
-    segments: usize,
+    /// Whether a segment is fixed, one a segment.
+    held: Vec<bool>,
+    /// Number of anchors.
+    anchors: usize,
     time: f64,
     /// What rounding has left out of the time [s]: a sum of many steps is as exact as one number can be.
     time_lost: f64,
@@ -182,7 +188,8 @@ impl Simulation {
             refuse_overlaps(model, state, &filter, params.contact_tolerance)?;
             pieces.push(Piece::Lockstep(Box::new(Lockstep::new(model, singles, filter, &params)?)));
         }
-        Ok(Self { pieces, params, segments: model.segments.len(), time: 0.0, time_lost: 0.0 })
+        let held = model.segments.iter().map(|segment| segment.fixed).collect();
+        Ok(Self { pieces, params, held, anchors: model.anchors.len(), time: 0.0, time_lost: 0.0 })
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
@@ -210,7 +217,7 @@ impl Simulation {
 
     /// Whether pieces are stepped side by side on several threads.
     fn shares_pieces(&self) -> bool {
-        self.pieces.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+        self.pieces.len() > 1 && self.held.len() >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
     }
 
     /// Threads that share a step: those of rayon's current pool where there is more than one piece to step and enough of
@@ -252,6 +259,24 @@ impl Simulation {
         for piece in &mut self.pieces {
             piece.set_velocities(state, self.time);
         }
+    }
+
+    /// Lets a motion drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its
+    /// times are [`Simulation::time`]'s. Where it is elsewhere than the body is now, the body jumps there within the next
+    /// step; [`Driven::gripped`] begins where the body is.
+    ///
+    /// # Errors
+    /// If there is no such body, or it is free.
+    pub fn drive(&mut self, driven: &Driven) -> Result<(), SimulationError> {
+        let is_held = match driven.body {
+            Body::Segment(i) => self.held.get(i).copied().unwrap_or_default(),
+            Body::Anchor(i) => i < self.anchors,
+        };
+        if !is_held {
+            return Err(SimulationError::NotHeld(driven.body));
+        }
+        self.pieces.iter_mut().for_each(|piece| piece.drive(driven));
+        Ok(())
     }
 
     /// Counters summed over all connected sets.

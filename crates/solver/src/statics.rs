@@ -53,7 +53,7 @@ const LONGEST: f64 = 1e6;
 
 /// Relaxes `state` to equilibrium; velocities are set to zero.
 ///
-/// Wind is that of time 0, gusts included; its drag follows the shape from step to step, so that slack rods in a strong
+/// What is driven stays where it is at time 0. Wind is that of time 0, gusts included; its drag follows the shape from step to step, so that slack rods in a strong
 /// wind may not come to rest here: let them settle in time instead.
 ///
 /// # Errors
@@ -67,6 +67,7 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
     for (members, topology) in split(model) {
         let topology = std::sync::Arc::new(topology);
         let mut component = Component::new(model, state, topology.clone(), &[&members]);
+        component.hold_still();
         let mut solver = SolverKind::Direct.build(model, &members, &topology)?;
         let own = relax(&mut component, solver.as_mut(), params);
         report.converged &= own.converged;

@@ -86,6 +86,9 @@ impl Recorder {
         self.energy.push(finite(frame.energy));
         self.length_ratio.push(finite(frame.length_ratio));
         self.iterations.push(finite(frame.iterations));
+        if self.model.changes() {
+            self.model.set_time(frame.time);
+        }
         self.push_poses(frame.state);
         self.push_values(frame);
     }

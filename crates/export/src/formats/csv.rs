@@ -1,9 +1,10 @@
-//! Tables of segments and of joints, numbers with all their digits.
+//! Tables of segments, of joints and of what holds them, numbers with all their digits.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rod::{Body, Model, curvature};
+use rod::{Body, Model, Reaction, State, curvature};
 
 use super::Frame;
 use crate::file::stage;
@@ -11,12 +12,14 @@ use crate::{ExportError, TrajectoryReader};
 
 const SEGMENTS: &str = "frame,time_s,rod,segment,x_m,y_m,z_m,q_x,q_y,q_z,q_w,v_x_m_per_s,v_y_m_per_s,v_z_m_per_s,\
                         w_x_rad_per_s,w_y_rad_per_s,w_z_rad_per_s";
+const REACTIONS: &str = "frame,time_s,body,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m";
 const JOINTS: &str = "frame,time_s,joint,a,b,curvature_per_m";
 /// Columns that only a trajectory with the forces of joints has.
 const FORCES: &str = ",tension_n,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m";
 
-/// Writes `segments.csv`, one row for each segment of each frame, and `joints.csv`, one for each joint of each frame.
-/// The bodies `a` and `b` of a joint are indices of segments, or "anchor 0" and so on.
+/// Writes `segments.csv`, one row for each segment of each frame, `joints.csv`, one for each joint of each frame, and
+/// `reactions.csv`, one for each fixed segment and anchor of each frame but the first; without the forces of joints it has
+/// none. The bodies `a` and `b` of a joint are indices of segments, or "anchor 0" and so on.
 pub(super) fn write(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
@@ -24,23 +27,37 @@ pub(super) fn write(
 ) -> Result<Vec<PathBuf>, ExportError> {
     let segments = stage(&directory.join("segments.csv"), |writer| {
         writeln!(writer, "{SEGMENTS}")?;
-        each_frame(trajectory, |index, frame| write_segments(writer, model, index, frame))
+        each_frame(trajectory, model, |index, frame, model| write_segments(writer, model, index, frame))
     })?;
     let joints = stage(&directory.join("joints.csv"), |writer| {
         writeln!(writer, "{JOINTS}{}", if trajectory.joints() > 0 { FORCES } else { "" })?;
-        each_frame(trajectory, |index, frame| write_joints(writer, model, index, frame))
+        each_frame(trajectory, model, |index, frame, model| write_joints(writer, model, index, frame))
     })?;
-    Ok(vec![segments.publish()?, joints.publish()?])
+    let reactions = stage(&directory.join("reactions.csv"), |writer| {
+        writeln!(writer, "{REACTIONS}")?;
+        let mut before: Option<(f64, State)> = None;
+        each_frame(trajectory, model, |index, frame, model| {
+            if let Some((time, state)) = before.replace((frame.time, frame.state.clone()))
+                && !frame.forces.is_empty()
+            {
+                write_reactions(writer, model, (index, frame), (time, &state))?;
+            }
+            Ok(())
+        })
+    })?;
+    Ok(vec![segments.publish()?, joints.publish()?, reactions.publish()?])
 }
 
 fn each_frame(
     trajectory: &mut TrajectoryReader,
-    mut write: impl FnMut(usize, &Frame) -> io::Result<()>,
+    model: &Model,
+    mut write: impl FnMut(usize, &Frame, &Model) -> io::Result<()>,
 ) -> io::Result<()> {
-    let mut frame = Frame::default();
+    let (mut frame, mut model) = (Frame::default(), Cow::Borrowed(model));
     for index in 0..trajectory.frames() {
         frame.read(trajectory, index).map_err(io::Error::other)?;
-        write(index, &frame)?;
+        frame.set_time(&mut model);
+        write(index, &frame, &model)?;
     }
     Ok(())
 }
@@ -57,10 +74,6 @@ fn write_segments(writer: &mut impl Write, model: &Model, index: usize, frame: &
 
 fn write_joints(writer: &mut impl Write, model: &Model, index: usize, frame: &Frame) -> io::Result<()> {
     let Frame { time, state, forces } = frame;
-    let name = |body| match body {
-        Body::Segment(i) => i.to_string(),
-        Body::Anchor(i) => format!("anchor {i}"),
-    };
     for (i, joint) in model.joints.iter().enumerate() {
         write!(
             writer,
@@ -79,6 +92,28 @@ fn write_joints(writer: &mut impl Write, model: &Model, index: usize, frame: &Fr
         }
     }
     Ok(())
+}
+
+fn write_reactions(
+    writer: &mut impl Write,
+    model: &Model,
+    (index, frame): (usize, &Frame),
+    (before, state): (f64, &State),
+) -> io::Result<()> {
+    let Frame { time, state: after, forces } = frame;
+    for Reaction { body, force, moment } in Reaction::all(model, [state, after], time - before, forces) {
+        write!(writer, "{index},{time:?},{}", name(body))?;
+        write_values(writer, force.iter().chain(&moment))?;
+    }
+    Ok(())
+}
+
+/// A body as the tables name it.
+fn name(body: Body) -> String {
+    match body {
+        Body::Segment(i) => i.to_string(),
+        anchor => anchor.to_string(),
+    }
 }
 
 /// The rest of a row.

@@ -1,5 +1,6 @@
 //! ParaView: one file of lines a frame, and a collection that lists them with their times.
 
+use std::borrow::Cow;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -32,10 +33,11 @@ pub(super) fn write(
         let names = (0..times.len()).map(|index| format!("{FOLDER}/{}", folder.name(index)));
         write_collection(writer, times.iter().zip(names))
     })?;
-    let mut frame = Frame::default();
+    let (mut frame, mut model) = (Frame::default(), Cow::Borrowed(model));
     for index in 0..times.len() {
         frame.read(trajectory, index)?;
-        folder.write(index, |writer| piece(&frame, model, &lines).write(writer))?;
+        frame.set_time(&mut model);
+        folder.write(index, |writer| piece(&frame, &model, &lines).write(writer))?;
     }
     Ok(vec![folder.publish()?, collection.publish()?])
 }

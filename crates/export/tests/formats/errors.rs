@@ -63,7 +63,7 @@ fn the_directory_is_made_and_an_earlier_export_replaced() {
     let names: Vec<_> = content(&fresh).into_iter().map(|(name, _)| name).collect();
     assert_eq!(
         names.join(" "),
-        "joints.csv obj/ obj/frame_0000.obj obj/frame_0001.obj run.glb run.pvd segments.csv vtp/ vtp/frame_0000.vtp \
+        "joints.csv obj/ obj/frame_0000.obj obj/frame_0001.obj reactions.csv run.glb run.pvd segments.csv vtp/ vtp/frame_0000.vtp \
          vtp/frame_0001.vtp"
     );
 }

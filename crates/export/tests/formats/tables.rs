@@ -22,7 +22,7 @@ fn every_number_of_every_segment_is_read_back() {
     for run in runs() {
         let directory = tempfile::tempdir().unwrap();
         let made = run.export(Format::Csv, directory.path());
-        assert_eq!(made, ["segments.csv", "joints.csv"].map(|name| directory.path().join(name)));
+        assert_eq!(made, ["segments.csv", "joints.csv", "reactions.csv"].map(|name| directory.path().join(name)));
         let (columns, rows) = read(&made[0]);
         assert_eq!(
             columns.join(" "),

@@ -125,21 +125,6 @@ impl<T: Real> Component<T> {
         }
     }
 
-    pub(super) fn add_loads(&mut self, model: &Model, lanes: &[&Members]) {
-        for load in &model.loads {
-            for (lane, members) in lanes.iter().enumerate() {
-                let Ok(body) = members.segments.binary_search(&load.segment) else { continue };
-                let zero = Vec3::zero();
-                let mut own = BodyLoad { body, offset: T::zero(), force: zero, torque: zero, turns: false };
-                own.turns = load.torque.norm() > 0.0 || load.offset != 0.0;
-                own.offset.set_lane(lane, load.offset);
-                put(&mut own.force, lane, vec3(&load.force));
-                put(&mut own.torque, lane, vec3(&load.torque));
-                self.loads.push(own);
-            }
-        }
-    }
-
     /// One lane as a component of its own.
     pub(crate) fn extract_lane(&self, lane: usize) -> Component<f64> {
         let mut out = Component {
@@ -162,7 +147,7 @@ impl<T: Real> Component<T> {
                 .moved
                 .iter()
                 .filter(|moved| moved.lane == lane)
-                .map(|moved| Moved { lane: 0, ..*moved })
+                .map(|moved| Moved { lane: 0, ..moved.clone() })
                 .collect(),
             unsolved: 0.0,
             used: 1,
@@ -170,6 +155,7 @@ impl<T: Real> Component<T> {
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
+            changing: self.changing.iter().filter(|own| own.lane == lane).map(|own| own.alone()).collect(),
             drag: self.drag.as_ref().map(|drag| Box::new(drag.pick(lane))),
             solves: self.solves,
             evaluations: self.evaluations,

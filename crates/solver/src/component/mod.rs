@@ -5,6 +5,7 @@
 
 mod drag;
 mod evaluate;
+mod forces;
 mod lanes;
 mod motion;
 mod predict;
@@ -15,7 +16,7 @@ mod update;
 
 use std::sync::Arc;
 
-use rod::{Model, State};
+use rod::{Body, Model, State};
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -58,7 +59,7 @@ struct JointConstants<T> {
     twist: T,
 }
 
-/// Constant loads on a body.
+/// Loads on a body.
 #[derive(Clone, Copy, Debug)]
 struct BodyLoad<T> {
     body: usize,
@@ -78,6 +79,16 @@ pub struct Members {
     pub joints: Vec<usize>,
     /// Anchors, ascending.
     pub anchors: Vec<usize>,
+}
+
+impl Members {
+    /// The body of the component that is a body of the model; `None` where it belongs to another component.
+    pub(crate) fn body(&self, body: Body) -> Option<usize> {
+        match body {
+            Body::Segment(i) => self.segments.binary_search(&i).ok(),
+            Body::Anchor(i) => self.anchors.binary_search(&i).ok().map(|k| self.segments.len() + k),
+        }
+    }
 }
 
 /// Largest residuals over a component, in scaled units, a lane each.
@@ -143,13 +154,15 @@ pub struct Component<T> {
     given: Vec<T>,
     /// Whether any was.
     has_given: bool,
-    /// The fixed segments that move.
+    /// The fixed segments and anchors that move.
     moved: Vec<motion::Moved>,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
     pulls_hold: bool,
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     loads: Vec<BodyLoad<T>>,
+    /// Loads and gravity that change over time.
+    changing: Vec<forces::ChangingForce>,
     /// The air, if there is any.
     drag: Option<Box<drag::Drag<T>>>,
     /// Whether the loads' torques have yet to enter a linear system of this step.
@@ -204,6 +217,7 @@ impl<T: Real> Component<T> {
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
             loads: Vec::new(),
+            changing: Vec::new(),
             drag: model.air.as_ref().map(|air| Box::new(drag::Drag::new(air, model, sets))),
             torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
@@ -217,9 +231,15 @@ impl<T: Real> Component<T> {
             if let Some(members) = sets.get(lane).or(sets.first()) {
                 component.fill_lane(model, members, lane);
                 component.set_state(state, members, lane);
+                for driven in &model.motions {
+                    if let Some(body) = members.body(driven.body) {
+                        component.drive(lane, body, driven);
+                    }
+                }
             }
         }
         component.add_loads(model, sets);
+        component.set_forces(0.0);
         component
     }
 

@@ -1,25 +1,36 @@
-//! Prescribed motion of fixed segments: where they are at an absolute time, whatever steps led there.
+//! Prescribed motion of fixed segments and anchors: where they are at an absolute time, whatever steps led there.
 //!
-//! A fixed segment answers nothing, so that nothing corrects an error of its pose. It is therefore never carried on from
+//! What is fixed answers nothing, so that nothing corrects an error of its pose. It is therefore never carried on from
 //! step to step: each prediction places it anew, and no guess can move it.
 
-use super::lanes::{copy_pose, pick_pose};
+use rod::{Driven, MovingPose, Pose};
+
+use super::lanes::{copy_pose, copy_spatial, pick_pose, vec3};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::Quat;
+use crate::kernel::math::{Quat, Vec3};
+
+/// Where a fixed segment or an anchor is at any time.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Motion {
+    /// Constant velocities from a pose on.
+    Steady(Steady),
+    /// A way of its own, which no velocity changes.
+    Driven(Box<Driven>),
+}
 
 /// Constant velocities from a pose on: `x0 + v (t - t0)`, `exp(w (t - t0)) q0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Motion {
+pub(super) struct Steady {
     /// Time t0 of the pose that it begins at [s].
     since: f64,
     origin: BodyPose<f64>,
     /// v [m/s] and w [rad/s], in world axes.
-    pub(super) velocity: Spatial<f64>,
+    velocity: Spatial<f64>,
 }
 
-impl Motion {
+impl Steady {
     /// The pose at `time` [s].
     fn pose_at(&self, time: f64) -> BodyPose<f64> {
         let elapsed = time - self.since;
@@ -31,8 +42,23 @@ impl Motion {
     }
 }
 
-/// A fixed segment in motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+impl Motion {
+    /// The pose at `time` [s] and the velocities (v, w) with which it goes on.
+    fn at(&self, time: f64) -> (BodyPose<f64>, Spatial<f64>) {
+        match self {
+            Motion::Steady(steady) => (steady.pose_at(time), steady.velocity),
+            Motion::Driven(driven) => {
+                let MovingPose { pose: Pose { position, orientation }, velocity, angular_velocity } = driven.at(time);
+                let q = Quat { v: Vec3(vec3(&orientation.imag())), w: orientation.w };
+                let velocity = Spatial { linear: Vec3(vec3(&velocity)), angular: Vec3(vec3(&angular_velocity)) };
+                (BodyPose { x: Vec3(vec3(&position)), q }, velocity)
+            }
+        }
+    }
+}
+
+/// A fixed segment or an anchor in motion.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Moved {
     pub(super) lane: usize,
     pub(super) body: usize,
@@ -40,27 +66,63 @@ pub(super) struct Moved {
 }
 
 impl<T: Real> Component<T> {
+    /// Lets a motion drive a body of a lane, which must be fixed. At time 0 the body is put to its place there; later the
+    /// next step takes it there.
+    pub(crate) fn drive(&mut self, lane: usize, body: usize, driven: &Driven) {
+        self.moved.retain(|moved| (moved.lane, moved.body) != (lane, body));
+        let moved = Moved { lane, body, motion: Motion::Driven(Box::new(driven.clone())) };
+        if self.last_dt.lane(lane) == 0.0 {
+            let (pose, velocity) = moved.motion.at(0.0);
+            copy_pose(&mut self.poses[body], lane, &pose, 0);
+            copy_spatial(&mut self.velocities[body], lane, &velocity, 0);
+        }
+        self.moved.push(moved);
+    }
+
     /// Lets a fixed segment of a lane go on with the velocities (v, w) from its pose at `time` [s]; it keeps the motion that
-    /// it has if the velocities are the same.
+    /// it has if that is driven, or if the velocities are the same.
     pub(super) fn prescribe(&mut self, lane: usize, body: usize, velocity: Spatial<f64>, time: f64) {
         let here = |moved: &Moved| (moved.lane, moved.body) == (lane, body);
         let old = self.moved.iter().position(here);
-        if old.is_some_and(|k| self.moved[k].motion.velocity == velocity) {
-            return;
+        match old.map(|k| &self.moved[k].motion) {
+            Some(Motion::Driven(_)) => return,
+            Some(Motion::Steady(steady)) if steady.velocity == velocity => return,
+            _ => {}
         }
         if let Some(k) = old {
             self.moved.swap_remove(k);
         }
         if velocity != Spatial::zero() {
-            let motion = Motion { since: time, origin: pick_pose(&self.poses[body], lane), velocity };
-            self.moved.push(Moved { lane, body, motion });
+            let steady = Steady { since: time, origin: pick_pose(&self.poses[body], lane), velocity };
+            self.moved.push(Moved { lane, body, motion: Motion::Steady(steady) });
         }
     }
 
-    /// Puts the fixed segments that move to their places at `time` [s], as a prediction.
-    pub(super) fn follow_motions(&mut self, time: f64) {
+    /// Lets everything stay where it is that would move by itself.
+    pub(crate) fn hold_still(&mut self) {
+        self.moved.clear();
+    }
+
+    /// Whether a motion of the model's drives a body of a lane.
+    pub(super) fn is_driven(&self, lane: usize, body: usize) -> bool {
+        let is_it = |moved: &Moved| (moved.lane, moved.body) == (lane, body);
+        self.moved.iter().any(|moved| is_it(moved) && matches!(moved.motion, Motion::Driven(_)))
+    }
+
+    /// Puts what moves by itself to its place at the end of the step under way, as a prediction.
+    pub(super) fn follow_motions(&mut self) {
         for Moved { lane, body, motion } in &self.moved {
-            copy_pose(&mut self.predicted[*body], *lane, &motion.pose_at(time), 0);
+            copy_pose(&mut self.predicted[*body], *lane, &motion.at(self.time + self.dt).0, 0);
+        }
+    }
+
+    /// Gives what moves by itself the velocities with which it goes on from the step under way, in the lanes where
+    /// `active` >= 0.
+    pub(super) fn follow_velocities(&mut self, active: T) {
+        for Moved { lane, body, motion } in &self.moved {
+            if active.lane(*lane) >= 0.0 {
+                copy_spatial(&mut self.velocities[*body], *lane, &motion.at(self.time + self.dt).1, 0);
+            }
         }
     }
 }
@@ -68,14 +130,13 @@ impl<T: Real> Component<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::math::Vec3;
 
     #[test]
     fn a_motion_is_what_its_velocities_say_at_any_time() {
         let q = nalgebra::UnitQuaternion::from_euler_angles(0.4, -1.0, 2.2);
         let origin = BodyPose { x: Vec3([1.0, -2.0, 0.5]), q: Quat { v: Vec3([q.i, q.j, q.k]), w: q.w } };
         let (v, w) = (Vec3([0.1, 0.2, -0.3]), nalgebra::Vector3::new(0.6, 0.5, 1.0));
-        let motion = Motion { since: 2.0, origin, velocity: Spatial { linear: v, angular: Vec3(w.into()) } };
+        let motion = Steady { since: 2.0, origin, velocity: Spatial { linear: v, angular: Vec3(w.into()) } };
         for time in [2.0, 2.0 + 1e-12, 2.01, 7.0, 1e3] {
             let pose = motion.pose_at(time);
             let turned = nalgebra::UnitQuaternion::from_scaled_axis(w * (time - 2.0)) * q;

@@ -16,7 +16,7 @@ impl<T: Real> Component<T> {
     /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
     /// which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
     /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose shows it, and
-    /// the step is not converged. Fixed segments are placed where they are to be at `time + dt` [s].
+    /// the step is not converged. What moves by itself is placed where it is to be at `time + dt` [s].
     #[inline(always)]
     pub fn predict(&mut self, time: f64, dt: f64, formulation: Formulation) {
         if formulation.geometric() {
@@ -65,12 +65,12 @@ impl<T: Real> Component<T> {
             self.predicted[i] = BodyPose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
         }
         self.unsolved = unsolved;
-        if !self.moved.is_empty() {
-            self.follow_motions(time + dt);
-        }
         for i in self.segments..self.poses.len() {
             self.predicted[i] = self.poses[i];
             self.start[i] = self.poses[i];
+        }
+        if !self.moved.is_empty() {
+            self.follow_motions();
         }
         self.poses.copy_from_slice(&self.predicted);
         self.lambda.fill(Spatial::zero());

@@ -8,8 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use rod::{JointForce, State};
 
-use super::lanes::{copy_spatial, get, get_quat, pick, put, vec3};
-use super::motion::Moved;
+use super::lanes::{get, get_quat, pick, put, vec3};
 use super::{Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -40,10 +39,13 @@ impl<T: Real> Component<T> {
         self.set_velocities(state, members, lane, 0.0);
     }
 
-    /// Copies one lane's velocities from `state`; fixed segments move on with them from their poses at `time` [s]. Those
-    /// that [`Component::store_state`] has just stored change nothing.
+    /// Copies one lane's velocities from `state`; fixed segments that nothing drives move on with them from their poses at
+    /// `time` [s]. Those that [`Component::store_state`] has just stored change nothing.
     pub(crate) fn set_velocities(&mut self, state: &State, members: &Members, lane: usize, time: f64) {
         for (k, &index) in members.segments.iter().enumerate() {
+            if self.is_fixed(k, lane) && self.is_driven(lane, k) {
+                continue;
+            }
             let (v, w) = (Vec3(vec3(&state.velocities[index])), Vec3(vec3(&state.angular_velocities[index])));
             put(&mut self.velocities[k].linear, lane, v.0);
             if w != self.rate(k, lane) {
@@ -110,11 +112,7 @@ impl<T: Real> Component<T> {
             self.given.iter_mut().for_each(|given| *given = active.select(T::splat(-1.0), *given));
             self.has_given = self.given.iter().any(|given| (0..T::LANES).any(|lane| given.lane(lane) >= 0.0));
         }
-        for Moved { lane, body, motion } in &self.moved {
-            if active.lane(*lane) >= 0.0 {
-                copy_spatial(&mut self.velocities[*body], *lane, &motion.velocity, 0);
-            }
-        }
+        self.follow_velocities(active);
     }
 }
 

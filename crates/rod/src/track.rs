@@ -1,0 +1,155 @@
+//! Vectors that change over time: loads and gravity.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::motion::{finite, hermite, through};
+use crate::{Interpolation, Model, ModelError, MotionError};
+
+/// A vector over time, given at some times. Before the first it is the first, after the last the last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    interpolation: Interpolation,
+    knots: Vec<Knot>,
+}
+
+/// A vector at a time, and its rate of change where the track is smooth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Knot {
+    time: f64,
+    value: Vector3<f64>,
+    rate: Vector3<f64>,
+}
+
+impl Track {
+    /// The track through these `values` at their times [s]; smooth as in [`Interpolation::Smooth`].
+    ///
+    /// # Errors
+    /// If there are none, numbers are not finite, or times do not increase.
+    pub fn new(values: &[(f64, Vector3<f64>)], interpolation: Interpolation) -> Result<Self, MotionError> {
+        if values.is_empty() {
+            return Err(MotionError::Empty);
+        }
+        let mut knots: Vec<Knot> = Vec::with_capacity(values.len());
+        for (index, &(time, value)) in values.iter().enumerate() {
+            if !time.is_finite() || !finite(&value) {
+                return Err(MotionError::NotFinite {
+                    index,
+                    quantity: if time.is_finite() { "value" } else { "time" },
+                });
+            }
+            if let Some(last) = knots.last() {
+                if time <= last.time {
+                    return Err(MotionError::Order { index, time, before: last.time });
+                }
+                if !finite(&((value - last.value) / (time - last.time))) {
+                    return Err(MotionError::NotFinite { index, quantity: "rate of change" });
+                }
+            }
+            knots.push(Knot { time, value, rate: Vector3::zeros() });
+        }
+        if interpolation == Interpolation::Smooth {
+            for k in 1..knots.len() - 1 {
+                let [before, here, after] = [knots[k - 1], knots[k], knots[k + 1]];
+                let spans = [here.time - before.time, after.time - here.time];
+                knots[k].rate = through(spans, here.value - before.value, after.value - here.value);
+            }
+        }
+        Ok(Self { interpolation, knots })
+    }
+
+    /// The vector at `time` [s].
+    pub fn at(&self, time: f64) -> Vector3<f64> {
+        let next = self.knots.partition_point(|knot| knot.time <= time + 1e-14 * time.abs());
+        let Some(here) = next.checked_sub(1).map(|k| &self.knots[k]) else { return self.knots[0].value };
+        let Some(next) = self.knots.get(next) else { return here.value };
+        let length = next.time - here.time;
+        let (share, way) = ((time - here.time) / length, next.value - here.value);
+        match self.interpolation {
+            Interpolation::Held => here.value,
+            Interpolation::Linear => here.value + way * share,
+            Interpolation::Smooth => here.value + hermite(share, length, &way, &here.rate, &next.rate)[0],
+        }
+    }
+}
+
+/// What of a model changes over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Changing {
+    /// [`Model::gravity`] [m/s^2].
+    Gravity,
+    /// The force of [`Model::loads`]' entry [N].
+    Force(usize),
+    /// The torque of [`Model::loads`]' entry [N m].
+    Torque(usize),
+}
+
+/// Something of a model that changes over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// What.
+    pub of: Changing,
+    /// Its values, in the unit of what it is of.
+    pub track: Arc<Track>,
+}
+
+impl Model {
+    /// Makes anchors, loads and gravity those of `time` [s], so that energies and joints are measured as they are then.
+    pub fn set_time(&mut self, time: f64) {
+        for driven in &self.motions {
+            if let crate::Body::Anchor(i) = driven.body {
+                self.anchors[i] = driven.at(time).pose;
+            }
+        }
+        for Course { of, track } in &self.courses {
+            let value = track.at(time);
+            match *of {
+                Changing::Gravity => self.gravity = value,
+                Changing::Force(load) => self.loads[load].force = value,
+                Changing::Torque(load) => self.loads[load].torque = value,
+            }
+        }
+    }
+
+    /// Whether anything of it changes over time: anchors, loads or gravity.
+    pub fn changes(&self) -> bool {
+        !self.courses.is_empty() || self.motions.iter().any(|driven| matches!(driven.body, crate::Body::Anchor(_)))
+    }
+}
+
+/// Checks that what changes is there.
+pub(crate) fn validate(model: &Model) -> Result<(), ModelError> {
+    for (index, course) in model.courses.iter().enumerate() {
+        if let Changing::Force(to) | Changing::Torque(to) = course.of
+            && to >= model.loads.len()
+        {
+            return Err(ModelError::Index { what: "course", index, target: "load", to, count: model.loads.len() });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_track_goes_through_its_values() {
+        let values = [(0.5, Vector3::zeros()), (1.0, Vector3::x()), (2.0, Vector3::x()), (4.0, Vector3::y() * 3.0)];
+        for interpolation in [Interpolation::Held, Interpolation::Linear, Interpolation::Smooth] {
+            let track = Track::new(&values, interpolation).unwrap();
+            for (time, value) in values {
+                assert_eq!(track.at(time), value);
+            }
+            assert_eq!((track.at(-1.0), track.at(9.0)), (Vector3::zeros(), Vector3::y() * 3.0));
+            // It rests where it stays.
+            assert_eq!(track.at(1.3), Vector3::x());
+            let halfway = if interpolation == Interpolation::Held { 0.0 } else { 0.5 };
+            assert!((track.at(0.75) - Vector3::x() * halfway).norm() < 1e-15);
+        }
+        assert_eq!(Track::new(&[], Interpolation::Held), Err(MotionError::Empty));
+        let back = [(1.0, Vector3::zeros()), (0.0, Vector3::zeros())];
+        assert!(matches!(Track::new(&back, Interpolation::Held), Err(MotionError::Order { index: 1, .. })));
+    }
+}

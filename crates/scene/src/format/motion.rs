@@ -1,0 +1,33 @@
+//! Motions, as serde reads them.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{Clamp, Count, List, Number, Vector};
+
+pub(crate) type Quaternion = Spanned<List<f64, 4>>;
+
+/// Where something that is held is over time: a list a quantity, one entry a time; or a file with a column each.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Motion {
+    pub(crate) at: Option<Spanned<Clamp>>,
+    pub(crate) segment: Option<Count>,
+    pub(crate) file: Option<Spanned<String>>,
+    pub(crate) times_s: Option<Spanned<Vec<Number>>>,
+    pub(crate) shifts_m: Option<Spanned<Vec<Vector>>>,
+    pub(crate) positions_m: Option<Spanned<Vec<Vector>>>,
+    pub(crate) turns_deg: Option<Spanned<Vec<Vector>>>,
+    pub(crate) orientations: Option<Spanned<Vec<Quaternion>>>,
+    pub(crate) velocities_m_s: Option<Spanned<Vec<Vector>>>,
+    pub(crate) angular_velocities_rad_s: Option<Spanned<Vec<Vector>>>,
+    pub(crate) interpolation: Option<Spanned<Interpolation>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Interpolation {
+    Held,
+    Linear,
+    Smooth,
+}

@@ -1,0 +1,205 @@
+//! From an entry of `[[rods.motions]]` to a motion: lists in the scene, or columns of a CSV file.
+
+use std::sync::Arc;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use rod::{Interpolation, Keyframe, Motion, MotionError, Pose};
+use toml::Spanned;
+
+use crate::error::{Result, Source};
+use crate::format;
+use crate::table::read;
+
+/// What is given of a motion, one entry a time.
+pub(crate) struct Course {
+    pub(crate) times: Vec<f64>,
+    pub(crate) way: Way,
+    pub(crate) turning: Turning,
+}
+
+/// Where a motion leads.
+pub(crate) enum Way {
+    /// Nowhere: it stays.
+    None,
+    /// Away from where it begins [m].
+    Shifts(Vec<Vector3<f64>>),
+    /// In the world [m].
+    Positions(Vec<Vector3<f64>>),
+    /// At velocities that are held until the next time [m/s].
+    Velocities(Vec<Vector3<f64>>),
+}
+
+/// How it turns.
+pub(crate) enum Turning {
+    /// Not at all.
+    None,
+    /// By rotation vectors since the time before [rad].
+    Turns(Vec<Vector3<f64>>),
+    /// The shorter way from one orientation to the next.
+    Orientations(Vec<UnitQuaternion<f64>>),
+    /// At angular velocities that are held until the next time [rad/s].
+    Rates(Vec<Vector3<f64>>),
+}
+
+/// The motion of an entry, for what begins at `pose`, in steps of `dt` [s].
+pub(crate) fn motion(source: &Source, entry: &Spanned<format::Motion>, pose: &Pose, dt: f64) -> Result<Arc<Motion>> {
+    let given = entry.get_ref();
+    let course = match (&given.file, &given.times_s) {
+        (Some(file), None) => {
+            if let Some(span) = spans(given).into_iter().flatten().next() {
+                return source.wrong(span, "goes with `times_s`; with `file` it is a column of that file");
+            }
+            read(source, file)?
+        }
+        (None, Some(times)) => lists(source, given, times)?,
+        _ => return source.wrong(entry.span(), "give either `times_s` and lists, or a `file`"),
+    };
+    if let (true, Some(interpolation)) = (course.goes_by_velocity(), &given.interpolation) {
+        return source.wrong(interpolation.span(), "goes with poses; velocities are held from one time to the next");
+    }
+    let motion = match course.motion(pose, interpolation(given)) {
+        Ok(motion) => motion,
+        Err(error) => return source.wrong(entry.span(), &error.to_string()),
+    };
+    if let Some((time, angle)) = motion.half_turn(dt) {
+        let message = format!(
+            "at {time} s it turns by {:.0} degrees in a step of {dt} s, but a step must turn by less than 180: turn more \
+             slowly, or shorten `run.dt_s`",
+            angle.to_degrees()
+        );
+        return source.wrong(entry.span(), &message);
+    }
+    Ok(Arc::new(motion))
+}
+
+fn interpolation(given: &format::Motion) -> Interpolation {
+    match given.interpolation.as_ref().map(Spanned::get_ref) {
+        Some(format::Interpolation::Held) => Interpolation::Held,
+        Some(format::Interpolation::Smooth) => Interpolation::Smooth,
+        Some(format::Interpolation::Linear) | None => Interpolation::Linear,
+    }
+}
+
+/// Places in the text of the lists that are given: three of where it goes, three of how it turns.
+fn spans(given: &format::Motion) -> [Option<std::ops::Range<usize>>; 6] {
+    let of = |list: &Option<Spanned<Vec<format::Vector>>>| list.as_ref().map(Spanned::span);
+    [
+        of(&given.shifts_m),
+        of(&given.positions_m),
+        of(&given.velocities_m_s),
+        of(&given.turns_deg),
+        given.orientations.as_ref().map(Spanned::span),
+        of(&given.angular_velocities_rad_s),
+    ]
+}
+
+/// The lists of the scene, checked.
+fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Number>>) -> Result<Course> {
+    let spans = spans(given);
+    for kind in spans.chunks(3) {
+        if let Some(second) = kind.iter().flatten().nth(1) {
+            return source.wrong(second.clone(), "says a second time what another list says; leave one of them out");
+        }
+    }
+    let count = times.get_ref().len();
+    if spans.iter().all(Option::is_none) {
+        return source.wrong(times.span(), "without a list of what happens at these times, such as `shifts_m`");
+    }
+    let mut seconds: Vec<f64> = Vec::with_capacity(count);
+    for time in times.get_ref() {
+        let now = source.finite(time, "s")?;
+        if seconds.last().is_some_and(|&before| now <= before) {
+            return source.must_be(time.span(), "later than the time before it");
+        }
+        seconds.push(now);
+    }
+    let vectors = |list: &Option<Spanned<Vec<format::Vector>>>, unit: &str| {
+        let Some(list) = list else { return Ok(None) };
+        one_a_time(source, list, count)?;
+        list.get_ref().iter().map(|value| source.vector(value, unit)).collect::<Result<Vec<_>>>().map(Some)
+    };
+    let first_is_zero = |list: &Option<Spanned<Vec<format::Vector>>>| {
+        let first = list.as_ref().and_then(|list| list.get_ref().first());
+        match first.filter(|first| first.get_ref().0 != [0.0; 3]) {
+            Some(first) => source.must_be(first.span(), "[0, 0, 0]: a motion begins where the rod is"),
+            None => Ok(()),
+        }
+    };
+    first_is_zero(&given.shifts_m)?;
+    first_is_zero(&given.turns_deg)?;
+    let way = match (vectors(&given.shifts_m, "m")?, vectors(&given.positions_m, "m")?) {
+        (Some(shifts), _) => Way::Shifts(shifts),
+        (_, Some(positions)) => Way::Positions(positions),
+        _ => vectors(&given.velocities_m_s, "m/s")?.map_or(Way::None, Way::Velocities),
+    };
+    let turning = match (vectors(&given.turns_deg, "degrees")?, &given.orientations) {
+        (Some(turns), _) => Turning::Turns(turns.iter().map(|turn| turn.map(f64::to_radians)).collect()),
+        (_, Some(list)) => {
+            one_a_time(source, list, count)?;
+            let turn = |value: &format::Quaternion| match unit(value.get_ref().0) {
+                Some(turn) => Ok(turn),
+                None => source.must_be(value.span(), "a unit quaternion [w, x, y, z], its norm 1 to within 1e-3"),
+            };
+            Turning::Orientations(list.get_ref().iter().map(turn).collect::<Result<_>>()?)
+        }
+        _ => vectors(&given.angular_velocities_rad_s, "rad/s")?.map_or(Turning::None, Turning::Rates),
+    };
+    let course = Course { times: seconds, way, turning };
+    if course.is_mixed() {
+        return source.wrong(times.span(), "velocities and poses do not go together; give one or the other");
+    }
+    Ok(course)
+}
+
+fn one_a_time<T>(source: &Source, list: &Spanned<Vec<T>>, count: usize) -> Result<()> {
+    match list.get_ref().len() {
+        found if found == count => Ok(()),
+        found => source.wrong(list.span(), &format!("has {found} entries, but `times_s` has {count}")),
+    }
+}
+
+/// A quaternion [w, x, y, z] that is almost of norm 1, made so.
+pub(crate) fn unit([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
+    let quaternion = Quaternion::new(w, x, y, z);
+    let is_unit = (quaternion.norm() - 1.0).abs() <= 1e-3;
+    is_unit.then(|| UnitQuaternion::from_quaternion(quaternion))
+}
+
+impl Course {
+    fn goes_by_velocity(&self) -> bool {
+        matches!(self.way, Way::Velocities(_)) || matches!(self.turning, Turning::Rates(_))
+    }
+
+    /// Whether one half is given by velocities, the other by poses.
+    pub(crate) fn is_mixed(&self) -> bool {
+        let by_pose = matches!(self.way, Way::Shifts(_) | Way::Positions(_))
+            || matches!(self.turning, Turning::Turns(_) | Turning::Orientations(_));
+        by_pose && self.goes_by_velocity()
+    }
+
+    fn motion(&self, pose: &Pose, interpolation: Interpolation) -> std::result::Result<Motion, MotionError> {
+        let zero = Vector3::zeros();
+        let at = |list: &[Vector3<f64>], k: usize| list.get(k).copied().unwrap_or(zero);
+        let times = self.times.iter().copied().enumerate();
+        if self.goes_by_velocity() {
+            let velocity = |k| if let Way::Velocities(list) = &self.way { at(list, k) } else { zero };
+            let rate = |k| if let Turning::Rates(list) = &self.turning { at(list, k) } else { zero };
+            return Motion::at_velocities(
+                pose,
+                &times.map(|(k, time)| (time, velocity(k), rate(k))).collect::<Vec<_>>(),
+            );
+        }
+        let position = |k| match &self.way {
+            Way::Shifts(list) => pose.position + at(list, k),
+            Way::Positions(list) => at(list, k),
+            Way::None | Way::Velocities(_) => pose.position,
+        };
+        if let Turning::Orientations(list) = &self.turning {
+            let pose = |(k, time)| (time, Pose { position: position(k), orientation: list[k] });
+            return Motion::through(&times.map(pose).collect::<Vec<_>>(), interpolation);
+        }
+        let turn = |k| if let Turning::Turns(list) = &self.turning { at(list, k) } else { zero };
+        let keyframe = |(k, time)| Keyframe { time, position: position(k), turn: turn(k) };
+        Motion::new(pose.orientation, &times.map(keyframe).collect::<Vec<_>>(), interpolation)
+    }
+}

@@ -1,0 +1,72 @@
+//! Loads and gravity: what they are in the step under way.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use rod::{Changing, Course, Model, Track};
+
+use super::lanes::{put, vec3};
+use super::{BodyLoad, Component, Members};
+use crate::kernel::lane::Real;
+use crate::kernel::math::Vec3;
+
+/// A load or gravity that changes over time, in one lane.
+#[derive(Clone, Debug)]
+pub(super) struct ChangingForce {
+    pub(super) lane: usize,
+    of: Force,
+    track: Arc<Track>,
+}
+
+/// What changes: loads by their places in the component.
+#[derive(Clone, Copy, Debug)]
+enum Force {
+    Gravity,
+    Load(usize),
+    Torque(usize),
+}
+
+impl ChangingForce {
+    /// The same of a component of its own.
+    pub(super) fn alone(&self) -> Self {
+        Self { lane: 0, ..self.clone() }
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// Adds a model's loads, and what of them and of gravity changes over time, in each of these sets, one a lane.
+    pub(super) fn add_loads(&mut self, model: &Model, lanes: &[&Members]) {
+        for (lane, members) in lanes.iter().enumerate() {
+            let courses = |of: Changing| model.courses.iter().filter(move |course| course.of == of);
+            let change = |of: Force| move |course: &Course| ChangingForce { lane, of, track: course.track.clone() };
+            self.changing.extend(courses(Changing::Gravity).map(change(Force::Gravity)));
+            for (index, load) in model.loads.iter().enumerate() {
+                let Ok(body) = members.segments.binary_search(&load.segment) else { continue };
+                let place = self.loads.len();
+                self.changing.extend(courses(Changing::Force(index)).map(change(Force::Load(place))));
+                self.changing.extend(courses(Changing::Torque(index)).map(change(Force::Torque(place))));
+                let turns = load.torque != Vector3::zeros()
+                    || load.offset != 0.0
+                    || courses(Changing::Torque(index)).next().is_some();
+                let zero = Vec3::zero();
+                let mut own = BodyLoad { body, offset: T::zero(), force: zero, torque: zero, turns };
+                own.offset.set_lane(lane, load.offset);
+                put(&mut own.force, lane, vec3(&load.force));
+                put(&mut own.torque, lane, vec3(&load.torque));
+                self.loads.push(own);
+            }
+        }
+    }
+
+    /// Makes loads and gravity those of `time` [s].
+    pub(crate) fn set_forces(&mut self, time: f64) {
+        for ChangingForce { lane, of, track } in &self.changing {
+            let value = vec3(&track.at(time));
+            match *of {
+                Force::Gravity => put(&mut self.gravity, *lane, value),
+                Force::Load(place) => put(&mut self.loads[place].force, *lane, value),
+                Force::Torque(place) => put(&mut self.loads[place].torque, *lane, value),
+            }
+        }
+    }
+}
