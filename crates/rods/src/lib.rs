@@ -38,15 +38,17 @@
 //!
 //! # Grips that move
 //!
-//! A fixed segment keeps its velocity, whatever pulls at it. So its velocity is its motion: set it before each step to where
-//! the segment is to go, `(target - position) / dt`, by
-//! [`Simulation::set_velocities`](simulation::Simulation::set_velocities). A velocity that is not set again goes on, and one
-//! of zero stops. Within a step it is constant. The example `moved_grip` shows it.
+//! A fixed segment or a clamped face follows a [`Motion`](motion::Motion): keyframes or velocities, in the model from the
+//! start ([`Model::motions`](state::Model::motions)) or given on the way by
+//! [`Simulation::drive`](simulation::Simulation::drive). At every step it is exactly where the motion says.
+//! [`Reaction`](motion::Reaction) is what holds it there. Without a motion a fixed segment keeps its velocity, which
+//! [`Simulation::set_velocities`](simulation::Simulation::set_velocities) may set before each step (example `moved_grip`).
 //!
 //! # Examples
 //!
 //! `cargo run -p rods --example NAME`: `hang_a_cable` (assembly from code, equilibrium, tension at the grips),
-//! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip`.
+//! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip`, `two_arms`
+//! (both ends driven, and what they hold).
 //!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
 
@@ -69,7 +71,16 @@ pub mod scene {
 
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
 pub mod state {
-    pub use rod::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, curvature, measure};
+    pub use rod::{
+        Body, Joint, JointForce, Model, ModelError, MotionMistake, Pose, Segment, State, curvature, measure,
+    };
+}
+
+/// What moves by itself: motions of what is held, loads and gravity over time; and what it takes to hold them.
+pub mod motion {
+    pub use rod::{
+        Changing, Course, Driven, Interpolation, Keyframe, Motion, MotionError, MovingPose, Reaction, Track,
+    };
 }
 
 /// Stepping a model in time.
@@ -118,9 +129,10 @@ pub mod prelude {
         Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
         Stretch, Surface, Wind, shape,
     };
+    pub use crate::motion::{Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};
     pub use crate::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams, StepReport};
-    pub use crate::state::{Joint, JointForce, Model, ModelError, Segment, State, measure};
+    pub use crate::state::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, measure};
     pub use crate::statics::{self, StaticParams};
 }
 
