@@ -7,7 +7,7 @@ use solver::step::StepParams;
 
 fn needs(scene: &Scene, formulation: Formulation, steps: usize) -> Needs {
     let step = StepParams { formulation, ..StepParams::default() };
-    measure(&scene.model, &scene.state, (scene.run.dt, steps), &step, |_| true).unwrap()
+    measure(&scene.model, &scene.state, (scene.run.dt, steps), &step, || true).unwrap().unwrap()
 }
 
 fn left_out(needs: &Needs) -> Vec<&str> {

@@ -42,7 +42,7 @@ impl Context {
     /// Conditions that begin with what a time includes, to which a section adds its own.
     pub(crate) fn conditions(&self, time: &str) -> Conditions {
         let conditions = Conditions::new("time", time).with("machine", &self.machine).with("threads", "1");
-        conditions.with("networks", &self.library.networks_blake3()[..12])
+        conditions.with("networks", &self.library.networks_blake3[..12])
     }
 
     /// For tests, which measure nothing.

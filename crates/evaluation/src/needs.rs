@@ -56,7 +56,7 @@ pub struct LeftOut {
     pub count: u64,
 }
 
-/// Runs `steps` steps of `dt` [s] and says what they needed. After each step `progress(step)` says whether to go on.
+/// Runs `steps` steps of `dt` [s] and says what they needed. After each step `go_on()` says whether to go on; `None` if not.
 ///
 /// # Errors
 /// If model, state, time step or `params` do not fit together.
@@ -65,8 +65,8 @@ pub fn measure(
     state: &State,
     (dt, steps): (f64, usize),
     params: &StepParams,
-    mut progress: impl FnMut(usize) -> bool,
-) -> Result<Needs, SimulationError> {
+    mut go_on: impl FnMut() -> bool,
+) -> Result<Option<Needs>, SimulationError> {
     let choice = auto::choose(model, params, None);
     let settings = Settings { step: *params, solver: choice.solver };
     let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);
@@ -76,11 +76,11 @@ pub fn measure(
         let before = simulation.counters();
         status = status.max(simulation.step(dt)?.status);
         costs.push(Stages::between(&before, &simulation.counters()));
-        if !progress(costs.len()) {
-            break;
+        if !go_on() {
+            return Ok(None);
         }
     }
-    Ok(Needs {
+    Ok(Some(Needs {
         solver: choice.solver.to_string(),
         guess: choice.guess.to_string(),
         reason: choice.reason(),
@@ -88,13 +88,13 @@ pub fn measure(
         sets: simulation.components(),
         sets_in_lanes: simulation.in_lanes(),
         threads: simulation.threads(),
-        steps: costs.len(),
+        steps,
         dt_s: dt,
         status: status.name().to_owned(),
         median_us: Stages::medians(&costs),
         work: simulation.counters(),
         left_out: left_out(model, params.formulation, &choice, &simulation),
-    })
+    }))
 }
 
 /// What the model has no use for, by the model itself; the counts are what the solver did all the same.
@@ -105,6 +105,7 @@ fn left_out(model: &Model, formulation: Formulation, choice: &Choice, simulation
         + work.contact_evaluations
         + work.contact_solves
         + work.contact_sweeps;
+    let starts = work.guesses_used + work.guesses_dropped;
     let is_damped = model.damping.linear != 0.0 || model.damping.angular != 0.0;
     let iterates = matches!(choice.solver, SolverKind::Cg(_));
     let branches = || split(model).iter().any(|(_, topology)| topology.branches > 0);
@@ -116,12 +117,7 @@ fn left_out(model: &Model, formulation: Formulation, choice: &Choice, simulation
         ("branches", !branches(), "no segment has three joints", work.branch_eliminations),
         ("geometric stiffness", !formulation.geometric(), "not in this formulation", work.geometric_evaluations),
         ("momentum residual", !formulation.momentum(), "not in this formulation", work.momentum_evaluations),
-        (
-            "start",
-            choice.guess == GuessKind::Zero,
-            "steps begin at the prediction",
-            work.guesses_used + work.guesses_dropped,
-        ),
+        ("start", choice.guess == GuessKind::Zero, "steps begin at the prediction", starts),
         ("linear iterations", !iterates, "the linear solver is direct", work.linear_iterations),
         ("lanes", simulation.in_lanes() == 0, "too few alike sets that cannot touch", 0),
         ("threads", simulation.threads() == 1, "too little to share", 0),

@@ -3,19 +3,16 @@
 use std::num::NonZeroUsize;
 
 use evaluation::precision::{
-    Against, Budget, Converged, Curve, GivenUp, Level, Outer, Part, Problem, Refined, Start, Way, run_way,
+    Against, Budget, Curve, GivenUp, Level, Outer, Part, Problem, Reference, Refined, Start, Way, run_way,
 };
-use rod::Model;
-use solver::component::Members;
 use solver::formulation::Formulation;
-use solver::guess::{GuessKind, InitialGuess};
+use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::Settings;
-use solver::step::StepParams;
-use solver::topology::Topology;
+use solver::step::{Status, StepParams};
 
 const PLENTY: Budget = Budget { seconds: 100.0, repetitions: 1 };
 
@@ -29,20 +26,20 @@ fn rod(formulations: &[Formulation]) -> Problem {
 
 fn refined_rod(factor: usize) -> Refined {
     let scene = scene::parse_refined(ROD, "rod.toml", NonZeroUsize::new(factor).unwrap()).unwrap();
-    Refined { factor, model: scene.model, state: scene.state }
+    Refined { factor, scene }
 }
 
 fn refined(name: &str, factors: &[usize]) -> Vec<Refined> {
-    let of = |&factor: &usize| {
-        let scene = scene::builtin_refined(name, NonZeroUsize::new(factor).unwrap()).unwrap();
-        Refined { factor, model: scene.model, state: scene.state }
+    let of = |&factor: &usize| Refined {
+        factor,
+        scene: scene::builtin_refined(name, NonZeroUsize::new(factor).unwrap()).unwrap(),
     };
     factors.iter().map(of).collect()
 }
 
 fn way(name: &str, formulation: Formulation, solver: SolverKind) -> Way<'static> {
     let settings = Settings { step: StepParams { formulation, ..StepParams::default() }, solver };
-    Way { name: name.to_owned(), kind: solver.name().to_owned(), settings, start: Start::Zero }
+    Way { name: name.to_owned(), kind: solver.name(), settings, start: Start::Plain(GuessKind::Zero) }
 }
 
 fn curve(problem: &Problem, way: &Way<'_>, levels: &[Level]) -> Curve {
@@ -103,12 +100,9 @@ fn more_iterations_do_not_err_more() {
 #[test]
 fn cells_repeat_bit_by_bit_but_for_their_times() {
     let mut problem = rod(&[Formulation::Newton]);
-    problem.converged = Converged::new(&problem, &[1, 2].map(refined_rod), || true).unwrap();
-    let guess = |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
-        GuessKind::Fischer(4).build(model, members, topology)
-    };
+    problem.converged = Reference::converged(&problem, &[1, 2].map(refined_rod), || true).unwrap();
     let solver = SolverKind::cg(PreconditionerKind::Jacobi);
-    let way = Way { start: Start::Guess(&guess), ..way("fischer", Formulation::Newton, solver) };
+    let way = Way { start: Start::Plain(GuessKind::Fischer(4)), ..way("fischer", Formulation::Newton, solver) };
     let levels = Level::of_tolerances(solver, &[1e-2, 1e-6]);
     let budget = Budget { repetitions: 3, ..PLENTY };
     let run = || run_way(&problem, &way, &levels, &budget, || true).unwrap().unwrap();
@@ -166,7 +160,7 @@ fn ways_that_run_out_are_given_up() {
 #[test]
 fn substeps_come_nearer_to_the_converged_reference() {
     let mut problem = rod(&[Formulation::Newton]);
-    problem.converged = Converged::new(&problem, &[1, 2, 4].map(refined_rod), || true).unwrap();
+    problem.converged = Reference::converged(&problem, &[1, 2, 4].map(refined_rod), || true).unwrap();
     let levels = [1, 2, 4, 8].map(|substeps| Level { outer: Outer::Tolerance(1e-8), linear: None, substeps }).to_vec();
     let curve = curve(&problem, &way("direct", Formulation::Newton, SolverKind::Direct), &levels);
     let error = |index: usize| curve.error(&curve.points[index], Against::Converged, Part::All).unwrap();
@@ -189,8 +183,8 @@ fn predictions_in_the_place_of_solves_are_a_way() {
         }
     }
     let problem = rod(&[Formulation::Xpbd]);
-    let nothing = |_: &Model, _: &Members, _: &Topology| -> Box<dyn Projection> { Box::new(Nothing) };
-    let way = Way { start: Start::EndToEnd(&nothing), ..way("nothing", Formulation::Xpbd, SolverKind::Direct) };
+    let nothing = Start::EndToEnd(Box::new(|_, _, _| Box::new(Nothing)));
+    let way = Way { start: nothing, ..way("nothing", Formulation::Xpbd, SolverKind::Direct) };
     let curve = curve(&problem, &way, &[Level { outer: Outer::Iterations(1), linear: None, substeps: 1 }]);
     // Without solves the segments fall freely: g t^2 / 2, and a little more for symplectic Euler, but the clamped one.
     let (t, n) = (0.4, 20.0);
@@ -205,8 +199,8 @@ fn predictions_in_the_place_of_solves_are_a_way() {
 fn differences(name: &str, steps: usize, factors: &[usize]) -> Vec<f64> {
     let scene = scene::builtin(name).unwrap();
     let problem = Problem::new(name, (scene.model, scene.state), (scene.run.dt, steps), &[], || true).unwrap().unwrap();
-    let converged = Converged::new(&problem, &refined(name, factors), || true).unwrap().unwrap();
-    assert_eq!((converged.status.as_str(), converged.first_contact), ("converged", None));
+    let converged = Reference::converged(&problem, &refined(name, factors), || true).unwrap().unwrap();
+    assert_eq!((converged.status, converged.first_contact), (Status::Converged, None));
     assert_eq!(converged.frames.len(), problem.samples.len());
     assert_eq!(converged.error(), converged.differences.last().unwrap());
     converged.differences.iter().map(|errors| *errors.last().unwrap()).collect()

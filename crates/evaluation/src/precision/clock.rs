@@ -19,10 +19,10 @@ impl Moment {
     /// Of the wall's time since then, the share in which this thread ran; 1 where it is not known, or where the thread
     /// has others beside it.
     pub(super) fn share(&self) -> f64 {
-        let wall = self.wall.elapsed();
-        match (self.own, thread_time()) {
-            (Some(before), Some(now)) if rayon::current_num_threads() == 1 && !wall.is_zero() => {
-                ((now - before).as_secs_f64() / wall.as_secs_f64()).min(1.0)
+        let wall = self.wall.elapsed().as_secs_f64();
+        match self.own.zip(thread_time()) {
+            Some((before, now)) if rayon::current_num_threads() == 1 && wall > 0.0 => {
+                ((now - before).as_secs_f64() / wall).min(1.0)
             }
             _ => 1.0,
         }
@@ -43,36 +43,19 @@ fn thread_time() -> Option<Duration> {
     None
 }
 
-/// Times [s] of a run's turns, one list a repetition, all of them complete. An interruption spoils a turn, not a run: so
-/// each turn has its median and quartiles over the repetitions, and a run their sums.
-#[derive(Default)]
-pub(super) struct Turns(Vec<Vec<f64>>);
-
-impl Turns {
-    /// Adds a repetition.
-    pub(super) fn push(&mut self, turns: Vec<f64>) {
-        self.0.push(turns);
+/// Time of a run, in units of `unit` [s], by the times [s] of its turns: a list a repetition, all of them complete; `None`
+/// without repetitions. An interruption spoils a turn, not a run: so each turn has its median and quartiles over the
+/// repetitions, and a run their sums.
+pub(super) fn of_run(repetitions: &[Vec<f64>], unit: f64) -> Option<Spread> {
+    let mut sum = Spread { mean: 0.0, lower: 0.0, median: 0.0, upper: 0.0 };
+    for turn in 0..repetitions.first()?.len() {
+        let turn = Spread::of(repetitions.iter().map(|turns| turns[turn] / unit))?;
+        sum.mean += turn.mean;
+        sum.lower += turn.lower;
+        sum.median += turn.median;
+        sum.upper += turn.upper;
     }
-
-    /// Number of repetitions.
-    pub(super) fn repetitions(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Time of a run, in units of `unit` [s]; `None` without repetitions.
-    pub(super) fn spread(&self, unit: f64) -> Option<Spread> {
-        let turns = self.0.first()?.len();
-        let mut sum = Spread { mean: 0.0, lower: 0.0, median: 0.0, upper: 0.0 };
-        for turn in 0..turns {
-            let Spread { mean, lower, median, upper } =
-                Spread::of(self.0.iter().filter_map(|times| times.get(turn).map(|time| time / unit)))?;
-            sum.mean += mean;
-            sum.lower += lower;
-            sum.median += median;
-            sum.upper += upper;
-        }
-        Some(sum)
-    }
+    Some(sum)
 }
 
 #[cfg(test)]
@@ -81,12 +64,9 @@ mod tests {
 
     #[test]
     fn an_interruption_spoils_a_turn_alone() {
-        let mut turns = Turns::default();
-        assert_eq!(turns.spread(1.0), None);
-        for times in [[1.0, 2.0, 90.0], [1.0, 50.0, 3.0], [70.0, 2.0, 3.0]] {
-            turns.push(times.to_vec());
-        }
-        let spread = turns.spread(2.0).unwrap();
+        assert_eq!(of_run(&[], 1.0), None);
+        let turns = [[1.0, 2.0, 90.0], [1.0, 50.0, 3.0], [70.0, 2.0, 3.0]].map(|times| times.to_vec());
+        let spread = of_run(&turns, 2.0).unwrap();
         assert_eq!((spread.median, spread.lower), (3.0, 3.0));
         assert_eq!(spread.mean, 222.0 / 3.0 / 2.0);
     }

@@ -10,7 +10,7 @@ use rod::{Assembly, Model, State, measure};
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::Status;
+use solver::step::{Status, StepParams};
 
 pub use contact::PILE_RODS;
 
@@ -78,11 +78,9 @@ pub const ABSOLUTE_TOLERANCE: f64 = 1e-10;
 
 /// The table's settings in a formulation: direct solves to [`RELATIVE_TOLERANCE`] and [`ABSOLUTE_TOLERANCE`].
 pub fn settings(formulation: Formulation) -> Settings {
-    let mut settings = Settings::default();
-    settings.step.formulation = formulation;
-    settings.step.relative_tolerance = RELATIVE_TOLERANCE;
-    settings.step.absolute_tolerance = ABSOLUTE_TOLERANCE;
-    settings
+    let [relative_tolerance, absolute_tolerance] = [RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE];
+    let step = StepParams { formulation, relative_tolerance, absolute_tolerance, ..StepParams::default() };
+    Settings { step, ..Settings::default() }
 }
 
 /// Runs a case, from a guess or from zero.
@@ -138,20 +136,15 @@ pub fn run(case: &Case, settings: &Settings, guess: Option<GuessFactory<'_>>) ->
 
 /// Energy [J] that errors in the last digits of gaps and curvatures make.
 fn rounding(model: &Model) -> f64 {
-    let of_joint = |joint: &rod::Joint| {
-        let stretch = (1e-14 * joint.length).powi(2) / joint.stretch_compliance.max(f64::MIN_POSITIVE);
-        let bend = (1e-14 / joint.length).powi(2) / joint.bend_compliance.max(f64::MIN_POSITIVE);
-        stretch + bend
-    };
-    model.joints.iter().map(of_joint).sum()
+    let of = |error: f64, compliance: f64| error.powi(2) / compliance.max(f64::MIN_POSITIVE);
+    let joints = model.joints.iter();
+    joints.map(|j| of(1e-14 * j.length, j.stretch_compliance) + of(1e-14 / j.length, j.bend_compliance)).sum()
 }
 
 /// All cases.
 pub fn cases() -> Vec<Case> {
-    let mut cases = cases::all();
-    cases.extend([trees::branches(), trees::storm()]);
-    cases.extend([contact::stack(), contact::impact(), contact::pile()]);
-    cases
+    let others = [trees::branches(), trees::storm(), contact::stack(), contact::impact(), contact::pile()];
+    cases::all().into_iter().chain(others).collect()
 }
 
 fn case(name: impl Into<String>, assembly: Assembly, dt: f64, steps: usize) -> Case {

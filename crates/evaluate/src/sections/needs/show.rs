@@ -17,13 +17,17 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
         conditions = conditions.with("steps", key.steps.to_string());
     }
     let default: Vec<_> = cells.iter().filter(|(key, _)| key.formulation == Formulation::default().name()).collect();
+    let bar = |(key, needs): &&(&Key, &Needs)| {
+        let values = stages(&needs.median_us).map(|(_, us)| us / needs.segments as f64).collect();
+        Bar { name: key.scene.clone(), values }
+    };
     let chart = |(title, touches): (&str, bool)| {
         let own = default.iter().filter(|(_, needs)| (needs.median_us.contact > 0.0) == touches);
         BarChart {
             title: title.to_owned(),
             label: "time a step and segment [us]".to_owned(),
             parts: stages(&Stages::default()).map(|(name, _)| name.to_owned()).collect(),
-            bars: own.map(|(key, needs)| bar(&key.scene, needs)).collect(),
+            bars: own.map(bar).collect(),
         }
     };
     let figure = Figure {
@@ -71,11 +75,6 @@ fn real_time(needs: &Needs) -> f64 {
 /// The stages without their total.
 fn stages(us: &Stages) -> impl Iterator<Item = (&'static str, f64)> {
     us.by_name().into_iter().filter(|(name, _)| *name != "total")
-}
-
-fn bar(scene: &str, needs: &Needs) -> Bar {
-    let values = stages(&needs.median_us).map(|(_, us)| us / needs.segments as f64).collect();
-    Bar { name: scene.to_owned(), values }
 }
 
 fn choices(cells: &[(&Key, &Needs)], conditions: Conditions) -> Table {

@@ -7,7 +7,7 @@ use std::num::NonZeroUsize;
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use evaluation::precision::{Budget, Converged, Curve, Level, Outer, Problem, Refined, run_way};
+use evaluation::precision::{Budget, Curve, Level, Outer, Problem, Reference, Refined, Way, run_way};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
@@ -16,32 +16,26 @@ use solver::linear::solvers::SolverKind;
 use crate::cells::Section;
 use crate::context::{Context, Size};
 use crate::library::{Guesses, Learned};
-use crate::ways::{Spec, Ways, kinds};
+use crate::ways::{kinds, ways};
 
-/// A scene, and how long it is run.
-struct Course {
-    scene: &'static str,
-    /// Steps of a quick report and of a full one.
-    steps: [usize; 2],
-    /// How finely the converged reference cuts segments, coarsest first; none where contacts begin at once.
-    factors: &'static [usize],
-}
-
-/// Each scene, from the paper's two rods to its trees. Helices leave the range in which finer segments agree after 40
+/// Each scene, from the paper's two rods to its trees, with the steps of a quick report and of a full one, and how finely
+/// the converged reference cuts segments, coarsest first. Helices leave the range in which finer segments agree after 40
 /// steps; what touches is run just beyond its first contact, which takes errors apart.
-const COURSES: [Course; 11] = [
-    Course { scene: "bending-rod", steps: [50, 100], factors: &[1, 2, 4, 8] },
-    Course { scene: "helix", steps: [40, 40], factors: &[1, 2, 4, 8] },
-    Course { scene: "helix-on-plane", steps: [12, 15], factors: &[1, 2] },
-    Course { scene: "two-rods", steps: [40, 40], factors: &[1, 2, 4] },
-    Course { scene: "knot", steps: [40, 100], factors: &[1, 2] },
-    Course { scene: "tree-10", steps: [10, 40], factors: &[1, 2, 4] },
-    Course { scene: "tree-20", steps: [5, 40], factors: &[1, 2, 4] },
-    Course { scene: "tree-40", steps: [3, 20], factors: &[1, 2] },
-    Course { scene: "tree-70", steps: [3, 20], factors: &[1, 2] },
-    Course { scene: "net-on-sphere", steps: [12, 20], factors: &[1, 2] },
-    Course { scene: "hair", steps: [4, 30], factors: &[1, 2] },
+const COURSES: [(&str, [usize; 2], &[usize]); 11] = [
+    ("bending-rod", [50, 100], &[1, 2, 4, 8]),
+    ("helix", [40, 40], &[1, 2, 4, 8]),
+    ("helix-on-plane", [12, 15], &[1, 2]),
+    ("two-rods", [40, 40], &[1, 2, 4]),
+    ("knot", [40, 100], &[1, 2]),
+    ("tree-10", [10, 40], &[1, 2, 4]),
+    ("tree-20", [5, 40], &[1, 2, 4]),
+    ("tree-40", [3, 20], &[1, 2]),
+    ("tree-70", [3, 20], &[1, 2]),
+    ("net-on-sphere", [12, 20], &[1, 2]),
+    ("hair", [4, 30], &[1, 2]),
 ];
+/// Scenes that a quick report leaves out.
+const FULL_ALONE: [&str; 2] = ["tree-20", "tree-70"];
 
 /// Outer tolerances.
 const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
@@ -92,26 +86,28 @@ impl Section for Precision {
     const ID: &'static str = "precision";
 
     fn keys(&self, context: &Context) -> Result<Vec<Key>> {
-        let mut keys = Vec::new();
-        let is_quick = |course: &&Course| context.size == Size::Full || !["tree-20", "tree-70"].contains(&course.scene);
-        for course in COURSES.iter().filter(is_quick) {
-            let scene = scene::builtin(course.scene)?;
-            let guesses = context.library.for_scene(&scene, learned(context.size, &scene))?;
-            let [quick, full] = course.steps;
-            for spec in &Ways::new(&scene, &guesses, context.size).specs {
-                keys.push(Key {
-                    scene: course.scene.to_owned(),
-                    way: spec.name.clone(),
-                    steps: context.size.pick(quick, full),
-                    factors: context.size.pick(&[][..], course.factors).to_vec(),
-                    levels: levels(spec, context.size),
-                    budget: context
-                        .size
-                        .pick(Budget { seconds: 0.1, repetitions: 2 }, Budget { seconds: 2.0, repetitions: 5 }),
-                });
+        let (size, mut keys) = (context.size, Vec::new());
+        let [quick, full] = [(0.1, 2), (2.0, 5)].map(|(seconds, repetitions)| Budget { seconds, repetitions });
+        for (name, steps, factors) in COURSES {
+            if size == Size::Quick && FULL_ALONE.contains(&name) {
+                continue;
             }
+            let scene = scene::builtin(name)?;
+            let guesses = context.library.for_scene(&scene, learned(size, &scene))?;
+            keys.extend(ways(&scene, &guesses, size).into_iter().map(|way| Key {
+                scene: name.to_owned(),
+                steps: size.pick(steps[0], steps[1]),
+                factors: size.pick(&[][..], factors).to_vec(),
+                levels: levels(&way, size),
+                budget: size.pick(quick, full),
+                way: way.name,
+            }));
         }
         Ok(keys)
+    }
+
+    fn go_together(key: &Key, next: &Key) -> bool {
+        key.scene == next.scene
     }
 
     fn seconds(&self, key: &Key) -> f64 {
@@ -124,12 +120,11 @@ impl Section for Precision {
             self.current = current(context, key, go_on)?;
         }
         let Some(Current { scene, guesses, problem }) = &self.current else { return Ok(None) };
-        let ways = Ways::new(scene, guesses, context.size);
-        let spec = ways.specs.iter().find(|spec| spec.name == key.way).context("a way that the scene does not have")?;
-        let curve = ways.with(spec, |way| run_way(problem, way, &key.levels, &key.budget, go_on));
-        let Some(curve) = curve.context("a guess that makes no predictions")?? else { return Ok(None) };
+        let mut ways = ways(scene, guesses, context.size).into_iter();
+        let way = ways.find(|way| way.name == key.way).context("a way that the scene does not have")?;
+        let Some(curve) = run_way(problem, &way, &key.levels, &key.budget, go_on)? else { return Ok(None) };
         let floor = problem.converged.as_ref().and_then(|converged| converged.error().iter().copied().reduce(f64::max));
-        let exact = problem.exact(spec.settings.step.formulation);
+        let exact = problem.exact(way.settings.step.formulation);
         let reference = exact.map_or("none", |exact| exact.status.name()).to_owned();
         Ok(Some(Value { curve, floor, reference }))
     }
@@ -149,13 +144,12 @@ fn learned(size: Size, scene: &Scene) -> Learned {
 }
 
 /// Levels of accuracy of a way.
-fn levels(spec: &Spec, size: Size) -> Vec<Level> {
-    if spec.kind == kinds::END_TO_END {
-        let level = |&count: &usize| Level::new(Outer::Iterations(count));
-        return PREDICTIONS[..size.pick(2, 4)].iter().map(level).collect();
+fn levels(way: &Way<'_>, size: Size) -> Vec<Level> {
+    if way.kind == kinds::END_TO_END {
+        return PREDICTIONS[..size.pick(2, 4)].iter().map(|&count| Level::new(Outer::Iterations(count))).collect();
     }
-    let mut levels = Level::of_tolerances(spec.settings.solver, &TOLERANCES[..size.pick(3, 4)]);
-    if size == Size::Full && spec.settings.solver == SolverKind::Direct {
+    let mut levels = Level::of_tolerances(way.settings.solver, &TOLERANCES[..size.pick(3, 4)]);
+    if size == Size::Full && way.settings.solver == SolverKind::Direct {
         let outer = Outer::Tolerance(SUBSTEPS_TOLERANCE);
         levels.extend(SUBSTEPS.map(|substeps| Level { substeps, ..Level::new(outer) }));
     }
@@ -166,20 +160,19 @@ fn levels(spec: &Spec, size: Size) -> Vec<Level> {
 fn current(context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Current>> {
     let scene = scene::builtin(&key.scene)?;
     let guesses = context.library.for_scene(&scene, learned(context.size, &scene))?;
-    let parts = (scene.model.clone(), scene.state.clone());
-    let span = (scene.run.dt, key.steps);
-    let Some(mut problem) = Problem::new(&key.scene, parts, span, &Formulation::ALL, &mut *go_on)? else {
-        return Ok(None);
-    };
+    let (parts, span) = ((scene.model.clone(), scene.state.clone()), (scene.run.dt, key.steps));
+    let problem = Problem::new(&key.scene, parts, span, &Formulation::ALL, &mut *go_on)?;
+    let Some(mut problem) = problem else { return Ok(None) };
     if !key.factors.is_empty() {
-        let mut refined = Vec::new();
-        for &factor in &key.factors {
-            let scene::Scene { model, state, .. } =
-                scene::builtin_refined(&key.scene, NonZeroUsize::new(factor).unwrap_or(NonZeroUsize::MIN))?;
-            refined.push(Refined { factor, model, state });
+        let refined = |&factor: &usize| {
+            let parts = NonZeroUsize::new(factor).context("a segment in no parts")?;
+            Ok(Refined { factor, scene: scene::builtin_refined(&key.scene, parts)? })
+        };
+        let refined = key.factors.iter().map(refined).collect::<Result<Vec<_>>>()?;
+        problem.converged = Reference::converged(&problem, &refined, go_on)?;
+        if problem.converged.is_none() {
+            return Ok(None);
         }
-        let Some(converged) = Converged::new(&problem, &refined, go_on)? else { return Ok(None) };
-        problem.converged = Some(converged);
     }
     Ok(Some(Current { scene, guesses, problem }))
 }

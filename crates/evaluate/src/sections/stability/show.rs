@@ -10,10 +10,9 @@ use crate::show::{columns, number};
 
 pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     let conditions = tolerances(context.conditions("wall time of all steps"));
-    let is_plain = |key: &Key| key.solver == DIRECT && key.start == ZERO;
-    let plain: Vec<_> = cells.iter().filter(|(key, _)| is_plain(key)).map(|(_, value)| &value.row).collect();
-    let plain = cases_table(&plain, conditions.clone());
-    let guessed = cells.iter().filter(|(key, _)| !is_plain(key));
+    let (plain, guessed): (Vec<_>, Vec<_>) =
+        cells.iter().partition(|(key, _)| key.solver == DIRECT && key.start == ZERO);
+    let plain: Vec<_> = plain.iter().map(|(_, value)| &value.row).collect();
     let learned = Table {
         id: "stability-guesses".to_owned(),
         title: "Learned guesses far outside of their training".to_owned(),
@@ -23,11 +22,13 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
                 .to_owned(),
         columns: columns(&[&["case", "formulation", "solver", "start", "status"], &NUMBERS[..]].concat()),
         rows: guessed
+            .iter()
             .map(|(key, value)| row(&[&key.case, &key.formulation, &key.solver, &key.start], &value.row))
             .collect(),
-        conditions,
+        conditions: conditions.clone(),
     };
-    let blocks = vec![Block::Paragraph(verdict(cells)), Block::Table(plain), Block::Table(learned)];
+    let tables = [cases_table(&plain, conditions), learned].map(Block::Table);
+    let blocks = std::iter::once(Block::Paragraph(verdict(cells))).chain(tables).collect();
     Section { id: "stability".to_owned(), title: "Stability".to_owned(), blocks }
 }
 
@@ -78,34 +79,33 @@ fn is_good(row: &CaseRun) -> bool {
 
 /// The tables in words.
 fn verdict(cells: &[(&Key, &Value)]) -> String {
-    // Good runs and all, of each formulation, solver and start in their order.
-    let mut counts: Vec<([&str; 3], [usize; 2])> = Vec::new();
-    // The same solver from zero stands where the network's guess does not.
-    let (mut learned, mut fallen) = (0, 0);
-    for (key, value) in cells {
-        let (way, good) = ([&key.formulation, &key.solver, &key.start].map(String::as_str), is_good(&value.row));
-        let place = counts.iter().position(|(known, _)| *known == way).unwrap_or_else(|| {
-            counts.push((way, [0; 2]));
-            counts.len() - 1
-        });
-        counts[place].1[0] += usize::from(good);
-        counts[place].1[1] += 1;
-        if key.start.starts_with("gn") {
-            let base = Key { start: ZERO.to_owned(), ..(*key).clone() };
-            let stands = cells.iter().any(|(other, value)| **other == base && is_good(&value.row));
-            learned += 1;
-            fallen += usize::from(stands && !good);
+    let way = |key: &Key| (key.formulation.clone(), key.solver.clone(), key.start.clone());
+    let mut ways = Vec::new();
+    for (key, _) in cells {
+        if !ways.contains(&way(key)) {
+            ways.push(way(key));
         }
     }
-    counts.sort_by_key(|([formulation, solver, start], _)| {
-        (Formulation::ALL.iter().position(|known| known.name() == *formulation), *solver != DIRECT, *start != ZERO)
+    ways.sort_by_key(|(formulation, solver, start)| {
+        (Formulation::ALL.iter().position(|known| known.name() == formulation), solver != DIRECT, start != ZERO)
     });
-    let words = counts.into_iter().map(|([formulation, solver, start], [good, all])| {
-        format!("{formulation}, {solver}, from {start}: {good} of {all}")
+    let words = ways.iter().map(|of| {
+        let own = || cells.iter().filter(|(key, _)| way(key) == *of);
+        let good = own().filter(|(_, value)| is_good(&value.row)).count();
+        let (formulation, solver, start) = of;
+        format!("{formulation}, {solver}, from {start}: {good} of {}", own().count())
+    });
+    let learned = || cells.iter().filter(|(key, _)| key.start.starts_with("gn"));
+    // The same solver from zero stands where the network's guess does not.
+    let fallen = learned().filter(|(key, value)| {
+        let base = Key { start: ZERO.to_owned(), ..(*key).clone() };
+        !is_good(&value.row) && cells.iter().any(|(other, value)| **other == base && is_good(&value.row))
     });
     format!(
-        "Cases that converge in every step: {}. The paper's formulation is xpbd, the default xpbd-geometric. Of {learned} runs \
-         from a learned guess {fallen} do not where the same solver does from zero.",
-        words.collect::<Vec<_>>().join("; ")
+        "Cases that converge in every step: {}. The paper's formulation is xpbd, the default xpbd-geometric. Of {} runs \
+         from a learned guess {} do not where the same solver does from zero.",
+        words.collect::<Vec<_>>().join("; "),
+        learned().count(),
+        fallen.count()
     )
 }
