@@ -44,9 +44,11 @@ impl Context {
         let conditions = Conditions::new("time", time).with("machine", &self.machine).with("threads", "1");
         conditions.with("networks", &self.library.networks_blake3[..12])
     }
+}
 
+#[cfg(test)]
+impl Context {
     /// For tests, which measure nothing.
-    #[cfg(test)]
     pub(crate) fn for_tests() -> Self {
         let nowhere = PathBuf::from("nowhere");
         Self {

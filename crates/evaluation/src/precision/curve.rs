@@ -15,15 +15,6 @@ pub enum Against {
     Converged,
 }
 
-/// Which part of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// Before the first contact.
-    BeforeContact,
-    /// All of it.
-    All,
-}
-
 /// Why a level was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GivenUp {
@@ -82,25 +73,21 @@ pub struct Curve {
     pub points: Vec<Point>,
 }
 
-impl Curve {
-    /// The largest error of a point at any sample of a part of the run; `None` where it was given up, or nothing was
-    /// measured.
-    pub fn error(&self, point: &Point, against: Against, part: Part) -> Option<f64> {
+impl Point {
+    /// The largest error at any of the first `count` samples; `None` where it was given up, or nothing was measured.
+    pub fn error(&self, against: Against, count: usize) -> Option<f64> {
         let errors = match against {
-            Against::Exact => &point.exact,
-            Against::Converged => &point.converged,
+            Against::Exact => &self.exact,
+            Against::Converged => &self.converged,
         };
-        let count = match part {
-            Part::BeforeContact => self.samples_before_contact,
-            Part::All => self.samples.len(),
-        };
-        errors.as_ref().filter(|_| point.given_up.is_none())?.iter().take(count).copied().reduce(f64::max)
+        errors.as_ref().filter(|_| self.given_up.is_none())?.iter().take(count).copied().reduce(f64::max)
     }
+}
 
-    /// Error and time of each point that has both; times are relative to the yardstick's. Points with substeps have no
-    /// error against the exact reference.
-    pub fn line(&self, against: Against, part: Part) -> Line {
-        let place = |point: &Point| Some(Place { error: self.error(point, against, part)?, time: point.ratio?.median });
+impl Curve {
+    /// Error, as [`Point::error`], and time of each point that has both; times are relative to the yardstick's.
+    pub fn line(&self, against: Against, count: usize) -> Line {
+        let place = |point: &Point| Some(Place { error: point.error(against, count)?, time: point.ratio?.median });
         let places = self.points.iter().filter_map(place).collect();
         Line { way: self.way.clone(), kind: self.kind.clone(), places }
     }

@@ -8,7 +8,7 @@
 //! ([`Against`]): against the same formulation and time step solved to rounding errors, which is what a solver is
 //! answerable for, and against a reference that is converged in time step and segment length, which is what the user
 //! gets. Below the second reference's own error ([`Reference::error`]) nothing can be told apart. Contacts take the
-//! smallest differences apart, so that errors before the first contact are told separately ([`Part`]).
+//! smallest differences apart, so that errors before the first contact are told separately ([`Curve::samples_before_contact`]).
 //!
 //! **Times** are the stages' wall times, those of guesses included, those of setting up excluded, per simulated second,
 //! on a rayon pool of one thread without the time in which the thread did not run. (In a larger pool they are wall times
@@ -28,7 +28,7 @@ pub mod pareto;
 pub mod reference;
 pub mod run;
 
-pub use curve::{Against, Curve, GivenUp, Part, Point};
+pub use curve::{Against, Curve, GivenUp, Point};
 pub use level::{Level, Outer};
-pub use reference::{Problem, Reference, Refined};
+pub use reference::{Problem, Reference};
 pub use run::{Budget, Start, Way, run_way};

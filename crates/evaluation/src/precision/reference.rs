@@ -37,14 +37,8 @@ pub fn exact_settings(step: &StepParams) -> Settings {
 /// A scene, for how long it is run, and what its errors are measured against.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// Name of the scene.
-    pub scene: String,
-    /// Model.
-    pub model: Model,
-    /// First state.
-    pub state: State,
-    /// Time step [s].
-    pub dt: f64,
+    /// The scene; steps are its own.
+    pub scene: Scene,
     /// Number of steps.
     pub steps: usize,
     /// Steps, from 1, after which errors are measured: about ten.
@@ -56,30 +50,62 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A problem with exact references of `formulations`, and without a converged one. The first formulation's contacts
-    /// say where the samples lie. After each step of each reference `go_on()` says whether to go on; `None` if not.
+    /// A problem with exact references of `formulations`, the first of which says by its contacts where the samples lie,
+    /// and a converged one where there are `refined` scenes ([`scene::parse_refined`]), coarsest first: at least two, the
+    /// uncut one possibly among them, tell how far it is converged. After each step of each reference `go_on()` says
+    /// whether to go on; `None` if not.
     ///
     /// # Errors
-    /// If model and state do not fit together, or `dt` [s] is not finite and positive.
+    /// If a scene is not valid.
     pub fn new(
-        scene: impl Into<String>,
-        (model, state): (Model, State),
-        (dt, steps): (f64, usize),
+        scene: Scene,
+        steps: usize,
         formulations: &[Formulation],
+        refined: &[Scene],
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Option<Self>, SimulationError> {
         let mut exact = Vec::with_capacity(formulations.len());
         for &formulation in formulations {
             let settings = exact_settings(&StepParams { formulation, ..StepParams::default() });
-            let (course, how) = ((dt, steps, 1), (&settings, GuessKind::Zero));
-            let centres = |state: &State| state.positions.clone();
-            let reference = Reference::of_all_steps((&model, &state), course, how, centres, &mut go_on)?;
+            let (course, how) = ((scene.run.dt, steps, 1), (&settings, GuessKind::Zero));
+            let reference = Reference::of_all_steps(&scene, course, how, |state| state.positions.clone(), &mut go_on)?;
             let Some(reference) = reference else { return Ok(None) };
             exact.push(reference);
         }
         let samples = sample_steps(steps, exact.first().and_then(|exact| exact.first_contact));
         exact.iter_mut().for_each(|exact| exact.keep(&samples));
-        Ok(Some(Self { scene: scene.into(), model, state, dt, steps, samples, exact, converged: None }))
+        let mut problem = Self { scene, steps, samples, exact, converged: None };
+        for finer in refined {
+            let Some(reference) = problem.refined(finer, &mut go_on)? else { return Ok(None) };
+            problem.converged = Some(reference);
+        }
+        Ok(Some(problem))
+    }
+
+    /// The next converged reference after the one that there is.
+    ///
+    /// Segments are cut into k parts and time steps into k^2, formulation `newton`, direct solves. What is left are the
+    /// errors of implicit Euler, O(1/k^2), and of the segments' length: O(1/k) where whole segments are clamped or rods
+    /// branch, O(1/k^2) elsewhere. With contacts there is nothing to converge to after the first.
+    fn refined(&self, finer: &Scene, go_on: &mut impl FnMut() -> bool) -> Result<Option<Reference>, SimulationError> {
+        // Far below what the time steps leave.
+        let [relative_tolerance, absolute_tolerance, contact_tolerance] = [1e-8, 1e-8, 1e-4];
+        let step = StepParams { formulation: Formulation::Newton, ..StepParams::default() };
+        let step = StepParams { relative_tolerance, absolute_tolerance, contact_tolerance, ..step };
+        let how = (&Settings { step, ..Settings::default() }, GuessKind::StepQuadratic);
+        let parts = finer.model.segments.len() / self.scene.model.segments.len().max(1);
+        let course = (self.scene.run.dt, self.steps, parts * parts);
+        let reference =
+            Reference::of_all_steps(finer, course, how, |state| centres(&finer.model, state, parts), go_on)?;
+        let Some(mut reference) = reference else { return Ok(None) };
+        reference.keep(&self.samples);
+        if let Some(last) = &self.converged {
+            let frames = last.frames.iter().zip(&reference.frames);
+            let difference = frames.map(|(a, b)| position_error(&self.scene.model, a, b)).collect();
+            reference.differences = [&last.differences[..], &[difference]].concat();
+            reference.status = reference.status.max(last.status);
+        }
+        Ok(Some(reference))
     }
 
     /// The reference of the same formulation, if there is one.
@@ -128,7 +154,7 @@ pub struct Reference {
 impl Reference {
     /// The frames are those of all `steps` of `dt` [s], each done in so many `parts`. `None` where `go_on()` says so after one.
     fn of_all_steps(
-        (model, state): (&Model, &State),
+        Scene { model, state, .. }: &Scene,
         (dt, steps, parts): (f64, usize, usize),
         (settings, guess): (&Settings, GuessKind),
         centres: impl Fn(&State) -> Vec<Vector3<f64>>,
@@ -160,45 +186,6 @@ impl Reference {
         self.frames = samples.iter().map(|&step| std::mem::take(&mut self.frames[step - 1])).collect();
     }
 
-    /// A motion that is converged in time step and segment length, as far as [`Reference::error`] says: a problem's scene
-    /// with segments cut into k parts and time steps into k^2, formulation `newton`, direct solves.
-    ///
-    /// What is left are the errors of implicit Euler, O(1/k^2), and of the segments' length: O(1/k) where whole segments are
-    /// clamped or rods branch, O(1/k^2) elsewhere. With contacts there is nothing to converge to after the first.
-    ///
-    /// The refined scenes come coarsest first; at least two, the uncut one possibly among them, tell how far the motion is
-    /// converged. After each step of the problem's in each run `go_on()` says whether to go on; `None` if not.
-    ///
-    /// # Errors
-    /// If a refined scene is not valid.
-    pub fn converged(
-        problem: &Problem,
-        refined: &[Refined],
-        mut go_on: impl FnMut() -> bool,
-    ) -> Result<Option<Self>, SimulationError> {
-        // Far below what the time steps leave.
-        let [relative_tolerance, absolute_tolerance, contact_tolerance] = [1e-8, 1e-8, 1e-4];
-        let of = StepParams { formulation: Formulation::Newton, ..StepParams::default() };
-        let step = StepParams { relative_tolerance, absolute_tolerance, contact_tolerance, ..of };
-        let how = (&Settings { step, ..Settings::default() }, GuessKind::StepQuadratic);
-        let mut last: Option<Self> = None;
-        for refined @ Refined { factor, scene } in refined {
-            let course = (problem.dt, problem.steps, factor * factor);
-            let centres = |state: &State| refined.centres(state);
-            let run = Self::of_all_steps((&scene.model, &scene.state), course, how, centres, &mut go_on)?;
-            let Some(mut run) = run else { return Ok(None) };
-            run.keep(&problem.samples);
-            if let Some(last) = last {
-                let frames = last.frames.iter().zip(&run.frames);
-                let difference = frames.map(|(a, b)| position_error(&problem.model, a, b)).collect();
-                run.differences = [last.differences, vec![difference]].concat();
-                run.status = run.status.max(last.status);
-            }
-            last = Some(run);
-        }
-        Ok(last)
-    }
-
     /// Estimate of a converged motion's own position error at each sample: how far the next coarser one is from it.
     ///
     /// Where a refinement by two halves the error (order 1/k) this is the error itself, where it divides it by four three
@@ -209,26 +196,14 @@ impl Reference {
     }
 }
 
-/// A scene with every segment cut into `factor` parts: part j of segment i is segment `factor * i + j`.
-#[derive(Clone, Debug)]
-pub struct Refined {
-    /// Number of parts of a segment; at least 1.
-    pub factor: usize,
-    /// The scene with its segments cut.
-    pub scene: Scene,
-}
-
-impl Refined {
-    /// What the centres of the uncut segments would be [m]: a segment is the chord between two places in the material,
-    /// so that its centre is halfway between the ends of its parts.
-    ///
-    /// At the start this is where the uncut scene has them, for curved rods, too, whose parts do not lie on the chord.
-    fn centres(&self, state: &State) -> Vec<Vector3<f64>> {
-        let end =
-            |i: usize, side: f64| state.positions[i] + state.axis(i) * (side * self.scene.model.segments[i].length);
-        let chord = |first: usize| 0.5 * (end(first, -0.5) + end(first + self.factor - 1, 0.5));
-        (0..self.scene.model.segments.len()).step_by(self.factor).map(chord).collect()
-    }
+/// What the centres of the uncut segments would be [m], of a model whose segments are cut into so many `parts`: a segment is
+/// the chord between two places in the material, so that its centre is halfway between the ends of its parts.
+///
+/// At the start this is where the uncut scene has them, for curved rods, too, whose parts do not lie on the chord.
+fn centres(model: &Model, state: &State, parts: usize) -> Vec<Vector3<f64>> {
+    let end = |i: usize, side: f64| state.positions[i] + state.axis(i) * (side * model.segments[i].length);
+    let chord = |first: usize| 0.5 * (end(first, -0.5) + end(first + parts - 1, 0.5));
+    (0..model.segments.len()).step_by(parts).map(chord).collect()
 }
 
 #[cfg(test)]

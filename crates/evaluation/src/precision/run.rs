@@ -48,7 +48,7 @@ pub struct Way<'a> {
 
 impl Way<'_> {
     fn simulation(&self, problem: &Problem, level: &Level) -> Result<Simulation, SimulationError> {
-        let (model, state, settings) = (&problem.model, &problem.state, level.settings(&self.settings));
+        let (model, state, settings) = (&problem.scene.model, &problem.scene.state, level.settings(&self.settings));
         let from = |guess: GuessFactory<'_>| Simulation::new(model, state, &settings, Some(guess));
         match &self.start {
             Start::Plain(kind) => from(&|model, members, topology| kind.build(model, members, topology)),
@@ -87,10 +87,11 @@ pub fn run_way(
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Curve>, SimulationError> {
     let mut runs: Vec<LevelRun> = levels.iter().map(|level| LevelRun::new(problem, way, level)).collect();
-    let mut found = problem.state.clone();
+    let (scene, dt) = (&problem.scene, problem.scene.run.dt);
+    let mut found = scene.state.clone();
     let mut yardstick: Vec<Vec<f64>> = Vec::new();
     for repetition in 0..budget.repetitions.max(1) {
-        let mut beside = Simulation::new(&problem.model, &problem.state, &Settings::default(), None)?;
+        let mut beside = Simulation::new(&scene.model, &scene.state, &Settings::default(), None)?;
         let mut beside_turns = Vec::new();
         for run in &mut runs {
             run.begin(way, repetition, budget)?;
@@ -99,7 +100,7 @@ pub fn run_way(
             let turn = first..problem.steps.min(first + TURN);
             let mut time = 0.0;
             for _ in turn.clone() {
-                time += timed(&mut beside, problem.dt)?.1;
+                time += timed(&mut beside, dt)?.1;
             }
             beside_turns.push(time);
             for run in &mut runs {
@@ -111,13 +112,13 @@ pub fn run_way(
         }
         yardstick.push(beside_turns);
     }
-    let simulated = problem.steps as f64 * problem.dt;
+    let simulated = problem.steps as f64 * dt;
     let yardstick = of_run(&yardstick, simulated);
     Ok(Some(Curve {
-        scene: problem.scene.clone(),
+        scene: scene.name.clone(),
         way: way.name.clone(),
         kind: way.kind.to_owned(),
-        dt: problem.dt,
+        dt,
         steps: problem.steps,
         samples: problem.samples.clone(),
         samples_before_contact: problem.samples_before_contact(),
@@ -189,7 +190,7 @@ impl<'a> LevelRun<'a> {
             let failures = simulation.counters().linear_failures;
             let mut status = Status::Converged;
             for _ in 0..substeps {
-                let (of_substep, time) = timed(&mut simulation, self.problem.dt / substeps as f64)?;
+                let (of_substep, time) = timed(&mut simulation, self.problem.scene.run.dt / substeps as f64)?;
                 status = status.max(of_substep);
                 turn += time;
                 self.spent += time;
@@ -230,7 +231,7 @@ impl<'a> LevelRun<'a> {
         let Ok(sample) = problem.samples.binary_search(&step) else { return true };
         simulation.store(found);
         let error = |reference: Option<&Reference>| {
-            Some(position_error(&problem.model, &found.positions, &reference?.frames[sample]))
+            Some(position_error(&problem.scene.model, &found.positions, &reference?.frames[sample]))
         };
         let errors = [self.exact, problem.converged.as_ref()].map(error);
         if !errors.into_iter().flatten().all(f64::is_finite) {

@@ -16,7 +16,7 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
     if let Some((key, _)) = cells.first() {
         conditions = conditions.with("steps", key.steps.to_string());
     }
-    let default: Vec<_> = cells.iter().filter(|(key, _)| key.formulation == Formulation::default().name()).collect();
+    let default: Vec<_> = cells.iter().filter(|(key, _)| is_default(key)).collect();
     let bar = |(key, needs): &&(&Key, &Needs)| {
         let values = stages(&needs.median_us).map(|(_, us)| us / needs.segments as f64).collect();
         Bar { name: key.scene.clone(), values }
@@ -47,12 +47,14 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
 }
 
 pub(super) fn claims(cells: &[(&Key, &Needs)]) -> BTreeMap<String, String> {
-    let is_asked = |key: &Key| key.scene == "tree-70" && key.formulation == Formulation::default().name();
-    let largest_tree = cells.iter().find(|(key, _)| is_asked(key)).map(|(_, needs)| {
-        let words = format!("{} times real time with {} segments", number(real_time(needs)), needs.segments);
-        ("trees-real-time".to_owned(), words)
-    });
-    largest_tree.into_iter().collect()
+    let of_tree = cells.iter().filter(|(key, _)| key.scene == "tree-70" && is_default(key));
+    let words =
+        |needs: &Needs| format!("{} times real time with {} segments", number(real_time(needs)), needs.segments);
+    of_tree.map(|(_, needs)| ("trees-real-time".to_owned(), words(needs))).collect()
+}
+
+fn is_default(key: &Key) -> bool {
+    key.formulation == Formulation::default().name()
 }
 
 /// Each scene with what is chosen for it, and whether what is left out was really left out.

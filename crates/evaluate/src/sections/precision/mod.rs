@@ -7,7 +7,7 @@ use std::num::NonZeroUsize;
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use evaluation::precision::{Budget, Curve, Level, Outer, Problem, Reference, Refined, Way, run_way};
+use evaluation::precision::{Budget, Curve, Level, Outer, Problem, Way, run_way};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
@@ -37,18 +37,6 @@ const COURSES: [(&str, [usize; 2], &[usize]); 11] = [
 /// Scenes that a quick report leaves out.
 const FULL_ALONE: [&str; 2] = ["tree-20", "tree-70"];
 
-/// Outer tolerances.
-const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
-
-/// Into how many steps each is divided in a second sweep of the ways that solve directly, against the converged reference.
-const SUBSTEPS: [usize; 3] = [2, 4, 8];
-
-/// Outer tolerance of divided steps.
-const SUBSTEPS_TOLERANCE: f64 = 1e-4;
-
-/// Predictions a step of the end-to-end ways.
-const PREDICTIONS: [usize; 4] = [1, 2, 4, 8];
-
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
     scene: String,
@@ -75,7 +63,6 @@ pub(crate) struct Precision {
 }
 
 struct Current {
-    scene: Scene,
     guesses: Rc<Guesses>,
     problem: Problem,
 }
@@ -116,11 +103,11 @@ impl Section for Precision {
     }
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
-        if self.current.as_ref().is_none_or(|current| current.problem.scene != key.scene) {
+        if self.current.as_ref().is_none_or(|current| current.problem.scene.name != key.scene) {
             self.current = current(context, key, go_on)?;
         }
-        let Some(Current { scene, guesses, problem }) = &self.current else { return Ok(None) };
-        let mut ways = ways(scene, guesses, context.size).into_iter();
+        let Some(Current { guesses, problem }) = &self.current else { return Ok(None) };
+        let mut ways = ways(&problem.scene, guesses, context.size).into_iter();
         let way = ways.find(|way| way.name == key.way).context("a way that the scene does not have")?;
         let Some(curve) = run_way(problem, &way, &key.levels, &key.budget, go_on)? else { return Ok(None) };
         let floor = problem.converged.as_ref().and_then(|converged| converged.error().iter().copied().reduce(f64::max));
@@ -134,24 +121,23 @@ impl Section for Precision {
     }
 }
 
-/// Segments of the largest scene for nearest neighbours: there a prediction takes a second already.
-const LARGEST_FOR_NEIGHBOURS: usize = 120;
-
-/// The learned guesses of a scene.
+/// The learned guesses of a scene: nearest neighbours in small ones alone, because in others a prediction takes a second.
 fn learned(size: Size, scene: &Scene) -> Learned {
-    let has_neighbours = size == Size::Full && scene.model.segments.len() <= LARGEST_FOR_NEIGHBOURS;
+    let has_neighbours = size == Size::Full && scene.model.segments.len() <= 120;
     if has_neighbours { Learned::All } else { Learned::Networks }
 }
 
 /// Levels of accuracy of a way.
 fn levels(way: &Way<'_>, size: Size) -> Vec<Level> {
     if way.kind == kinds::END_TO_END {
-        return PREDICTIONS[..size.pick(2, 4)].iter().map(|&count| Level::new(Outer::Iterations(count))).collect();
+        let predictions = [1, 2, 4, 8].map(|count| Level::new(Outer::Iterations(count)));
+        return predictions[..size.pick(2, 4)].to_vec();
     }
-    let mut levels = Level::of_tolerances(way.settings.solver, &TOLERANCES[..size.pick(3, 4)]);
+    let tolerances = [1e-2, 1e-4, 1e-6, 1e-8];
+    let mut levels = Level::of_tolerances(way.settings.solver, &tolerances[..size.pick(3, 4)]);
+    // In a second sweep steps are divided, against the converged reference.
     if size == Size::Full && way.settings.solver == SolverKind::Direct {
-        let outer = Outer::Tolerance(SUBSTEPS_TOLERANCE);
-        levels.extend(SUBSTEPS.map(|substeps| Level { substeps, ..Level::new(outer) }));
+        levels.extend([2, 4, 8].map(|substeps| Level { substeps, ..Level::new(Outer::Tolerance(1e-4)) }));
     }
     levels
 }
@@ -160,19 +146,11 @@ fn levels(way: &Way<'_>, size: Size) -> Vec<Level> {
 fn current(context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Current>> {
     let scene = scene::builtin(&key.scene)?;
     let guesses = context.library.for_scene(&scene, learned(context.size, &scene))?;
-    let (parts, span) = ((scene.model.clone(), scene.state.clone()), (scene.run.dt, key.steps));
-    let problem = Problem::new(&key.scene, parts, span, &Formulation::ALL, &mut *go_on)?;
-    let Some(mut problem) = problem else { return Ok(None) };
-    if !key.factors.is_empty() {
-        let refined = |&factor: &usize| {
-            let parts = NonZeroUsize::new(factor).context("a segment in no parts")?;
-            Ok(Refined { factor, scene: scene::builtin_refined(&key.scene, parts)? })
-        };
-        let refined = key.factors.iter().map(refined).collect::<Result<Vec<_>>>()?;
-        problem.converged = Reference::converged(&problem, &refined, go_on)?;
-        if problem.converged.is_none() {
-            return Ok(None);
-        }
-    }
-    Ok(Some(Current { scene, guesses, problem }))
+    let refined = |&factor: &usize| {
+        let parts = NonZeroUsize::new(factor).context("a segment in no parts")?;
+        Ok(scene::builtin_refined(&key.scene, parts)?)
+    };
+    let refined = key.factors.iter().map(refined).collect::<Result<Vec<_>>>()?;
+    let problem = Problem::new(scene, key.steps, &Formulation::ALL, &refined, go_on)?;
+    Ok(problem.map(|problem| Current { guesses, problem }))
 }

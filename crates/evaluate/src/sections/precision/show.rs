@@ -2,7 +2,7 @@
 
 use evaluation::guesses::Spread;
 use evaluation::precision::pareto::{Line, Place, front};
-use evaluation::precision::{Against, Curve, Part};
+use evaluation::precision::{Against, Curve};
 use report::{Axis, Block, Charts, Conditions, Figure, LineChart, Point, Reference, Section, Series};
 
 use super::tables::{Worth, auto, in_short, overview, winners, worth};
@@ -19,8 +19,8 @@ pub(super) struct Sheet<'a> {
     pub(super) scene: &'a str,
     pub(super) curves: Vec<&'a Curve>,
     floor: Option<f64>,
-    /// Samples before contacts, where there are some that say anything: what falls freely errs in nothing.
-    part: Part,
+    /// How many samples count: those before contacts, where these say anything: what falls freely errs in nothing.
+    samples: usize,
     /// Median of the yardstick's time over all cells [s/s].
     pub(super) yardstick: f64,
     pub(super) conditions: Conditions,
@@ -59,20 +59,21 @@ impl<'a> Sheet<'a> {
         let curves: Vec<&Curve> = cells.iter().map(|(_, value)| &value.curve).collect();
         let medians = curves.iter().filter_map(|curve| Some(curve.yardstick?.median));
         let yardstick = Spread::of(medians).map_or(f64::NAN, |spread| spread.median);
-        let before = curves.iter().flat_map(|curve| curve.line(Against::Exact, Part::BeforeContact).places);
-        let errs = before.map(|place| place.error).fold(0.0, f64::max) > FREE_FALL;
-        let part = if errs { Part::BeforeContact } else { Part::All };
+        let (all, before) = (first.curve.samples.len(), first.curve.samples_before_contact);
+        let places = curves.iter().flat_map(|curve| curve.line(Against::Exact, before).places);
+        let errs = places.map(|place| place.error).fold(0.0, f64::max) > FREE_FALL;
+        let samples = if errs { before } else { all };
         let time = format!(
             "{ALL_STAGES}; setting up left out; ratios to the default settings run beside, \
              times the median of those"
         );
         let course = format!("{scene}, {steps} steps of {} s", first.curve.dt);
         let conditions = context.conditions(&time).with("scene", course);
-        Self { scene, curves, floor: first.floor, part, yardstick, conditions }
+        Self { scene, curves, floor: first.floor, samples, yardstick, conditions }
     }
 
     pub(super) fn lines(&self, against: Against) -> Vec<Line> {
-        self.curves.iter().map(|curve| curve.line(against, self.part)).collect()
+        self.curves.iter().map(|curve| curve.line(against, self.samples)).collect()
     }
 }
 
@@ -129,8 +130,8 @@ fn figure(sheet: &Sheet<'_>, against: Against) -> Option<Figure> {
         Against::Exact => ("precision", "exact", "the same time step, solved to 1e-12"),
         Against::Converged => ("converged", "converged", "finer segments and time steps"),
     };
-    let touches = sheet.curves.iter().any(|curve| curve.samples_before_contact < curve.samples.len());
-    let contact = if touches && sheet.part == Part::BeforeContact { "; before the first contact" } else { "" };
+    let is_all = sheet.curves.iter().all(|curve| curve.samples.len() == sheet.samples);
+    let contact = if is_all { "" } else { "; before the first contact" };
     Some(Figure {
         id: format!("{id}-{}", sheet.scene),
         title: format!("{}: error against run time, {name} reference", sheet.scene),

@@ -10,19 +10,18 @@ use crate::show::{columns, number};
 
 pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     let conditions = tolerances(context.conditions("wall time of all steps"));
-    let (plain, guessed): (Vec<_>, Vec<_>) =
-        cells.iter().partition(|(key, _)| key.solver == DIRECT && key.start == ZERO);
-    let plain: Vec<_> = plain.iter().map(|(_, value)| &value.row).collect();
+    let is_plain = |key: &Key| key.solver == DIRECT && key.start == ZERO;
+    let plain: Vec<_> = cells.iter().filter(|(key, _)| is_plain(key)).map(|(_, value)| &value.row).collect();
+    let guessed = cells.iter().filter(|(key, _)| !is_plain(key));
     let learned = Table {
         id: "stability-guesses".to_owned(),
         title: "Learned guesses far outside of their training".to_owned(),
         caption:
-            "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time at \
-                  worst: status, energy and length must be those of the row without it."
+            "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time \
+                  at worst: status, energy and length must be those of the row without it."
                 .to_owned(),
         columns: columns(&[&["case", "formulation", "solver", "start", "status"], &NUMBERS[..]].concat()),
         rows: guessed
-            .iter()
             .map(|(key, value)| row(&[&key.case, &key.formulation, &key.solver, &key.start], &value.row))
             .collect(),
         conditions: conditions.clone(),
