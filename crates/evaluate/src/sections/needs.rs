@@ -9,7 +9,6 @@ use evaluation::needs::{self, Needs};
 use report::Section as PageSection;
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
-use solver::step::StepParams;
 
 use crate::cells::Section;
 use crate::context::Context;
@@ -54,10 +53,8 @@ impl Section for Scenes {
     }
 
     fn measure(&mut self, _: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Needs>> {
-        let scene = scene::builtin(&key.scene)?;
         let formulation = key.formulation.parse().map_err(anyhow::Error::msg)?;
-        let params = StepParams { formulation, ..StepParams::DEFAULT };
-        Ok(needs::measure(&scene.model, &scene.state, (scene.run.dt, key.steps), &params, go_on)?)
+        Ok(needs::measure(&scene::builtin(&key.scene)?, key.steps, formulation, go_on)?)
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Needs)]) -> Result<PageSection> {

@@ -59,13 +59,9 @@ impl Section for Stability {
         let mut keys = Vec::new();
         for case in self.cases.iter().step_by(context.size.pick(8, 1)) {
             let mut add = |formulation: Formulation, solver: &str, start: &str| {
-                let formulation = formulation.name().to_owned();
-                keys.push(Key {
-                    case: case.name.clone(),
-                    formulation,
-                    start: start.to_owned(),
-                    solver: solver.to_owned(),
-                });
+                let of = [&case.name, formulation.name(), solver, start];
+                let [case, formulation, solver, start] = of.map(str::to_owned);
+                keys.push(Key { case, formulation, start, solver });
             };
             for &formulation in case.formulations {
                 add(formulation, DIRECT, ZERO);

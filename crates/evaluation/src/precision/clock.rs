@@ -4,42 +4,22 @@ use std::time::{Duration, Instant};
 
 use crate::guesses::Spread;
 
-/// A moment on the wall's clock and on the thread's own.
-pub(super) struct Moment {
-    own: Option<Duration>,
-    wall: Instant,
+/// What `f` returns, and the share of the wall's time in which this thread ran meanwhile; 1 where it is not known, or where
+/// the thread has others beside it.
+pub(super) fn with_share<T>(f: impl FnOnce() -> T) -> (T, f64) {
+    let (own, wall) = (thread_time(), Instant::now());
+    let value = f();
+    let wall = wall.elapsed().as_secs_f64();
+    let is_known = rayon::current_num_threads() == 1 && wall > 0.0;
+    let own = own.zip(thread_time()).filter(|_| is_known);
+    (value, own.map_or(1.0, |(before, now)| ((now - before).as_secs_f64() / wall).min(1.0)))
 }
 
-impl Moment {
-    pub(super) fn now() -> Self {
-        let own = thread_time();
-        Self { own, wall: Instant::now() }
-    }
-
-    /// Of the wall's time since then, the share in which this thread ran; 1 where it is not known, or where the thread
-    /// has others beside it.
-    pub(super) fn share(&self) -> f64 {
-        let wall = self.wall.elapsed().as_secs_f64();
-        match self.own.zip(thread_time()) {
-            Some((before, now)) if rayon::current_num_threads() == 1 && wall > 0.0 => {
-                ((now - before).as_secs_f64() / wall).min(1.0)
-            }
-            _ => 1.0,
-        }
-    }
-}
-
-/// For how long this thread has run.
-#[cfg(unix)]
+/// For how long this thread has run; `None` where the system does not tell.
 fn thread_time() -> Option<Duration> {
-    use rustix::time::{ClockId, clock_gettime};
-
-    clock_gettime(ClockId::ThreadCPUTime).try_into().ok()
-}
-
-/// For how long this thread has run: not known here.
-#[cfg(not(unix))]
-fn thread_time() -> Option<Duration> {
+    #[cfg(unix)]
+    return rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime).try_into().ok();
+    #[cfg(not(unix))]
     None
 }
 
@@ -74,9 +54,8 @@ mod tests {
     #[test]
     fn a_thread_that_sleeps_does_not_run() {
         let asleep = || {
-            let start = Moment::now();
-            std::thread::sleep(Duration::from_millis(20));
-            start.share()
+            let ((), share) = with_share(|| std::thread::sleep(Duration::from_millis(20)));
+            share
         };
         let share = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(asleep);
         assert!(share(1) < if cfg!(unix) { 0.9 } else { 1.1 });

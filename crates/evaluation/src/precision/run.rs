@@ -12,7 +12,7 @@ use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::Status;
 use solver::topology::Topology;
 
-use super::clock::{Moment, of_run};
+use super::clock::{of_run, with_share};
 use super::curve::{Curve, GivenUp, Point};
 use super::level::{Level, Outer};
 use super::metrics::position_error;
@@ -130,10 +130,8 @@ pub fn run_way(
 /// Steps, and tells the time of all stages [s], without that in which the thread did not run.
 fn timed(simulation: &mut Simulation, dt: f64) -> Result<(Status, f64), SimulationError> {
     let before = simulation.counters().times.total();
-    let start = Moment::now();
-    let status = simulation.step(dt)?.status;
-    let share = start.share();
-    Ok((status, share * (simulation.counters().times.total() - before).as_secs_f64()))
+    let (step, share) = with_share(|| simulation.step(dt));
+    Ok((step?.status, share * (simulation.counters().times.total() - before).as_secs_f64()))
 }
 
 /// A level being run.
