@@ -76,8 +76,7 @@ pub fn measure(
         is_struck: false,
     };
     let run = |go_on: &mut dyn FnMut() -> bool| {
-        let measured =
-            guesses::measure(&scene.model, &scene.state, scene.run.dt, &solver.direct(), &plan, go_on)?;
+        let measured = guesses::measure(&scene.model, &scene.state, scene.run.dt, &solver.direct(), &plan, go_on)?;
         let names = plan.guesses.iter().map(|(name, _)| name.as_str()).chain([DIRECT]);
         let series = |(way, name): (usize, &str)| StartSeries {
             name: name.to_owned(),
