@@ -10,10 +10,11 @@ pub(crate) fn section([id, title, introduction]: [&str; 3], mut blocks: Vec<Bloc
     Section { id: id.to_owned(), title: title.to_owned(), blocks }
 }
 
-/// A table: its id, its title and its caption, then headings as in [`columns`].
-pub(crate) fn table(head: [&str; 3], headings: &[&str], rows: Vec<Vec<Cell>>, conditions: Conditions) -> Block {
+/// A table: its id, its title and its caption, then headings as in [`columns`] with " | " between them.
+pub(crate) fn table(head: [&str; 3], headings: &str, rows: Vec<Vec<Cell>>, conditions: Conditions) -> Block {
     let [id, title, caption] = head.map(str::to_owned);
-    Block::Table(Table { id, title, caption, columns: columns(headings), rows, conditions })
+    let columns = columns(&headings.split(" | ").collect::<Vec<_>>());
+    Block::Table(Table { id, title, caption, columns, rows, conditions })
 }
 
 /// A figure of curves: its id, its title and its caption, then its charts.

@@ -52,7 +52,7 @@ impl Section for Dynamics {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
         let parameters = parameters(key).context("a figure that the supplement does not have")?;
-        let guesses = context.library.guesses(scenario_of(parameters), Learned::Networks)?;
+        let guesses = context.library.guesses(scenario_of(key), Learned::Networks)?;
         traces(&parameters.scene()?, &guesses, &solver(BLOCK_JACOBI, 1e-8)?, (key.steps, &FRAMES), go_on)
     }
 
@@ -84,22 +84,17 @@ impl Section for Dynamics {
                 "How far each way is from the direct solver's motion",
                 "Over all scenes of (a) to (g); relative to the rods' mean length.",
             ],
-            &[
-                "scenes, way",
-                "#scenes",
-                "#error after the last step, median and quartiles",
-                "#largest distance of any segment",
-                "#not finite",
-            ],
-            of_scenarios(cells).into_iter().map(row).collect(),
+            "scenes, way | #scenes | #error after the last step, median and quartiles | #largest distance of any segment | \
+             #not finite",
+            of_scenarios(cells).map(row).collect(),
             conditions,
         ));
         Ok(section([Self::ID, "Dynamic results", INTRODUCTION], blocks))
     }
 
     fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
-        let of_guesses = of_scenarios(cells).into_iter();
-        let of_guesses = of_guesses.filter(|(_, way)| way[0].name.starts_with("gn") && !is_end_to_end(&way[0].name));
+        let of_guesses =
+            of_scenarios(cells).filter(|(_, way)| way[0].name.starts_with("gn") && !is_end_to_end(&way[0].name));
         let words = of_guesses.map(|(scenario, way)| {
             format!("{scenario}, {}: {}", way[0].name, number(largest(&way, |trace| trace.distance)))
         });
@@ -109,8 +104,9 @@ impl Section for Dynamics {
     }
 }
 
-fn scenario_of(parameters: Parameters) -> Scenario {
-    if matches!(parameters, Parameters::Rod(_)) { Scenario::Rod } else { Scenario::Helix }
+/// Rods in (a) to (d), then helices.
+fn scenario_of(key: &Key) -> Scenario {
+    if key.figure < 'e' { Scenario::Rod } else { Scenario::Helix }
 }
 
 fn parameters(key: &Key) -> Option<Parameters> {
@@ -119,12 +115,10 @@ fn parameters(key: &Key) -> Option<Parameters> {
 }
 
 /// The traces of each way, for each scenario: planar scenes have more ways.
-fn of_scenarios<'a>(cells: &[(&'a Key, &'a Vec<Trace>)]) -> Vec<(Scenario, Vec<&'a Trace>)> {
-    let mut ways = Vec::new();
-    for (scenario, own) in groups(cells, |key| parameters(key).map(scenario_of)) {
-        ways.extend(by_way(&values(&own)).into_iter().filter_map(|way| Some((scenario?, way))));
-    }
-    ways
+fn of_scenarios<'a>(cells: &[(&'a Key, &'a Vec<Trace>)]) -> impl Iterator<Item = (Scenario, Vec<&'a Trace>)> {
+    let of_scenario =
+        |(scenario, own): (Scenario, Vec<_>)| by_way(&values(&own)).into_iter().map(move |way| (scenario, way));
+    groups(cells, scenario_of).into_iter().flat_map(of_scenario)
 }
 
 /// What tells a scene from the others of its figure.

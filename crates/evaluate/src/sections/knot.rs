@@ -70,13 +70,8 @@ impl Section for Knot {
                     "The determinant is 3 for a trefoil knot and 1 where nothing is knotted. Distances relative to the rope's \
                      length.",
                 ],
-                &[
-                    "way",
-                    "#determinant at the end",
-                    "#error at the end (NRMSE)",
-                    "#largest distance of any segment",
-                    "#first step not finite",
-                ],
+                "way | #determinant at the end | #error at the end (NRMSE) | #largest distance of any segment | #first step \
+                 not finite",
                 traces.iter().map(row).collect(),
                 conditions,
             ));

@@ -83,14 +83,8 @@ impl Section for LongTerm {
                 "The worst of all moduli",
                 "A rod has failed when its length has changed by more than one per cent.",
             ],
-            &[
-                "way",
-                "#largest change of length",
-                "#largest gap [segment lengths]",
-                "#failed",
-                "#first step beyond 1 %",
-                "#first step not finite",
-            ],
+            "way | #largest change of length | #largest gap [segment lengths] | #failed | #first step beyond 1 % | \
+             #first step not finite",
             by_way(&values(cells)).iter().map(|way| row(way)).collect(),
             conditions,
         );

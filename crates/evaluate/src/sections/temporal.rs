@@ -95,13 +95,8 @@ impl Section for Temporal {
                 // Quick runs end before the paper's training data do.
                 let frames = PAPER_FRAMES.min(curve.iterations.len());
                 let [early, late] = [0..frames, frames..curve.iterations.len()].map(|range| curve.saved(range));
+                let [first, beyond] = [early, late].map(|saved| saved.map_or("not measured".to_owned(), words));
                 let who = format!("{scenario}, {}", curve.name);
-                let [first, beyond] = [early, late].map(|saved| match saved {
-                    Some([iterations, time]) => {
-                        format!("{} of iterations, {} of time", per_cent(iterations), per_cent(time))
-                    }
-                    None => "not measured".to_owned(),
-                });
                 let both = format!("frames 1 to {frames}: {first}; beyond: {beyond}");
                 if scenario == Scenario::Helix {
                     add("temporal-helix-gain", format!("{who}, saved beyond frame {frames}: {beyond}"));
@@ -148,6 +143,10 @@ impl Curve<'_> {
         };
         Some([saved(&self.iterations)?, saved(&self.time)?])
     }
+}
+
+fn words([iterations, time]: [f64; 2]) -> String {
+    format!("{} of iterations, {} of time", per_cent(iterations), per_cent(time))
 }
 
 /// The figure of a scenario and solver.

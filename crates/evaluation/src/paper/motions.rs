@@ -45,8 +45,8 @@ pub struct Snapshot {
     pub rods: Vec<Vec<[f64; 3]>>,
 }
 
-/// Moves the scene by all ways, simulations by name, `steps` steps in turns: a trace each, with snapshots after so many steps
-/// each of `frames`. After each step of all `progress()` says whether to go on; `None` where it said stop.
+/// Moves the scene `steps` steps by each way, a simulation by name: a trace each, with snapshots after so many steps each of
+/// `frames`. Before each step `progress()` says whether to go on; `None` where it said stop.
 ///
 /// # Errors
 /// If the time step is not valid.
@@ -54,53 +54,46 @@ pub fn measure(
     Scene { model, state: first, run, .. }: &Scene,
     steps: usize,
     frames: &[usize],
-    mut ways: Vec<(String, Simulation)>,
+    ways: Vec<(String, Simulation)>,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Vec<Trace>>, SimulationError> {
     let snapshot =
         |step: usize, state: &State| frames.contains(&step).then(|| Snapshot { step, rods: centrelines(model, state) });
-    let trace = |(name, _): &(String, Simulation)| Trace {
-        name: name.clone(),
-        snapshots: snapshot(0, first).into_iter().collect(),
-        nrmse: Vec::new(),
-        distance: 0.0,
-        lengths: vec![1.0],
-        largest_gap: 0.0,
-        stopped: None,
-    };
-    let mut traces: Vec<Trace> = ways.iter().map(trace).collect();
-    let (mut state, mut expected) = (first.clone(), first.clone());
-    for step in 1..=steps {
-        for (way, (_, simulation)) in ways.iter_mut().enumerate() {
-            if traces[way].stopped.is_some() {
-                continue;
+    let (mut traces, mut state) = (Vec::new(), first.clone());
+    // The positions in the first way, by step, as far as they are finite.
+    let mut expected: Vec<Vec<Vector3<f64>>> = Vec::new();
+    for (name, mut simulation) in ways {
+        let (snapshots, lengths) = (snapshot(0, first).into_iter().collect(), vec![1.0]);
+        let mut trace =
+            Trace { name, snapshots, nrmse: Vec::new(), distance: 0.0, lengths, largest_gap: 0.0, stopped: None };
+        for step in 1..=steps {
+            if !progress() {
+                return Ok(None);
             }
             let status = simulation.step(run.dt)?.status;
             simulation.store(&mut state);
-            if way == 0 {
-                expected.clone_from(&state);
-            }
-            // Where the first way has stopped, there is nothing left to compare to.
-            let is_compared = traces[0].stopped.is_none();
-            let nrmse = if is_compared { position_error(model, &state.positions, &expected.positions) } else { 0.0 };
             let (length, gap) = (length_ratio(model, &state, first), worst_gap(model, &state));
-            let trace = &mut traces[way];
+            let positions = &state.positions;
+            let nrmse = expected.get(step - 1).map_or(0.0, |expected| position_error(model, positions, expected));
             // Squares of large numbers are not finite.
             if status == Status::NonFinite || [nrmse, length, gap].iter().any(|number| !number.is_finite()) {
                 trace.stopped = Some(step);
-                continue;
+                break;
             }
             trace.snapshots.extend(snapshot(step, &state));
             trace.lengths.push(length);
             trace.largest_gap = trace.largest_gap.max(gap);
-            if is_compared {
+            if traces.is_empty() {
+                expected.push(positions.clone());
+            }
+            // Where the first way has stopped, there is nothing left to compare to.
+            if let Some(expected) = expected.get(step - 1) {
+                let distances = positions.iter().zip(expected).map(|(own, expected)| (own - expected).norm());
+                trace.distance = trace.distance.max(distances.fold(0.0, f64::max) / mean_length(model));
                 trace.nrmse.push(nrmse);
-                trace.distance = trace.distance.max(largest_distance(&state, &expected) / mean_length(model));
             }
         }
-        if !progress() {
-            return Ok(None);
-        }
+        traces.push(trace);
     }
     Ok(Some(traces))
 }
@@ -120,10 +113,6 @@ fn centrelines(model: &Model, state: &State) -> Vec<Vec<[f64; 3]>> {
         rod.push(end.into());
     }
     rods
-}
-
-fn largest_distance(a: &State, b: &State) -> f64 {
-    a.positions.iter().zip(&b.positions).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
 /// Relative change of length that counts as a failure.

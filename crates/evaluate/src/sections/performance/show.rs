@@ -172,14 +172,14 @@ fn pays_table<'a>(context: &Context, studies: impl Iterator<Item = &'a Study<'a>
         for guess in ways_but(study, &[ZERO, FISCHER, DIRECT]) {
             let mut row: Vec<Cell> = [name_of(*scenario), axis(varied), preconditioner, guess].map(Cell::from).to_vec();
             for saved in [of_projection, of_whole] {
-                row.extend(RIVALS.map(|(rival, _)| places(study, |point| pays(saved, point, guess, rival))));
+                let pays = |point: &Point, rival| Some(saved(point, guess)?.median > saved(point, rival)?.median);
+                row.extend(RIVALS.map(|(rival, _)| places(study, |point| pays(point, rival))));
             }
             rows.push(row);
         }
     }
     let against = ["solves", "whole"].map(|part| RIVALS.map(|(_, rival)| format!("{part}, against {rival}")));
-    let mut headings = vec!["scene", "over", "solver", "guess"];
-    headings.extend(against.as_flattened().iter().map(String::as_str));
+    let headings = format!("scene | over | solver | guess | {}", against.as_flattened().join(" | "));
     let head = [
         "performance-pays",
         "Where a learned guess pays",
@@ -188,12 +188,6 @@ fn pays_table<'a>(context: &Context, studies: impl Iterator<Item = &'a Study<'a>
     ];
     let conditions = context.conditions("as in the figures below").with("values", "those of the figures, no others");
     table(head, &headings, rows, conditions)
-}
-
-/// Whether a guess saves more than a rival; `None` where one of them was not measured.
-fn pays(saved: Value, point: &Point, guess: &str, rival: &str) -> Option<bool> {
-    let of_rival = if rival == ZERO { 0.0 } else { saved(point, rival)?.median };
-    Some(saved(point, guess)?.median > of_rival)
 }
 
 /// The values at which something is so, in words.

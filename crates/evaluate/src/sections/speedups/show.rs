@@ -46,24 +46,14 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<
             "Share of the whole simulation's time that each way saves, to the same tolerances; below zero it loses. The \
              error is the positions' against a tight reference at the same time step, contacts or not.",
         ];
-        blocks.push(table(head, &COLUMNS, rows, conditions));
+        blocks.push(table(head, HEADINGS, rows, conditions));
     }
     blocks.push(break_evens(context, cells)?);
     Ok(page_section([Speedups::ID, "Collisions, knot and trees", INTRODUCTION], blocks))
 }
 
-const COLUMNS: [&str; 10] = [
-    "scene",
-    "paper, from its network",
-    "way",
-    "#total saved",
-    "#projection saved",
-    "#iterations, relative",
-    "#contacts, of the total",
-    "#time a step [us]",
-    "#error",
-    "#not converged",
-];
+const HEADINGS: &str = "scene | paper, from its network | way | #total saved | #projection saved | #iterations, relative | \
+    #contacts, of the total | #time a step [us] | #error | #not converged";
 
 /// The claim of the paper on a scene.
 fn claim(scene: &str) -> String {
@@ -126,10 +116,9 @@ fn break_evens(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<Block> 
         "When training has paid for itself",
         "Steps after which the time that a guess saves is as long as its training took.",
     ];
-    let headings =
-        ["scene, solver", "guess", "#training [min]", "against", "#saved a step [us]", "#steps to break even"];
+    let headings = "scene, solver | guess | #training [min] | against | #saved a step [us] | #steps to break even";
     let training = "wall time of all trainings that made the weights, one after the other, by their cards";
-    Ok(table(head, &headings, rows, context.conditions(ALL_STAGES).with("training", training)))
+    Ok(table(head, headings, rows, context.conditions(ALL_STAGES).with("training", training)))
 }
 
 /// What the networks save in each scene, in words.
