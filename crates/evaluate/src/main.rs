@@ -1,6 +1,7 @@
 //! `evaluate`: measures and makes the report. See `evaluate --help`.
 
 mod agree;
+mod blocks;
 mod cells;
 mod cli;
 mod commands;

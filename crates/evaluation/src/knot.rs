@@ -2,17 +2,9 @@
 
 use nalgebra::{DMatrix, Rotation3, Vector3};
 
-/// A place where one edge of a closed polygon passes over another, seen along z.
-#[derive(Clone, Copy, Debug)]
-struct Crossing {
-    /// Place of the lower edge's point along the polygon, in edges.
-    under: f64,
-    /// Place of the upper edge's point.
-    over: f64,
-}
-
-/// Crossings of a closed polygon, sorted by their lower places.
-fn crossings(nodes: &[Vector3<f64>]) -> Vec<Crossing> {
+/// Where edges of a closed polygon pass below others, seen along z: the places of the lower and the upper edge's point along
+/// the polygon, in edges; sorted by the lower ones.
+fn crossings(nodes: &[Vector3<f64>]) -> Vec<[f64; 2]> {
     let count = nodes.len();
     let edge = |i: usize| (nodes[i], nodes[(i + 1) % count] - nodes[i]);
     let area = |a: &Vector3<f64>, b: &Vector3<f64>| a.x * b.y - a.y * b.x;
@@ -25,12 +17,11 @@ fn crossings(nodes: &[Vector3<f64>]) -> Vec<Crossing> {
             if (0.0..1.0).contains(&s) && (0.0..1.0).contains(&t) {
                 let (first, second) = (i as f64 + s, k as f64 + t);
                 let first_is_over = (a + u * s).z > (b + v * t).z;
-                let (over, under) = if first_is_over { (first, second) } else { (second, first) };
-                found.push(Crossing { under, over });
+                found.push(if first_is_over { [second, first] } else { [first, second] });
             }
         }
     }
-    found.sort_by(|a, b| a.under.total_cmp(&b.under));
+    found.sort_by(|a, b| a[0].total_cmp(&b[0]));
     found
 }
 
@@ -59,8 +50,8 @@ pub fn determinant(nodes: &[Vector3<f64>]) -> f64 {
         return 1.0;
     }
     let mut colourings = DMatrix::<f64>::zeros(n, n);
-    for (k, crossing) in crossings.iter().enumerate() {
-        let above = (crossings.partition_point(|c| c.under < crossing.over) + n - 1) % n;
+    for (k, [_, over]) in crossings.iter().enumerate() {
+        let above = (crossings.partition_point(|[under, _]| under < over) + n - 1) % n;
         colourings[(k, above)] += 2.0;
         colourings[(k, k)] -= 1.0;
         colourings[(k, (k + n - 1) % n)] -= 1.0;

@@ -5,17 +5,17 @@ use std::collections::BTreeMap;
 use anyhow::{Context as _, Result};
 use dataset::Scenario;
 use evaluation::paper::DIRECT;
-use evaluation::paper::motions::{Deviation, Trace, deviations};
-use report::{Block, Charts, Figure, LineChart, Section as PageSection, Series, Table};
+use evaluation::paper::motions::{Trace, by_way, largest, last_nrmse};
+use report::{LineChart, Section as PageSection, Series};
 use scene::sampling::{Parameters, supplement};
 use serde::{Deserialize, Serialize};
-use solver::linear::precondition::PreconditionerKind;
 
+use crate::blocks::{figure, groups, section, table, values};
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{FREE, is_end_to_end, solver, traces};
-use crate::show::{columns, number, picture, spread};
+use crate::sections::paper::{BLOCK_JACOBI, is_end_to_end, solver, traces};
+use crate::show::{number, picture, spread};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
@@ -52,69 +52,61 @@ impl Section for Dynamics {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
         let parameters = parameters(key).context("a figure that the supplement does not have")?;
-        let guesses = context.library.guesses(scenario_of(parameters), Learned::Networks)?;
-        let solver = solver(PreconditionerKind::BlockJacobi, 1e-8);
-        traces(&parameters.scene()?, &guesses, &solver, (key.steps, &FRAMES), go_on)
+        let guesses = context.library.guesses(scenario_of(key), Learned::Networks)?;
+        traces(&parameters.scene()?, &guesses, &solver(BLOCK_JACOBI, 1e-8)?, (key.steps, &FRAMES), go_on)
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
-        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
-        if let Some((key, _)) = cells.first() {
-            let conditions = context
-                .conditions("none: positions are compared here")
-                .with("scenes", format!("the supplement's, {} steps of 0.02 s", key.steps))
-                .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-8 from guesses");
-            for own in cells.chunk_by(|(a, _), (b, _)| a.figure == b.figure) {
-                let figure = own[0].0.figure;
-                blocks.push(Block::Figure(Figure {
-                    id: format!("dynamics-{figure}"),
-                    title: format!("Dynamic results ({figure})"),
-                    caption: format!(
-                        "Centrelines in the x-z plane after {FRAMES:?} steps. Solid: direct; dashed: from gn."
-                    ),
-                    charts: Charts::Lines(own.iter().map(|(key, traces)| chart(key, traces)).collect()),
-                    conditions: conditions.clone(),
-                }));
-            }
-            let row = |(scenario, way): (Scenario, Deviation)| {
-                vec![
-                    format!("{scenario}, {}", way.name).into(),
-                    way.scenes.to_string().into(),
-                    spread(way.last_nrmse.as_ref(), 1.0).into(),
-                    number(way.distance).into(),
-                    way.stopped.len().to_string().into(),
-                ]
-            };
-            blocks.push(Block::Table(Table {
-                id: "dynamics-agreement".to_owned(),
-                title: "How far each way is from the direct solver's motion".to_owned(),
-                caption: "Over all scenes of (a) to (g); relative to the rods' mean length.".to_owned(),
-                columns: columns(&[
-                    "scenes, way",
-                    "#scenes",
-                    "#error after the last step, median and quartiles",
-                    "#largest distance of any segment",
-                    "#not finite",
-                ]),
-                rows: of_scenarios(cells).into_iter().map(row).collect(),
-                conditions,
-            }));
-        }
-        Ok(PageSection { id: Self::ID.to_owned(), title: "Dynamic results".to_owned(), blocks })
+        let steps = cells.first().map_or(0, |(key, _)| key.steps);
+        let conditions = context
+            .conditions("none: positions are compared here")
+            .with("scenes", format!("the supplement's, {steps} steps of 0.02 s"))
+            .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-8 from guesses");
+        let caption = format!("Centrelines in the x-z plane after {FRAMES:?} steps. Solid: direct; dashed: from gn.");
+        let of_figure = |(name, own): (char, Vec<(&Key, &Vec<Trace>)>)| {
+            let [id, title] = [format!("dynamics-{name}"), format!("Dynamic results ({name})")];
+            let charts = own.iter().map(|(key, traces)| chart(key, traces)).collect();
+            figure([&id, &title, &caption], charts, conditions.clone())
+        };
+        let mut blocks: Vec<_> = groups(cells, |key| key.figure).into_iter().map(of_figure).collect();
+        let row = |(scenario, way): (Scenario, Vec<&Trace>)| {
+            vec![
+                format!("{scenario}, {}", way[0].name).into(),
+                way.len().to_string().into(),
+                spread(last_nrmse(&way).as_ref(), 1.0).into(),
+                number(largest(&way, |trace| trace.distance)).into(),
+                way.iter().filter(|trace| trace.stopped.is_some()).count().to_string().into(),
+            ]
+        };
+        blocks.push(table(
+            [
+                "dynamics-agreement",
+                "How far each way is from the direct solver's motion",
+                "Over all scenes of (a) to (g); relative to the rods' mean length.",
+            ],
+            "scenes, way | #scenes | #error after the last step, median and quartiles | #largest distance of any segment | \
+             #not finite",
+            of_scenarios(cells).map(row).collect(),
+            conditions,
+        ));
+        Ok(section([Self::ID, "Dynamic results", INTRODUCTION], blocks))
     }
 
     fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
-        let of_guesses = of_scenarios(cells).into_iter();
-        let of_guesses = of_guesses.filter(|(_, way)| way.name.starts_with("gn") && !is_end_to_end(&way.name));
-        let words = of_guesses.map(|(scenario, way)| format!("{scenario}, {}: {}", way.name, number(way.distance)));
+        let of_guesses =
+            of_scenarios(cells).filter(|(_, way)| way[0].name.starts_with("gn") && !is_end_to_end(&way[0].name));
+        let words = of_guesses.map(|(scenario, way)| {
+            format!("{scenario}, {}: {}", way[0].name, number(largest(&way, |trace| trace.distance)))
+        });
         let words = words.collect::<Vec<_>>().join("; ");
         let what = "largest distance of any segment from the direct solver's motion, relative to the length";
         Ok([("dynamic-distance".to_owned(), format!("{what}: {words}"))].into())
     }
 }
 
-fn scenario_of(parameters: Parameters) -> Scenario {
-    if matches!(parameters, Parameters::Rod(_)) { Scenario::Rod } else { Scenario::Helix }
+/// Rods in (a) to (d), then helices.
+fn scenario_of(key: &Key) -> Scenario {
+    if key.figure < 'e' { Scenario::Rod } else { Scenario::Helix }
 }
 
 fn parameters(key: &Key) -> Option<Parameters> {
@@ -122,14 +114,11 @@ fn parameters(key: &Key) -> Option<Parameters> {
     scenes.get(key.place).copied()
 }
 
-/// How far each way is from the first, for each scenario: planar scenes have more ways.
-fn of_scenarios(cells: &[(&Key, &Vec<Trace>)]) -> Vec<(Scenario, Deviation)> {
-    let of = |scenario: Scenario| {
-        let is_own = |key: &Key| parameters(key).is_some_and(|parameters| scenario_of(parameters) == scenario);
-        let own: Vec<_> = cells.iter().filter(|(key, _)| is_own(key)).map(|(_, traces)| *traces).collect();
-        deviations(&own).into_iter().map(move |way| (scenario, way))
-    };
-    FREE.into_iter().flat_map(of).collect()
+/// The traces of each way, for each scenario: planar scenes have more ways.
+fn of_scenarios<'a>(cells: &[(&'a Key, &'a Vec<Trace>)]) -> impl Iterator<Item = (Scenario, Vec<&'a Trace>)> {
+    let of_scenario =
+        |(scenario, own): (Scenario, Vec<_>)| by_way(&values(&own)).into_iter().map(move |way| (scenario, way));
+    groups(cells, scenario_of).into_iter().flat_map(of_scenario)
 }
 
 /// What tells a scene from the others of its figure.

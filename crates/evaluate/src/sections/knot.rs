@@ -7,15 +7,15 @@ use evaluation::knot::determinant;
 use evaluation::paper::DIRECT;
 use evaluation::paper::motions::{Snapshot, Trace};
 use nalgebra::Vector3;
-use report::{Block, Cell, Charts, Figure, LineChart, Section as PageSection, Series, Table};
+use report::{Cell, LineChart, Section as PageSection, Series};
 use serde::{Deserialize, Serialize};
-use solver::linear::precondition::PreconditionerKind;
 
+use crate::blocks::{figure, section, table};
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{is_end_to_end, solver, traces};
-use crate::show::{columns, number, picture};
+use crate::sections::paper::{BLOCK_JACOBI, is_end_to_end, solver, traces};
+use crate::show::{number, picture};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
@@ -45,47 +45,38 @@ impl Section for Knot {
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
         let scene = scene::builtin("knot")?;
         let guesses = context.library.for_scene(&scene, Learned::Networks)?;
-        traces(&scene, &guesses, &solver(PreconditionerKind::BlockJacobi, 1e-8), (key.steps, &key.frames), go_on)
+        traces(&scene, &guesses, &solver(BLOCK_JACOBI, 1e-8)?, (key.steps, &key.frames), go_on)
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
-        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
+        let mut blocks = Vec::new();
         for (key, traces) in cells {
             let conditions = context
                 .conditions("none: positions are compared here")
                 .with("scene", format!("knot, {} steps of 0.02 s", key.steps))
                 .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-8 from guesses");
-            let kept: Vec<&str> =
-                traces.iter().filter(|trace| is_knotted(trace)).map(|trace| trace.name.as_str()).collect();
-            blocks.push(Block::Figure(Figure {
-                id: "knot-frames".to_owned(),
-                title: "A knot is pulled tight".to_owned(),
-                caption: format!(
-                    "Seen along z. Predictions alone are drawn as long as they are finite. Still a knot at the end: {}.",
-                    if kept.is_empty() { "none".to_owned() } else { kept.join("; ") }
-                ),
-                charts: Charts::Lines(key.frames.iter().map(|&step| chart(traces, step)).collect()),
-                conditions: conditions.clone(),
-            }));
-            blocks.push(Block::Table(Table {
-                id: "knot-ways".to_owned(),
-                title: "What became of the knot".to_owned(),
-                caption:
+            let kept = traces.iter().filter(|trace| is_knotted(trace)).map(|trace| trace.name.as_str());
+            let kept = Some(kept.collect::<Vec<_>>().join("; ")).filter(|kept| !kept.is_empty());
+            let caption = format!(
+                "Seen along z. Predictions alone are drawn as long as they are finite. Still a knot at the end: {}.",
+                kept.as_deref().unwrap_or("none")
+            );
+            let charts = key.frames.iter().map(|&step| chart(traces, step)).collect();
+            blocks.push(figure(["knot-frames", "A knot is pulled tight", &caption], charts, conditions.clone()));
+            blocks.push(table(
+                [
+                    "knot-ways",
+                    "What became of the knot",
                     "The determinant is 3 for a trefoil knot and 1 where nothing is knotted. Distances relative to the rope's \
-                     length."
-                        .to_owned(),
-                columns: columns(&[
-                    "way",
-                    "#determinant at the end",
-                    "#error at the end (NRMSE)",
-                    "#largest distance of any segment",
-                    "#first step not finite",
-                ]),
-                rows: traces.iter().map(row).collect(),
+                     length.",
+                ],
+                "way | #determinant at the end | #error at the end (NRMSE) | #largest distance of any segment | #first step \
+                 not finite",
+                traces.iter().map(row).collect(),
                 conditions,
-            }));
+            ));
         }
-        Ok(PageSection { id: Self::ID.to_owned(), title: "The knot".to_owned(), blocks })
+        Ok(section([Self::ID, "The knot", INTRODUCTION], blocks))
     }
 
     fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {

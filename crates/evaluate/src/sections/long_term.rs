@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use dataset::Scenario;
-use evaluation::paper::motions::{Deviation, Trace, deviations};
-use report::{Axis, Block, Cell, Charts, Figure, LineChart, Section as PageSection, Series, Table};
+use evaluation::paper::motions::{Trace, by_way, largest};
+use report::{Axis, Cell, LineChart, Section as PageSection, Series};
 use scene::sampling::{Parameters, Rod};
 use serde::{Deserialize, Serialize};
-use solver::linear::precondition::PreconditionerKind;
 
+use crate::blocks::{chart, figure, section, table, values};
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{is_end_to_end, solver, traces};
-use crate::show::{columns, number, of_way};
+use crate::sections::paper::{RAW, is_end_to_end, solver, traces};
+use crate::show::{number, of_way};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
@@ -57,88 +57,82 @@ impl Section for LongTerm {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
         let guesses = context.library.guesses(Scenario::Rod, Learned::Networks)?;
-        let solver = solver(PreconditionerKind::Raw, 1e-4);
-        traces(&rod(key.modulus).scene()?, &guesses, &solver, (key.steps, &[]), go_on)
+        traces(&rod(key.modulus).scene()?, &guesses, &solver(RAW, 1e-4)?, (key.steps, &[]), go_on)
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
-        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
-        if let Some((key, _)) = cells.first() {
-            let conditions = context
-                .conditions("none: lengths are measured here")
-                .with("scene", format!("the paper's rod, 30 segments, 4 m, level; {} steps of 0.02 s", key.steps))
-                .with("solver", "formulation xpbd; direct, and raw conjugate gradients to 1e-4 from guesses");
-            let charts = cells.iter().map(|(key, traces)| chart(context, key, traces)).collect::<Result<_>>()?;
-            blocks.push(Block::Figure(Figure {
-                id: "long-term-length".to_owned(),
-                title: "Length of a rod over time".to_owned(),
-                caption:
-                    "Relative change of the length, |l / l0 - 1|. Dashed: predictions alone, end to end; solid: a solver. A \
-                     curve that ends early stopped being finite."
-                        .to_owned(),
-                charts: Charts::Lines(charts),
-                conditions: conditions.clone(),
-            }));
-            blocks.push(Block::Table(Table {
-                id: "long-term-worst".to_owned(),
-                title: "The worst of all moduli".to_owned(),
-                caption: "A rod has failed when its length has changed by more than one per cent.".to_owned(),
-                columns: columns(&[
-                    "way",
-                    "#largest change of length",
-                    "#largest gap [segment lengths]",
-                    "#failed",
-                    "#first step beyond 1 %",
-                    "#first step not finite",
-                ]),
-                rows: worst(cells).iter().map(row).collect(),
-                conditions,
-            }));
-        }
-        Ok(PageSection { id: Self::ID.to_owned(), title: "Long-term stability".to_owned(), blocks })
+        let steps = cells.first().map_or(0, |(key, _)| key.steps);
+        let conditions = context
+            .conditions("none: lengths are measured here")
+            .with("scene", format!("the paper's rod, 30 segments, 4 m, level; {steps} steps of 0.02 s"))
+            .with("solver", "formulation xpbd; direct, and raw conjugate gradients to 1e-4 from guesses");
+        let charts = cells.iter().map(|(key, traces)| lengths(context, key, traces)).collect::<Result<_>>()?;
+        let length = figure(
+            [
+                "long-term-length",
+                "Length of a rod over time",
+                "Relative change of the length, |l / l0 - 1|. Dashed: predictions alone, end to end; solid: a solver. A \
+                 curve that ends early stopped being finite.",
+            ],
+            charts,
+            conditions.clone(),
+        );
+        let worst = table(
+            [
+                "long-term-worst",
+                "The worst of all moduli",
+                "A rod has failed when its length has changed by more than one per cent.",
+            ],
+            "way | #largest change of length | #largest gap [segment lengths] | #failed | #first step beyond 1 % | \
+             #first step not finite",
+            by_way(&values(cells)).iter().map(|way| row(way)).collect(),
+            conditions,
+        );
+        Ok(section([Self::ID, "Long-term stability", INTRODUCTION], vec![length, worst]))
     }
 
     fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
-        let worst = worst(cells);
-        let of = |end_to_end: bool| {
-            let own = worst.iter().filter(|way| way.name.starts_with("gn") && is_end_to_end(&way.name) == end_to_end);
-            let words = own.map(|way| format!("{} {}", way.name, number(way.length_change)));
-            format!("largest |l / l0 - 1|: {}", words.collect::<Vec<_>>().join("; "))
+        let ways = by_way(&values(cells));
+        let claim = |(id, end_to_end): (&str, bool)| {
+            let is_own = |name: &str| name.starts_with("gn") && is_end_to_end(name) == end_to_end;
+            let own = ways.iter().filter(|way| is_own(&way[0].name));
+            let words = own.map(|way| format!("{} {}", way[0].name, number(largest(way, length_change))));
+            (id.to_owned(), format!("largest |l / l0 - 1|: {}", words.collect::<Vec<_>>().join("; ")))
         };
-        let claims = [("stability-end-to-end", of(true)), ("stability-guess", of(false))];
-        Ok(claims.map(|(id, words)| (id.to_owned(), words)).into())
+        Ok([("stability-end-to-end", true), ("stability-guess", false)].map(claim).into())
     }
 }
 
-fn worst(cells: &[(&Key, &Vec<Trace>)]) -> Vec<Deviation> {
-    deviations(&cells.iter().map(|(_, traces)| *traces).collect::<Vec<_>>())
+/// The largest relative change of the length.
+fn length_change(trace: &Trace) -> f64 {
+    trace.length_changes().fold(0.0, f64::max)
 }
 
-fn chart(context: &Context, key: &Key, traces: &[Trace]) -> Result<LineChart> {
+fn lengths(context: &Context, key: &Key, traces: &[Trace]) -> Result<LineChart> {
     let every = key.steps.div_ceil(POINTS).max(1);
     let series = traces.iter().map(|trace| {
-        let changes = trace.lengths.iter().enumerate().step_by(every);
-        of_way(Series::new(&trace.name, changes.map(|(step, ratio)| (step as f64, (ratio - 1.0).abs()))))
+        let changes = trace.length_changes().enumerate().step_by(every);
+        of_way(Series::new(&trace.name, changes.map(|(step, change)| (step as f64, change))))
     });
-    Ok(LineChart {
-        title: format!("Y = {} Pa", number(key.modulus)),
-        x: Axis::linear("step"),
-        // Predictions alone may run away as far as numbers go.
-        y: Axis { range: Some([1e-10, 1e3]), ..Axis::log("|l / l0 - 1|") },
-        series: series.collect(),
-        references: vec![context.library.training_end(Scenario::Rod)?],
-        ..LineChart::default()
-    })
+    // Predictions alone may run away as far as numbers go.
+    let y = Axis { range: Some([1e-10, 1e3]), ..Axis::log("|l / l0 - 1|") };
+    let title = format!("Y = {} Pa", number(key.modulus));
+    let trained = context.library.training_end(Scenario::Rod)?;
+    Ok(chart(&title, [Axis::linear("step"), y], series.collect(), vec![trained]))
 }
 
-fn row(way: &Deviation) -> Vec<Cell> {
-    let first = |steps: &[usize]| steps.iter().min().map_or(Cell::muted("never"), |step| step.to_string().into());
+fn row(way: &[&Trace]) -> Vec<Cell> {
+    let first = |step: fn(&Trace) -> Option<usize>| {
+        let first = way.iter().filter_map(|trace| step(trace)).min();
+        first.map_or(Cell::muted("never"), |step| step.to_string().into())
+    };
+    let failed = way.iter().filter(|trace| trace.left_limit().or(trace.stopped).is_some()).count();
     vec![
-        way.name.as_str().into(),
-        number(way.length_change).into(),
-        number(way.largest_gap).into(),
-        format!("{} of {}", way.failed, way.scenes).into(),
-        first(&way.left_limit),
-        first(&way.stopped),
+        way[0].name.as_str().into(),
+        number(largest(way, length_change)).into(),
+        number(largest(way, |trace| trace.largest_gap)).into(),
+        format!("{failed} of {}", way.len()).into(),
+        first(Trace::left_limit),
+        first(|trace| trace.stopped),
     ]
 }

@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::guesses::Spread;
-use evaluation::paper::motions::{Trace, deviations};
-use report::{Axis, Block, Charts, Figure, LineChart, Section as PageSection};
+use evaluation::paper::motions::{Trace, by_way, last_nrmse};
+use report::{Axis, LineChart, Section as PageSection};
 use serde::{Deserialize, Serialize};
-use solver::linear::precondition::PreconditionerKind;
 
+use crate::blocks::{chart, figure, groups, section, values};
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{FREE, SEED, is_end_to_end, solver, traces};
+use crate::sections::paper::{BLOCK_JACOBI, SEED, is_end_to_end, solver, traces};
 use crate::show::{band, join, number, of_way};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -50,41 +50,37 @@ impl Section for Nrmse {
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
         let guesses = context.library.guesses(key.scenario, Learned::All)?;
         let scene = key.scenario.sample(key.seed, key.simulation).scene()?;
-        traces(&scene, &guesses, &solver(PreconditionerKind::BlockJacobi, 1e-6), (key.steps, &[]), go_on)
+        traces(&scene, &guesses, &solver(BLOCK_JACOBI, 1e-6)?, (key.steps, &[]), go_on)
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
-        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
-        if let Some((key, _)) = cells.first() {
-            let [rods, helices] = FREE.map(|scenario| of(cells, scenario).len());
-            let charts = FREE.map(|scenario| chart(context, scenario, &of(cells, scenario)));
-            blocks.push(Block::Figure(Figure {
-                id: "nrmse-over-time".to_owned(),
-                title: "Error of the positions over time".to_owned(),
-                caption: "Medians over the simulations, with quartiles. Dashed: predictions alone, end to end."
-                    .to_owned(),
-                charts: Charts::Lines(charts.into_iter().collect::<Result<_>>()?),
-                conditions: context
-                    .conditions("none: positions are compared here")
-                    .with(
-                        "simulations",
-                        format!("{rods} rods, {helices} helices, {} steps, seed {}", key.steps, key.seed),
-                    )
-                    .with(
-                        "solver",
-                        "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-6 from guesses",
-                    ),
-            }));
-        }
-        Ok(PageSection { id: Self::ID.to_owned(), title: "Guess against end to end".to_owned(), blocks })
+        let of_scenarios = groups(cells, |key| key.scenario);
+        let charts = of_scenarios.iter().map(|(scenario, own)| errors(context, *scenario, &values(own)));
+        let counts = of_scenarios.iter().map(|(scenario, own)| match scenario {
+            Scenario::Rod => format!("{} rods", own.len()),
+            _ => format!("{} helices", own.len()),
+        });
+        let (counts, steps) = (counts.collect::<Vec<_>>().join(", "), cells.first().map_or(0, |(key, _)| key.steps));
+        let conditions = context
+            .conditions("none: positions are compared here")
+            .with("simulations", format!("{counts}, {steps} steps, seed {SEED}"))
+            .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-6 from guesses");
+        let head = [
+            "nrmse-over-time",
+            "Error of the positions over time",
+            "Medians over the simulations, with quartiles. Dashed: predictions alone, end to end.",
+        ];
+        let figure = figure(head, charts.collect::<Result<_>>()?, conditions);
+        Ok(section([Self::ID, "Guess against end to end", INTRODUCTION], vec![figure]))
     }
 
     fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
         let mut words = [String::new(), String::new()];
-        for scenario in FREE {
-            for way in deviations(&of(cells, scenario)).into_iter().skip(1) {
-                let last = way.last_nrmse.map_or("not finite".to_owned(), |spread| number(spread.median));
-                join(&mut words[usize::from(is_end_to_end(&way.name))], &format!("{scenario}, {}: {last}", way.name));
+        for (scenario, own) in groups(cells, |key| key.scenario) {
+            for way in by_way(&values(&own)).into_iter().skip(1) {
+                let name = &way[0].name;
+                let last = last_nrmse(&way).map_or("not finite".to_owned(), |spread| number(spread.median));
+                join(&mut words[usize::from(is_end_to_end(name))], &format!("{scenario}, {name}: {last}"));
             }
         }
         let [guess, end_to_end] = words.map(|words| format!("after the last frame, {words}"));
@@ -92,27 +88,16 @@ impl Section for Nrmse {
     }
 }
 
-fn of<'a>(cells: &[(&Key, &'a Vec<Trace>)], scenario: Scenario) -> Vec<&'a Vec<Trace>> {
-    cells.iter().filter(|(key, _)| key.scenario == scenario).map(|(_, traces)| *traces).collect()
-}
-
-fn chart(context: &Context, scenario: Scenario, cells: &[&Vec<Trace>]) -> Result<LineChart> {
-    let ways = cells.first().map_or(&[][..], |traces| &traces[..]);
-    let series = ways.iter().enumerate().skip(1).map(|(way, Trace { name, .. })| {
-        let steps = cells.iter().map(|traces| traces[way].nrmse.len()).max().unwrap_or(0);
+fn errors(context: &Context, scenario: Scenario, cells: &[&Vec<Trace>]) -> Result<LineChart> {
+    let series = by_way(cells).into_iter().skip(1).map(|way| {
+        let steps = way.iter().map(|trace| trace.nrmse.len()).max().unwrap_or(0);
         let at = |step: usize| {
-            let errors = cells.iter().filter_map(|traces| traces[way].nrmse.get(step).copied());
-            (step as f64 + 1.0, Spread::of(errors))
+            (step as f64 + 1.0, Spread::of(way.iter().filter_map(|trace| trace.nrmse.get(step).copied())))
         };
-        of_way(band(name.clone(), (0..steps).map(at), 1.0))
+        of_way(band(&way[0].name, (0..steps).map(at), 1.0))
     });
-    Ok(LineChart {
-        title: scenario.to_string(),
-        x: Axis::linear("frame"),
-        // Predictions alone may run away as far as numbers go.
-        y: Axis { range: Some([1e-12, 1e3]), ..Axis::log("NRMSE") },
-        series: series.collect(),
-        references: vec![context.library.training_end(scenario)?],
-        ..LineChart::default()
-    })
+    // Predictions alone may run away as far as numbers go.
+    let y = Axis { range: Some([1e-12, 1e3]), ..Axis::log("NRMSE") };
+    let trained = context.library.training_end(scenario)?;
+    Ok(chart(scenario.name(), [Axis::linear("frame"), y], series.collect(), vec![trained]))
 }

@@ -3,31 +3,30 @@
 use anyhow::Result;
 use catalogue::rows;
 use dataset::Scenario;
-use evaluation::paper::motions::{self, Method, NamedMethod, Trace};
-use evaluation::paper::{CgSolver, DIRECT, Motion, NamedGuess};
+use evaluation::paper::motions::{self, Trace};
+use evaluation::paper::{CgSolver, DIRECT, NamedGuess};
 use graph::planar_normal;
 use scene::Scene;
 use solver::formulation::Formulation;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
-use solver::simulation::GuessFactory;
+use solver::simulation::{GuessFactory, Simulation};
 use solver::step::StepParams;
 
 use crate::library::Guesses;
 
 /// Seed of random scenes; the data sets have seed 0.
 pub(crate) const SEED: u64 = 1;
+/// No preconditioner, as the paper may have had it.
+pub(crate) const RAW: &str = PreconditionerKind::Raw.name();
+/// The strongest preconditioner of ours.
+pub(crate) const BLOCK_JACOBI: &str = PreconditionerKind::BlockJacobi.name();
 /// Scenes of Table 1, which move freely.
 pub(crate) const FREE: [Scenario; 2] = [Scenario::Rod, Scenario::Helix];
 /// The paper's network as it is, and restricted to the plane of a scene that has one: two guesses, always both told.
 pub(crate) const PAPER_GUESSES: [&str; 2] = ["gn", "gn, planar"];
 /// Frames of the paper's training data, at which it parts its figures.
 pub(crate) const PAPER_FRAMES: usize = scene::sampling::STEPS;
-
-/// A scene over so many steps.
-pub(crate) fn motion(scene: &Scene, steps: usize) -> Motion<'_> {
-    Motion { model: &scene.model, state: &scene.state, dt: scene.run.dt, steps }
-}
 
 /// Runs `f` with these guesses of linear solves; in a planar scene those that know nothing of planes twice.
 pub(crate) fn with_guesses<T, E: Into<anyhow::Error>>(
@@ -43,17 +42,13 @@ pub(crate) fn with_guesses<T, E: Into<anyhow::Error>>(
     f(&named.collect::<Vec<_>>()).map_err(Into::into)
 }
 
-/// The paper's solver: formulation xpbd, conjugate gradients with this preconditioner.
-pub(crate) fn solver(preconditioner: PreconditionerKind, tolerance: f64) -> CgSolver {
-    CgSolver {
+/// The paper's solver: formulation xpbd, conjugate gradients with the preconditioner of this name.
+pub(crate) fn solver(preconditioner: &str, tolerance: f64) -> Result<CgSolver> {
+    let preconditioner = preconditioner.parse().map_err(anyhow::Error::msg)?;
+    Ok(CgSolver {
         step: StepParams { formulation: Formulation::Xpbd, ..StepParams::DEFAULT },
         cg: CgParams { preconditioner, tolerance, ..CgParams::default() },
-    }
-}
-
-/// The same of a cell, whose preconditioner is a name.
-pub(crate) fn solver_of(preconditioner: &str, tolerance: f64) -> Result<CgSolver> {
-    Ok(solver(preconditioner.parse().map_err(anyhow::Error::msg)?, tolerance))
+    })
 }
 
 /// The same in words.
@@ -76,18 +71,21 @@ pub(crate) fn traces(
     (steps, frames): (usize, &[usize]),
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Vec<Trace>>> {
-    let plane = planar_normal(&scene.model, &scene.state);
+    let (model, state) = (&scene.model, &scene.state);
+    let plane = planar_normal(model, state);
     let rows = rows(guesses, plane.is_some());
-    let predictions = rows.iter().filter(|row| row.guess_name.helps_solves());
-    let predictions: Vec<_> =
-        predictions.filter_map(|row| Some((format!("{}, end to end", row.name), row.projection(plane)?))).collect();
+    let of_solves = || rows.iter().filter(|row| row.guess_name.helps_solves());
+    let mut ways = vec![(DIRECT.to_owned(), Simulation::new(model, state, &solver.direct(), None)?)];
+    for row in of_solves() {
+        let simulation = Simulation::new(model, state, &solver.settings(), Some(&row.factory(plane)))?;
+        ways.push((row.name.clone(), simulation));
+    }
     let once = StepParams { max_iterations: 1, ..solver.step };
-    with_guesses(scene, guesses, |named| {
-        let mut ways: Vec<NamedMethod<'_>> = vec![(DIRECT.to_owned(), Method::Solve(solver.direct(), None))];
-        for (name, guess) in named {
-            ways.push((name.clone(), Method::Solve(solver.settings(), Some(*guess))));
+    for row in of_solves() {
+        if let Some(projection) = row.projection(plane) {
+            let simulation = Simulation::end_to_end(model, state, &once, &projection)?;
+            ways.push((format!("{}, end to end", row.name), simulation));
         }
-        ways.extend(predictions.iter().map(|(name, method)| (name.clone(), Method::EndToEnd(once, method))));
-        motions::measure(&motion(scene, steps), frames, &ways, go_on)
-    })
+    }
+    Ok(motions::measure(scene, steps, frames, ways, go_on)?)
 }

@@ -10,21 +10,16 @@ use dataset::Scenario;
 use evaluation::paper::performance::{self, Point};
 use scene::sampling::{Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
-use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{FREE, SEED, motion, solver_of, with_guesses};
-
-/// What is varied, and its axis; all else is drawn as in Table 1.
-const STUDIES: [(&str, &str); 3] =
-    [("segments", "segments N"), ("stiffness", "modulus [Pa]"), ("tolerance", "tolerance of conjugate gradients")];
+use crate::sections::paper::{BLOCK_JACOBI, FREE, RAW, SEED, solver, with_guesses};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Key {
     scenario: Scenario,
-    /// Of [`STUDIES`].
+    /// "segments", "stiffness" or "tolerance"; all else is drawn as in Table 1.
     varied: String,
     value: f64,
     preconditioner: String,
@@ -38,8 +33,12 @@ pub(crate) struct Key {
 
 pub(crate) struct Performance;
 
-/// Preconditioners: the paper's reading, and the strongest of ours.
-const PRECONDITIONERS: [PreconditionerKind; 2] = [PreconditionerKind::Raw, PreconditionerKind::BlockJacobi];
+/// Values of N, of rods and helices: below, within and beyond those of the training (10 to 55, 45 to 105).
+const SEGMENTS: [[f64; 8]; 2] =
+    [[5.0, 10.0, 20.0, 30.0, 40.0, 55.0, 80.0, 110.0], [20.0, 30.0, 45.0, 60.0, 80.0, 105.0, 150.0, 200.0]];
+/// Moduli [Pa].
+const MODULI: [f64; 6] = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
+const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 /// Tolerance where it is not varied: the cell in which the paper's figures can be had.
 const TOLERANCE: f64 = 1e-4;
 
@@ -51,27 +50,22 @@ impl Section for Performance {
     fn keys(&self, context: &Context) -> Result<Vec<Key>> {
         let size = context.size;
         let mut keys = Vec::new();
-        for scenario in FREE {
-            let all = performance::segments(scenario.family());
-            let segments = size.pick(&all[2..=4], all);
-            let values = [
-                segments.iter().map(|&n| n as f64).collect(),
-                size.pick(vec![], vec![1e3, 1e4, 1e5, 1e6, 1e7, 1e8]),
-                size.pick(vec![], vec![1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8]),
+        for (scenario, segments) in FREE.into_iter().zip(&SEGMENTS) {
+            let studies: [(&str, &[f64]); 3] = [
+                ("segments", size.pick(&segments[2..=4], segments)),
+                ("stiffness", size.pick(&[], &MODULI)),
+                ("tolerance", size.pick(&[], &TOLERANCES)),
             ];
-            let studies = STUDIES.into_iter().zip(values);
-            for (varied, value) in
-                studies.flat_map(|((varied, _), values)| values.into_iter().map(move |x| (varied, x)))
-            {
-                keys.extend(PRECONDITIONERS.map(|preconditioner| Key {
+            for (varied, value) in studies.iter().flat_map(|(varied, values)| values.iter().map(|x| (*varied, *x))) {
+                keys.extend([RAW, BLOCK_JACOBI].map(|preconditioner| Key {
                     scenario,
                     varied: varied.to_owned(),
                     value,
-                    preconditioner: preconditioner.to_string(),
+                    preconditioner: preconditioner.to_owned(),
                     tolerance: if varied == "tolerance" { value } else { TOLERANCE },
                     simulations: size.pick(2, simulations(varied, value, preconditioner)),
                     steps: size.pick(20, performance::STEPS),
-                    repeats: size.pick(1, if preconditioner == PreconditionerKind::Raw { 1 } else { 2 }),
+                    repeats: size.pick(1, if preconditioner == RAW { 1 } else { 2 }),
                     seed: SEED,
                 }));
             }
@@ -86,19 +80,12 @@ impl Section for Performance {
 
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Point>> {
         let guesses = context.library.guesses(key.scenario, Learned::Networks)?;
-        let solver = solver_of(&key.preconditioner, key.tolerance)?;
+        let solver = solver(&key.preconditioner, key.tolerance)?;
         let mut simulated = Vec::new();
         for index in 0..key.simulations as u64 {
-            let family = key.scenario.family();
-            let drawn = Parameters::sample(family, key.seed, index);
-            let parameters = match key.varied.as_str() {
-                "segments" => performance::with_segments(drawn, key.value as usize),
-                "stiffness" => stiffened(drawn, key.value),
-                _ => drawn,
-            };
-            let scene = parameters.scene()?;
+            let scene = varied(key.scenario.sample(key.seed, index), &key.varied, key.value).scene()?;
             let measured = with_guesses(&scene, &guesses, |named| {
-                performance::measure(&motion(&scene, key.steps), &solver, named, key.repeats, &mut *go_on)
+                performance::measure(&scene, key.steps, &solver, named, key.repeats, &mut *go_on)
             })?;
             let Some(one) = measured else { return Ok(None) };
             simulated.push(one);
@@ -116,16 +103,19 @@ impl Section for Performance {
 }
 
 /// Simulations of a point: the paper's, but fewer where one takes many seconds.
-fn simulations(varied: &str, value: f64, preconditioner: PreconditionerKind) -> usize {
-    let is_few = varied != "segments" || (value > 105.0 && preconditioner == PreconditionerKind::Raw);
+fn simulations(varied: &str, value: f64, preconditioner: &str) -> usize {
+    let is_few = varied != "segments" || (value > 105.0 && preconditioner == RAW);
     if is_few { 10 } else { performance::SIMULATIONS }
 }
 
-/// With another modulus [Pa].
-fn stiffened(parameters: Parameters, modulus: f64) -> Parameters {
-    match parameters {
-        Parameters::Rod(rod) => Parameters::Rod(Rod { youngs_modulus: modulus, ..rod }),
-        Parameters::Helix(helix) => Parameters::Helix(Helix { torsion_modulus: modulus, ..helix }),
-        other => other,
+/// With another N or modulus [Pa].
+fn varied(parameters: Parameters, what: &str, value: f64) -> Parameters {
+    let segments = value as usize;
+    match (what, parameters) {
+        ("segments", Parameters::Rod(rod)) => Parameters::Rod(Rod { segments, ..rod }),
+        ("segments", Parameters::Helix(helix)) => Parameters::Helix(Helix { segments, ..helix }),
+        ("stiffness", Parameters::Rod(rod)) => Parameters::Rod(Rod { youngs_modulus: value, ..rod }),
+        ("stiffness", Parameters::Helix(helix)) => Parameters::Helix(Helix { torsion_modulus: value, ..helix }),
+        (_, drawn) => drawn,
     }
 }

@@ -11,12 +11,11 @@ use evaluation::paper::speedup::{self, SceneRun};
 use scene::Scene;
 use scene::sampling::{Parameters, Tree};
 use serde::{Deserialize, Serialize};
-use solver::linear::precondition::PreconditionerKind;
 
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{SEED, motion, solver_of, with_guesses};
+use crate::sections::paper::{BLOCK_JACOBI, RAW, SEED, solver, with_guesses};
 use crate::ways::cap;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -42,8 +41,7 @@ const SCENES: [(&str, [usize; 2]); 3] = [("helix-on-plane", [14, 30]), ("two-rod
 const TREES: [usize; 4] = [10, 20, 40, 70];
 
 /// Conjugate gradients as the paper may have run them, and as one would run them.
-const SOLVERS: [(PreconditionerKind, f64); 2] =
-    [(PreconditionerKind::Raw, 1e-4), (PreconditionerKind::BlockJacobi, 1e-4)];
+const SOLVERS: [(&str, f64); 2] = [(RAW, 1e-4), (BLOCK_JACOBI, 1e-4)];
 
 impl Section for Speedups {
     type Key = Key;
@@ -56,7 +54,7 @@ impl Section for Speedups {
         for (preconditioner, tolerance) in SOLVERS {
             let mut add = |scene: String, runs: u64, steps: usize, repeats: usize| {
                 keys.extend((0..runs).map(|index| {
-                    let (scene, preconditioner) = (scene.clone(), preconditioner.to_string());
+                    let (scene, preconditioner) = (scene.clone(), preconditioner.to_owned());
                     Key { scene, index, steps, repeats, preconditioner, tolerance, seed: SEED }
                 }));
             };
@@ -65,9 +63,9 @@ impl Section for Speedups {
                 add(scene.to_owned(), size.pick(1, 5), size.pick(quick, full), repeats);
             }
             // In raw units a step takes most iterations.
-            let (steps, repeats) = if preconditioner == PreconditionerKind::Raw { (5, repeats) } else { (20, 1) };
+            let (steps, repeats) = if preconditioner == RAW { (5, repeats) } else { (20, 1) };
             for rods in TREES {
-                add(trees(rods), size.pick(1, speedup::TOPOLOGIES as u64), size.pick(1, steps), repeats);
+                add(format!("trees-{rods}"), size.pick(1, speedup::TOPOLOGIES as u64), size.pick(1, steps), repeats);
             }
         }
         Ok(keys)
@@ -82,12 +80,12 @@ impl Section for Speedups {
     fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<SceneRun>> {
         let scene = scene_of(key)?;
         let guesses = context.library.for_scene(&scene, Learned::Networks)?;
-        let mut solver = solver_of(&key.preconditioner, key.tolerance)?;
+        let mut solver = solver(&key.preconditioner, key.tolerance)?;
         solver.cg.max_iterations = cap(&scene);
         // Where conjugate gradients run out, halved steps would take their time to show the same.
         solver.step.max_halvings = 0;
         with_guesses(&scene, &guesses, |named| {
-            speedup::measure(&motion(&scene, key.steps), &entries(&solver, named), key.repeats, go_on)
+            speedup::measure(&scene, key.steps, &entries(&solver, named), key.repeats, go_on)
         })
     }
 
@@ -98,11 +96,6 @@ impl Section for Speedups {
     fn claims(&self, _: &Context, cells: &[(&Key, &SceneRun)]) -> Result<BTreeMap<String, String>> {
         Ok(show::claims(cells))
     }
-}
-
-/// Name of the trees of so many rods.
-fn trees(rods: usize) -> String {
-    format!("trees-{rods}")
 }
 
 fn scene_of(key: &Key) -> Result<Scene> {

@@ -1,19 +1,22 @@
 //! The paper's figure on temporal evolution: iterations over the frames.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use anyhow::Result;
 use dataset::Scenario;
 use evaluation::guesses::Spread;
-use evaluation::paper::temporal::{self, Curve, StartSeries};
-use report::{Axis, Block, Charts, Figure, LineChart, Point, Reference, Section as PageSection, Series};
+use evaluation::paper::temporal::{self, StartSeries, WINDOW};
+use report::{Axis, Block, Point, Reference, Section as PageSection, Series};
 use serde::{Deserialize, Serialize};
-use solver::linear::precondition::PreconditionerKind;
 
+use crate::blocks::{chart, figure, groups, section, values};
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use crate::sections::paper::{FREE, PAPER_FRAMES, PAPER_GUESSES, SEED, motion, solver_of, solver_words, with_guesses};
+use crate::sections::paper::{
+    BLOCK_JACOBI, FREE, PAPER_FRAMES, PAPER_GUESSES, RAW, SEED, solver, solver_words, with_guesses,
+};
 use crate::show::{join, per_cent};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -31,8 +34,7 @@ pub(crate) struct Key {
 pub(crate) struct Temporal;
 
 /// The solvers whose iterations are counted, the paper's first.
-const SOLVERS: [(PreconditionerKind, f64); 2] =
-    [(PreconditionerKind::Raw, 1e-4), (PreconditionerKind::BlockJacobi, 1e-2)];
+const SOLVERS: [(&str, f64); 2] = [(RAW, 1e-4), (BLOCK_JACOBI, 1e-2)];
 
 /// Steps of a full simulation: four times the paper's training data's.
 const STEPS: usize = 200;
@@ -53,7 +55,7 @@ impl Section for Temporal {
         for scenario in FREE {
             for (preconditioner, tolerance) in SOLVERS {
                 for simulation in 0..context.size.pick(2, temporal::SIMULATIONS as u64) {
-                    let preconditioner = preconditioner.to_string();
+                    let preconditioner = preconditioner.to_owned();
                     keys.push(Key { scenario, simulation, steps, repeats, preconditioner, tolerance, seed: SEED });
                 }
             }
@@ -73,138 +75,117 @@ impl Section for Temporal {
     ) -> Result<Option<Vec<StartSeries>>> {
         let guesses = context.library.guesses(key.scenario, Learned::All)?;
         let scene = temporal::sample(key.scenario.family(), key.seed, key.simulation).scene()?;
-        let solver = solver_of(&key.preconditioner, key.tolerance)?;
-        with_guesses(&scene, &guesses, |named| {
-            temporal::measure(&motion(&scene, key.steps), &solver, named, key.repeats, go_on)
-        })
+        let solver = solver(&key.preconditioner, key.tolerance)?;
+        with_guesses(&scene, &guesses, |named| temporal::measure(&scene, key.steps, &solver, named, key.repeats, go_on))
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Vec<StartSeries>)]) -> Result<PageSection> {
-        let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
-        for scenario in FREE {
-            for solver in SOLVERS {
-                let own = of(cells, scenario, solver);
-                blocks.extend(figure(context, &own)?.map(Block::Figure));
-            }
-        }
-        Ok(PageSection { id: Self::ID.to_owned(), title: "Temporal evolution".to_owned(), blocks })
+        let figures = groups(cells, |key| (key.scenario, &key.preconditioner)).into_iter();
+        let figures = figures.map(|(_, own)| over_frames(context, own[0].0, &values(&own)));
+        Ok(section([Self::ID, "Temporal evolution", INTRODUCTION], figures.collect::<Result<_>>()?))
     }
 
     fn claims(&self, _: &Context, cells: &[(&Key, &Vec<StartSeries>)]) -> Result<BTreeMap<String, String>> {
         let mut claims = BTreeMap::new();
         let mut add = |id: &str, words: String| join(claims.entry(id.to_owned()).or_default(), &words);
-        for scenario in FREE {
-            let curves = curves(&of(cells, scenario, SOLVERS[0]));
+        let of_paper: Vec<_> = cells.iter().filter(|(key, _)| key.preconditioner == SOLVERS[0].0).copied().collect();
+        for (scenario, own) in groups(&of_paper, |key| key.scenario) {
+            let curves = curves(&values(&own));
             for curve in PAPER_GUESSES.iter().filter_map(|guess| curves.iter().find(|curve| curve.name == *guess)) {
                 // Quick runs end before the paper's training data do.
                 let frames = PAPER_FRAMES.min(curve.iterations.len());
-                let [early, late] = [0..frames, frames..curve.iterations.len()].map(|range| Gain::of(curve, range));
+                let [early, late] = [0..frames, frames..curve.iterations.len()].map(|range| curve.saved(range));
+                let [first, beyond] = [early, late].map(|saved| saved.map_or("not measured".to_owned(), words));
                 let who = format!("{scenario}, {}", curve.name);
-                let text = |gain: &Option<Gain>| gain.as_ref().map_or("not measured".to_owned(), Gain::text);
-                let both = format!("frames 1 to {frames}: {}; beyond: {}", text(&early), text(&late));
+                let both = format!("frames 1 to {frames}: {first}; beyond: {beyond}");
                 if scenario == Scenario::Helix {
-                    add("temporal-helix-gain", format!("{who}, saved beyond frame {frames}: {}", text(&late)));
+                    add("temporal-helix-gain", format!("{who}, saved beyond frame {frames}: {beyond}"));
                 } else {
                     add("temporal-rod-gain", format!("{who}, saved in {both}"));
                 }
-                let higher = early.zip(late.as_ref()).map(|(early, late)| early.iterations >= late.iterations);
-                let higher = higher.map_or("", |early| if early { ": more in the first" } else { ": more beyond" });
+                let higher = match (early, late) {
+                    (Some([early, _]), Some([late, _])) if early >= late => ": more in the first",
+                    (Some(_), Some(_)) => ": more beyond",
+                    _ => "",
+                };
                 add("temporal-highest", format!("{who}, {both}{higher}"));
-                add("temporal-order", format!("{who}, beyond frame {frames}: {}", text(&late)));
+                add("temporal-order", format!("{who}, beyond frame {frames}: {beyond}"));
             }
         }
         Ok(claims)
     }
 }
 
-/// The cells of a scenario and solver.
-fn of<'a>(
-    cells: &[(&'a Key, &'a Vec<StartSeries>)],
-    scenario: Scenario,
-    (preconditioner, tolerance): (PreconditionerKind, f64),
-) -> Vec<(&'a Key, &'a Vec<StartSeries>)> {
-    let is_own = |key: &Key| {
-        key.scenario == scenario && key.preconditioner == preconditioner.name() && key.tolerance == tolerance
+/// What a start takes over the frames, relative to the zero start.
+struct Curve<'a> {
+    name: &'a str,
+    iterations: Vec<Option<Spread>>,
+    time: Vec<Option<Spread>>,
+}
+
+/// The curves of all starts but zero.
+fn curves<'a>(cells: &[&'a Vec<StartSeries>]) -> Vec<Curve<'a>> {
+    let starts = cells.first().map_or(&[][..], |starts| starts).iter().enumerate().skip(1);
+    let curve = |(start, series): (usize, &'a StartSeries)| Curve {
+        name: &series.name,
+        iterations: temporal::curve(cells, start, WINDOW, |step| step.iterations as f64),
+        time: temporal::curve(cells, start, WINDOW, |step| step.solve_s + step.guess_s),
     };
-    cells.iter().filter(|(key, _)| is_own(key)).copied().collect()
+    starts.map(curve).collect()
 }
 
-fn curves(cells: &[(&Key, &Vec<StartSeries>)]) -> Vec<Curve> {
-    let series: Vec<_> = cells.iter().map(|(_, series)| series.to_vec()).collect();
-    temporal::curves(&series, temporal::WINDOW)
-}
-
-/// Shares saved by a guess, relative to zero.
-struct Gain {
-    iterations: f64,
-    time: f64,
-}
-
-impl Gain {
-    /// Over some frames; `None` where there are none.
-    fn of(curve: &Curve, frames: std::ops::Range<usize>) -> Option<Self> {
+impl Curve<'_> {
+    /// Shares of iterations and time that the start saves over some frames; `None` where there are none.
+    fn saved(&self, frames: Range<usize>) -> Option<[f64; 2]> {
         let saved = |spreads: &[Option<Spread>]| {
             let means = spreads[frames.clone()].iter().flatten().map(|spread| spread.mean);
             Some(1.0 - Spread::of(means)?.mean)
         };
-        Some(Self { iterations: saved(&curve.iterations)?, time: saved(&curve.time)? })
-    }
-
-    fn text(&self) -> String {
-        format!("{} of iterations, {} of time", per_cent(self.iterations), per_cent(self.time))
+        Some([saved(&self.iterations)?, saved(&self.time)?])
     }
 }
 
-fn figure(context: &Context, cells: &[(&Key, &Vec<StartSeries>)]) -> Result<Option<Figure>> {
-    let Some((key, _)) = cells.first() else { return Ok(None) };
+fn words([iterations, time]: [f64; 2]) -> String {
+    format!("{} of iterations, {} of time", per_cent(iterations), per_cent(time))
+}
+
+/// The figure of a scenario and solver.
+fn over_frames(context: &Context, key: &Key, cells: &[&Vec<StartSeries>]) -> Result<Block> {
     let Key { scenario, steps, preconditioner, tolerance, .. } = key;
     let curves = curves(cells);
-    let trained = context.library.training_end(*scenario)?;
-    type OfCurve = fn(&Curve) -> &[Option<Spread>];
-    let chart = |title: &str, values: OfCurve| LineChart {
-        title: title.to_owned(),
-        x: Axis::linear("frame"),
-        y: Axis::linear("relative to zero"),
-        series: curves.iter().skip(1).map(|curve| over_frames(&curve.name, values(curve))).collect(),
-        references: vec![Reference::Horizontal { y: 1.0, label: "from zero".to_owned() }, trained.clone()],
-        ..LineChart::default()
-    };
+    let zero = Reference::Horizontal { y: 1.0, label: "from zero".to_owned() };
+    let references = vec![zero, context.library.training_end(*scenario)?];
+    type OfCurve = for<'a> fn(&'a Curve<'_>) -> &'a [Option<Spread>];
+    let charts: [(&str, OfCurve); 2] =
+        [("iterations", |curve| &curve.iterations), ("time, guess and solve", |curve| &curve.time)];
+    let charts = charts.map(|(title, spreads)| {
+        let series = curves.iter().map(|curve| of_means(curve.name, spreads(curve))).collect();
+        chart(title, [Axis::linear("frame"), Axis::linear("relative to zero")], series, references.clone())
+    });
+    let saved = curves.iter().filter_map(|curve| {
+        let [iterations, _] = curve.saved(0..curve.iterations.len())?;
+        Some(format!("{} saves {} of the iterations", curve.name, per_cent(iterations)))
+    });
+    let caption = format!(
+        "Means over the simulations, relative to conjugate gradients from zero: {}. Bands are quartiles.",
+        saved.collect::<Vec<_>>().join(", ")
+    );
+    let solver = format!("{preconditioner} conjugate gradients to {tolerance:e}");
+    let simulations = format!("{} of {steps} steps, window {WINDOW} frames; means and quartiles", cells.len());
     let conditions = context
         .conditions("linear solves and guesses, features, inference and guards included")
         .with("solver", solver_words(preconditioner, format!("{tolerance:e}")))
-        .with(
-            "simulations",
-            format!("{} of {steps} steps, window {} frames; means and quartiles", cells.len(), temporal::WINDOW),
-        );
-    Ok(Some(Figure {
-        id: format!("temporal-{scenario}-{preconditioner}"),
-        title: format!(
-            "{scenario}: iterations and time over the frames, {preconditioner} conjugate gradients to {tolerance:e}"
-        ),
-        caption: format!(
-            "Means over the simulations, relative to conjugate gradients from zero: {}. Bands are quartiles.",
-            curves.iter().skip(1).filter_map(mean).collect::<Vec<_>>().join(", ")
-        ),
-        charts: Charts::Lines(vec![
-            chart("iterations", |curve| &curve.iterations),
-            chart("time, guess and solve", |curve| &curve.time),
-        ]),
-        conditions,
-    }))
-}
-
-/// What a start saves over all frames, in words.
-fn mean(curve: &Curve) -> Option<String> {
-    let gain = Gain::of(curve, 0..curve.iterations.len())?;
-    Some(format!("{} saves {} of the iterations", curve.name, per_cent(gain.iterations)))
+        .with("simulations", simulations);
+    let id = format!("temporal-{scenario}-{preconditioner}");
+    let title = format!("{scenario}: iterations and time over the frames, {solver}");
+    Ok(figure([&id, &title, &caption], charts.into(), conditions))
 }
 
 /// A curve of means over the frames.
-fn over_frames(name: &str, spreads: &[Option<Spread>]) -> Series {
+fn of_means(name: &str, spreads: &[Option<Spread>]) -> Series {
     let point = |(frame, spread): (usize, &Option<Spread>)| {
-        let spread = spread.as_ref()?;
-        let band = Some([spread.lower, spread.upper]);
-        Some(Point { x: frame as f64 + 1.0, y: spread.mean, band, ..Point::default() })
+        let Spread { mean, lower, upper, .. } = (*spread)?;
+        Some(Point { x: frame as f64 + 1.0, y: mean, band: Some([lower, upper]), ..Point::default() })
     };
     Series { markers: false, ..Series::new(name, spreads.iter().enumerate().filter_map(point)) }
 }

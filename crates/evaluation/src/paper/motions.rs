@@ -8,26 +8,13 @@
 use nalgebra::Vector3;
 use rod::measure::worst_gap;
 use rod::{Model, State};
+use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::projection::ProjectionFactory;
-use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::{Status, StepParams};
+use solver::simulation::{Simulation, SimulationError};
+use solver::step::Status;
 
-use super::Motion;
 use crate::guesses::Spread;
 use crate::precision::metrics::{length_ratio, mean_length, position_error};
-
-/// How constraints are projected.
-#[derive(Clone, Copy)]
-pub enum Method<'a> {
-    /// By a solver, from a guess; `None` for a zero start.
-    Solve(Settings, Option<GuessFactory<'a>>),
-    /// By predictions alone, the paper's "end-to-end". Such a way refuses contacts.
-    EndToEnd(StepParams, ProjectionFactory<'a>),
-}
-
-/// A way to move a scene: its name in the figure, and how.
-pub type NamedMethod<'a> = (String, Method<'a>);
 
 /// A motion in one way. The first way is what the others are compared to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,66 +45,55 @@ pub struct Snapshot {
     pub rods: Vec<Vec<[f64; 3]>>,
 }
 
-/// Moves the scene in all ways in lockstep, a trace each, with snapshots after so many steps each of `frames`; after each
-/// step of all `progress()` says whether to go on. `None` where it said stop.
+/// Moves the scene `steps` steps by each way, a simulation by name: a trace each, with snapshots after so many steps each of
+/// `frames`. Before each step `progress()` says whether to go on; `None` where it said stop.
 ///
 /// # Errors
-/// If the scene or a way is not valid.
+/// If the time step is not valid.
 pub fn measure(
-    &Motion { model, state: first, dt, steps }: &Motion<'_>,
+    Scene { model, state: first, run, .. }: &Scene,
+    steps: usize,
     frames: &[usize],
-    ways: &[NamedMethod<'_>],
+    ways: Vec<(String, Simulation)>,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Vec<Trace>>, SimulationError> {
-    let simulation = |(_, method): &NamedMethod<'_>| match *method {
-        Method::Solve(settings, guess) => Simulation::new(model, first, &settings, guess),
-        Method::EndToEnd(params, projection) => Simulation::end_to_end(model, first, &params, projection),
-    };
-    let mut simulations = ways.iter().map(simulation).collect::<Result<Vec<_>, _>>()?;
     let snapshot =
         |step: usize, state: &State| frames.contains(&step).then(|| Snapshot { step, rods: centrelines(model, state) });
-    let trace = |(name, _): &NamedMethod<'_>| Trace {
-        name: name.clone(),
-        snapshots: snapshot(0, first).into_iter().collect(),
-        nrmse: Vec::new(),
-        distance: 0.0,
-        lengths: vec![1.0],
-        largest_gap: 0.0,
-        stopped: None,
-    };
-    let mut traces: Vec<Trace> = ways.iter().map(trace).collect();
-    let (mut state, mut expected) = (first.clone(), first.clone());
-    for step in 1..=steps {
-        for (way, simulation) in simulations.iter_mut().enumerate() {
-            if traces[way].stopped.is_some() {
-                continue;
+    let (mut traces, mut state) = (Vec::new(), first.clone());
+    // The positions in the first way, by step, as far as they are finite.
+    let mut expected: Vec<Vec<Vector3<f64>>> = Vec::new();
+    for (name, mut simulation) in ways {
+        let (snapshots, lengths) = (snapshot(0, first).into_iter().collect(), vec![1.0]);
+        let mut trace =
+            Trace { name, snapshots, nrmse: Vec::new(), distance: 0.0, lengths, largest_gap: 0.0, stopped: None };
+        for step in 1..=steps {
+            if !progress() {
+                return Ok(None);
             }
-            let status = simulation.step(dt)?.status;
+            let status = simulation.step(run.dt)?.status;
             simulation.store(&mut state);
-            if way == 0 {
-                expected.clone_from(&state);
-            }
-            // Where the first way has stopped, there is nothing left to compare to.
-            let is_compared = traces[0].stopped.is_none();
-            let nrmse = if is_compared { position_error(model, &state.positions, &expected.positions) } else { 0.0 };
             let (length, gap) = (length_ratio(model, &state, first), worst_gap(model, &state));
-            let trace = &mut traces[way];
+            let positions = &state.positions;
+            let nrmse = expected.get(step - 1).map_or(0.0, |expected| position_error(model, positions, expected));
             // Squares of large numbers are not finite.
             if status == Status::NonFinite || [nrmse, length, gap].iter().any(|number| !number.is_finite()) {
                 trace.stopped = Some(step);
-                continue;
+                break;
             }
             trace.snapshots.extend(snapshot(step, &state));
             trace.lengths.push(length);
             trace.largest_gap = trace.largest_gap.max(gap);
-            if is_compared {
+            if traces.is_empty() {
+                expected.push(positions.clone());
+            }
+            // Where the first way has stopped, there is nothing left to compare to.
+            if let Some(expected) = expected.get(step - 1) {
+                let distances = positions.iter().zip(expected).map(|(own, expected)| (own - expected).norm());
+                trace.distance = trace.distance.max(distances.fold(0.0, f64::max) / mean_length(model));
                 trace.nrmse.push(nrmse);
-                trace.distance = trace.distance.max(largest_distance(&state, &expected) / mean_length(model));
             }
         }
-        if !progress() {
-            return Ok(None);
-        }
+        traces.push(trace);
     }
     Ok(Some(traces))
 }
@@ -139,57 +115,35 @@ fn centrelines(model: &Model, state: &State) -> Vec<Vec<[f64; 3]>> {
     rods
 }
 
-fn largest_distance(a: &State, b: &State) -> f64 {
-    a.positions.iter().zip(&b.positions).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-}
-
 /// Relative change of length that counts as a failure.
 pub const LIMIT: f64 = 0.01;
 
-/// A way over several scenes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Deviation {
-    /// Name of the way.
-    pub name: String,
-    /// Scenes.
-    pub scenes: usize,
-    /// NRMSE after the last step that was compared.
-    pub last_nrmse: Option<Spread>,
-    /// Largest distance of any segment from where it is in the first way, relative to the rods' mean length.
-    pub distance: f64,
-    /// Largest relative change of the length.
-    pub length_change: f64,
-    /// Largest gap, in segment lengths.
-    pub largest_gap: f64,
-    /// The steps in which the length first changed by more than [`LIMIT`], of the scenes in which it did.
-    pub left_limit: Vec<usize>,
-    /// The steps in which numbers were no longer finite, of the scenes in which they were not.
-    pub stopped: Vec<usize>,
-    /// Scenes in which one of the two happened.
-    pub failed: usize,
+impl Trace {
+    /// Relative changes of the length, |l / l0 - 1|, at the start and after each step.
+    pub fn length_changes(&self) -> impl Iterator<Item = f64> {
+        self.lengths.iter().map(|ratio| (ratio - 1.0).abs())
+    }
+
+    /// The step in which the length first changed by more than [`LIMIT`].
+    pub fn left_limit(&self) -> Option<usize> {
+        self.length_changes().position(|change| change > LIMIT)
+    }
 }
 
-/// Merges scenes that have the same ways.
-pub fn deviations(cells: &[&Vec<Trace>]) -> Vec<Deviation> {
+/// The traces of each way, over scenes that have the same ways.
+pub fn by_way<'a>(cells: &[&'a Vec<Trace>]) -> Vec<Vec<&'a Trace>> {
     let ways = cells.first().map_or(0, |cell| cell.len());
-    let changes = |trace: &Trace| trace.lengths.iter().map(|ratio| (ratio - 1.0).abs()).collect::<Vec<f64>>();
-    let left_limit = |trace: &Trace| changes(trace).iter().position(|&change| change > LIMIT);
-    let of_way = |way: usize| {
-        let traces = || cells.iter().filter_map(|cell| cell.get(way));
-        let largest = |of: &dyn Fn(&Trace) -> f64| traces().map(of).fold(0.0, f64::max);
-        Deviation {
-            name: traces().next().map_or_else(String::new, |trace| trace.name.clone()),
-            scenes: traces().count(),
-            last_nrmse: Spread::of(traces().filter_map(|trace| trace.nrmse.last().copied())),
-            distance: largest(&|trace| trace.distance),
-            length_change: largest(&|trace| changes(trace).into_iter().fold(0.0, f64::max)),
-            largest_gap: largest(&|trace| trace.largest_gap),
-            left_limit: traces().filter_map(left_limit).collect(),
-            stopped: traces().filter_map(|trace| trace.stopped).collect(),
-            failed: traces().filter(|trace| left_limit(trace).or(trace.stopped).is_some()).count(),
-        }
-    };
-    (0..ways).map(of_way).collect()
+    (0..ways).map(|way| cells.iter().filter_map(|cell| cell.get(way)).collect()).collect()
+}
+
+/// The largest number of some traces.
+pub fn largest(traces: &[&Trace], of: impl Fn(&Trace) -> f64) -> f64 {
+    traces.iter().map(|trace| of(trace)).fold(0.0, f64::max)
+}
+
+/// The errors (NRMSE) after the last steps that were compared.
+pub fn last_nrmse(traces: &[&Trace]) -> Option<Spread> {
+    Spread::of(traces.iter().filter_map(|trace| trace.nrmse.last().copied()))
 }
 
 #[cfg(test)]
@@ -197,9 +151,10 @@ mod tests {
     use solver::component::{Component, Members};
     use solver::kernel::Spatial;
     use solver::projection::Projection;
+    use solver::step::StepParams;
     use solver::topology::Topology;
 
-    use super::super::example::{CG, bending, motion, quadratic, stored};
+    use super::super::example::{CG, bending, quadratic, stored};
     use super::*;
 
     /// Predicts that nothing has to be corrected until a step, then flights so far that soon no number holds them.
@@ -219,14 +174,16 @@ mod tests {
     }
 
     /// Solved, from a guess, and by predictions alone.
-    fn measured(scene: &scene::Scene, steps: usize, frames: &[usize]) -> Vec<Trace> {
+    fn measured(scene: &Scene, steps: usize, frames: &[usize]) -> Vec<Trace> {
         let once = StepParams { max_iterations: 1, ..StepParams::DEFAULT };
+        let (model, state) = (&scene.model, &scene.state);
         let ways = [
-            ("direct".to_owned(), Method::Solve(CG.direct(), None)),
-            ("guess".to_owned(), Method::Solve(CG.settings(), Some(&quadratic))),
-            ("end-to-end".to_owned(), Method::EndToEnd(once, &falls)),
+            ("direct", Simulation::new(model, state, &CG.direct(), None)),
+            ("guess", Simulation::new(model, state, &CG.settings(), Some(&quadratic))),
+            ("end-to-end", Simulation::end_to_end(model, state, &once, &falls)),
         ];
-        measure(&motion(scene, steps), frames, &ways, || true).unwrap().unwrap()
+        let ways = ways.map(|(name, simulation)| (name.to_owned(), simulation.unwrap()));
+        measure(scene, steps, frames, ways.into(), || true).unwrap().unwrap()
     }
 
     #[test]
@@ -242,25 +199,28 @@ mod tests {
         assert!(cell[1].distance < 1e-3 && cell[1].distance > 0.0 && cell[1].nrmse[29] <= cell[1].distance);
         // Without corrections all segments but the clamped one fall: by g t^2 / 2 = 1.8 m in 0.6 s.
         assert!(cell[2].nrmse[29] > 0.1);
-        let merged = deviations(&[&cell, &cell]);
-        assert_eq!((merged[2].scenes, merged[2].stopped.len(), merged[2].name.as_str()), (2, 0, "end-to-end"));
-        assert!(merged[1].distance < merged[2].distance);
+        let merged = by_way(&[&cell, &cell]);
+        assert_eq!(merged.len(), 3);
+        assert!(merged[2].len() == 2 && merged[2].iter().all(|trace| trace.name == "end-to-end"));
+        let [guess, falls] = [1, 2].map(|way| largest(&merged[way], |trace| trace.distance));
+        assert!(guess == cell[1].distance && guess < falls);
+        assert_eq!(last_nrmse(&merged[1]).unwrap().median, cell[1].nrmse[29]);
     }
 
     #[test]
     fn a_solver_keeps_the_length_and_predictions_stop_where_they_are_not_finite() {
         let cell = measured(&bending(6), 60, &[]);
-        let merged = deviations(&[&cell, &cell]);
-        for (trace, way) in cell.iter().zip(&merged).take(2) {
-            assert_eq!((trace.lengths.len(), trace.lengths[0], way.failed), (61, 1.0, 0));
-            assert!(way.length_change < 1e-4 && way.stopped.is_empty() && way.left_limit.is_empty());
+        for trace in &cell[..2] {
+            assert_eq!((trace.lengths.len(), trace.lengths[0]), (61, 1.0));
+            assert!(trace.length_changes().all(|change| change < 1e-4));
+            assert_eq!((trace.stopped, trace.left_limit()), (None, None));
         }
         // A free fall across the rod opens the clamped end and leaves its length; the flight along it does not.
-        let [_, _, end_to_end] = &merged[..] else { panic!("three ways") };
-        assert_eq!(end_to_end.left_limit, [31, 31]);
-        assert!((32..50).contains(&end_to_end.stopped[0]) && end_to_end.failed == 2);
-        assert_eq!(cell[2].lengths.len(), end_to_end.stopped[0]);
-        assert!(end_to_end.largest_gap > 1.0 && cell[2].lengths.iter().all(|ratio| ratio.is_finite()));
+        let end_to_end = &cell[2];
+        assert_eq!(end_to_end.left_limit(), Some(31));
+        assert!((32..50).contains(&end_to_end.stopped.unwrap()));
+        assert_eq!(Some(end_to_end.lengths.len()), end_to_end.stopped);
+        assert!(end_to_end.largest_gap > 1.0 && end_to_end.lengths.iter().all(|ratio| ratio.is_finite()));
     }
 
     #[test]

@@ -7,13 +7,13 @@
 //!
 //! Fischer's projection and the direct solver stand beside the guesses as rivals.
 
-use scene::sampling::{Family, Helix, Parameters, Rod};
+use scene::Scene;
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use super::speedup::{self, SceneRun, Speedup, speedups};
 use super::temporal::{self, StartSeries};
-use super::{CgSolver, Motion, NamedGuess, entries, saved};
+use super::{CgSolver, NamedGuess, entries, saved};
 use crate::guesses::{Spread, Tally};
 
 /// Simulations of a point of the figure (paper: averaged over 50).
@@ -21,61 +21,27 @@ pub const SIMULATIONS: usize = 50;
 /// Steps of each (paper: 100).
 pub const STEPS: usize = 100;
 
-/// Values of N: below, within and beyond those of the training (rods 10 to 55, helices 45 to 105).
-pub fn segments(family: Family) -> &'static [usize] {
-    match family {
-        Family::Rod => &[5, 10, 20, 30, 40, 55, 80, 110],
-        Family::Helix => &[20, 30, 45, 60, 80, 105, 150, 200],
-        // The figure has none.
-        Family::Knot | Family::Tree => &[],
-    }
-}
+/// One simulation of a point: on the same systems, zero, the guesses, Fischer's projection and the direct solver, and whole
+/// runs, conjugate gradients from the same starts, then the direct solver.
+pub type Simulated = (Vec<StartSeries>, SceneRun);
 
-/// A sample of Table 1 with N = `segments`. Others keep theirs.
-pub fn with_segments(sample: Parameters, segments: usize) -> Parameters {
-    match sample {
-        Parameters::Rod(rod) => Parameters::Rod(Rod { segments, ..rod }),
-        Parameters::Helix(helix) => Parameters::Helix(Helix { segments, ..helix }),
-        other => other,
-    }
-}
-
-/// One simulation of a point.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Simulated {
-    /// On the same systems, by their names, with their sums: zero, the guesses, Fischer's projection, the direct solver.
-    pub starts: Vec<(String, Tally)>,
-    /// Whole runs: conjugate gradients from the same starts, then the direct solver.
-    pub runs: SceneRun,
-}
-
-/// Simulates for either reading, `repeats` times each; after each step, `2 repeats motion.steps` in all, `progress()` says
-/// whether to go on. `None` where it said stop.
+/// Simulates `steps` steps for either reading, `repeats` times each; after each step, `2 repeats steps` in all, `progress()`
+/// says whether to go on. `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or the settings are not valid.
 pub fn measure(
-    motion: &Motion<'_>,
+    scene: &Scene,
+    steps: usize,
     solver: &CgSolver,
     guesses: &[NamedGuess<'_>],
     repeats: usize,
     mut progress: impl FnMut() -> bool,
 ) -> Result<Option<Simulated>, SimulationError> {
-    let Some(systems) = temporal::measure(motion, solver, guesses, repeats, &mut progress)? else { return Ok(None) };
-    let runs = speedup::measure(motion, &entries(solver, guesses), repeats, progress)?;
-    let Some(runs) = runs else { return Ok(None) };
-    Ok(Some(Simulated { starts: systems.into_iter().map(sum).collect(), runs }))
-}
-
-fn sum(StartSeries { name, steps }: StartSeries) -> (String, Tally) {
-    let sum = steps.iter().fold(Tally::default(), |sum, step| Tally {
-        solves: sum.solves + step.solves,
-        dropped: sum.dropped + step.dropped,
-        iterations: sum.iterations + step.iterations,
-        solve_s: sum.solve_s + step.solve_s,
-        guess_s: sum.guess_s + step.guess_s,
-    });
-    (name, sum)
+    let systems = temporal::measure(scene, steps, solver, guesses, repeats, &mut progress)?;
+    let Some(systems) = systems else { return Ok(None) };
+    let runs = speedup::measure(scene, steps, &entries(solver, guesses), repeats, progress)?;
+    Ok(runs.map(|runs| (systems, runs)))
 }
 
 /// A point of the figure: all simulations of one N.
@@ -103,41 +69,47 @@ pub struct StartPoint {
 /// Merges the simulations of one N, which have the same guesses. The whole simulation's speed-up (pink curve) is
 /// [`Speedup::total`] of the runs.
 pub fn point(cells: &[Simulated]) -> Point {
-    let count = cells.first().map_or(0, |cell| cell.starts.len());
-    let runs: Vec<SceneRun> = cells.iter().map(|cell| cell.runs.clone()).collect();
-    Point { starts: (0..count).map(|start| start_point(cells, start)).collect(), runs: speedups(&runs) }
+    let starts = cells.first().map_or(&[][..], |(starts, _)| starts);
+    let start_point = |(start, StartSeries { name, .. }): (usize, &StartSeries)| {
+        let pairs = || cells.iter().filter_map(|(starts, _)| Some([starts.first()?, starts.get(start)?].map(sum)));
+        let spread = |value: fn(Tally, Tally) -> f64| Spread::of(pairs().map(|[zero, own]| value(zero, own)));
+        StartPoint {
+            name: name.clone(),
+            iteration_ratio: spread(|zero, own| own.iterations as f64 / zero.iterations as f64),
+            inference_ratio: spread(|zero, own| own.guess_s / zero.solve_s),
+            projection: spread(|zero, own| saved(zero.solve_s, own.solve_s + own.guess_s)),
+        }
+    };
+    let runs: Vec<&SceneRun> = cells.iter().map(|(_, runs)| runs).collect();
+    Point { starts: starts.iter().enumerate().map(start_point).collect(), runs: speedups(&runs) }
 }
 
-fn start_point(cells: &[Simulated], start: usize) -> StartPoint {
-    let pairs = || cells.iter().filter_map(|cell| Some((cell.starts.first()?.1, cell.starts.get(start)?.1)));
-    let spread = |value: fn(Tally, Tally) -> f64| Spread::of(pairs().map(|(zero, own)| value(zero, own)));
-    StartPoint {
-        name: cells.first().map_or_else(String::new, |cell| cell.starts[start].0.clone()),
-        iteration_ratio: spread(|zero, own| own.iterations as f64 / zero.iterations as f64),
-        inference_ratio: spread(|zero, own| own.guess_s / zero.solve_s),
-        projection: spread(|zero, own| saved(zero.solve_s, own.solve_s + own.guess_s)),
-    }
+fn sum(series: &StartSeries) -> Tally {
+    series.steps.iter().fold(Tally::default(), |sum, step| Tally {
+        solves: sum.solves + step.solves,
+        dropped: sum.dropped + step.dropped,
+        iterations: sum.iterations + step.iterations,
+        solve_s: sum.solve_s + step.solve_s,
+        guess_s: sum.guess_s + step.guess_s,
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::example::{CG, bending, motion, quadratic, stored};
+    use super::super::example::{CG, bending, quadratic, stored};
     use super::*;
 
     #[test]
     fn a_point_is_relative_to_the_zero_start() {
         let start = |name: &str, iterations, solve_s, guess_s| {
             let dropped = u64::from(guess_s > 0.0);
-            (name.to_owned(), Tally { solves: 10, dropped, iterations, solve_s, guess_s })
+            let steps = vec![Tally { solves: 10, dropped, iterations, solve_s, guess_s }];
+            StartSeries { name: name.to_owned(), steps }
         };
         let run = SceneRun { steps: 1, segments: 1, ways: Vec::new() };
-        let cell = |iterations, solve_s| Simulated {
-            starts: vec![
-                start("zero", 100, 4.0, 0.0),
-                start("net", iterations, solve_s, 1.0),
-                start("direct", 0, 0.4, 0.0),
-            ],
-            runs: run.clone(),
+        let cell = |iterations, solve_s| {
+            let net = start("net", iterations, solve_s, 1.0);
+            (vec![start("zero", 100, 4.0, 0.0), net, start("direct", 0, 0.4, 0.0)], run.clone())
         };
         let point = point(&[cell(50, 2.0), cell(70, 3.0), cell(20, 1.0)]);
         let net = &point.starts[1];
@@ -158,23 +130,25 @@ mod tests {
         let scene = bending(6);
         let guesses = [("net".to_owned(), &quadratic as _)];
         let mut ticks = 0;
-        let cell = measure(&motion(&scene, 8), &CG, &guesses, 2, || {
+        let cell = measure(&scene, 8, &CG, &guesses, 2, || {
             ticks += 1;
             true
         });
         let cell = cell.unwrap().unwrap();
         assert_eq!(ticks, 32);
         assert_eq!(stored(&cell), cell);
-        let names: Vec<&str> = cell.starts.iter().map(|(name, _)| name.as_str()).collect();
+        let (starts, runs) = &cell;
+        let names: Vec<&str> = starts.iter().map(|start| start.name.as_str()).collect();
         assert_eq!(names, ["zero", "net", "fischer", "direct"]);
-        let ways: Vec<&str> = cell.runs.ways.iter().map(|way| way.name.as_str()).collect();
+        let ways: Vec<&str> = runs.ways.iter().map(|way| way.name.as_str()).collect();
         assert_eq!(ways, ["zero", "net", "fischer", "direct"]);
-        assert!(cell.starts.iter().take(3).all(|(_, tally)| tally.solves == 8 && tally.iterations > 0));
-        assert!(cell.starts[0].1.guess_s == 0.0 && cell.starts[1].1.guess_s > 0.0 && cell.starts[3].1.solve_s > 0.0);
+        let sums: Vec<Tally> = starts.iter().map(sum).collect();
+        assert!(sums.iter().take(3).all(|tally| tally.solves == 8 && tally.iterations > 0));
+        assert!(sums[0].guess_s == 0.0 && sums[1].guess_s > 0.0 && sums[3].solve_s > 0.0);
         let point = point(&[cell]);
         // A smooth motion's parabola helps, and the direct solver has no linear iterations.
         assert!(point.starts[1].iteration_ratio.unwrap().median < 1.0);
         assert_eq!(point.runs[3].iteration_ratio.unwrap().median, 0.0);
-        assert!(measure(&motion(&scene, 8), &CG, &guesses, 2, || false).unwrap().is_none());
+        assert!(measure(&scene, 8, &CG, &guesses, 2, || false).unwrap().is_none());
     }
 }

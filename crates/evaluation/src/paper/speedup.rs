@@ -3,13 +3,14 @@
 //!
 //! All ways run in lockstep to the same tolerance, and the error of each against a tight reference at the same time step
 //! stands beside its times ([`compare::run`]). Speed-ups are relative to the first way of the same run; over repeated runs
-//! or topologies their spread is told.
+//! or topologies their spread is told. What the paper does not ask is when training has paid for itself.
 
+use scene::Scene;
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 use solver::step::Status;
 
-use super::{Motion, saved};
+use super::{quickest, saved};
 use crate::compare::{self, Comparison, Cost, Entry, EntryRun};
 use crate::guesses::Spread;
 
@@ -54,32 +55,19 @@ impl WaySums {
     }
 }
 
-/// Runs the scene in all ways, `repeats` times; the first way is what the others are compared to. After each step of each
-/// repeat `progress()` says whether to go on; `None` where it said stop.
+/// Runs `steps` steps of the scene in all ways, `repeats` times; the first way is what the others are compared to. After
+/// each step of each repeat `progress()` says whether to go on; `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or an entry is not valid.
 pub fn measure(
-    motion: &Motion<'_>,
+    Scene { model, state, run: scene, .. }: &Scene,
+    steps: usize,
     entries: &[Entry<'_>],
     repeats: usize,
-    mut progress: impl FnMut() -> bool,
+    progress: impl FnMut() -> bool,
 ) -> Result<Option<SceneRun>, SimulationError> {
-    let mut quietest: Option<Comparison> = None;
-    for _ in 0..repeats.max(1) {
-        let mut go_on = true;
-        let comparison = compare::run(motion.model, motion.state, motion.dt, motion.steps, entries, |_| {
-            go_on = progress();
-            go_on
-        })?;
-        if !go_on {
-            return Ok(None);
-        }
-        match &mut quietest {
-            Some(quietest) => take_quicker(quietest, &comparison),
-            None => quietest = Some(comparison),
-        }
-    }
+    let run = |go_on: &mut dyn FnMut() -> bool| compare::run(model, state, scene.dt, steps, entries, |_| go_on());
     let way = |row: EntryRun| WaySums {
         name: row.name,
         status: row.status.to_owned(),
@@ -87,20 +75,20 @@ pub fn measure(
         sums: sum(&row.by_step),
         error: Some(row.error).filter(|error| error.is_finite()),
     };
-    Ok(quietest.map(|comparison| SceneRun {
-        steps: comparison.steps,
-        segments: motion.model.segments.len(),
-        ways: comparison.rows.into_iter().map(way).collect(),
+    let quickest = quickest(repeats, progress, run, take_quicker)?;
+    Ok(quickest.map(|Comparison { rows, steps, .. }| SceneRun {
+        steps,
+        segments: model.segments.len(),
+        ways: rows.into_iter().map(way).collect(),
     }))
 }
 
 /// Takes the steps that were quicker in a repeat. They are compared as wholes, so that their parts go together.
-fn take_quicker(quietest: &mut Comparison, repeat: &Comparison) {
-    for (row, again) in quietest.rows.iter_mut().zip(&repeat.rows) {
-        for (step, again) in row.by_step.iter_mut().zip(&again.by_step) {
-            if again.total_s < step.total_s {
-                *step = *again;
-            }
+fn take_quicker(quickest: &mut Comparison, repeat: Comparison) {
+    let rows = quickest.rows.iter_mut().zip(&repeat.rows);
+    for (step, again) in rows.flat_map(|(row, again)| row.by_step.iter_mut().zip(&again.by_step)) {
+        if again.total_s < step.total_s {
+            *step = *again;
         }
     }
 }
@@ -139,33 +127,52 @@ pub struct Speedup {
 }
 
 /// One entry a way, over runs that have the same ways.
-pub fn speedups(runs: &[SceneRun]) -> Vec<Speedup> {
-    let ways = runs.first().map_or(0, |run| run.ways.len());
-    (0..ways).map(|way| speedup(runs, way)).collect()
+pub fn speedups(runs: &[&SceneRun]) -> Vec<Speedup> {
+    let ways = runs.first().map_or(&[][..], |run| &run.ways);
+    let speedup = |(way, WaySums { name, .. }): (usize, &WaySums)| {
+        let pairs = || runs.iter().filter_map(|run| Some((*run, run.ways.first()?, run.ways.get(way)?)));
+        let spread = |value: &dyn Fn(&SceneRun, &WaySums, &WaySums) -> f64| {
+            let complete = pairs().filter(|(_, base, own)| base.given_up.is_none() && own.given_up.is_none());
+            Spread::of(complete.map(|(run, base, own)| value(run, base, own)))
+        };
+        let ratio = |own: u64, base: u64| own as f64 / base as f64;
+        Speedup {
+            name: name.clone(),
+            not_converged: pairs().filter(|(.., own)| !own.converged()).count(),
+            total: spread(&|_, base, own| saved(base.sums.total_s, own.sums.total_s)),
+            projection: spread(&|_, base, own| saved(base.projection_s(), own.projection_s())),
+            iteration_ratio: spread(&|_, base, own| ratio(own.sums.linear_iterations, base.sums.linear_iterations)),
+            contact_share: spread(&|_, _, own| own.sums.contact_s / own.sums.total_s),
+            step_us: spread(&|run, _, own| 1e6 * own.sums.total_s / run.steps as f64),
+            error: spread(&|_, _, own| own.error.unwrap_or(f64::NAN)),
+        }
+    };
+    ways.iter().enumerate().map(speedup).collect()
 }
 
-fn speedup(runs: &[SceneRun], way: usize) -> Speedup {
-    let pairs = || runs.iter().filter_map(|run| Some((run, run.ways.first()?, run.ways.get(way)?)));
-    let spread = |value: &dyn Fn(&SceneRun, &WaySums, &WaySums) -> f64| {
-        let complete = pairs().filter(|(_, base, own)| base.given_up.is_none() && own.given_up.is_none());
-        Spread::of(complete.map(|(run, base, own)| value(run, base, own)))
-    };
-    let ratio = |own: u64, base: u64| own as f64 / base as f64;
-    Speedup {
-        name: runs.first().map_or_else(String::new, |run| run.ways[way].name.clone()),
-        not_converged: pairs().filter(|(.., own)| !own.converged()).count(),
-        total: spread(&|_, base, own| saved(base.sums.total_s, own.sums.total_s)),
-        projection: spread(&|_, base, own| saved(base.projection_s(), own.projection_s())),
-        iteration_ratio: spread(&|_, base, own| ratio(own.sums.linear_iterations, base.sums.linear_iterations)),
-        contact_share: spread(&|_, _, own| own.sums.contact_s / own.sums.total_s),
-        step_us: spread(&|run, _, own| 1e6 * own.sums.total_s / run.steps as f64),
-        error: spread(&|_, _, own| own.error.unwrap_or(f64::NAN)),
-    }
+/// The number of steps after which a training of so long has paid for itself, by the time saved a step [s]; `None` for never.
+pub fn break_even(training_s: f64, saved_s: f64) -> Option<u64> {
+    let steps = (training_s / saved_s).ceil();
+    // A number too large for a whole one becomes the largest.
+    (saved_s > 0.0 && steps >= 0.0).then_some(steps as u64)
+}
+
+/// Time of a step in the way of this name [s]; `None` where the run has no such way, or it was given up.
+pub fn step_s(run: &SceneRun, way: &str) -> Option<f64> {
+    let own = run.ways.iter().find(|own| own.name == way && own.given_up.is_none())?;
+    Some(own.sums.total_s / run.steps as f64)
+}
+
+/// Median over the runs of the time that a guess saves a step against another way [s], negative where it loses. Runs in
+/// which one of the two was given up are left out.
+pub fn saved_s(runs: &[&SceneRun], guess: &str, against: &str) -> Option<f64> {
+    let saved = runs.iter().filter_map(|run| Some(step_s(run, against)? - step_s(run, guess)?));
+    Some(Spread::of(saved)?.median)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::example::{CG, bending, motion, quadratic, stored};
+    use super::super::example::{CG, bending, quadratic, stored};
     use super::*;
 
     fn way(name: &str, linear_iterations: u64, [guess_s, solve_s, total_s]: [f64; 3]) -> WaySums {
@@ -188,7 +195,7 @@ mod tests {
         let mut failed = run(1.0);
         failed.ways[1].given_up = Some(3);
         failed.ways[1].status = Status::OutOfIterations.name().to_owned();
-        let found = speedups(&[run(4.0), run(3.0), run(6.0), failed]);
+        let found = speedups(&[&run(4.0), &run(3.0), &run(6.0), &failed]);
         assert_eq!(found.len(), 2);
         let net = &found[1];
         assert_eq!(net.not_converged, 1);
@@ -203,6 +210,27 @@ mod tests {
     }
 
     #[test]
+    fn a_training_pays_only_where_time_is_saved() {
+        assert_eq!(break_even(3600.0, 1e-3), Some(3_600_000));
+        assert_eq!(break_even(1.0, 0.3), Some(4));
+        assert_eq!((break_even(1.0, 0.0), break_even(1.0, -1e-6), break_even(1.0, f64::NAN)), (None, None, None));
+        assert_eq!((break_even(0.0, 1e-6), break_even(0.0, -1e-6)), (Some(0), None));
+        assert_eq!(break_even(f64::NAN, 1.0), None);
+    }
+
+    #[test]
+    fn a_guess_is_held_against_other_ways() {
+        let way = |name: &str, total_s| way(name, 0, [0.0, 0.0, total_s]);
+        let run = |net: f64| run_of(vec![way("zero", 5.0), way("net", net), way("direct", 1.0)]);
+        let mut lost = run(4.0);
+        lost.ways[0].given_up = Some(7);
+        let runs = [&run(4.0), &run(3.0), &run(4.5), &lost];
+        assert!((saved_s(&runs, "net", "zero").unwrap() - 0.01).abs() < 1e-12);
+        assert!(saved_s(&runs, "net", "direct").unwrap() < 0.0);
+        assert_eq!((saved_s(&runs, "another", "zero"), step_s(runs[3], "zero")), (None, None));
+    }
+
+    #[test]
     fn of_each_step_the_quickest_repeat_counts() {
         let comparison = |times: [f64; 3]| {
             let cost = |total_s: f64| Cost { iterations: 2, guess_s: 0.5 * total_s, total_s, ..Cost::default() };
@@ -212,9 +240,9 @@ mod tests {
             comparison.rows[0].by_step = times.map(cost).into();
             comparison
         };
-        let mut quietest = comparison([1.0, 9.0, 2.0]);
-        take_quicker(&mut quietest, &comparison([2.0, 3.0, 8.0]));
-        let sum = sum(&quietest.rows[0].by_step);
+        let mut quickest = comparison([1.0, 9.0, 2.0]);
+        take_quicker(&mut quickest, comparison([2.0, 3.0, 8.0]));
+        let sum = sum(&quickest.rows[0].by_step);
         assert_eq!((sum.iterations, sum.total_s, sum.guess_s), (6, 6.0, 3.0));
     }
 
@@ -223,7 +251,7 @@ mod tests {
         let scene = bending(6);
         let entry = |name: &str, guess| Entry { name: name.to_owned(), settings: CG.settings(), guess };
         let entries = [entry("zero", None), entry("parabola", Some(&quadratic as _))];
-        let measured = || measure(&motion(&scene, 5), &entries, 2, || true).unwrap().unwrap();
+        let measured = || measure(&scene, 5, &entries, 2, || true).unwrap().unwrap();
         let (run, again) = (measured(), measured());
         assert_eq!(stored(&run), run);
         assert_eq!((run.steps, run.segments), (5, 6));
@@ -233,7 +261,7 @@ mod tests {
             assert!(way.projection_s() < way.sums.total_s && way.sums.linear_iterations > 5);
         }
         let mut steps = 0;
-        let stopped = measure(&motion(&scene, 5), &entries, 2, || {
+        let stopped = measure(&scene, 5, &entries, 2, || {
             steps += 1;
             steps < 2
         });

@@ -3,12 +3,13 @@
 //! At each step all starts are held against each other on the same system, the first outer iteration's of the exact
 //! motion ([`crate::guesses::measure`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
 
+use scene::Scene;
 use scene::sampling::{Family, Helix, Parameters, Rod};
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
-use super::{CgSolver, DIRECT, Motion, NamedGuess, starts};
-use crate::guesses::{self as measuring, Plan, Spread, Tally};
+use super::{CgSolver, DIRECT, NamedGuess, quickest, starts};
+use crate::guesses::{self, Plan, Spread, Tally};
 
 /// Simulations of the figure (paper: averaged over 20).
 pub const SIMULATIONS: usize = 20;
@@ -28,20 +29,18 @@ pub fn helix() -> Parameters {
 /// Simulation `index` of the figure. The first is the figure's scene. Twenty times that would be twenty times the same, so
 /// that the others keep its N and its modulus, and draw the rest from Table 1. Other families are drawn altogether.
 pub fn sample(family: Family, seed: u64, index: u64) -> Parameters {
-    match (family, index) {
-        (Family::Rod, 0) => rod(),
-        (Family::Helix, 0) => helix(),
-        _ => match Parameters::sample(family, seed, index) {
-            Parameters::Rod(drawn) => {
-                let Rod { segments, youngs_modulus, .. } = Rod::default();
-                Parameters::Rod(Rod { segments, youngs_modulus, ..drawn })
-            }
-            Parameters::Helix(drawn) => {
-                let Helix { segments, torsion_modulus, .. } = Helix::default();
-                Parameters::Helix(Helix { segments, torsion_modulus, ..drawn })
-            }
-            other => other,
-        },
+    match (Parameters::sample(family, seed, index), index) {
+        (Parameters::Rod(_), 0) => rod(),
+        (Parameters::Helix(_), 0) => helix(),
+        (Parameters::Rod(drawn), _) => {
+            let Rod { segments, youngs_modulus, .. } = Rod::default();
+            Parameters::Rod(Rod { segments, youngs_modulus, ..drawn })
+        }
+        (Parameters::Helix(drawn), _) => {
+            let Helix { segments, torsion_modulus, .. } = Helix::default();
+            Parameters::Helix(Helix { segments, torsion_modulus, ..drawn })
+        }
+        (other, _) => other,
     }
 }
 
@@ -54,91 +53,65 @@ pub struct StartSeries {
     pub steps: Vec<Tally>,
 }
 
-impl StartSeries {
-    /// Of each time the least of this run and a repeat.
-    fn take_quicker(&mut self, repeat: impl Iterator<Item = Tally>) {
-        for (step, again) in self.steps.iter_mut().zip(repeat) {
-            step.solve_s = step.solve_s.min(again.solve_s);
-            step.guess_s = step.guess_s.min(again.guess_s);
-        }
-    }
-}
-
-/// Simulates and measures, `repeats` times, of which the least times count: a series for each start, zero, the guesses,
-/// Fischer's projection, and the direct solver, which has no iterations. After each step of each repeat `progress()` says
-/// whether to go on; `None` where it said stop.
+/// Simulates `steps` steps and measures, `repeats` times, of which the least times count: a series for each start, zero, the
+/// guesses, Fischer's projection, and the direct solver, which has no iterations. After each step of each repeat
+/// `progress()` says whether to go on; `None` where it said stop.
 ///
 /// # Errors
 /// If the scene or the settings are not valid.
 pub fn measure(
-    motion: &Motion<'_>,
+    scene: &Scene,
+    steps: usize,
     solver: &CgSolver,
-    guesses: &[NamedGuess<'_>],
+    named: &[NamedGuess<'_>],
     repeats: usize,
-    mut progress: impl FnMut() -> bool,
+    progress: impl FnMut() -> bool,
 ) -> Result<Option<Vec<StartSeries>>, SimulationError> {
     let plan = Plan {
-        guesses: starts(guesses),
+        guesses: starts(named),
         preconditioners: vec![solver.cg.preconditioner],
         tolerances: vec![solver.cg.tolerance],
         max_iterations: solver.cg.max_iterations,
-        buckets: (0..motion.steps).map(Some).collect(),
+        buckets: (0..steps).map(Some).collect(),
         is_struck: false,
     };
-    let names = plan.guesses.iter().map(|(name, _)| name.clone()).chain([DIRECT.to_owned()]);
-    let mut all: Vec<StartSeries> = names.map(|name| StartSeries { name, steps: Vec::new() }).collect();
-    for repeat in 0..repeats.max(1) {
-        let mut go_on = true;
-        let measured = measuring::measure(motion.model, motion.state, motion.dt, &solver.direct(), &plan, || {
-            go_on = progress();
-            go_on
-        })?;
-        if !go_on {
-            return Ok(None);
-        }
-        for (way, series) in all.iter_mut().enumerate() {
-            let steps = (0..motion.steps).map(|step| measured.tally(step, way, 0));
-            if repeat == 0 {
-                series.steps = steps.collect();
-            } else {
-                series.take_quicker(steps);
-            }
-        }
+    let run = |go_on: &mut dyn FnMut() -> bool| {
+        let measured = guesses::measure(&scene.model, &scene.state, scene.run.dt, &solver.direct(), &plan, go_on)?;
+        let names = plan.guesses.iter().map(|(name, _)| name.as_str()).chain([DIRECT]);
+        let series = |(way, name): (usize, &str)| StartSeries {
+            name: name.to_owned(),
+            steps: (0..steps).map(|step| measured.tally(step, way, 0)).collect(),
+        };
+        Ok(names.enumerate().map(series).collect())
+    };
+    quickest(repeats, progress, run, take_quicker)
+}
+
+/// Takes of each time the least of a run and its repeat.
+fn take_quicker(run: &mut Vec<StartSeries>, repeat: Vec<StartSeries>) {
+    let steps = run.iter_mut().zip(&repeat).flat_map(|(own, again)| own.steps.iter_mut().zip(&again.steps));
+    for (step, again) in steps {
+        step.solve_s = step.solve_s.min(again.solve_s);
+        step.guess_s = step.guess_s.min(again.guess_s);
     }
-    Ok(Some(all))
 }
 
-/// A curve of the figure: a start over all simulations, relative to the zero start of each, smoothed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Curve {
-    /// Name of the guess.
-    pub name: String,
-    /// Iterations, by step; `None` where there are none to compare to. All zero for the direct solver.
-    pub iterations: Vec<Option<Spread>>,
-    /// Time, by step.
-    pub time: Vec<Option<Spread>>,
-}
-
-/// Merges simulations that have the same guesses and steps, smoothed over a window of so many frames (see [`WINDOW`]).
+/// A curve of the figure, by step: a value of a start, by its place, over all simulations, relative to that of the zero start
+/// of each; `None` where there is nothing to compare to.
 ///
-/// A value is the sum over the window about its step, relative to the zero start's; at the ends, the window is cut. Then
+/// Sums over a window of so many frames about the step (see [`WINDOW`]) are compared; at the ends, the window is cut. Then
 /// mean and quartiles are taken over the simulations.
-pub fn curves(cells: &[Vec<StartSeries>], window: usize) -> Vec<Curve> {
-    let ways = cells.first().map_or(0, Vec::len);
-    let merge = |way: usize, values: &dyn Fn(&StartSeries) -> Vec<f64>| -> Vec<Option<Spread>> {
-        let ratios: Vec<Vec<f64>> = cells
-            .iter()
-            .filter_map(|cell| Some(ratios(&values(cell.get(way)?), &values(cell.first()?), window)))
-            .collect();
-        let steps = ratios.iter().map(Vec::len).max().unwrap_or(0);
-        (0..steps).map(|step| Spread::of(ratios.iter().filter_map(|ratios| ratios.get(step).copied()))).collect()
-    };
-    let curve = |way: usize| Curve {
-        name: cells.first().map_or_else(String::new, |cell| cell[way].name.clone()),
-        iterations: merge(way, &|series| series.steps.iter().map(|step| step.iterations as f64).collect()),
-        time: merge(way, &|series| series.steps.iter().map(|step| step.solve_s + step.guess_s).collect()),
-    };
-    (0..ways).map(curve).collect()
+pub fn curve(
+    cells: &[&Vec<StartSeries>],
+    start: usize,
+    window: usize,
+    value: impl Fn(&Tally) -> f64,
+) -> Vec<Option<Spread>> {
+    let values = |series: &StartSeries| series.steps.iter().map(&value).collect::<Vec<_>>();
+    let of_cell = |cell: &&Vec<StartSeries>| Some(ratios(&values(cell.get(start)?), &values(cell.first()?), window));
+    let ratios: Vec<Vec<f64>> = cells.iter().filter_map(of_cell).collect();
+    let steps = ratios.iter().map(Vec::len).max().unwrap_or(0);
+    (0..steps).map(|step| Spread::of(ratios.iter().filter_map(|ratios| ratios.get(step).copied()))).collect()
 }
 
 /// Sums over windows, relative to those of `zero`.
@@ -153,7 +126,7 @@ fn ratios(own: &[f64], zero: &[f64], window: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::example::{CG, bending, motion, quadratic, stored};
+    use super::super::example::{CG, bending, quadratic, stored};
     use super::*;
 
     #[test]
@@ -172,12 +145,14 @@ mod tests {
             steps: vec![Tally { iterations, solve_s: iterations as f64 * 1e-6, ..Tally::default() }; 3],
         };
         let cells: Vec<Vec<StartSeries>> = [10, 20, 30].map(|n| vec![series("zero", 40), series("net", n)]).into();
-        let curves = curves(&cells, WINDOW);
-        assert_eq!(curves[1].name, "net");
+        let cells: Vec<_> = cells.iter().collect();
+        let iterations = |start| curve(&cells, start, WINDOW, |step| step.iterations as f64);
         let expected = Spread { mean: 0.5, lower: 0.375, median: 0.5, upper: 0.625 };
-        assert_eq!(curves[1].iterations, [Some(expected); 3]);
-        assert!((curves[1].time[1].unwrap().upper - 0.625).abs() < 1e-12);
-        assert_eq!(curves[0].iterations[2].unwrap().mean, 1.0);
+        assert_eq!(iterations(1), [Some(expected); 3]);
+        let time = curve(&cells, 1, WINDOW, |step| step.solve_s + step.guess_s);
+        assert!((time[1].unwrap().upper - 0.625).abs() < 1e-12);
+        assert_eq!(iterations(0)[2].unwrap().mean, 1.0);
+        assert!(iterations(2).is_empty());
     }
 
     #[test]
@@ -194,16 +169,17 @@ mod tests {
     #[test]
     fn the_least_times_of_all_repeats_count() {
         let tally = |solve_s, guess_s| Tally { solves: 1, dropped: 0, iterations: 7, solve_s, guess_s };
-        let mut series = StartSeries { name: String::new(), steps: vec![tally(4.0, 1.0), tally(2.0, 3.0)] };
-        series.take_quicker([tally(3.0, 2.0), tally(9.0, 0.5)].into_iter());
-        assert_eq!(series.steps, [tally(3.0, 1.0), tally(2.0, 0.5)]);
+        let run = |steps: [Tally; 2]| vec![StartSeries { name: String::new(), steps: steps.into() }];
+        let mut quickest = run([tally(4.0, 1.0), tally(2.0, 3.0)]);
+        take_quicker(&mut quickest, run([tally(3.0, 2.0), tally(9.0, 0.5)]));
+        assert_eq!(quickest, run([tally(3.0, 1.0), tally(2.0, 0.5)]));
     }
 
     #[test]
     fn every_step_of_every_start_is_told() {
         let scene = bending(6);
         let guesses = [("net".to_owned(), &quadratic as _)];
-        let cell = measure(&motion(&scene, 12), &CG, &guesses, 2, || true).unwrap().unwrap();
+        let cell = measure(&scene, 12, &CG, &guesses, 2, || true).unwrap().unwrap();
         assert_eq!(stored(&cell), cell);
         let names: Vec<&str> = cell.iter().map(|series| series.name.as_str()).collect();
         assert_eq!(names, ["zero", "net", "fischer", "direct"]);
@@ -211,7 +187,7 @@ mod tests {
         assert!(cell.iter().all(|series| series.steps.len() == 12 && series.steps.iter().all(is_told)));
         // Nothing is known before the first step, and the parabola helps later.
         assert_eq!(cell[1].steps[0].iterations, cell[0].steps[0].iterations);
-        let curves = curves(&[cell], 1);
-        assert!(curves[1].iterations[11].unwrap().mean < 1.0 && curves[3].iterations[11].unwrap().mean == 0.0);
+        let last = |start| curve(&[&cell], start, 1, |step| step.iterations as f64)[11].unwrap().mean;
+        assert!(last(1) < 1.0 && last(3) == 0.0);
     }
 }

@@ -18,34 +18,21 @@ use crate::sections::paper::FREE;
 /// By the claim's id: our value, written as the paper's is, and where it is from.
 pub(super) type Settings = BTreeMap<String, [String; 2]>;
 
-/// The paper's scenes that are files: claim, name, text, and what is told of the rods in it.
-/// Those of "two-rods" are level, so that the height of their direction is their angle.
-const SCENES: [(&str, &str, &str, &str); 3] = [
-    (
-        "plane-helix",
-        "helix-on-plane",
-        include_str!("../../../../scene/scenes/helix-on-plane.toml"),
-        "HR = {0.shape.helix.radius_m} m, HH = {0.shape.helix.height_m} m, HW = {0.shape.helix.winding}, T = \
-         {0.torsion_modulus_pa} Pa, N = {0.shape.helix.segments}",
-    ),
-    (
-        "two-rods",
-        "two-rods",
-        include_str!("../../../../scene/scenes/two-rods.toml"),
-        "phi_0 = {0.shape.straight.direction.2} deg, N = {0.shape.straight.segments} and {1.shape.straight.segments}, l = \
-         {0.shape.straight.length_m} and {1.shape.straight.length_m} m, Y = {0.youngs_modulus_pa} Pa",
-    ),
-    (
-        "knot-rope",
-        "knot",
-        include_str!("../../../../scene/scenes/knot.toml"),
-        "N = {0.shape.knot.segments}, R = {0.radius_m} m, l = {0.shape.knot.length_m} m, Y = {0.youngs_modulus_pa} Pa, T = \
-         {0.torsion_modulus_pa} Pa",
-    ),
+/// The paper's scenes that are files: name and text.
+const SCENES: [(&str, &str); 3] = [
+    ("helix-on-plane", include_str!("../../../../scene/scenes/helix-on-plane.toml")),
+    ("two-rods", include_str!("../../../../scene/scenes/two-rods.toml")),
+    ("knot", include_str!("../../../../scene/scenes/knot.toml")),
 ];
 
-/// All settings, but for those of the ablation, which come with its summary.
-pub(super) fn settings(context: &Context) -> Result<Settings> {
+/// Of a drawn rod and a drawn helix, whose two moduli are the same, what the paper tells: see [`filled`].
+const ROD: &str = "phi_0 = {0.shape.straight.angle_deg} deg, N = {0.shape.straight.segments}, l = \
+                   {0.shape.straight.length_m} m, Y = {0.youngs_modulus_pa} Pa";
+const HELIX: &str = "HR = {0.shape.helix.radius_m} m, HH = {0.shape.helix.height_m} m, HW = {0.shape.helix.winding}, T = \
+                     {0.youngs_modulus_pa} Pa, N = {0.shape.helix.segments}";
+
+/// All settings, but for those of the ablation, which come with its summary; `words` has those of the scenes that are files.
+pub(super) fn settings(context: &Context, words: &BTreeMap<String, [String; 2]>) -> Result<Settings> {
     let mut settings = Settings::new();
     of_cards(context, &mut settings)?;
     let mut add = |id: &str, at: &str, value: String| settings.insert(id.to_owned(), [value, at.to_owned()]);
@@ -86,21 +73,23 @@ pub(super) fn settings(context: &Context) -> Result<Settings> {
         add(&format!("trees-{rods}-rods"), &at, scene.rods.len().to_string());
         add(&format!("trees-{rods}-nodes"), &at, scene.model.segments.len().to_string());
     }
-    let [default_rod, default_helix] = [Parameters::Rod(Rod::default()), Parameters::Helix(Helix::default())];
+    let [rod, helix] = [Parameters::Rod(Rod::default()), Parameters::Helix(Helix::default())];
     let parameters = [
-        ("temporal-rod", "temporal::rod", temporal::rod()),
-        ("temporal-helix", "temporal::helix", temporal::helix()),
-        ("stability-rod", "long_term::rod", long_term::rod(Rod::default().youngs_modulus)),
-        ("dynamic-rod", "scene::sampling::Rod::default", default_rod),
-        ("dynamic-helix", "scene::sampling::Helix::default", default_helix),
-        ("comparisons-rod", "scene::sampling::Rod::default", default_rod),
-        ("comparisons-helix", "scene::sampling::Helix::default", default_helix),
+        ("temporal-rod", "temporal::rod", ROD, temporal::rod()),
+        ("temporal-helix", "temporal::helix", HELIX, temporal::helix()),
+        ("stability-rod", "long_term::rod", ROD, long_term::rod(Rod::default().youngs_modulus)),
+        ("dynamic-rod", "scene::sampling::Rod::default", ROD, rod),
+        ("dynamic-helix", "scene::sampling::Helix::default", HELIX, helix),
+        ("comparisons-rod", "scene::sampling::Rod::default", ROD, rod),
+        ("comparisons-helix", "scene::sampling::Helix::default", HELIX, helix),
     ];
-    for (id, at, parameters) in parameters {
-        add(id, at, in_words(&parameters));
+    for (id, at, words, parameters) in parameters {
+        add(id, at, filled(words, &parameters.to_toml())?);
     }
-    for (id, name, text, words) in SCENES {
-        add(id, &format!("scenes/{name}.toml"), of_file(text, words)?);
+    for (id, [name, words]) in words {
+        let text = SCENES.iter().find(|(known, _)| known == name).map(|(_, text)| *text);
+        let text = text.with_context(|| format!("claims.toml: no scene {name:?}"))?;
+        add(id, &format!("scenes/{name}.toml"), filled(words, text)?);
     }
     for (figure, scenes) in supplement() {
         let words = |parameters: &Parameters| match &varied(figure, parameters)[..] {
@@ -197,43 +186,21 @@ fn number(value: f64) -> String {
     if rounded.abs() >= 1e4 { format!("{rounded:e}") } else { format!("{rounded}") }
 }
 
-/// A rod or a helix as the paper writes it.
-fn in_words(parameters: &Parameters) -> String {
-    match parameters {
-        Parameters::Rod(Rod { segments, youngs_modulus, angle_deg, length, .. }) => {
-            let [angle, length, modulus] = [angle_deg, length, youngs_modulus].map(|&value| number(value));
-            format!("phi_0 = {angle} deg, N = {segments}, l = {length} m, Y = {modulus} Pa")
-        }
-        Parameters::Helix(Helix { segments, torsion_modulus, helix_radius, helix_height, winding, .. }) => {
-            let [radius, height, modulus] = [helix_radius, helix_height, torsion_modulus].map(|&value| number(value));
-            let winding = number(*winding);
-            format!("HR = {radius} m, HH = {height} m, HW = {winding}, T = {modulus} Pa, N = {segments}")
-        }
-        Parameters::Knot(_) | Parameters::Tree(_) => parameters.to_toml(),
-    }
-}
-
 /// Words with numbers of a scene's rods in them, by their places in its file: `{0.radius_m}`.
-fn of_file(text: &str, words: &str) -> Result<String> {
-    let file: toml::Value = toml::from_str(text)?;
-    let value = |path: &str| {
-        let mut value = file.get("rods")?;
-        for key in path.split('.') {
-            value = match key.parse::<usize>() {
-                Ok(place) => value.get(place)?,
-                Err(_) => value.get(key)?,
-            };
-        }
-        value.as_float().or_else(|| Some(value.as_integer()? as f64))
+fn filled(words: &str, file: &str) -> Result<String> {
+    let file: toml::Value = toml::from_str(file)?;
+    let number_at = |path: &str| {
+        let value = path.split('.').try_fold(file.get("rods")?, |value, key| match key.parse::<usize>() {
+            Ok(place) => value.get(place),
+            Err(_) => value.get(key),
+        })?;
+        Some(number(value.as_float().or_else(|| Some(value.as_integer()? as f64))?))
     };
-    let mut filled = String::new();
-    for (k, part) in words.split(['{', '}']).enumerate() {
-        match k % 2 {
-            0 => filled.push_str(part),
-            _ => filled.push_str(&number(value(part).with_context(|| format!("a scene without {part}"))?)),
-        }
-    }
-    Ok(filled)
+    let part = |(k, part): (usize, &str)| match k % 2 {
+        0 => Ok(part.to_owned()),
+        _ => number_at(part).with_context(|| format!("a scene without {part}")),
+    };
+    words.split(['{', '}']).enumerate().map(part).collect()
 }
 
 #[cfg(test)]
@@ -266,7 +233,7 @@ mod tests {
 
     #[test]
     fn every_setting_row_is_what_the_cards_say() {
-        let settings = settings(&Context::for_tests()).unwrap();
+        let settings = settings(&Context::for_tests(), &super::super::paper().unwrap().scenes).unwrap();
         let ours = |id: &str| settings[id][0].as_str();
         for (id, scenario, key) in [
             ("data-train", Scenario::Rod, "trajectories"),

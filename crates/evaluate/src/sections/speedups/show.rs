@@ -3,19 +3,20 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
+use catalogue::GuessName;
 use evaluation::guesses::Spread;
-use evaluation::paper::speedup::{SceneRun, Speedup, speedups};
-use evaluation::paper::{DIRECT, FISCHER, ZERO, break_even};
-use report::{Block, Cell, Section as PageSection, Table};
-use solver::linear::precondition::PreconditionerKind;
+use evaluation::paper::speedup::{SceneRun, Speedup, break_even, saved_s, speedups, step_s};
+use evaluation::paper::{DIRECT, FISCHER, ZERO};
+use report::{Block, Cell, Section as PageSection};
 
-use super::{Key, SCENES, SOLVERS, Speedups, TREES, scene_of, trees};
+use super::{Key, Speedups, scene_of};
+use crate::blocks::{groups, section as page_section, table, values};
 use crate::cells::Section as _;
 use crate::context::Context;
 use crate::library::Learned;
 use crate::sections::claims::paper_says;
 use crate::sections::paper::{SEED, solver_words};
-use crate::show::{ALL_STAGES, columns, join, number, per_cent, spread};
+use crate::show::{ALL_STAGES, join, number, per_cent, spread};
 
 const INTRODUCTION: &str = "The paper's total speed-ups, inference included: a helix that falls on the plane, two rods that \
     collide, a knot that is pulled tight, and trees in wind, from a network against conjugate gradients from zero. Trees are \
@@ -25,61 +26,45 @@ const INTRODUCTION: &str = "The paper's total speed-ups, inference included: a h
 const RIVALS: [&str; 3] = [ZERO, FISCHER, DIRECT];
 
 pub(super) fn section(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<PageSection> {
-    let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned())];
-    for (preconditioner, tolerance) in SOLVERS {
+    let mut blocks = Vec::new();
+    for ((preconditioner, tolerance), own) in groups(cells, solver) {
         let mut rows = Vec::new();
-        for (scene, claim) in scenes() {
-            let runs = runs_of(cells, &scene, preconditioner);
-            let paper = paper_says(&claim)?;
-            rows.extend(speedups(&runs).iter().map(|way| row(&scene, &paper, &runs, way)));
+        for (scene, own) in groups(&own, |key| &key.scene) {
+            let (runs, paper) = (values(&own), paper_says(&claim(scene))?);
+            rows.extend(speedups(&runs).iter().map(|way| row(scene, &paper, &runs, way)));
         }
         let all = "scenes: 5 runs of the same, 100 steps (helix-on-plane 30); trees: 30 topologies of each size, 20 steps (5 \
                    in raw units); medians and quartiles";
-        blocks.push(Block::Table(Table {
-            id: format!("speedups-{preconditioner}"),
-            title: format!("Total speed-ups over {preconditioner} conjugate gradients from zero"),
-            caption: "Share of the whole simulation's time that each way saves, to the same tolerances; below zero it \
-                      loses. The error is the positions' against a tight reference at the same time step, contacts or not."
-                .to_owned(),
-            columns: columns(&COLUMNS),
-            rows,
-            conditions: context
-                .conditions(ALL_STAGES)
-                .with("solver", solver_words(preconditioner.name(), format!("{tolerance:e}")))
-                .with("runs", context.size.pick("one of each", all))
-                .with("seed of the trees", SEED.to_string()),
-        }));
+        let conditions = context
+            .conditions(ALL_STAGES)
+            .with("solver", solver_words(preconditioner, format!("{tolerance:e}")))
+            .with("runs", context.size.pick("one of each", all))
+            .with("seed of the trees", SEED.to_string());
+        let head = [
+            &format!("speedups-{preconditioner}"),
+            &format!("Total speed-ups over {preconditioner} conjugate gradients from zero"),
+            "Share of the whole simulation's time that each way saves, to the same tolerances; below zero it loses. The \
+             error is the positions' against a tight reference at the same time step, contacts or not.",
+        ];
+        blocks.push(table(head, HEADINGS, rows, conditions));
     }
-    blocks.push(Block::Table(break_evens(context, cells)?));
-    Ok(PageSection { id: Speedups::ID.to_owned(), title: "Collisions, knot and trees".to_owned(), blocks })
+    blocks.push(break_evens(context, cells)?);
+    Ok(page_section([Speedups::ID, "Collisions, knot and trees", INTRODUCTION], blocks))
 }
 
-const COLUMNS: [&str; 10] = [
-    "scene",
-    "paper, from its network",
-    "way",
-    "#total saved",
-    "#projection saved",
-    "#iterations, relative",
-    "#contacts, of the total",
-    "#time a step [us]",
-    "#error",
-    "#not converged",
-];
+const HEADINGS: &str = "scene | paper, from its network | way | #total saved | #projection saved | #iterations, relative | \
+    #contacts, of the total | #time a step [us] | #error | #not converged";
 
-/// Names of all scenes, each with its claim of the paper.
-fn scenes() -> Vec<(String, String)> {
-    let claims = ["plane-total", "two-rods-total", "knot-total"];
-    let scenes = SCENES.iter().zip(claims).map(|((scene, _), claim)| ((*scene).to_owned(), claim.to_owned()));
-    scenes.chain(TREES.map(|rods| (trees(rods), format!("{}-total", trees(rods))))).collect()
+/// The claim of the paper on a scene.
+fn claim(scene: &str) -> String {
+    format!("{}-total", if scene == "helix-on-plane" { "plane" } else { scene })
 }
 
-fn runs_of(cells: &[(&Key, &SceneRun)], scene: &str, preconditioner: PreconditionerKind) -> Vec<SceneRun> {
-    let own = cells.iter().filter(|(key, _)| key.scene == scene && key.preconditioner == preconditioner.name());
-    own.map(|(_, run)| (*run).clone()).collect()
+fn solver(key: &Key) -> (&str, f64) {
+    (&key.preconditioner, key.tolerance)
 }
 
-fn row(scene: &str, paper: &str, runs: &[SceneRun], way: &Speedup) -> Vec<Cell> {
+fn row(scene: &str, paper: &str, runs: &[&SceneRun], way: &Speedup) -> Vec<Cell> {
     let segments = runs.iter().map(|run| run.segments).sum::<usize>() as f64 / runs.len().max(1) as f64;
     let saved = |saved: Option<&Spread>| if way.name == ZERO { Cell::muted("0") } else { spread(saved, 100.0).into() };
     let median = |value: Option<Spread>| value.map_or("-".to_owned(), |spread| number(spread.median)).into();
@@ -98,77 +83,60 @@ fn row(scene: &str, paper: &str, runs: &[SceneRun], way: &Speedup) -> Vec<Cell> 
 }
 
 /// When training has paid for itself.
-fn break_evens(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<Table> {
+fn break_evens(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<Block> {
     let mut rows = Vec::new();
-    for (scene, _) in scenes() {
-        let Some((key, _)) = cells.iter().find(|(key, _)| key.scene == scene) else { continue };
-        let guesses = context.library.for_scene(&scene_of(key)?, Learned::Networks)?;
+    for (scene, own) in groups(cells, |key| &key.scene) {
+        let guesses = context.library.for_scene(&scene_of(own[0].0)?, Learned::Networks)?;
         let networks = guesses.iter().filter(|(name, _)| name.helps_solves());
-        let networks: Vec<_> =
-            networks.filter_map(|(name, guess)| Some((name.to_string(), guess.network()?))).collect();
-        for (preconditioner, tolerance) in SOLVERS {
-            let runs = runs_of(cells, &scene, preconditioner);
-            for (name, network) in &networks {
-                let seconds = network.card().seconds();
-                // A network in a scene's plane is a guess of its own.
-                for guess in [name.clone(), format!("{name}, planar")] {
-                    if runs.iter().all(|run| break_even::step_s(run, &guess).is_none()) {
-                        continue;
-                    }
-                    rows.extend(RIVALS.map(|rival| {
-                        let saved_s = break_even::saved_s(&runs, &guess, rival);
-                        let steps = saved_s.and_then(|saved_s| break_even::steps(seconds, saved_s));
-                        vec![
-                            format!("{scene}, {preconditioner} {tolerance:e}").into(),
-                            guess.as_str().into(),
-                            number(seconds / 60.0).into(),
-                            rival.into(),
-                            saved_s.map_or("-".to_owned(), |saved| number(1e6 * saved)).into(),
-                            steps.map_or(Cell::muted("never"), |steps| Cell::strong(steps.to_string())),
-                        ]
-                    }));
-                }
+        // A network in a scene's plane is a guess of its own.
+        let names = |name: &GuessName| [name.to_string(), format!("{name}, planar")];
+        let trained = networks.filter_map(|(name, guess)| Some((names(name), guess.network()?.card().seconds())));
+        let trained: Vec<_> = trained.flat_map(|(names, seconds)| names.map(|name| (name, seconds))).collect();
+        for ((preconditioner, tolerance), own) in groups(&own, solver) {
+            let runs = values(&own);
+            let is_there = |guess: &str| runs.iter().any(|run| step_s(run, guess).is_some());
+            for (guess, seconds) in trained.iter().filter(|(guess, _)| is_there(guess)) {
+                rows.extend(RIVALS.map(|rival| {
+                    let saved_s = saved_s(&runs, guess, rival);
+                    let steps = saved_s.and_then(|saved_s| break_even(*seconds, saved_s));
+                    vec![
+                        format!("{scene}, {preconditioner} {tolerance:e}").into(),
+                        guess.as_str().into(),
+                        number(seconds / 60.0).into(),
+                        rival.into(),
+                        saved_s.map_or("-".to_owned(), |saved| number(1e6 * saved)).into(),
+                        steps.map_or(Cell::muted("never"), |steps| Cell::strong(steps.to_string())),
+                    ]
+                }));
             }
         }
     }
-    let columns = columns(&[
-        "scene, solver",
-        "guess",
-        "#training [min]",
-        "against",
-        "#saved a step [us]",
-        "#steps to break even",
-    ]);
-    Ok(Table {
-        id: "speedups-break-even".to_owned(),
-        title: "When training has paid for itself".to_owned(),
-        caption: "Steps after which the time that a guess saves is as long as its training took.".to_owned(),
-        columns,
-        rows,
-        conditions: context
-            .conditions(ALL_STAGES)
-            .with("training", "wall time of all trainings that made the weights, one after the other, by their cards"),
-    })
+    let head = [
+        "speedups-break-even",
+        "When training has paid for itself",
+        "Steps after which the time that a guess saves is as long as its training took.",
+    ];
+    let headings = "scene, solver | guess | #training [min] | against | #saved a step [us] | #steps to break even";
+    let training = "wall time of all trainings that made the weights, one after the other, by their cards";
+    Ok(table(head, headings, rows, context.conditions(ALL_STAGES).with("training", training)))
 }
 
 /// What the networks save in each scene, in words.
 pub(super) fn claims(cells: &[(&Key, &SceneRun)]) -> BTreeMap<String, String> {
     let mut claims = BTreeMap::new();
-    for (scene, claim) in scenes() {
-        let words: &mut String = claims.entry(claim).or_default();
-        for (preconditioner, tolerance) in SOLVERS {
-            for way in speedups(&runs_of(cells, &scene, preconditioner)) {
-                if let Some(total) = way.total.filter(|_| way.name.starts_with("gn")) {
-                    let iterations = way.iteration_ratio.map_or("-".to_owned(), |ratio| number(ratio.median));
-                    let contacts = way.contact_share.map_or(0.0, |share| share.median);
-                    let touches =
-                        if contacts > 0.0 { format!(", {} in contacts", per_cent(contacts)) } else { String::new() };
-                    let how = format!("{preconditioner} {tolerance:e}, {iterations} of the iterations{touches}");
-                    join(words, &format!("{} {} ({how})", way.name, per_cent(total.median)));
-                }
+    for (scene, own) in groups(cells, |key| &key.scene) {
+        for ((preconditioner, tolerance), own) in groups(&own, solver) {
+            for way in speedups(&values(&own)).iter().filter(|way| way.name.starts_with("gn")) {
+                let Some(total) = way.total else { continue };
+                let iterations = way.iteration_ratio.map_or("-".to_owned(), |ratio| number(ratio.median));
+                let contacts = way.contact_share.map_or(0.0, |share| share.median);
+                let touches =
+                    if contacts > 0.0 { format!(", {} in contacts", per_cent(contacts)) } else { String::new() };
+                let how = format!("{preconditioner} {tolerance:e}, {iterations} of the iterations{touches}");
+                let words = format!("{} {} ({how})", way.name, per_cent(total.median));
+                join(claims.entry(claim(scene)).or_default(), &words);
             }
         }
     }
-    claims.retain(|_, words: &mut String| !words.is_empty());
     claims
 }
