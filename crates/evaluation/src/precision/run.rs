@@ -22,16 +22,19 @@ use crate::guesses::Spread;
 /// Steps that one simulation does before the next has its turn: so they share what else the machine does, but not its caches.
 const TURN: usize = 25;
 
+/// What makes something for each connected set of segments.
+pub type OfSet<'a, T> = Box<dyn Fn(&Model, &Members, &Topology) -> T + 'a>;
+
 /// Where a way's solves begin, or what takes their place, of each connected set of segments.
 pub enum Start<'a> {
     /// A guess without learning.
     Plain(GuessKind),
     /// A learned guess.
-    Learned(Box<dyn Fn(&Model, &Members, &Topology) -> Option<Box<dyn InitialGuess>> + 'a>),
+    Learned(OfSet<'a, Option<Box<dyn InitialGuess>>>),
     /// Where [`auto::choose`] says for each level.
     Auto,
     /// Predictions in the place of all solves: the paper's end-to-end comparison.
-    EndToEnd(Box<dyn Fn(&Model, &Members, &Topology) -> Box<dyn Projection> + 'a>),
+    EndToEnd(OfSet<'a, Box<dyn Projection>>),
 }
 
 /// A way to simulate a scene.

@@ -2,7 +2,6 @@
 
 mod cases;
 mod contact;
-mod trees;
 
 use std::time::Instant;
 
@@ -136,8 +135,7 @@ fn rounding(model: &Model) -> f64 {
 
 /// All cases.
 pub fn cases() -> Vec<Case> {
-    let others = [trees::branches(), trees::storm(), contact::stack(), contact::impact(), contact::pile()];
-    cases::all().into_iter().chain(others).collect()
+    cases::all().into_iter().chain([contact::stack(), contact::impact(), contact::pile()]).collect()
 }
 
 fn case(name: impl Into<String>, assembly: Assembly, dt: f64, steps: usize) -> Case {

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use evaluation::needs::{LeftOut, Needs};
 use evaluation::stages::Stages;
-use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section, Table};
+use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section};
 use solver::formulation::Formulation;
 
 use super::Key;
+use crate::blocks::{self, table};
 use crate::context::Context;
-use crate::show::{columns, number};
+use crate::show::number;
 
 pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
     let mut conditions = context.conditions("medians of a step, stage by stage");
@@ -37,13 +38,8 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
         charts: Charts::Bars([("without contacts", false), ("with contacts", true)].map(chart).to_vec()),
         conditions: conditions.clone(),
     };
-    let blocks = vec![
-        Block::Paragraph(in_words(cells)),
-        Block::Figure(figure),
-        Block::Table(choices(cells, conditions.clone())),
-        Block::Table(left_out(&default, conditions)),
-    ];
-    Section { id: "needs".to_owned(), title: "What a scene needs".to_owned(), blocks }
+    let blocks = vec![Block::Figure(figure), choices(cells, conditions.clone()), left_out(&default, conditions)];
+    blocks::section(["needs", "What a scene needs", &in_words(cells)], blocks)
 }
 
 pub(super) fn claims(cells: &[(&Key, &Needs)]) -> BTreeMap<String, String> {
@@ -79,36 +75,29 @@ fn stages(us: &Stages) -> impl Iterator<Item = (&'static str, f64)> {
     us.by_name().into_iter().filter(|(name, _)| *name != "total")
 }
 
-fn choices(cells: &[(&Key, &Needs)], conditions: Conditions) -> Table {
+fn choices(cells: &[(&Key, &Needs)], conditions: Conditions) -> Block {
     let row = |(key, needs): &(&Key, &Needs)| {
         let Needs { solver, guess, reason, .. } = needs;
         let texts = [&key.scene, &key.formulation, solver, guess, reason].map(|text| Cell::from(text.as_str()));
         let numbers = [needs.median_us.total, real_time(needs)].map(|value| number(value).into());
         texts.into_iter().chain(numbers).collect()
     };
-    Table {
-        id: "needs-choices".to_owned(),
-        title: "What is chosen for each scene, and why".to_owned(),
-        caption: "The formulation is the user's: it says which problem is to be solved.".to_owned(),
-        columns: columns(&["scene", "formulation", "solver", "start", "why", "#time a step [us]", "#times real time"]),
-        rows: cells.iter().map(row).collect(),
-        conditions,
-    }
+    let head = [
+        "needs-choices",
+        "What is chosen for each scene, and why",
+        "The formulation is the user's: it says which problem is to be solved.",
+    ];
+    let headings = "scene | formulation | solver | start | why | #time a step [us] | #times real time";
+    table(head, headings, cells.iter().map(row).collect(), conditions)
 }
 
-fn left_out(cells: &[&(&Key, &Needs)], conditions: Conditions) -> Table {
+fn left_out(cells: &[&(&Key, &Needs)], conditions: Conditions) -> Block {
     let rows = cells.iter().flat_map(|(key, needs)| {
         let row = move |LeftOut { what, why, count }: &LeftOut| {
             [&key.scene, what, why, &count.to_string()].map(|text| Cell::from(text.as_str())).to_vec()
         };
         needs.left_out.iter().map(row)
     });
-    Table {
-        id: "needs-left-out".to_owned(),
-        title: "What is left out".to_owned(),
-        caption: "Default settings.".to_owned(),
-        columns: columns(&["scene", "left out", "why", "#times done all the same"]),
-        rows: rows.collect(),
-        conditions,
-    }
+    let head = ["needs-left-out", "What is left out", "Default settings."];
+    table(head, "scene | left out | why | #times done all the same", rows.collect(), conditions)
 }

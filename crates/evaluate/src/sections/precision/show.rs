@@ -3,10 +3,11 @@
 use evaluation::guesses::Spread;
 use evaluation::precision::pareto::{Line, Place, front};
 use evaluation::precision::{Against, Curve};
-use report::{Axis, Block, Charts, Conditions, Figure, LineChart, Point, Reference, Section, Series};
+use report::{Axis, Block, Conditions, LineChart, Point, Reference, Section, Series};
 
 use super::tables::{Worth, auto, in_short, overview, winners, worth};
 use super::{Key, Value};
+use crate::blocks;
 use crate::context::Context;
 use crate::show::ALL_STAGES;
 use crate::ways::kinds;
@@ -31,15 +32,12 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     let by_scene = cells.chunk_by(|(key, _), (next, _)| key.scene == next.scene);
     let sheets: Vec<_> = by_scene.map(|cells| Sheet::new(context, cells)).collect();
     let worth: Vec<Worth<'_>> = sheets.iter().flat_map(worth).collect();
-    let mut blocks = vec![Block::Paragraph(INTRODUCTION.to_owned()), Block::Paragraph(in_short(&worth))];
-    blocks.push(Block::Table(overview(context, &worth)));
-    blocks.push(Block::Table(auto(context, &sheets)));
+    let mut blocks = vec![Block::Paragraph(in_short(&worth)), overview(context, &worth), auto(context, &sheets)];
     for sheet in &sheets {
-        let against = [Against::Exact, Against::Converged];
-        blocks.extend(against.into_iter().filter_map(|against| figure(sheet, against)).map(Block::Figure));
-        blocks.push(Block::Table(winners(sheet)));
+        blocks.extend([Against::Exact, Against::Converged].into_iter().filter_map(|against| charts(sheet, against)));
+        blocks.push(winners(sheet));
     }
-    Section { id: "precision".to_owned(), title: "Error against run time".to_owned(), blocks }
+    blocks::section(["precision", "Error against run time", INTRODUCTION], blocks)
 }
 
 const INTRODUCTION: &str = "Every scene in every way, at several tolerances (conjugate gradients, cg, as tight as the outer iterations). The \
@@ -87,7 +85,7 @@ const CHARTS: [(&str, &str); 4] = [
 /// The direct solver in the same formulation: the rival that no chart may be without.
 const RIVAL: &str = "xpbd, direct";
 
-fn figure(sheet: &Sheet<'_>, against: Against) -> Option<Figure> {
+fn charts(sheet: &Sheet<'_>, against: Against) -> Option<Block> {
     let lines = sheet.lines(against);
     let places: Vec<_> = lines.iter().flat_map(|line| line.places.iter().copied()).collect();
     if places.is_empty() {
@@ -113,18 +111,11 @@ fn figure(sheet: &Sheet<'_>, against: Against) -> Option<Figure> {
     for (k, (title, _)) in CHARTS.into_iter().enumerate() {
         let place = |line: &Line| CHARTS.iter().rposition(|(_, begin)| line.way.starts_with(begin));
         let own = || lines.iter().filter(|line| place(line) == Some(k) || line.way == RIVAL);
-        if own().all(|line| line.way == RIVAL) {
-            continue;
+        if own().any(|line| line.way != RIVAL) {
+            let axes = [Axis::log("wall time per simulated second [s]"), error_axis(&places)];
+            let chart = blocks::chart(title, axes, own().map(series).collect(), floor.iter().cloned().collect());
+            charts.push(LineChart { emphasis: Some("on the Pareto front".to_owned()), ..chart });
         }
-        charts.push(LineChart {
-            title: title.to_owned(),
-            x: Axis::log("wall time per simulated second [s]"),
-            y: error_axis(&places),
-            series: own().map(series).collect(),
-            references: floor.iter().cloned().collect(),
-            emphasis: Some("on the Pareto front".to_owned()),
-            ..LineChart::default()
-        });
     }
     let (id, name, what) = match against {
         Against::Exact => ("precision", "exact", "the same time step, solved to 1e-12"),
@@ -132,13 +123,9 @@ fn figure(sheet: &Sheet<'_>, against: Against) -> Option<Figure> {
     };
     let is_all = sheet.curves.iter().all(|curve| curve.samples.len() == sheet.samples);
     let contact = if is_all { "" } else { "; before the first contact" };
-    Some(Figure {
-        id: format!("{id}-{}", sheet.scene),
-        title: format!("{}: error against run time, {name} reference", sheet.scene),
-        caption: format!("Against {what}{contact}."),
-        charts: Charts::Lines(charts),
-        conditions: sheet.conditions.clone(),
-    })
+    let (id, caption) = (format!("{id}-{}", sheet.scene), format!("Against {what}{contact}."));
+    let title = format!("{}: error against run time, {name} reference", sheet.scene);
+    Some(blocks::figure([&id, &title, &caption], charts, sheet.conditions.clone()))
 }
 
 /// From the smallest error to one at most: predictions alone may run away as far as numbers go.

@@ -2,12 +2,13 @@
 
 use evaluation::precision::Against;
 use evaluation::precision::pareto::{Line, fastest};
-use report::{Cell, Table};
+use report::{Block, Cell};
 use solver::formulation::Formulation;
 
 use super::show::Sheet;
+use crate::blocks::table;
 use crate::context::Context;
-use crate::show::{ALL_STAGES, columns, number};
+use crate::show::{ALL_STAGES, number};
 use crate::ways::kinds;
 
 /// Errors of the overview.
@@ -31,7 +32,7 @@ fn contenders(sheet: &Sheet<'_>) -> Vec<Line> {
 }
 
 /// Who wins at each error in a scene.
-pub(super) fn winners(sheet: &Sheet<'_>) -> Table {
+pub(super) fn winners(sheet: &Sheet<'_>) -> Block {
     let lines = contenders(sheet);
     let row = |error: f64| {
         let (own, time) = fastest(&lines, error, |_| true)?;
@@ -42,16 +43,13 @@ pub(super) fn winners(sheet: &Sheet<'_>) -> Table {
         let time = format!("{:.3}", 1e3 * time * sheet.yardstick);
         Some(vec![format!("{error:e}").into(), Cell::strong(own.way.as_str()), time.into(), rival, lead])
     };
-    Table {
-        id: format!("winners-{}", sheet.scene),
-        title: format!("{}: the fastest way at each error", sheet.scene),
-        caption: format!(
-            "The rival is the fastest way of another kind; the lead is its time over the fastest one's. {CONTENDERS}"
-        ),
-        columns: columns(&["#error", "fastest", "#time [ms/s]", "rival", "#lead"]),
-        rows: ERRORS.into_iter().filter_map(row).collect(),
-        conditions: sheet.conditions.clone(),
-    }
+    let caption = format!(
+        "The rival is the fastest way of another kind; the lead is its time over the fastest one's. {CONTENDERS}"
+    );
+    let (id, title) = (format!("winners-{}", sheet.scene), format!("{}: the fastest way at each error", sheet.scene));
+    let rows = ERRORS.into_iter().filter_map(row).collect();
+    let headings = "#error | fastest | #time [ms/s] | rival | #lead";
+    table([&id, &title, &caption], headings, rows, sheet.conditions.clone())
 }
 
 /// What a learned guess is worth in a scene at an error.
@@ -101,7 +99,7 @@ pub(super) fn in_short(all: &[Worth<'_>]) -> String {
 }
 
 /// What a learned guess is worth in each scene.
-pub(super) fn overview(context: &Context, all: &[Worth<'_>]) -> Table {
+pub(super) fn overview(context: &Context, all: &[Worth<'_>]) -> Block {
     let name = |way: &Option<String>| way.as_ref().map_or(Cell::muted("none reaches it"), |way| way.as_str().into());
     let ratio = |ratio: Option<f64>| match ratio {
         Some(ratio) if ratio < 1.0 => Cell::strong(number(ratio)),
@@ -112,30 +110,19 @@ pub(super) fn overview(context: &Context, all: &[Worth<'_>]) -> Table {
         let place = [Cell::from(*scene), format!("{error:e}").into()];
         place.into_iter().chain(fastest.each_ref().map(name)).chain(ratios.map(ratio)).collect()
     };
-    Table {
-        id: "precision-overview".to_owned(),
-        title: "What a learned guess is worth, at equal error".to_owned(),
-        caption: format!(
-            "Time of the fastest conjugate gradients from a learned guess over that of the fastest without one, and over \
-             the fastest direct solve's; and of implicit Euler from a learned start of the whole step over that from the \
-             best start without learning. Below 1 the learned guess pays; these cells are bold. {CONTENDERS}"
-        ),
-        columns: columns(&[
-            "scene",
-            "#error",
-            "fastest of all",
-            "best learned",
-            "#time, to cg without learning",
-            "#time, to direct",
-            "#newton: time, to without learning",
-        ]),
-        rows: all.iter().map(row).collect(),
-        conditions: context.conditions(ALL_STAGES),
-    }
+    let caption = format!(
+        "Time of the fastest conjugate gradients from a learned guess over that of the fastest without one, and over \
+         the fastest direct solve's; and of implicit Euler from a learned start of the whole step over that from the \
+         best start without learning. Below 1 the learned guess pays; these cells are bold. {CONTENDERS}"
+    );
+    let headings = "scene | #error | fastest of all | best learned | #time, to cg without learning | #time, to direct | \
+        #newton: time, to without learning";
+    let head = ["precision-overview", "What a learned guess is worth, at equal error", &caption];
+    table(head, headings, all.iter().map(row).collect(), context.conditions(ALL_STAGES))
 }
 
 /// What is chosen by itself beside the best of all fixed ways of the same formulation.
-pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
+pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Block {
     let mut rows = Vec::new();
     for (sheet, formulation) in sheets.iter().flat_map(|sheet| Formulation::ALL.map(|formulation| (sheet, formulation)))
     {
@@ -151,15 +138,11 @@ pub(super) fn auto(context: &Context, sheets: &[Sheet<'_>]) -> Table {
             rows.push(texts.into_iter().chain([ratio]).collect());
         }
     }
-    Table {
-        id: "precision-auto".to_owned(),
-        title: "What auto takes, beside the best fixed way at equal error".to_owned(),
-        caption: format!(
-            "Time of `--solver auto` over that of the fastest fixed way of the same formulation, learned guesses among them. Bold: above \
-             {AUTO_BAR}. Where the best fixed way is what auto chose, the ratio shows how far times are to be trusted."
-        ),
-        columns: columns(&["scene", "formulation", "#error", "best fixed way", "#time of auto over its"]),
-        rows,
-        conditions: context.conditions(ALL_STAGES),
-    }
+    let caption = format!(
+        "Time of `--solver auto` over that of the fastest fixed way of the same formulation, learned guesses among them. Bold: above \
+         {AUTO_BAR}. Where the best fixed way is what auto chose, the ratio shows how far times are to be trusted."
+    );
+    let head = ["precision-auto", "What auto takes, beside the best fixed way at equal error", &caption];
+    let headings = "scene | formulation | #error | best fixed way | #time of auto over its";
+    table(head, headings, rows, context.conditions(ALL_STAGES))
 }

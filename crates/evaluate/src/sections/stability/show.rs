@@ -5,6 +5,7 @@ use report::{Block, Cell, Conditions, Section, Table};
 use solver::formulation::Formulation;
 
 use super::{DIRECT, Key, Value, ZERO};
+use crate::blocks;
 use crate::context::Context;
 use crate::show::{columns, number};
 
@@ -13,22 +14,18 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     let is_plain = |key: &Key| key.solver == DIRECT && key.start == ZERO;
     let plain: Vec<_> = cells.iter().filter(|(key, _)| is_plain(key)).map(|(_, value)| &value.row).collect();
     let guessed = cells.iter().filter(|(key, _)| !is_plain(key));
-    let learned = Table {
-        id: "stability-guesses".to_owned(),
-        title: "Learned guesses far outside of their training".to_owned(),
-        caption:
-            "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time \
-                  at worst: status, energy and length must be those of the row without it."
-                .to_owned(),
-        columns: columns(&[&["case", "formulation", "solver", "start", "status"], &NUMBERS[..]].concat()),
-        rows: guessed
-            .map(|(key, value)| row(&[&key.case, &key.formulation, &key.solver, &key.start], &value.row))
-            .collect(),
-        conditions: conditions.clone(),
-    };
-    let tables = [cases_table(&plain, conditions), learned].map(Block::Table);
-    let blocks = std::iter::once(Block::Paragraph(verdict(cells))).chain(tables).collect();
-    Section { id: "stability".to_owned(), title: "Stability".to_owned(), blocks }
+    let head = [
+        "stability-guesses",
+        "Learned guesses far outside of their training",
+        "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time at worst: \
+         status, energy and length must be those of the row without it.",
+    ];
+    let row = |(key, value): &(&Key, &Value)| row([&key.case, &key.formulation, &key.solver, &key.start], &value.row);
+    let rows = guessed.map(row).collect();
+    let headings = format!("case | formulation | solver | start | status | {NUMBERS}");
+    let tables =
+        vec![Block::Table(cases_table(&plain, conditions.clone())), blocks::table(head, &headings, rows, conditions)];
+    blocks::section(["stability", "Stability", &verdict(cells)], tables)
 }
 
 /// Conditions with the table's tolerances.
@@ -46,16 +43,16 @@ pub(crate) fn cases_table(runs: &[&CaseRun], conditions: Conditions) -> Table {
                   which does work. Length: largest relative change. Stretch in segment lengths, bend in radians. Depth: \
                   deepest penetration over the radius."
             .to_owned(),
-        columns: columns(&[&["case", "formulation", "status"], &NUMBERS[..]].concat()),
-        rows: runs.iter().map(|run| row(&[&run.case, &run.formulation], run)).collect(),
+        columns: columns(&format!("case | formulation | status | {NUMBERS}").split(" | ").collect::<Vec<_>>()),
+        rows: runs.iter().map(|run| row([&run.case, &run.formulation], run)).collect(),
         conditions,
     }
 }
 
-const NUMBERS: [&str; 8] =
-    ["#iterations a step", "#halved", "#energy rise", "#length", "#stretch", "#bend [rad]", "#depth", "#time [s]"];
+const NUMBERS: &str =
+    "#iterations a step | #halved | #energy rise | #length | #stretch | #bend [rad] | #depth | #time [s]";
 
-fn row(names: &[&str], row: &CaseRun) -> Vec<Cell> {
+fn row<const N: usize>(names: [&String; N], row: &CaseRun) -> Vec<Cell> {
     let optional = |value: Option<f64>| value.map_or(Cell::muted("-"), |value| number(value).into());
     let status = if is_good(row) { Cell::from(row.status.as_str()) } else { Cell::strong(row.status.as_str()) };
     let numbers = [
@@ -68,7 +65,7 @@ fn row(names: &[&str], row: &CaseRun) -> Vec<Cell> {
         optional(row.deepest_penetration),
         number(row.seconds).into(),
     ];
-    names.iter().map(|&name| Cell::from(name)).chain([status]).chain(numbers).collect()
+    names.into_iter().map(|name| Cell::from(name.as_str())).chain([status]).chain(numbers).collect()
 }
 
 /// Whether all steps converged.
