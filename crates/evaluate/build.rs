@@ -1,10 +1,11 @@
 //! Builds in which sources the program is made of: of each section of the report a hash of all that decides what it
 //! measures, and the revision of the program.
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::{env, fs};
+use std::{env, fs, io};
 
 /// What decides measurements: crates, scenes, and what the sections share.
 const DECIDING: [&str; 16] = [
@@ -40,8 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         (output.status.success() && !text.is_empty()).then_some(text)
     };
     let is_dirty = git(&[&["status", "--porcelain", "--"], &program[..]].concat()).is_some();
-    let revision = git(&[&["log", "-1", "--format=%H", "--"], &program[..]].concat());
-    let revision = revision.as_deref().unwrap_or("unknown").to_owned() + if is_dirty { ", dirty" } else { "" };
+    let revision = git(&[&["log", "-1", "--format=%H", "--"], &program[..]].concat()).unwrap_or("unknown".to_owned());
+    let revision = revision + if is_dirty { ", dirty" } else { "" };
 
     let mut shared = blake3::Hasher::new();
     for place in DECIDING {
@@ -85,9 +86,6 @@ fn hash(path: &Path, hasher: &mut blake3::Hasher) -> Result<(), Box<dyn Error>> 
 }
 
 /// What is in a folder, in order.
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut entries =
-        fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    entries.sort();
-    Ok(entries)
+fn entries(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect()
 }

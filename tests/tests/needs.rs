@@ -3,11 +3,9 @@
 use evaluation::needs::{Needs, measure};
 use scene::{Scene, builtin, builtins};
 use solver::formulation::Formulation;
-use solver::step::StepParams;
 
 fn needs(scene: &Scene, formulation: Formulation, steps: usize) -> Needs {
-    let step = StepParams { formulation, ..StepParams::default() };
-    measure(&scene.model, &scene.state, (scene.run.dt, steps), &step, |_| true).unwrap()
+    measure(scene, steps, formulation, || true).unwrap().unwrap()
 }
 
 fn left_out(needs: &Needs) -> Vec<&str> {
@@ -71,11 +69,10 @@ fn needs_are_data() {
     assert_eq!(Needs { median_us: needs.median_us, work: needs.work, ..read }, needs);
     assert!(needs.reason.starts_with("solver direct: "));
     assert_eq!((needs.segments, needs.sets, needs.threads), (30, 1, 1));
-    let mut stopped = 0;
-    let step = StepParams::default();
-    let some = measure(&scene.model, &scene.state, (0.02, 9), &step, |done| {
-        stopped = done;
+    let mut done = 0;
+    let stopped = measure(&scene, 9, Formulation::default(), || {
+        done += 1;
         done < 4
     });
-    assert_eq!((some.unwrap().steps, stopped), (4, 4));
+    assert_eq!((stopped.unwrap(), done), (None, 4));
 }

@@ -27,8 +27,13 @@ pub(crate) trait Section {
     /// The cells, in the order in which they are measured.
     fn keys(&self, context: &Context) -> Result<Vec<Self::Key>>;
 
-    /// How long a cell takes, about [s]: for the estimate of the time left.
+    /// How long a cell takes, about [s]: for the estimate of the time left, and to make shards alike.
     fn seconds(&self, key: &Self::Key) -> f64;
+
+    /// Whether a cell needs what was computed for the one before it, so that one shard measures both.
+    fn go_together(_: &Self::Key, _: &Self::Key) -> bool {
+        false
+    }
 
     /// Measures a cell. `go_on` says now and then whether to go on; `None` if not.
     fn measure(
@@ -122,16 +127,25 @@ impl<S: Section> Cells<S> {
 impl<S: Section> Job for Cells<S> {
     fn prepare(&mut self, context: &Context) -> Result<f64> {
         let results = Self::results(context);
-        let (shard, shards) = context.shard;
-        for (k, cell) in self.section.keys(context)?.into_iter().enumerate() {
+        for cell in self.section.keys(context)? {
             let key = FullKey {
                 section: S::ID.to_owned(),
                 sources_blake3: blake3_of(S::ID).to_owned(),
-                networks_blake3: context.library.networks_blake3().to_owned(),
+                networks_blake3: context.library.networks_blake3.clone(),
                 cell,
             };
             let record = results.get(&key)?;
-            self.cells.push(Kept { key, record, is_own: k % shards == shard });
+            self.cells.push(Kept { key, record, is_own: false });
+        }
+        // A shard is a part of the time that all cells take.
+        let (shard, shards) = context.shard;
+        let seconds = |cells: &[Kept<S>]| cells.iter().map(|cell| self.section.seconds(&cell.key.cell)).sum::<f64>();
+        let (all, mut before) = (seconds(&self.cells), 0.0);
+        for group in self.cells.chunk_by_mut(|cell, next| S::go_together(&cell.key.cell, &next.key.cell)) {
+            let own = seconds(group);
+            let place = ((before + 0.5 * own) / all * shards as f64) as usize;
+            before += own;
+            group.iter_mut().for_each(|cell| cell.is_own = place.min(shards - 1) == shard);
         }
         let rest = self.cells.iter().filter(|cell| cell.is_own && cell.record.is_none());
         Ok(rest.map(|cell| self.section.seconds(&cell.key.cell)).sum())
@@ -206,6 +220,53 @@ mod tests {
         assert_eq!(results.get(&key("a", "b", "c")).unwrap().map(|record| record.value), Some(2.0));
         for other in [key("x", "b", "c"), key("a", "x", "c"), key("a", "b", "x")] {
             assert!(results.get(&other).unwrap().is_none());
+        }
+    }
+
+    /// Cells of three groups, one of which takes as long as both others.
+    struct Groups;
+
+    impl Section for Groups {
+        type Key = [u32; 2];
+        type Value = ();
+        const ID: &'static str = "groups";
+
+        fn keys(&self, _: &Context) -> Result<Vec<[u32; 2]>> {
+            Ok([(0, 2), (1, 8), (2, 6)].into_iter().flat_map(|(group, n)| (0..n).map(move |k| [group, k])).collect())
+        }
+
+        fn seconds(&self, _: &[u32; 2]) -> f64 {
+            0.1
+        }
+
+        fn go_together(key: &[u32; 2], next: &[u32; 2]) -> bool {
+            key[0] == next[0]
+        }
+
+        fn measure(&mut self, _: &Context, _: &[u32; 2], _: &mut dyn FnMut() -> bool) -> Result<Option<()>> {
+            Ok(None)
+        }
+
+        fn show(&self, _: &Context, _: &[(&[u32; 2], &())]) -> Result<report::Section> {
+            unreachable!("nothing is measured")
+        }
+    }
+
+    #[test]
+    fn each_cell_is_in_one_shard_and_so_are_all_that_go_together() {
+        for shards in 1..=5 {
+            let mut owners = std::collections::BTreeSet::new();
+            let mut count = 0;
+            for shard in 0..shards {
+                let mut cells = Cells::new(Groups);
+                let rest = cells.prepare(&Context { shard: (shard, shards), ..Context::for_tests() }).unwrap();
+                let own: Vec<_> = cells.cells.iter().filter(|cell| cell.is_own).map(|cell| cell.key.cell).collect();
+                assert!((rest - 0.1 * own.len() as f64).abs() < 1e-12);
+                assert!(shards != 2 || own.len() == [10, 6][shard], "{own:?}");
+                count += own.len();
+                owners.extend(own.iter().map(|[group, _]| (*group, shard)));
+            }
+            assert_eq!((count, owners.len()), (16, 3), "{owners:?}");
         }
     }
 }

@@ -87,8 +87,8 @@ pub(crate) struct ReportArgs {
     /// Only these sections.
     #[arg(long, value_delimiter = ',', value_name = "SECTIONS", value_parser = names())]
     pub(crate) only: Vec<String>,
-    /// Part i of n of what is measured, from 0/n to (n - 1)/n: for processes that share the folder of cells. Whichever finds
-    /// all cells there makes the report.
+    /// Part i of n of what is measured, from 0/n to (n - 1)/n, of about the same time: for processes that share the folder of
+    /// cells. Cells with the same references stay together. Whichever process finds all cells there makes the report.
     #[arg(long, value_name = "I/N", value_parser = terminal::shard, default_value = "0/1")]
     pub(crate) shard: (usize, usize),
     /// Folder of what was measured so far, a file a cell; what other sources measured is measured anew.

@@ -29,7 +29,8 @@ pub(crate) enum Learned {
 pub(crate) struct Library {
     /// Folder of the data sets.
     data: PathBuf,
-    networks_blake3: String,
+    /// Hash of all networks.
+    pub(crate) networks_blake3: String,
     loaded: RefCell<Vec<Loaded>>,
 }
 
@@ -43,18 +44,11 @@ impl Library {
         Self { data: data.to_owned(), networks_blake3, loaded: RefCell::default() }
     }
 
-    /// Hash of all networks.
-    pub(crate) fn networks_blake3(&self) -> &str {
-        &self.networks_blake3
-    }
-
     /// The learned guesses of a scenario; of networks, those that there are.
     pub(crate) fn guesses(&self, scenario: Scenario, which: Learned) -> Result<Rc<Guesses>> {
-        let known = |loaded: &[Loaded]| {
-            loaded.iter().find(|(of, _)| *of == (scenario, which)).map(|(_, guesses)| guesses.clone())
-        };
-        if let Some(guesses) = known(&self.loaded.borrow()) {
-            return Ok(guesses);
+        let mut loaded = self.loaded.borrow_mut();
+        if let Some((_, guesses)) = loaded.iter().find(|(of, _)| *of == (scenario, which)) {
+            return Ok(guesses.clone());
         }
         let mut names = networks_of(scenario);
         let mut sources = Sources::default();
@@ -64,7 +58,7 @@ impl Library {
         }
         let training = Training::of(&sources, &names, &[scenario], true)?.remove(0);
         let guesses = Rc::new(catalogue::load(names, &training)?);
-        self.loaded.borrow_mut().push(((scenario, which), guesses.clone()));
+        loaded.push(((scenario, which), guesses.clone()));
         Ok(guesses)
     }
 
@@ -92,10 +86,9 @@ impl Library {
     pub(crate) fn origins(&self) -> Result<Vec<[String; 2]>> {
         let mut origins = Vec::new();
         for scenario in Scenario::ALL {
-            for (name, guess) in self.guesses(scenario, Learned::Networks)?.iter() {
-                let Some(network) = guess.network() else { continue };
-                let revision = network.card().git_revision.as_deref().unwrap_or("unknown");
-                let origin = &network.origin;
+            let guesses = self.guesses(scenario, Learned::Networks)?;
+            for (name, network) in guesses.iter().filter_map(|(name, guess)| Some((name, guess.network()?))) {
+                let (origin, revision) = (&network.origin, network.card().git_revision.as_deref().unwrap_or("unknown"));
                 let words =
                     format!("{}, revision {revision}, weights BLAKE3 {}", origin.network, origin.weights_blake3);
                 origins.push([format!("{scenario}, {name}"), words]);
@@ -107,9 +100,6 @@ impl Library {
 
 /// Names of a scenario's networks, as far as there are some.
 fn networks_of(scenario: Scenario) -> Vec<GuessName> {
-    let is_there = |recipe: &Recipe| {
-        let name = format!("{scenario}-{}", recipe.name());
-        built_in().any(|(built_in, _)| built_in == name)
-    };
+    let is_there = |recipe: &Recipe| built_in().any(|(name, _)| name == format!("{scenario}-{}", recipe.name()));
     Recipe::ALL.into_iter().filter(is_there).map(GuessName::Network).collect()
 }

@@ -1,7 +1,7 @@
 //! The report: measured, written, and looked through for faults.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{ErrorKind, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
@@ -31,9 +31,8 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         library: Library::new(&args.data),
         machine: export::machine(),
     };
-    if !args.quiet {
-        say!("looking for what is measured already in {}", args.cells.display())?;
-    }
+    let tell = |text: String| if args.quiet { Ok(()) } else { say!("{text}") };
+    tell(format!("looking for what is measured already in {}", args.cells.display()))?;
     // Times are told of one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let mut jobs = sections::jobs(&args.only);
@@ -41,16 +40,13 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     for job in &mut jobs {
         total += job.prepare(&context).context("--cells")?;
     }
-    if !args.quiet {
-        say!("{} sections; about {:.0} minutes of measuring on one core are left", jobs.len(), (total / 60.0).ceil())?;
-    }
+    let minutes = (total / 60.0).ceil();
+    tell(format!("{} sections; about {minutes:.0} minutes of measuring on one core are left", jobs.len()))?;
     let progress = Progress::new(ticks(total), "ms", args.quiet)?;
     for job in &mut jobs {
         if !job.run(&context, &progress)? {
             progress.finish();
-            if !args.quiet {
-                say!("stopped; the same command goes on from here")?;
-            }
+            tell("stopped; the same command goes on from here".to_owned())?;
             return Ok(Outcome::Interrupted);
         }
     }
@@ -60,15 +56,11 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         missing += job.missing(&context).context("--cells")?;
     }
     if missing > 0 {
-        if !args.quiet {
-            say!("this shard is measured, {missing} cells of others are not; the report is made when all are")?;
-        }
+        tell(format!("this shard is measured, {missing} cells of others are not; the report is made when all are"))?;
         return Ok(Outcome::Done);
     }
     let file = write(&page(&context, &jobs)?, &out).context("--out")?;
-    if !args.quiet {
-        say!("wrote {}", file.display())?;
-    }
+    tell(format!("wrote {}", file.display()))?;
     check(&out)
 }
 
@@ -94,9 +86,7 @@ pub(crate) fn check(directory: &Path) -> Result<Outcome> {
 }
 
 fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
-    let mut seconds = 0.0;
-    let mut sections = Vec::with_capacity(jobs.len() + 1);
-    let mut measured = BTreeMap::new();
+    let (mut seconds, mut sections, mut measured) = (0.0, Vec::new(), BTreeMap::new());
     for job in jobs {
         let (provenance, mut section) = (job.provenance(), job.show(context)?);
         seconds += provenance.seconds;
@@ -105,15 +95,13 @@ fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
         measured.extend(job.claims(context)?);
     }
     sections.insert(0, sections::claims::section(context, &measured)?);
-    let minutes = seconds / 60.0;
-    let mut conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
+    let conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
         .with("revision", REVISION)
         .with("revisions of what was measured", "at the end of each section, with machine and date")
         .with("size", context.size.pick("quick (--quick)", "full"))
-        .with("measuring took", format!("{minutes:.0} minutes on one core"));
-    for [name, origin] in context.library.origins()? {
-        conditions = conditions.with(name, origin);
-    }
+        .with("measuring took", format!("{:.0} minutes on one core", seconds / 60.0));
+    let origins = context.library.origins()?.into_iter();
+    let conditions = origins.fold(conditions, |conditions, [name, origin]| conditions.with(name, origin));
     let lead = LEAD.map(str::to_owned).to_vec();
     Ok(Page { title: "Elastic rods: what a learned guess is worth".to_owned(), lead, conditions, sections })
 }
@@ -130,25 +118,19 @@ const LEAD: [&str; 2] = [
 /// Writes the page and every figure as a file of its own; what an earlier report wrote and this one does not goes.
 fn write(page: &Page, out: &Path) -> Result<PathBuf> {
     let figures: Vec<_> = page.figures().map(|figure| (format!("svg/{}.svg", figure.id), figure)).collect();
-    let blocks = page.sections.iter().flat_map(|section| &section.blocks);
-    let tables = blocks.flat_map(ids).map(|id| format!("csv/{id}.csv"));
+    let id = |block: &Block| match block {
+        Block::Paragraph(_) => None,
+        Block::Table(table) => Some(format!("csv/{}.csv", table.id)),
+        Block::Figure(figure) => Some(format!("csv/{}.csv", figure.id)),
+    };
+    let tables = page.sections.iter().flat_map(|section| &section.blocks).filter_map(id);
     replace(&tables.chain(figures.iter().map(|(name, _)| name.clone())).collect(), out)?;
     let file = page.write(out)?;
     std::fs::create_dir_all(out.join("svg"))?;
     for (name, figure) in figures {
-        let svg = figure.svg();
-        export::write_atomically(&out.join(name), |out| out.write_all(svg.as_bytes()))?;
+        export::write_atomically(&out.join(name), |out| out.write_all(figure.svg().as_bytes()))?;
     }
     Ok(file)
-}
-
-/// Ids of the figures and tables of a block.
-fn ids(block: &Block) -> Vec<&str> {
-    match block {
-        Block::Paragraph(_) => Vec::new(),
-        Block::Table(table) => vec![&table.id],
-        Block::Figure(figure) => vec![&figure.id],
-    }
 }
 
 /// Name of the list of the files that a report wrote.
@@ -159,17 +141,12 @@ const LIST: &str = "files.txt";
 fn replace(names: &BTreeSet<String>, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let list = folder.join(LIST);
-    let old = match std::fs::read_to_string(&list) {
-        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
-        text => text.with_context(|| format!("cannot read {}", list.display()))?,
-    };
+    let read = |list: &Path| std::fs::read_to_string(list).with_context(|| format!("cannot read {}", list.display()));
+    let old = if list.exists() { read(&list)? } else { String::new() };
     for name in old.lines().filter(|name| !names.contains(*name) && is_own(name)) {
         let file = folder.join(name);
-        match std::fs::remove_file(&file) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                return Err(error).with_context(|| format!("cannot remove {}", file.display()));
-            }
-            _ => {}
+        if file.exists() {
+            std::fs::remove_file(&file).with_context(|| format!("cannot remove {}", file.display()))?;
         }
     }
     let lines: String = names.iter().flat_map(|name| [name.as_str(), "\n"]).collect();

@@ -1,6 +1,7 @@
 //! What a scene needs: the cost of each stage, and what is left out because the scene has no use for it.
 
-use rod::{Model, State};
+use rod::Model;
+use scene::Scene;
 use serde::{Deserialize, Serialize};
 use solver::auto::{self, Choice};
 use solver::component::{Members, split};
@@ -56,31 +57,31 @@ pub struct LeftOut {
     pub count: u64,
 }
 
-/// Runs `steps` steps of `dt` [s] and says what they needed. After each step `progress(step)` says whether to go on.
+/// Runs so many steps of a scene and says what they needed. After each step `go_on()` says whether to go on; `None` if not.
 ///
 /// # Errors
-/// If model, state, time step or `params` do not fit together.
+/// If the scene is not valid.
 pub fn measure(
-    model: &Model,
-    state: &State,
-    (dt, steps): (f64, usize),
-    params: &StepParams,
-    mut progress: impl FnMut(usize) -> bool,
-) -> Result<Needs, SimulationError> {
-    let choice = auto::choose(model, params, None);
-    let settings = Settings { step: *params, solver: choice.solver };
+    Scene { model, state, run, .. }: &Scene,
+    steps: usize,
+    formulation: Formulation,
+    mut go_on: impl FnMut() -> bool,
+) -> Result<Option<Needs>, SimulationError> {
+    let step = StepParams { formulation, ..StepParams::default() };
+    let choice = auto::choose(model, &step, None);
+    let settings = Settings { step, solver: choice.solver };
     let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);
     let mut simulation = Simulation::new(model, state, &settings, Some(&build))?;
     let (mut costs, mut status) = (Vec::with_capacity(steps), Status::Converged);
     while costs.len() < steps {
         let before = simulation.counters();
-        status = status.max(simulation.step(dt)?.status);
+        status = status.max(simulation.step(run.dt)?.status);
         costs.push(Stages::between(&before, &simulation.counters()));
-        if !progress(costs.len()) {
-            break;
+        if !go_on() {
+            return Ok(None);
         }
     }
-    Ok(Needs {
+    Ok(Some(Needs {
         solver: choice.solver.to_string(),
         guess: choice.guess.to_string(),
         reason: choice.reason(),
@@ -88,13 +89,13 @@ pub fn measure(
         sets: simulation.components(),
         sets_in_lanes: simulation.in_lanes(),
         threads: simulation.threads(),
-        steps: costs.len(),
-        dt_s: dt,
+        steps,
+        dt_s: run.dt,
         status: status.name().to_owned(),
         median_us: Stages::medians(&costs),
         work: simulation.counters(),
-        left_out: left_out(model, params.formulation, &choice, &simulation),
-    })
+        left_out: left_out(model, formulation, &choice, &simulation),
+    }))
 }
 
 /// What the model has no use for, by the model itself; the counts are what the solver did all the same.
@@ -105,8 +106,8 @@ fn left_out(model: &Model, formulation: Formulation, choice: &Choice, simulation
         + work.contact_evaluations
         + work.contact_solves
         + work.contact_sweeps;
+    let starts = work.guesses_used + work.guesses_dropped;
     let is_damped = model.damping.linear != 0.0 || model.damping.angular != 0.0;
-    let iterates = matches!(choice.solver, SolverKind::Cg(_));
     let branches = || split(model).iter().any(|(_, topology)| topology.branches > 0);
     let parts = [
         ("drag", model.air.is_none(), "there is no air", work.drag_evaluations),
@@ -116,13 +117,13 @@ fn left_out(model: &Model, formulation: Formulation, choice: &Choice, simulation
         ("branches", !branches(), "no segment has three joints", work.branch_eliminations),
         ("geometric stiffness", !formulation.geometric(), "not in this formulation", work.geometric_evaluations),
         ("momentum residual", !formulation.momentum(), "not in this formulation", work.momentum_evaluations),
+        ("start", choice.guess == GuessKind::Zero, "steps begin at the prediction", starts),
         (
-            "start",
-            choice.guess == GuessKind::Zero,
-            "steps begin at the prediction",
-            work.guesses_used + work.guesses_dropped,
+            "linear iterations",
+            choice.solver == SolverKind::Direct,
+            "the linear solver is direct",
+            work.linear_iterations,
         ),
-        ("linear iterations", !iterates, "the linear solver is direct", work.linear_iterations),
         ("lanes", simulation.in_lanes() == 0, "too few alike sets that cannot touch", 0),
         ("threads", simulation.threads() == 1, "too little to share", 0),
     ];

@@ -2,47 +2,30 @@
 
 use std::num::NonZeroUsize;
 
-use evaluation::precision::{
-    Against, Budget, Converged, Curve, GivenUp, Level, Outer, Part, Problem, Refined, Start, Way, run_way,
-};
-use rod::Model;
-use solver::component::Members;
+use evaluation::precision::{Against, Budget, Curve, GivenUp, Level, Outer, Problem, Start, Way, run_way};
 use solver::formulation::Formulation;
-use solver::guess::{GuessKind, InitialGuess};
+use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::Settings;
-use solver::step::StepParams;
-use solver::topology::Topology;
+use solver::step::{Status, StepParams};
 
 const PLENTY: Budget = Budget { seconds: 100.0, repetitions: 1 };
 
 const ROD: &str = "[[rods]]\nclamp = [\"start-segment\"]\nshape.straight = { length_m = 2, segments = 10 }";
 
-/// A rod of ten segments that falls, 20 steps.
-fn rod(formulations: &[Formulation]) -> Problem {
-    let scene = scene::parse(ROD, "rod.toml").unwrap();
-    Problem::new("rod", (scene.model, scene.state), (0.02, 20), formulations, || true).unwrap().unwrap()
-}
-
-fn refined_rod(factor: usize) -> Refined {
-    let scene = scene::parse_refined(ROD, "rod.toml", NonZeroUsize::new(factor).unwrap()).unwrap();
-    Refined { factor, model: scene.model, state: scene.state }
-}
-
-fn refined(name: &str, factors: &[usize]) -> Vec<Refined> {
-    let of = |&factor: &usize| {
-        let scene = scene::builtin_refined(name, NonZeroUsize::new(factor).unwrap()).unwrap();
-        Refined { factor, model: scene.model, state: scene.state }
-    };
-    factors.iter().map(of).collect()
+/// A rod of ten segments that falls, 20 steps, with a converged reference if there are `factors`.
+fn rod(formulations: &[Formulation], factors: &[usize]) -> Problem {
+    let scene = |factor| scene::parse_refined(ROD, "rod.toml", NonZeroUsize::new(factor).unwrap()).unwrap();
+    let refined: Vec<_> = factors.iter().map(|&factor| scene(factor)).collect();
+    Problem::new(scene(1), 20, formulations, &refined, || true).unwrap().unwrap()
 }
 
 fn way(name: &str, formulation: Formulation, solver: SolverKind) -> Way<'static> {
     let settings = Settings { step: StepParams { formulation, ..StepParams::default() }, solver };
-    Way { name: name.to_owned(), kind: solver.name().to_owned(), settings, start: Start::Zero }
+    Way { name: name.to_owned(), kind: solver.name(), settings, start: Start::Plain(GuessKind::Zero) }
 }
 
 fn curve(problem: &Problem, way: &Way<'_>, levels: &[Level]) -> Curve {
@@ -50,7 +33,7 @@ fn curve(problem: &Problem, way: &Way<'_>, levels: &[Level]) -> Curve {
 }
 
 fn errors(curve: &Curve) -> Vec<f64> {
-    curve.points.iter().map(|point| curve.error(point, Against::Exact, Part::All).unwrap()).collect()
+    curve.points.iter().map(|point| point.error(Against::Exact, usize::MAX).unwrap()).collect()
 }
 
 /// Rounding errors of a run, relative to the rods' length.
@@ -62,7 +45,7 @@ const MIXED: f64 = 1.2;
 
 #[test]
 fn tighter_tolerances_do_not_err_more() {
-    let problem = rod(&Formulation::ALL);
+    let problem = rod(&Formulation::ALL, &[]);
     let tolerances = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
     for formulation in Formulation::ALL {
         for solver in [SolverKind::Direct, SolverKind::cg(PreconditionerKind::BlockJacobi)] {
@@ -87,7 +70,7 @@ fn tighter_tolerances_do_not_err_more() {
 
 #[test]
 fn more_iterations_do_not_err_more() {
-    let problem = rod(&[Formulation::XpbdGeometric]);
+    let problem = rod(&[Formulation::XpbdGeometric], &[]);
     let levels: Vec<Level> =
         [1, 2, 3, 5, 8].map(|count| Level { outer: Outer::Iterations(count), linear: None, substeps: 1 }).to_vec();
     let curve = curve(&problem, &way("direct", Formulation::XpbdGeometric, SolverKind::Direct), &levels);
@@ -102,13 +85,9 @@ fn more_iterations_do_not_err_more() {
 
 #[test]
 fn cells_repeat_bit_by_bit_but_for_their_times() {
-    let mut problem = rod(&[Formulation::Newton]);
-    problem.converged = Converged::new(&problem, &[1, 2].map(refined_rod), || true).unwrap();
-    let guess = |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
-        GuessKind::Fischer(4).build(model, members, topology)
-    };
+    let problem = rod(&[Formulation::Newton], &[1, 2]);
     let solver = SolverKind::cg(PreconditionerKind::Jacobi);
-    let way = Way { start: Start::Guess(&guess), ..way("fischer", Formulation::Newton, solver) };
+    let way = Way { start: Start::Plain(GuessKind::Fischer(4)), ..way("fischer", Formulation::Newton, solver) };
     let levels = Level::of_tolerances(solver, &[1e-2, 1e-6]);
     let budget = Budget { repetitions: 3, ..PLENTY };
     let run = || run_way(&problem, &way, &levels, &budget, || true).unwrap().unwrap();
@@ -138,7 +117,7 @@ fn cells_repeat_bit_by_bit_but_for_their_times() {
 
 #[test]
 fn ways_that_run_out_are_given_up() {
-    let problem = rod(&[Formulation::XpbdGeometric]);
+    let problem = rod(&[Formulation::XpbdGeometric], &[]);
     let params = CgParams { preconditioner: PreconditionerKind::Raw, max_iterations: Some(3), ..CgParams::default() };
     let base = way("raw", Formulation::XpbdGeometric, SolverKind::Cg(params));
     let settings =
@@ -150,10 +129,10 @@ fn ways_that_run_out_are_given_up() {
     ];
     let curve = curve(&problem, &way, &levels);
     assert_eq!(curve.points[0].given_up, Some((1, GivenUp::LinearSolver)));
-    assert_eq!((curve.points[0].time, curve.error(&curve.points[0], Against::Exact, Part::All)), (None, None));
+    assert_eq!((curve.points[0].time, curve.points[0].error(Against::Exact, usize::MAX)), (None, None));
     assert_eq!(curve.points[1].given_up, None, "so many iterations are what was asked for");
-    assert!(curve.error(&curve.points[1], Against::Exact, Part::All).unwrap() > 1e-6);
-    assert_eq!(curve.line(Against::Exact, Part::All).places.len(), 1);
+    assert!(curve.points[1].error(Against::Exact, usize::MAX).unwrap() > 1e-6);
+    assert_eq!(curve.line(Against::Exact, usize::MAX).places.len(), 1);
 
     let no_time = Budget { seconds: 0.0, repetitions: 3 };
     let direct = self::way("direct", Formulation::XpbdGeometric, SolverKind::Direct);
@@ -165,13 +144,12 @@ fn ways_that_run_out_are_given_up() {
 
 #[test]
 fn substeps_come_nearer_to_the_converged_reference() {
-    let mut problem = rod(&[Formulation::Newton]);
-    problem.converged = Converged::new(&problem, &[1, 2, 4].map(refined_rod), || true).unwrap();
+    let problem = rod(&[Formulation::Newton], &[1, 2, 4]);
     let levels = [1, 2, 4, 8].map(|substeps| Level { outer: Outer::Tolerance(1e-8), linear: None, substeps }).to_vec();
     let curve = curve(&problem, &way("direct", Formulation::Newton, SolverKind::Direct), &levels);
-    let error = |index: usize| curve.error(&curve.points[index], Against::Converged, Part::All).unwrap();
+    let error = |index: usize| curve.points[index].error(Against::Converged, usize::MAX).unwrap();
     assert!((1..4).all(|index| error(index) < error(index - 1)), "{:?}", [0, 1, 2, 3].map(error));
-    let is_same_motion = |index: usize| curve.error(&curve.points[index], Against::Exact, Part::All).is_some();
+    let is_same_motion = |index: usize| curve.points[index].error(Against::Exact, usize::MAX).is_some();
     assert_eq!([0, 1, 2, 3].map(is_same_motion), [true, false, false, false]);
 }
 
@@ -188,25 +166,27 @@ fn predictions_in_the_place_of_solves_are_a_way() {
         ) {
         }
     }
-    let problem = rod(&[Formulation::Xpbd]);
-    let nothing = |_: &Model, _: &Members, _: &Topology| -> Box<dyn Projection> { Box::new(Nothing) };
-    let way = Way { start: Start::EndToEnd(&nothing), ..way("nothing", Formulation::Xpbd, SolverKind::Direct) };
+    let problem = rod(&[Formulation::Xpbd], &[]);
+    let nothing = Start::EndToEnd(Box::new(|_, _, _| Box::new(Nothing)));
+    let way = Way { start: nothing, ..way("nothing", Formulation::Xpbd, SolverKind::Direct) };
     let curve = curve(&problem, &way, &[Level { outer: Outer::Iterations(1), linear: None, substeps: 1 }]);
     // Without solves the segments fall freely: g t^2 / 2, and a little more for symplectic Euler, but the clamped one.
     let (t, n) = (0.4, 20.0);
     let fallen = 9.81 * t * t / 2.0 * (1.0 + 1.0 / n);
     let point = &curve.points[0];
-    let error = curve.error(point, Against::Exact, Part::All).unwrap();
+    let error = point.error(Against::Exact, usize::MAX).unwrap();
     assert!(error > 0.1 * fallen / 2.0 && error < fallen / 2.0, "{error}");
     assert_eq!(point.outer_per_step, 1.0);
 }
 
 /// Position error at the end of each refinement against the next.
 fn differences(name: &str, steps: usize, factors: &[usize]) -> Vec<f64> {
+    let refined = |&factor: &usize| scene::builtin_refined(name, NonZeroUsize::new(factor).unwrap()).unwrap();
+    let refined: Vec<_> = factors.iter().map(refined).collect();
     let scene = scene::builtin(name).unwrap();
-    let problem = Problem::new(name, (scene.model, scene.state), (scene.run.dt, steps), &[], || true).unwrap().unwrap();
-    let converged = Converged::new(&problem, &refined(name, factors), || true).unwrap().unwrap();
-    assert_eq!((converged.status.as_str(), converged.first_contact), ("converged", None));
+    let problem = Problem::new(scene, steps, &[], &refined, || true).unwrap().unwrap();
+    let converged = problem.converged.unwrap();
+    assert_eq!((converged.status, converged.first_contact), (Status::Converged, None));
     assert_eq!(converged.frames.len(), problem.samples.len());
     assert_eq!(converged.error(), converged.differences.last().unwrap());
     converged.differences.iter().map(|errors| *errors.last().unwrap()).collect()

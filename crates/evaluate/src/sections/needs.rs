@@ -9,7 +9,6 @@ use evaluation::needs::{self, Needs};
 use report::Section as PageSection;
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
-use solver::step::StepParams;
 
 use crate::cells::Section;
 use crate::context::Context;
@@ -24,22 +23,8 @@ pub(crate) struct Key {
 pub(crate) struct Scenes;
 
 /// Scenes that show one need each, or several.
-const SCENES: [&str; 14] = [
-    "bending-rod",
-    "helix",
-    "slack-rod",
-    "tip-mass",
-    "net",
-    "tree-10",
-    "tree-20",
-    "tree-40",
-    "tree-70",
-    "two-rods",
-    "helix-on-plane",
-    "knot",
-    "net-on-sphere",
-    "hair",
-];
+const SCENES: &str = "bending-rod helix slack-rod tip-mass net tree-10 tree-20 tree-40 tree-70 two-rods helix-on-plane knot \
+    net-on-sphere hair";
 
 impl Section for Scenes {
     type Key = Key;
@@ -47,17 +32,15 @@ impl Section for Scenes {
     const ID: &'static str = "needs";
 
     fn keys(&self, context: &Context) -> Result<Vec<Key>> {
-        let formulations = context.size.pick(&[Formulation::XpbdGeometric][..], &Formulation::ALL[..]);
+        let formulations = context.size.pick(&[Formulation::XpbdGeometric][..], &Formulation::ALL);
         let steps = context.size.pick(20, 100);
-        let of = |scene: &&str| {
-            let scene = (*scene).to_owned();
-            formulations.iter().map(move |formulation| Key {
-                scene: scene.clone(),
-                formulation: formulation.name().to_owned(),
-                steps,
-            })
-        };
-        Ok(SCENES.iter().flat_map(of).collect())
+        let mut keys = Vec::new();
+        for scene in SCENES.split(' ') {
+            for formulation in formulations {
+                keys.push(Key { scene: scene.to_owned(), formulation: formulation.name().to_owned(), steps });
+            }
+        }
+        Ok(keys)
     }
 
     fn seconds(&self, key: &Key) -> f64 {
@@ -70,15 +53,8 @@ impl Section for Scenes {
     }
 
     fn measure(&mut self, _: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Needs>> {
-        let scene = scene::builtin(&key.scene)?;
         let formulation = key.formulation.parse().map_err(anyhow::Error::msg)?;
-        let params = StepParams { formulation, ..StepParams::DEFAULT };
-        let mut is_whole = true;
-        let needs = needs::measure(&scene.model, &scene.state, (scene.run.dt, key.steps), &params, |_| {
-            is_whole = go_on();
-            is_whole
-        })?;
-        Ok(is_whole.then_some(needs))
+        Ok(needs::measure(&scene::builtin(&key.scene)?, key.steps, formulation, go_on)?)
     }
 
     fn show(&self, context: &Context, cells: &[(&Key, &Needs)]) -> Result<PageSection> {

@@ -13,7 +13,7 @@ use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
-use solver::simulation::{GuessFactory, Settings};
+use solver::simulation::Settings;
 
 use crate::cells::Section;
 use crate::context::Context;
@@ -57,22 +57,20 @@ impl Section for Stability {
 
     fn keys(&self, context: &Context) -> Result<Vec<Key>> {
         let mut keys = Vec::new();
-        let every = context.size.pick(8, 1);
-        for case in self.cases.iter().step_by(every) {
+        for case in self.cases.iter().step_by(context.size.pick(8, 1)) {
             let mut add = |formulation: Formulation, solver: &str, start: &str| {
-                let (case, formulation) = (case.name.clone(), formulation.name().to_owned());
-                keys.push(Key { case, formulation, solver: solver.to_owned(), start: start.to_owned() });
+                let of = [&case.name, formulation.name(), solver, start];
+                let [case, formulation, solver, start] = of.map(str::to_owned);
+                keys.push(Key { case, formulation, start, solver });
             };
             for &formulation in case.formulations {
                 add(formulation, DIRECT, ZERO);
             }
-            let is_small = case.model.segments.len() <= LARGEST && case.model.contacts.is_empty();
-            if !is_small {
+            if case.model.segments.len() > LARGEST || !case.model.contacts.is_empty() {
                 continue;
             }
-            add(Formulation::Xpbd, CG, ZERO);
-            for name in ["gn", "gn-best"] {
-                add(Formulation::Xpbd, CG, name);
+            for start in [ZERO, "gn", "gn-best"] {
+                add(Formulation::Xpbd, CG, start);
             }
             if case.formulations.contains(&Formulation::Newton) {
                 add(Formulation::Newton, DIRECT, GuessKind::StepQuadratic.name());
@@ -104,18 +102,14 @@ impl Section for Stability {
 
 /// Runs a case from a start by name; rods' networks, or helices' where the case is bent or twisted at rest.
 fn run(context: &Context, case: &Case, settings: &Settings, start: &str) -> Result<CaseRun> {
-    if start == ZERO {
-        return Ok(stress::run(case, settings, None)?);
-    }
     if let Ok(kind) = start.parse::<GuessKind>() {
         let build = |model: &_, members: &_, topology: &_| kind.build(model, members, topology);
         return Ok(stress::run(case, settings, Some(&build))?);
     }
     let is_straight = case.model.joints.iter().all(|joint| joint.rest_darboux.norm() * joint.length < 1e-9);
-    let guesses =
-        context.library.guesses(if is_straight { Scenario::Rod } else { Scenario::Helix }, Learned::Networks)?;
-    let plane = planar_normal(&case.model, &case.state);
+    let scenario = if is_straight { Scenario::Rod } else { Scenario::Helix };
+    let guesses = context.library.guesses(scenario, Learned::Networks)?;
     let rows = rows(&guesses, false);
     let guess = rows.iter().find(|row| row.name == start).context("a guess that there is not")?;
-    Ok(stress::run(case, settings, Some(&guess.factory(plane) as GuessFactory<'_>))?)
+    Ok(stress::run(case, settings, Some(&guess.factory(planar_normal(&case.model, &case.state))))?)
 }

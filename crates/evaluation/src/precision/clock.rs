@@ -4,75 +4,38 @@ use std::time::{Duration, Instant};
 
 use crate::guesses::Spread;
 
-/// A moment on the wall's clock and on the thread's own.
-pub(super) struct Moment {
-    own: Option<Duration>,
-    wall: Instant,
+/// What `f` returns, and the share of the wall's time in which this thread ran meanwhile; 1 where it is not known, or where
+/// the thread has others beside it.
+pub(super) fn with_share<T>(f: impl FnOnce() -> T) -> (T, f64) {
+    let (own, wall) = (thread_time(), Instant::now());
+    let value = f();
+    let wall = wall.elapsed().as_secs_f64();
+    let is_known = rayon::current_num_threads() == 1 && wall > 0.0;
+    let own = own.zip(thread_time()).filter(|_| is_known);
+    (value, own.map_or(1.0, |(before, now)| ((now - before).as_secs_f64() / wall).min(1.0)))
 }
 
-impl Moment {
-    pub(super) fn now() -> Self {
-        let own = thread_time();
-        Self { own, wall: Instant::now() }
-    }
-
-    /// Of the wall's time since then, the share in which this thread ran; 1 where it is not known, or where the thread
-    /// has others beside it.
-    pub(super) fn share(&self) -> f64 {
-        let wall = self.wall.elapsed();
-        match (self.own, thread_time()) {
-            (Some(before), Some(now)) if rayon::current_num_threads() == 1 && !wall.is_zero() => {
-                ((now - before).as_secs_f64() / wall.as_secs_f64()).min(1.0)
-            }
-            _ => 1.0,
-        }
-    }
-}
-
-/// For how long this thread has run.
-#[cfg(unix)]
+/// For how long this thread has run; `None` where the system does not tell.
 fn thread_time() -> Option<Duration> {
-    use rustix::time::{ClockId, clock_gettime};
-
-    clock_gettime(ClockId::ThreadCPUTime).try_into().ok()
-}
-
-/// For how long this thread has run: not known here.
-#[cfg(not(unix))]
-fn thread_time() -> Option<Duration> {
+    #[cfg(unix)]
+    return rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime).try_into().ok();
+    #[cfg(not(unix))]
     None
 }
 
-/// Times [s] of a run's turns, one list a repetition, all of them complete. An interruption spoils a turn, not a run: so
-/// each turn has its median and quartiles over the repetitions, and a run their sums.
-#[derive(Default)]
-pub(super) struct Turns(Vec<Vec<f64>>);
-
-impl Turns {
-    /// Adds a repetition.
-    pub(super) fn push(&mut self, turns: Vec<f64>) {
-        self.0.push(turns);
+/// Time of a run, in units of `unit` [s], by the times [s] of its turns: a list a repetition, all of them complete; `None`
+/// without repetitions. An interruption spoils a turn, not a run: so each turn has its median and quartiles over the
+/// repetitions, and a run their sums.
+pub(super) fn of_run(repetitions: &[Vec<f64>], unit: f64) -> Option<Spread> {
+    let mut sum = Spread { mean: 0.0, lower: 0.0, median: 0.0, upper: 0.0 };
+    for turn in 0..repetitions.first()?.len() {
+        let turn = Spread::of(repetitions.iter().map(|turns| turns[turn] / unit))?;
+        sum.mean += turn.mean;
+        sum.lower += turn.lower;
+        sum.median += turn.median;
+        sum.upper += turn.upper;
     }
-
-    /// Number of repetitions.
-    pub(super) fn repetitions(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Time of a run, in units of `unit` [s]; `None` without repetitions.
-    pub(super) fn spread(&self, unit: f64) -> Option<Spread> {
-        let turns = self.0.first()?.len();
-        let mut sum = Spread { mean: 0.0, lower: 0.0, median: 0.0, upper: 0.0 };
-        for turn in 0..turns {
-            let Spread { mean, lower, median, upper } =
-                Spread::of(self.0.iter().filter_map(|times| times.get(turn).map(|time| time / unit)))?;
-            sum.mean += mean;
-            sum.lower += lower;
-            sum.median += median;
-            sum.upper += upper;
-        }
-        Some(sum)
-    }
+    Some(sum)
 }
 
 #[cfg(test)]
@@ -81,12 +44,9 @@ mod tests {
 
     #[test]
     fn an_interruption_spoils_a_turn_alone() {
-        let mut turns = Turns::default();
-        assert_eq!(turns.spread(1.0), None);
-        for times in [[1.0, 2.0, 90.0], [1.0, 50.0, 3.0], [70.0, 2.0, 3.0]] {
-            turns.push(times.to_vec());
-        }
-        let spread = turns.spread(2.0).unwrap();
+        assert_eq!(of_run(&[], 1.0), None);
+        let turns = [[1.0, 2.0, 90.0], [1.0, 50.0, 3.0], [70.0, 2.0, 3.0]].map(|times| times.to_vec());
+        let spread = of_run(&turns, 2.0).unwrap();
         assert_eq!((spread.median, spread.lower), (3.0, 3.0));
         assert_eq!(spread.mean, 222.0 / 3.0 / 2.0);
     }
@@ -94,9 +54,8 @@ mod tests {
     #[test]
     fn a_thread_that_sleeps_does_not_run() {
         let asleep = || {
-            let start = Moment::now();
-            std::thread::sleep(Duration::from_millis(20));
-            start.share()
+            let ((), share) = with_share(|| std::thread::sleep(Duration::from_millis(20)));
+            share
         };
         let share = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(asleep);
         assert!(share(1) < if cfg!(unix) { 0.9 } else { 1.1 });

@@ -7,21 +7,12 @@ use super::pareto::{Line, Place};
 use crate::guesses::Spread;
 
 /// What an error is measured against.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Against {
     /// The same formulation at the same time step, solved to rounding errors.
     Exact,
     /// The reference that is converged in time step and segment length.
     Converged,
-}
-
-/// Which part of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Part {
-    /// Before the first contact.
-    BeforeContact,
-    /// All of it.
-    All,
 }
 
 /// Why a level was given up.
@@ -52,8 +43,8 @@ pub struct Point {
     pub outer_per_step: f64,
     /// Iterations of the linear solver per step and connected set; 0 for direct solvers.
     pub linear_per_step: f64,
-    /// Errors ([`super::metrics::position_error`]) at the samples, against the exact reference of the way's formulation; `None` where the problem has none, and with substeps,
-    /// which are another motion.
+    /// Errors ([`super::metrics::position_error`]) at the samples, against the exact reference of the way's formulation;
+    /// `None` where the problem has none, and with substeps, which are another motion.
     pub exact: Option<Vec<f64>>,
     /// Errors against the converged reference; `None` where the problem has none.
     pub converged: Option<Vec<f64>>,
@@ -76,35 +67,28 @@ pub struct Curve {
     pub samples: Vec<usize>,
     /// How many of them come before the first contact in any of the references.
     pub samples_before_contact: usize,
-    /// Time of the yardstick per simulated second [s/s], over the repetitions; see [`super::yardstick`].
+    /// Time of the yardstick per simulated second [s/s], over the repetitions; see [`super::run_way`].
     pub yardstick: Option<Spread>,
     /// One point a level.
     pub points: Vec<Point>,
 }
 
-impl Curve {
-    /// The largest error of a point at any sample of a part of the run; `None` where it was given up, or nothing was
-    /// measured.
-    pub fn error(&self, point: &Point, against: Against, part: Part) -> Option<f64> {
+impl Point {
+    /// The largest error at any of the first `count` samples; `None` where it was given up, or nothing was measured.
+    pub fn error(&self, against: Against, count: usize) -> Option<f64> {
         let errors = match against {
-            Against::Exact => point.exact.as_ref(),
-            Against::Converged => point.converged.as_ref(),
+            Against::Exact => &self.exact,
+            Against::Converged => &self.converged,
         };
-        let count = match part {
-            Part::BeforeContact => self.samples_before_contact,
-            Part::All => self.samples.len(),
-        };
-        errors.filter(|_| point.given_up.is_none())?.iter().take(count).copied().reduce(f64::max)
+        errors.as_ref().filter(|_| self.given_up.is_none())?.iter().take(count).copied().reduce(f64::max)
     }
+}
 
-    /// Error and time of each point that has both; times are relative to the yardstick's. Divided steps are another
-    /// motion than the exact one at the same time step, and are held against the converged one alone.
-    pub fn line(&self, against: Against, part: Part) -> Line {
-        let counts = |point: &&Point| against == Against::Converged || point.level.substeps == 1;
-        let place = |point: &Point| {
-            Some(Place { error: self.error(point, against, part)?, time: point.ratio.as_ref()?.median })
-        };
-        let places = self.points.iter().filter(counts).filter_map(place).collect();
+impl Curve {
+    /// Error, as [`Point::error`], and time of each point that has both; times are relative to the yardstick's.
+    pub fn line(&self, against: Against, count: usize) -> Line {
+        let place = |point: &Point| Some(Place { error: point.error(against, count)?, time: point.ratio?.median });
+        let places = self.points.iter().filter_map(place).collect();
         Line { way: self.way.clone(), kind: self.kind.clone(), places }
     }
 }

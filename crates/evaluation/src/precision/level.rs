@@ -1,17 +1,15 @@
 //! How accurately a way is run.
 
 use serde::{Deserialize, Serialize};
-use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::Settings;
-use solver::step::StepParams;
 
 use super::reference::CONTACT_TOLERANCE;
 
 /// When the outer iterations of a step end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Outer {
-    /// At this residual, relative to the prediction's: see [`StepParams::relative_tolerance`].
+    /// At this residual, relative to the prediction's: see [`solver::step::StepParams::relative_tolerance`].
     Tolerance(f64),
     /// After so many, converged or not, without substeps.
     Iterations(usize),
@@ -44,29 +42,23 @@ impl Level {
     /// The settings at this level. The absolute tolerance goes down with the relative one, as far as a thousandth of it;
     /// so does the contacts', from that of the settings on, in proportion to their relative tolerance.
     pub fn settings(&self, base: &Settings) -> Settings {
-        let step = match self.outer {
+        let mut settings = *base;
+        let step = &mut settings.step;
+        match self.outer {
             Outer::Tolerance(tolerance) => {
-                let contact = base.step.contact_tolerance;
-                let tied = contact * tolerance / base.step.relative_tolerance;
-                StepParams {
-                    relative_tolerance: tolerance,
-                    absolute_tolerance: base.step.absolute_tolerance.min(1e-3 * tolerance),
-                    contact_tolerance: contact.min(tied.max(CONTACT_TOLERANCE)),
-                    ..base.step
-                }
+                let tied = step.contact_tolerance * tolerance / step.relative_tolerance;
+                step.contact_tolerance = step.contact_tolerance.min(tied.max(CONTACT_TOLERANCE));
+                step.absolute_tolerance = step.absolute_tolerance.min(1e-3 * tolerance);
+                step.relative_tolerance = tolerance;
             }
-            Outer::Iterations(count) => StepParams {
-                relative_tolerance: 0.0,
-                absolute_tolerance: 0.0,
-                max_iterations: count,
-                max_halvings: 0,
-                ..base.step
-            },
-        };
-        let solver = match (base.solver, self.linear) {
-            (SolverKind::Cg(params), Some(tolerance)) => SolverKind::Cg(CgParams { tolerance, ..params }),
-            (solver, _) => solver,
-        };
-        Settings { step, solver }
+            Outer::Iterations(count) => {
+                (step.relative_tolerance, step.absolute_tolerance) = (0.0, 0.0);
+                (step.max_iterations, step.max_halvings) = (count, 0);
+            }
+        }
+        if let (SolverKind::Cg(params), Some(tolerance)) = (&mut settings.solver, self.linear) {
+            params.tolerance = tolerance;
+        }
+        settings
     }
 }

@@ -9,13 +9,6 @@ pub struct Place {
     pub time: f64,
 }
 
-impl Place {
-    /// Whether it can be compared: a finite error, not negative, and a finite, positive time.
-    fn counts(&self) -> bool {
-        self.error.is_finite() && self.error >= 0.0 && self.time.is_finite() && self.time > 0.0
-    }
-}
-
 /// A way's places, in any order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
@@ -27,20 +20,16 @@ pub struct Line {
     pub places: Vec<Place>,
 }
 
-/// Indices of the places that no other dominates, that is, is at least as good in both and better in one, from the
-/// smallest error to the largest, and so from the slowest to the fastest. Of equal places the first counts; what is not
-/// finite, or takes no time, does not.
-pub fn front(places: &[Place]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..places.len()).filter(|&i| places[i].counts()).collect();
-    let key = |i: usize| (places[i].error, places[i].time);
-    order.sort_by(|&a, &b| key(a).0.total_cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)));
-    let mut fastest = f64::INFINITY;
-    order.retain(|&i| {
-        let is_faster = places[i].time < fastest;
-        fastest = fastest.min(places[i].time);
-        is_faster
-    });
-    order
+/// The places that no other dominates, that is, is at least as good in both and better in one, from the smallest error to
+/// the largest, and so from the slowest to the fastest. Equal places count once; what is not finite, or takes no time, does
+/// not.
+pub fn front(places: &[Place]) -> Vec<Place> {
+    let range = 0.0..f64::INFINITY;
+    let counts = |place: &&Place| range.contains(&place.error) && range.contains(&place.time) && place.time > 0.0;
+    let mut front: Vec<Place> = places.iter().filter(counts).copied().collect();
+    front.sort_by(|a, b| a.error.total_cmp(&b.error).then(a.time.total_cmp(&b.time)));
+    front.dedup_by(|next, last| next.time >= last.time);
+    front
 }
 
 /// Time in which a way comes to an error of at most `error`, on its own [`front`], between two levels on the straight
@@ -50,35 +39,23 @@ pub fn front(places: &[Place]) -> Vec<usize> {
 /// accurate of the two levels has no error at all it has no logarithm, and its time is taken.
 fn time_at_error(places: &[Place], error: f64) -> Option<f64> {
     let front = front(places);
-    let beyond = front.partition_point(|&i| places[i].error <= error);
-    let within = places[*front.get(beyond.checked_sub(1)?)?];
-    let Some(&next) = front.get(beyond) else { return Some(within.time) };
-    let next = places[next];
-    if within.error == 0.0 {
-        return Some(within.time);
+    let beyond = front.partition_point(|place| place.error <= error);
+    let within = front[beyond.checked_sub(1)?];
+    match front.get(beyond) {
+        Some(next) if within.error > 0.0 => {
+            let share = (error / within.error).ln() / (next.error / within.error).ln();
+            Some(within.time * (next.time / within.time).powf(share))
+        }
+        _ => Some(within.time),
     }
-    let share = (error / within.error).ln() / (next.error / within.error).ln();
-    Some(within.time * (next.time / within.time).powf(share))
 }
 
-/// A way's time at an error.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timed {
-    /// Name of the way.
-    pub way: String,
-    /// What sort of way it is.
-    pub kind: String,
-    /// Time, in the lines' unit.
-    pub time: f64,
-}
-
-/// The fastest way at an error among some, the first of equals; `None` where none of them reaches it.
-pub fn fastest(lines: &[Line], error: f64, among: impl Fn(&Line) -> bool) -> Option<Timed> {
-    let timed = |line: &Line| {
-        let time = time_at_error(&line.places, error)?;
-        Some(Timed { way: line.way.clone(), kind: line.kind.clone(), time })
-    };
-    lines.iter().filter(|line| among(line)).filter_map(timed).min_by(|a, b| a.time.total_cmp(&b.time))
+/// The fastest way at an error among some, the first of equals, and its time in the lines' unit; `None` where none of them
+/// reaches it.
+pub fn fastest(lines: &[Line], error: f64, among: impl Fn(&Line) -> bool) -> Option<(&Line, f64)> {
+    let timed =
+        lines.iter().filter(|line| among(line)).filter_map(|line| Some((line, time_at_error(&line.places, error)?)));
+    timed.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 #[cfg(test)]
@@ -97,9 +74,9 @@ mod tests {
     fn the_front_holds_what_nothing_dominates() {
         // Unordered, with a dominated one, and ties in either.
         let all = places(&[(1e-2, 1.0), (1e-6, 4.0), (1e-4, 5.0), (1e-4, 2.0), (1e-6, 6.0), (1e-3, 2.0)]);
-        assert_eq!(front(&all), [1, 3, 0]);
-        assert_eq!(front(&places(&[(1e-3, 1.0); 3])), [0], "of duplicates the first");
-        assert_eq!(front(&places(&[(0.5, 7.0)])), [0]);
+        assert_eq!(front(&all), [all[1], all[3], all[0]]);
+        assert_eq!(front(&places(&[(1e-3, 1.0); 3])), places(&[(1e-3, 1.0)]), "duplicates count once");
+        assert_eq!(front(&places(&[(0.5, 7.0)])), places(&[(0.5, 7.0)]));
         assert!(front(&[]).is_empty());
     }
 
@@ -111,7 +88,7 @@ mod tests {
         assert_eq!(time_at_error(&places(&odd), 1.0), None);
         let mut mixed = places(&odd);
         mixed.extend(places(&[(1e-3, 2.0)]));
-        assert_eq!(front(&mixed), [odd.len()]);
+        assert_eq!(front(&mixed), [mixed[odd.len()]]);
         assert_eq!(time_at_error(&mixed, nan), None);
     }
 
@@ -149,17 +126,17 @@ mod tests {
             line("cg", "cg", &[(1e-2, 8.0), (1e-4, 16.0)]),
             line("lost", "cg", &[(f64::NAN, 0.1)]),
         ];
-        let name = |error, kind: &str| Some(fastest(&lines, error, |line| line.kind == kind)?.way);
-        assert_eq!((name(1e-1, "direct").as_deref(), name(1e-1, "cg").as_deref()), (Some("direct, quick"), Some("cg")));
-        let time = |error| Some(fastest(&lines, error, |_| true)?.time);
+        let name = |error, kind: &str| Some(fastest(&lines, error, |line| line.kind == kind)?.0.way.as_str());
+        assert_eq!((name(1e-1, "direct"), name(1e-1, "cg")), (Some("direct, quick"), Some("cg")));
+        let time = |error| Some(fastest(&lines, error, |_| true)?.1);
         assert!((time(1e-4).unwrap() - 2f64.powf(4.0 / 3.0)).abs() < 1e-12);
-        assert_eq!((name(1e-6, "direct").as_deref(), name(1e-6, "cg"), time(1e-9)), (Some("direct"), None, None));
+        assert_eq!((name(1e-6, "direct"), name(1e-6, "cg"), time(1e-9)), (Some("direct"), None, None));
     }
 
     #[test]
     fn equal_ways_are_told_in_their_order() {
         let lines = [line("a", "x", &[(1e-3, 1.0)]), line("b", "y", &[(1e-3, 1.0)])];
-        let of = |among: fn(&Line) -> bool| fastest(&lines, 1e-3, among).unwrap().way;
-        assert_eq!((of(|_| true).as_str(), of(|line| line.kind != "x").as_str()), ("a", "b"));
+        let of = |among: fn(&Line) -> bool| fastest(&lines, 1e-3, among).unwrap().0.way.as_str();
+        assert_eq!((of(|_| true), of(|line| line.kind != "x")), ("a", "b"));
     }
 }

@@ -15,25 +15,23 @@ pub const PILE_RODS: usize = 1000;
 /// Soft rubber.
 const RUBBER: Material = Material { youngs_modulus: 1e7, torsion_modulus: 4e6, density: 1000.0 };
 
-/// A contact that takes energy alone.
-fn surface(friction: f64) -> Surface {
-    Surface { friction: Friction::new(friction), restitution: 0.0 }
-}
-
-/// All space beyond the plane through `point` [m]; `normal` points out of it.
-fn half_space(point: Vector3<f64>, normal: Vector3<f64>, friction: f64) -> Obstacle {
-    let normal = Unit::new_normalize(normal);
-    Obstacle { shape: ObstacleShape::HalfSpace { point, normal }, surface: surface(friction) }
-}
-
-/// The case in which segments touch each other and the ground z = 0 alike.
-fn on_the_ground(mut assembly: Assembly, friction: f64) -> Assembly {
-    assembly.model_mut().contacts = Contacts {
-        between_segments: Some(surface(friction)),
-        obstacles: vec![half_space(Vector3::zeros(), Vector3::z(), friction)],
-        ..Contacts::default()
+/// The case in which segments touch each other, the ground z = 0 and these walls alike, which are given by points [m] on them
+/// and normals out of them; contacts take energy alone.
+fn touching(
+    name: String,
+    mut assembly: Assembly,
+    dt: f64,
+    friction: f64,
+    walls: &[(Vector3<f64>, Vector3<f64>)],
+) -> Case {
+    let surface = Surface { friction: Friction::new(friction), restitution: 0.0 };
+    let half_space = |&(point, normal): &(Vector3<f64>, Vector3<f64>)| {
+        let normal = Unit::new_normalize(normal);
+        Obstacle { shape: ObstacleShape::HalfSpace { point, normal }, surface }
     };
-    assembly
+    let obstacles = [(Vector3::zeros(), Vector3::z())].iter().chain(walls).map(half_space).collect();
+    assembly.model_mut().contacts = Contacts { between_segments: Some(surface), obstacles, ..Contacts::default() };
+    case(name, assembly, dt, 50)
 }
 
 /// Eight layers of three parallel rods, crosswise, with gaps of a twentieth of a radius below each.
@@ -48,7 +46,7 @@ pub(super) fn stack() -> Case {
             assembly.rod(&RodSpec::new(shape::straight(start, along, length, 5), radius, RUBBER));
         }
     }
-    case("stacked rods: 8 layers of 3", on_the_ground(assembly, 0.5), 0.01, 50)
+    touching("stacked rods: 8 layers of 3".to_owned(), assembly, 0.01, 0.5, &[])
 }
 
 /// A rod that is a little tilted and falls onto the ground at 50 m/s.
@@ -57,7 +55,7 @@ pub(super) fn impact() -> Case {
     let start = Vector3::new(0.0, 0.0, 0.5);
     assembly.rod(&RodSpec::new(shape::straight(start, Vector3::new(1.0, 0.0, 0.1), 1.0, 20), 0.01, RUBBER));
     assembly.state_mut().velocities.fill(Vector3::new(0.0, 0.0, -50.0));
-    case("a rod falls at 50 m/s", on_the_ground(assembly, 0.3), 0.02, 50)
+    touching("a rod falls at 50 m/s".to_owned(), assembly, 0.02, 0.3, &[])
 }
 
 /// [`PILE_RODS`] short rods fall from a grid of columns between four walls: they lie anyhow in their layers, tilted by
@@ -77,12 +75,8 @@ pub(super) fn pile() -> Case {
         let nodes = shape::straight(centre - direction * (0.5 * length), direction, length, 3 + k % 2);
         assembly.rod(&RodSpec::new(nodes, radius, RUBBER));
     }
-    let mut assembly = on_the_ground(assembly, 0.4);
     let far = COLUMNS as f64 * spacing;
-    for axis in [Vector3::x(), Vector3::y()] {
-        let walls = [half_space(Vector3::zeros(), axis, 0.4), half_space(axis * far, -axis, 0.4)];
-        assembly.model_mut().contacts.obstacles.extend(walls);
-    }
-    let pile = case(format!("{PILE_RODS} rods in a pile"), assembly, 0.01, 50);
+    let walls = [Vector3::x(), Vector3::y()].map(|axis| [(Vector3::zeros(), axis), (axis * far, -axis)]);
+    let pile = touching(format!("{PILE_RODS} rods in a pile"), assembly, 0.01, 0.4, walls.as_flattened());
     Case { formulations: &[Formulation::XpbdGeometric], ..pile }
 }

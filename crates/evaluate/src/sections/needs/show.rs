@@ -4,26 +4,31 @@ use std::collections::BTreeMap;
 
 use evaluation::needs::{LeftOut, Needs};
 use evaluation::stages::Stages;
-use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section, Table};
+use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section};
 use solver::formulation::Formulation;
 
 use super::Key;
+use crate::blocks::{self, table};
 use crate::context::Context;
-use crate::show::{columns, number};
+use crate::show::number;
 
 pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
     let mut conditions = context.conditions("medians of a step, stage by stage");
     if let Some((key, _)) = cells.first() {
         conditions = conditions.with("steps", key.steps.to_string());
     }
-    let default: Vec<_> = cells.iter().filter(|(key, _)| key.formulation == Formulation::default().name()).collect();
+    let default: Vec<_> = cells.iter().filter(|(key, _)| is_default(key)).collect();
+    let bar = |(key, needs): &&(&Key, &Needs)| {
+        let values = stages(&needs.median_us).map(|(_, us)| us / needs.segments as f64).collect();
+        Bar { name: key.scene.clone(), values }
+    };
     let chart = |(title, touches): (&str, bool)| {
         let own = default.iter().filter(|(_, needs)| (needs.median_us.contact > 0.0) == touches);
         BarChart {
             title: title.to_owned(),
             label: "time a step and segment [us]".to_owned(),
             parts: stages(&Stages::default()).map(|(name, _)| name.to_owned()).collect(),
-            bars: own.map(|(key, needs)| bar(&key.scene, needs)).collect(),
+            bars: own.map(bar).collect(),
         }
     };
     let figure = Figure {
@@ -33,22 +38,19 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
         charts: Charts::Bars([("without contacts", false), ("with contacts", true)].map(chart).to_vec()),
         conditions: conditions.clone(),
     };
-    let blocks = vec![
-        Block::Paragraph(in_words(cells)),
-        Block::Figure(figure),
-        Block::Table(choices(cells, conditions.clone())),
-        Block::Table(left_out(&default, conditions)),
-    ];
-    Section { id: "needs".to_owned(), title: "What a scene needs".to_owned(), blocks }
+    let blocks = vec![Block::Figure(figure), choices(cells, conditions.clone()), left_out(&default, conditions)];
+    blocks::section(["needs", "What a scene needs", &in_words(cells)], blocks)
 }
 
 pub(super) fn claims(cells: &[(&Key, &Needs)]) -> BTreeMap<String, String> {
-    let is_asked = |key: &Key| key.scene == "tree-70" && key.formulation == Formulation::default().name();
-    let largest_tree = cells.iter().find(|(key, _)| is_asked(key)).map(|(_, needs)| {
-        let words = format!("{} times real time with {} segments", number(real_time(needs)), needs.segments);
-        ("trees-real-time".to_owned(), words)
-    });
-    largest_tree.into_iter().collect()
+    let of_tree = cells.iter().filter(|(key, _)| key.scene == "tree-70" && is_default(key));
+    let words =
+        |needs: &Needs| format!("{} times real time with {} segments", number(real_time(needs)), needs.segments);
+    of_tree.map(|(_, needs)| ("trees-real-time".to_owned(), words(needs))).collect()
+}
+
+fn is_default(key: &Key) -> bool {
+    key.formulation == Formulation::default().name()
 }
 
 /// Each scene with what is chosen for it, and whether what is left out was really left out.
@@ -73,41 +75,29 @@ fn stages(us: &Stages) -> impl Iterator<Item = (&'static str, f64)> {
     us.by_name().into_iter().filter(|(name, _)| *name != "total")
 }
 
-fn bar(scene: &str, needs: &Needs) -> Bar {
-    let values = stages(&needs.median_us).map(|(_, us)| us / needs.segments as f64).collect();
-    Bar { name: scene.to_owned(), values }
-}
-
-fn choices(cells: &[(&Key, &Needs)], conditions: Conditions) -> Table {
+fn choices(cells: &[(&Key, &Needs)], conditions: Conditions) -> Block {
     let row = |(key, needs): &(&Key, &Needs)| {
         let Needs { solver, guess, reason, .. } = needs;
         let texts = [&key.scene, &key.formulation, solver, guess, reason].map(|text| Cell::from(text.as_str()));
         let numbers = [needs.median_us.total, real_time(needs)].map(|value| number(value).into());
         texts.into_iter().chain(numbers).collect()
     };
-    Table {
-        id: "needs-choices".to_owned(),
-        title: "What is chosen for each scene, and why".to_owned(),
-        caption: "The formulation is the user's: it says which problem is to be solved.".to_owned(),
-        columns: columns(&["scene", "formulation", "solver", "start", "why", "#time a step [us]", "#times real time"]),
-        rows: cells.iter().map(row).collect(),
-        conditions,
-    }
+    let head = [
+        "needs-choices",
+        "What is chosen for each scene, and why",
+        "The formulation is the user's: it says which problem is to be solved.",
+    ];
+    let headings = "scene | formulation | solver | start | why | #time a step [us] | #times real time";
+    table(head, headings, cells.iter().map(row).collect(), conditions)
 }
 
-fn left_out(cells: &[&(&Key, &Needs)], conditions: Conditions) -> Table {
+fn left_out(cells: &[&(&Key, &Needs)], conditions: Conditions) -> Block {
     let rows = cells.iter().flat_map(|(key, needs)| {
         let row = move |LeftOut { what, why, count }: &LeftOut| {
             [&key.scene, what, why, &count.to_string()].map(|text| Cell::from(text.as_str())).to_vec()
         };
         needs.left_out.iter().map(row)
     });
-    Table {
-        id: "needs-left-out".to_owned(),
-        title: "What is left out".to_owned(),
-        caption: "Default settings.".to_owned(),
-        columns: columns(&["scene", "left out", "why", "#times done all the same"]),
-        rows: rows.collect(),
-        conditions,
-    }
+    let head = ["needs-left-out", "What is left out", "Default settings."];
+    table(head, "scene | left out | why | #times done all the same", rows.collect(), conditions)
 }

@@ -5,6 +5,7 @@ use report::{Block, Cell, Conditions, Section, Table};
 use solver::formulation::Formulation;
 
 use super::{DIRECT, Key, Value, ZERO};
+use crate::blocks;
 use crate::context::Context;
 use crate::show::{columns, number};
 
@@ -12,23 +13,19 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     let conditions = tolerances(context.conditions("wall time of all steps"));
     let is_plain = |key: &Key| key.solver == DIRECT && key.start == ZERO;
     let plain: Vec<_> = cells.iter().filter(|(key, _)| is_plain(key)).map(|(_, value)| &value.row).collect();
-    let plain = cases_table(&plain, conditions.clone());
     let guessed = cells.iter().filter(|(key, _)| !is_plain(key));
-    let learned = Table {
-        id: "stability-guesses".to_owned(),
-        title: "Learned guesses far outside of their training".to_owned(),
-        caption:
-            "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time at \
-                  worst: status, energy and length must be those of the row without it."
-                .to_owned(),
-        columns: columns(&[&["case", "formulation", "solver", "start", "status"], &NUMBERS[..]].concat()),
-        rows: guessed
-            .map(|(key, value)| row(&[&key.case, &key.formulation, &key.solver, &key.start], &value.row))
-            .collect(),
-        conditions,
-    };
-    let blocks = vec![Block::Paragraph(verdict(cells)), Block::Table(plain), Block::Table(learned)];
-    Section { id: "stability".to_owned(), title: "Stability".to_owned(), blocks }
+    let head = [
+        "stability-guesses",
+        "Learned guesses far outside of their training",
+        "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time at worst: \
+         status, energy and length must be those of the row without it.",
+    ];
+    let row = |(key, value): &(&Key, &Value)| row([&key.case, &key.formulation, &key.solver, &key.start], &value.row);
+    let rows = guessed.map(row).collect();
+    let headings = format!("case | formulation | solver | start | status | {NUMBERS}");
+    let tables =
+        vec![Block::Table(cases_table(&plain, conditions.clone())), blocks::table(head, &headings, rows, conditions)];
+    blocks::section(["stability", "Stability", &verdict(cells)], tables)
 }
 
 /// Conditions with the table's tolerances.
@@ -46,16 +43,16 @@ pub(crate) fn cases_table(runs: &[&CaseRun], conditions: Conditions) -> Table {
                   which does work. Length: largest relative change. Stretch in segment lengths, bend in radians. Depth: \
                   deepest penetration over the radius."
             .to_owned(),
-        columns: columns(&[&["case", "formulation", "status"], &NUMBERS[..]].concat()),
-        rows: runs.iter().map(|run| row(&[&run.case, &run.formulation], run)).collect(),
+        columns: columns(&format!("case | formulation | status | {NUMBERS}").split(" | ").collect::<Vec<_>>()),
+        rows: runs.iter().map(|run| row([&run.case, &run.formulation], run)).collect(),
         conditions,
     }
 }
 
-const NUMBERS: [&str; 8] =
-    ["#iterations a step", "#halved", "#energy rise", "#length", "#stretch", "#bend [rad]", "#depth", "#time [s]"];
+const NUMBERS: &str =
+    "#iterations a step | #halved | #energy rise | #length | #stretch | #bend [rad] | #depth | #time [s]";
 
-fn row(names: &[&str], row: &CaseRun) -> Vec<Cell> {
+fn row<const N: usize>(names: [&String; N], row: &CaseRun) -> Vec<Cell> {
     let optional = |value: Option<f64>| value.map_or(Cell::muted("-"), |value| number(value).into());
     let status = if is_good(row) { Cell::from(row.status.as_str()) } else { Cell::strong(row.status.as_str()) };
     let numbers = [
@@ -68,7 +65,7 @@ fn row(names: &[&str], row: &CaseRun) -> Vec<Cell> {
         optional(row.deepest_penetration),
         number(row.seconds).into(),
     ];
-    names.iter().map(|&name| Cell::from(name)).chain([status]).chain(numbers).collect()
+    names.into_iter().map(|name| Cell::from(name.as_str())).chain([status]).chain(numbers).collect()
 }
 
 /// Whether all steps converged.
@@ -78,34 +75,33 @@ fn is_good(row: &CaseRun) -> bool {
 
 /// The tables in words.
 fn verdict(cells: &[(&Key, &Value)]) -> String {
-    // Good runs and all, of each formulation, solver and start in their order.
-    let mut counts: Vec<([&str; 3], [usize; 2])> = Vec::new();
-    // The same solver from zero stands where the network's guess does not.
-    let (mut learned, mut fallen) = (0, 0);
-    for (key, value) in cells {
-        let (way, good) = ([&key.formulation, &key.solver, &key.start].map(String::as_str), is_good(&value.row));
-        let place = counts.iter().position(|(known, _)| *known == way).unwrap_or_else(|| {
-            counts.push((way, [0; 2]));
-            counts.len() - 1
-        });
-        counts[place].1[0] += usize::from(good);
-        counts[place].1[1] += 1;
-        if key.start.starts_with("gn") {
-            let base = Key { start: ZERO.to_owned(), ..(*key).clone() };
-            let stands = cells.iter().any(|(other, value)| **other == base && is_good(&value.row));
-            learned += 1;
-            fallen += usize::from(stands && !good);
+    let way = |key: &Key| (key.formulation.clone(), key.solver.clone(), key.start.clone());
+    let mut ways = Vec::new();
+    for (key, _) in cells {
+        if !ways.contains(&way(key)) {
+            ways.push(way(key));
         }
     }
-    counts.sort_by_key(|([formulation, solver, start], _)| {
-        (Formulation::ALL.iter().position(|known| known.name() == *formulation), *solver != DIRECT, *start != ZERO)
+    ways.sort_by_key(|(formulation, solver, start)| {
+        (Formulation::ALL.iter().position(|known| known.name() == formulation), solver != DIRECT, start != ZERO)
     });
-    let words = counts.into_iter().map(|([formulation, solver, start], [good, all])| {
-        format!("{formulation}, {solver}, from {start}: {good} of {all}")
+    let words = ways.iter().map(|of| {
+        let own = || cells.iter().filter(|(key, _)| way(key) == *of);
+        let good = own().filter(|(_, value)| is_good(&value.row)).count();
+        let (formulation, solver, start) = of;
+        format!("{formulation}, {solver}, from {start}: {good} of {}", own().count())
+    });
+    let learned = || cells.iter().filter(|(key, _)| key.start.starts_with("gn"));
+    // The same solver from zero stands where the network's guess does not.
+    let fallen = learned().filter(|(key, value)| {
+        let base = Key { start: ZERO.to_owned(), ..(*key).clone() };
+        !is_good(&value.row) && cells.iter().any(|(other, value)| **other == base && is_good(&value.row))
     });
     format!(
-        "Cases that converge in every step: {}. The paper's formulation is xpbd, the default xpbd-geometric. Of {learned} runs \
-         from a learned guess {fallen} do not where the same solver does from zero.",
-        words.collect::<Vec<_>>().join("; ")
+        "Cases that converge in every step: {}. The paper's formulation is xpbd, the default xpbd-geometric. Of {} runs \
+         from a learned guess {} do not where the same solver does from zero.",
+        words.collect::<Vec<_>>().join("; "),
+        learned().count(),
+        fallen.count()
     )
 }
