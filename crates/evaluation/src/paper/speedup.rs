@@ -82,7 +82,7 @@ pub fn measure(
     }
     let way = |row: EntryRun| WaySums {
         name: row.name,
-        status: row.status.to_owned(),
+        status: row.status.name().to_owned(),
         given_up: row.given_up,
         sums: sum(&row.by_step),
         error: Some(row.error).filter(|error| error.is_finite()),
