@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser};
 
 use crate::commands::compare::CompareArgs;
 use crate::commands::random::{GuessesArgs, StepsArgs};
@@ -13,39 +13,6 @@ use crate::sections::SECTIONS;
 /// Measures solvers, guesses and networks, and makes a report of it: one HTML page and its numbers as CSV files.
 #[derive(Debug, Parser)]
 #[command(version)]
-pub(crate) struct Cli {
-    #[command(subcommand)]
-    pub(crate) command: Command,
-}
-
-impl Cli {
-    /// Reads the command line. Beside the commands below each section has one of its own: `evaluate knot` is
-    /// `evaluate report --only knot --out out/knot`.
-    pub(crate) fn read() -> Command {
-        let mut command = Self::command();
-        for section in &SECTIONS {
-            let own = ReportArgs::augment_args(clap::Command::new(section.name).about(section.about));
-            command = command.subcommand(own.mut_arg("only", |only| only.hide(true)));
-        }
-        let matches = command.get_matches();
-        let own = matches.subcommand().filter(|(name, _)| SECTIONS.iter().any(|section| section.name == *name));
-        let read = match own {
-            Some((name, own)) => ReportArgs::from_arg_matches(own).map(|args| {
-                let out = args.out.or_else(|| Some(PathBuf::from("out").join(name)));
-                Command::Report(ReportArgs { only: vec![name.to_owned()], out, ..args })
-            }),
-            None => Self::from_arg_matches(&matches).map(|cli| cli.command),
-        };
-        read.unwrap_or_else(|error| error.exit())
-    }
-}
-
-/// Names of the sections, for `--only`.
-fn names() -> PossibleValuesParser {
-    SECTIONS.iter().map(|section| PossibleValue::new(section.name).help(section.about)).into()
-}
-
-#[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Measure whatever is not measured yet, and write the report.
     Report(ReportArgs),
@@ -58,10 +25,8 @@ pub(crate) enum Command {
     /// Hold what two runs have measured against each other: all but times must be the same.
     Agree {
         /// Folder of what the first run has measured: its --cells.
-        #[arg(value_name = "FIRST")]
         first: PathBuf,
         /// That of the second.
-        #[arg(value_name = "SECOND")]
         second: PathBuf,
     },
     /// Run a scene with several solvers and guesses: iterations, time by stage, error against a tight reference.
@@ -72,6 +37,33 @@ pub(crate) enum Command {
     Steps(StepsArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
     Stress(StressArgs),
+}
+
+impl Command {
+    /// Reads the command line. Beside the commands above each section has one of its own: `evaluate knot` is
+    /// `evaluate report --only knot --out out/knot`.
+    pub(crate) fn read() -> Self {
+        let mut command = Self::command();
+        for section in &SECTIONS {
+            let own = ReportArgs::augment_args(clap::Command::new(section.name).about(section.about));
+            command = command.subcommand(own.mut_arg("only", |only| only.hide(true)));
+        }
+        let matches = command.get_matches();
+        let own = matches.subcommand().filter(|(name, _)| SECTIONS.iter().any(|section| section.name == *name));
+        let read = match own {
+            Some((name, own)) => ReportArgs::from_arg_matches(own).map(|args| {
+                let out = args.out.or_else(|| Some(PathBuf::from("out").join(name)));
+                Self::Report(ReportArgs { only: vec![name.to_owned()], out, ..args })
+            }),
+            None => Self::from_arg_matches(&matches),
+        };
+        read.unwrap_or_else(|error| error.exit())
+    }
+}
+
+/// Names of the sections, for `--only`.
+fn names() -> PossibleValuesParser {
+    SECTIONS.iter().map(|section| PossibleValue::new(section.name).help(section.about)).into()
 }
 
 #[derive(Args, Debug)]

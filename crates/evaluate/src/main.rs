@@ -15,7 +15,7 @@ mod ways;
 
 use std::process::ExitCode;
 
-use crate::cli::{Cli, Command};
+use crate::cli::Command;
 use crate::commands::{compare, random, stress};
 
 /// Exit code of a report with faults, of runs that differ, and of numbers that are not finite.
@@ -28,12 +28,18 @@ enum Outcome {
     Done,
     Interrupted,
     Faulty,
-    /// Numbers were not finite: where.
-    NotFinite(String),
+}
+
+impl Outcome {
+    /// Says of what the numbers are not finite.
+    fn not_finite(scene: &str, way: &str) -> Self {
+        terminal::complain(format_args!("numbers are not finite: {scene}, {way}"));
+        Self::Faulty
+    }
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::read() {
+    let result = match Command::read() {
         Command::Report(args) => make::report(&args),
         Command::Check { report } => make::check(&report),
         Command::Agree { first, second } => agree::runs([&first, &second]),
@@ -46,10 +52,6 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(terminal::INTERRUPTED),
         Ok(Outcome::Faulty) => ExitCode::from(FAILED),
-        Ok(Outcome::NotFinite(place)) => {
-            terminal::complain(format_args!("numbers are not finite: {place}"));
-            ExitCode::from(FAILED)
-        }
         Err(error) => {
             terminal::complain(format_args!("{error:#}"));
             ExitCode::from(BAD_INPUT)

@@ -45,12 +45,9 @@ pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, O
 }
 
 /// Columns by their headings: of numbers where these begin with '#', else of text.
-pub(crate) fn columns(headings: &[&str]) -> Vec<Column> {
-    let column = |heading: &&str| match heading.strip_prefix('#') {
-        Some(heading) => Column::number(heading),
-        None => Column::text(*heading),
-    };
-    headings.iter().map(column).collect()
+pub(crate) fn columns(headings: &[impl AsRef<str>]) -> Vec<Column> {
+    let column = |heading: &str| heading.strip_prefix('#').map_or_else(|| Column::text(heading), Column::number);
+    headings.iter().map(|heading| column(heading.as_ref())).collect()
 }
 
 /// The curve of a way over steps: dashed where predictions take the place of all solves.

@@ -167,14 +167,16 @@ fn starts_of_steps_are_measured_in_every_kind_of_scenes() {
     let text = measured(&folder, &SMALL);
     assert!(text.lines().all(|line| line.chars().count() <= 120), "{text}");
     for kind in ["rod", "slack-rod", "helix", "slack-helix"] {
-        let of = |what: &str| table(&folder, &format!("steps-{kind}-{what}"));
-        let names = ["zero", "step-previous", "step-linear", "step-quadratic", "gn-step"];
-        assert_eq!(column(&of("outer"), "guess"), names);
-        for tolerance in ["0.05 1e-3", "0.05 1e-6"] {
-            let fewest = of("outer-ratio")[..4].iter().map(|row| median(row, tolerance)).fold(f64::INFINITY, f64::min);
+        let rows = table(&folder, &format!("steps-{kind}"));
+        assert_eq!(rows.len(), 10);
+        for (rows, tolerance) in rows.chunks(5).zip(["1e-3", "1e-6"]) {
+            let names = ["zero", "step-previous", "step-linear", "step-quadratic", "gn-step"];
+            assert_eq!(column(rows, "start"), names);
+            assert!(rows.iter().all(|row| (row["dt [s]"].as_str(), row["tolerance"].as_str()) == ("0.05", tolerance)));
+            let fewest = rows[..4].iter().map(|row| median(row, "outer %")).fold(f64::INFINITY, f64::min);
             assert!((fewest - 100.0).abs() < 20.0, "{fewest}");
-            assert!(median(&of("error")[0], tolerance) < 1e-2);
-            assert_eq!(median(&of("again")[0], tolerance), 0.0);
+            assert!(median(&rows[0], "error") < 1e-2);
+            assert_eq!(median(&rows[0], "again %"), 0.0);
         }
     }
     let page = fs::read_to_string(folder.path().join("out/index.html")).expect("a page");
@@ -189,12 +191,11 @@ fn a_network_that_says_nothing_saves_less() {
     let flags = ["steps", "--simulations", "4", "--steps", "60", "--scenario", "helix", "--guess", "gn-step"];
     let iterations = |more: &[&str]| -> f64 {
         measured(&folder, &[&flags[..], more].concat());
-        let rows: Vec<_> = ["helix", "slack-helix"]
-            .into_iter()
-            .flat_map(|kind| table(&folder, &format!("steps-{kind}-outer")))
-            .collect();
-        let own = rows.iter().filter(|row| row["guess"] == "gn-step");
-        own.flat_map(|row| ["0.02 1e-3", "0.02 1e-6", "0.05 1e-3", "0.05 1e-6"].map(|cell| median(row, cell))).sum()
+        let kinds = ["steps-helix", "steps-slack-helix"].map(|id| table(&folder, id));
+        let is_asked = |row: &&BTreeMap<String, String>| row["start"] == "gn-step" && row["dt [s]"] != "0.1";
+        let own: Vec<_> = kinds.iter().flatten().filter(is_asked).collect();
+        assert_eq!(own.len(), 8);
+        own.into_iter().map(|row| median(row, "outer")).sum()
     };
     let (trained, silent) = (iterations(&[]), iterations(&["--checkpoint", &silent]));
     assert!(trained < 0.95 * silent, "{trained} {silent}");

@@ -30,7 +30,7 @@ pub struct EntryRun {
     /// Name of the entry.
     pub name: String,
     /// Worst status of any step.
-    pub status: &'static str,
+    pub status: Status,
     /// The step in which it was given up, because it did not converge and its linear solver had run out of iterations;
     /// `None` where it did all.
     pub given_up: Option<usize>,
@@ -73,7 +73,7 @@ pub struct Comparison {
     pub steps: usize,
     /// Worst status of any step of the reference before its first contact; "out of iterations" where its tolerance is
     /// below rounding errors.
-    pub reference_status: &'static str,
+    pub reference_status: Status,
     /// The first step of the reference in which segments met an obstacle or each other. There it ends: a contact that one
     /// way meets a moment earlier, or beside another segment, sends the rods elsewhere, and errors tell chaos from accuracy
     /// no more.
@@ -129,81 +129,73 @@ pub fn run_in_turns(
             }
         }
         for run in &mut runs {
-            run.turn((model, dt), turn, &expected, &mut now)?;
+            for step in 0..turn {
+                run.step((model, dt), expected.get(step), &mut now)?;
+            }
         }
         done += turn;
         if !progress(turn) {
             break;
         }
     }
-    let rows = entries.iter().zip(runs).map(|(entry, run)| run.finish(entry)).collect();
-    Ok(Comparison { rows, steps: done, reference_status: reference_status.name(), first_contact })
+    let rows = runs.into_iter().map(|way| EntryRun { median_us: Stages::medians(&way.stages), ..way.run }).collect();
+    Ok(Comparison { rows, steps: done, reference_status, first_contact })
 }
 
 /// An entry being run.
 struct Running {
     simulation: Simulation,
-    status: Status,
-    given_up: Option<usize>,
-    error: f64,
-    by_step: Vec<Cost>,
     stages: Vec<Stages>,
+    run: EntryRun,
 }
 
 impl Running {
     fn new(model: &Model, state: &State, entry: &Entry<'_>) -> Result<Self, SimulationError> {
         let simulation = Simulation::new(model, state, &entry.settings, entry.guess)?;
-        let (by_step, stages) = (Vec::new(), Vec::new());
-        Ok(Self { simulation, status: Status::Converged, given_up: None, error: 0.0, by_step, stages })
+        let run = EntryRun {
+            name: entry.name.clone(),
+            status: Status::Converged,
+            given_up: None,
+            sets: simulation.components(),
+            counters: simulation.counters(),
+            median_us: Stages::default(),
+            error: 0.0,
+            by_step: Vec::new(),
+        };
+        Ok(Self { simulation, stages: Vec::new(), run })
     }
 
-    /// A turn; `expected` has the reference's positions after its steps, as far as there are some.
-    fn turn(
+    /// A step, unless it was given up; `expected` are the reference's positions after it, where there are some.
+    fn step(
         &mut self,
         (model, dt): (&Model, f64),
-        steps: usize,
-        expected: &[Vec<Vector3<f64>>],
+        expected: Option<&Vec<Vector3<f64>>>,
         found: &mut State,
     ) -> Result<(), SimulationError> {
-        for step in 0..steps {
-            if self.given_up.is_some() {
-                break;
-            }
-            let before = self.simulation.counters();
-            let status = self.simulation.step(dt)?.status;
-            let after = self.simulation.counters();
-            self.status = self.status.max(status);
-            let stages = Stages::between(&before, &after);
-            self.by_step.push(Cost {
-                iterations: after.iterations - before.iterations,
-                linear_iterations: after.linear_iterations - before.linear_iterations,
-                guess_s: 1e-6 * stages.guess,
-                solve_s: 1e-6 * stages.solve,
-                contact_s: 1e-6 * stages.contact,
-                total_s: 1e-6 * stages.total,
-            });
-            self.stages.push(stages);
-            if status >= Status::OutOfIterations && after.linear_failures > before.linear_failures {
-                self.given_up = Some(self.by_step.len());
-            }
-            if let Some(expected) = expected.get(step) {
-                self.simulation.store(found);
-                self.error = self.error.max(position_error(model, &found.positions, expected));
-            }
+        let Self { simulation, run, .. } = self;
+        if run.given_up.is_some() {
+            return Ok(());
+        }
+        let status = simulation.step(dt)?.status;
+        let (before, after) = (run.counters, simulation.counters());
+        let stages = Stages::between(&before, &after);
+        (run.status, run.counters) = (run.status.max(status), after);
+        run.by_step.push(Cost {
+            iterations: after.iterations - before.iterations,
+            linear_iterations: after.linear_iterations - before.linear_iterations,
+            guess_s: 1e-6 * stages.guess,
+            solve_s: 1e-6 * stages.solve,
+            contact_s: 1e-6 * stages.contact,
+            total_s: 1e-6 * stages.total,
+        });
+        self.stages.push(stages);
+        if status >= Status::OutOfIterations && after.linear_failures > before.linear_failures {
+            run.given_up = Some(run.by_step.len());
+        }
+        if let Some(expected) = expected {
+            simulation.store(found);
+            run.error = run.error.max(position_error(model, &found.positions, expected));
         }
         Ok(())
-    }
-
-    fn finish(self, entry: &Entry<'_>) -> EntryRun {
-        EntryRun {
-            name: entry.name.clone(),
-            status: self.status.name(),
-            given_up: self.given_up,
-            sets: self.simulation.components(),
-            counters: self.simulation.counters(),
-            median_us: Stages::medians(&self.stages),
-            error: self.error,
-            by_step: self.by_step,
-        }
     }
 }

@@ -7,7 +7,7 @@
 //! A ratio is the sum over a simulation's solves, the guess's divided by the zero start's; over the simulations its median,
 //! quartiles and mean are told. Times of a guess include all that it does: its start and what it learns.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use nalgebra::Vector3;
@@ -47,10 +47,13 @@ pub fn buckets(steps: usize) -> Vec<Option<usize>> {
     (1..=steps).map(bucket).collect()
 }
 
+/// A guess by name; `None`, or a factory that makes none, for a zero start.
+pub type NamedStart<'a> = (String, Option<GuessFactory<'a>>);
+
 /// What to measure.
 pub struct Plan<'a> {
-    /// Guesses by name; the first must be the zero start (`None`), to which the others are compared.
-    pub guesses: Vec<(String, Option<GuessFactory<'a>>)>,
+    /// Guesses; the first must be the zero start, to which the others are compared.
+    pub guesses: Vec<NamedStart<'a>>,
     /// Preconditioners, each with each tolerance.
     pub preconditioners: Vec<PreconditionerKind>,
     /// Tolerances, relative to the right-hand side.
@@ -83,37 +86,28 @@ pub struct Tally {
 pub struct Measured {
     /// Names of the guesses; [`DIRECT`] comes last, with the same sums in all columns.
     guesses: Vec<String>,
-    columns: Vec<(PreconditionerKind, f64)>,
+    columns: Vec<CgParams>,
     /// By bucket, guess and column.
-    tallies: Vec<Tally>,
+    tallies: Vec<Vec<Vec<Tally>>>,
 }
 
 impl Measured {
     fn new(plan: &Plan<'_>) -> Self {
+        let max_iterations = plan.max_iterations;
+        let with_tolerances = |&preconditioner: &PreconditionerKind| {
+            plan.tolerances.iter().map(move |&tolerance| CgParams { preconditioner, tolerance, max_iterations })
+        };
+        let columns: Vec<_> = plan.preconditioners.iter().flat_map(with_tolerances).collect();
         let buckets = plan.buckets.iter().flatten().max().map_or(1, |last| last + 1);
         let names = plan.guesses.iter().map(|(name, _)| name.as_str());
         let guesses: Vec<String> = names.chain([DIRECT]).map(str::to_owned).collect();
-        let with_tolerances = |&kind| plan.tolerances.iter().map(move |&tolerance| (kind, tolerance));
-        let columns: Vec<_> = plan.preconditioners.iter().flat_map(with_tolerances).collect();
-        let tallies = vec![Tally::default(); buckets * guesses.len() * columns.len()];
+        let tallies = vec![vec![vec![Tally::default(); columns.len()]; guesses.len()]; buckets];
         Self { guesses, columns, tallies }
     }
 
     /// Sums of a guess in a column, by their places in the plan; the direct solver comes after the guesses.
     pub(crate) fn tally(&self, bucket: usize, guess: usize, column: usize) -> Tally {
-        let index = (bucket * self.guesses.len() + guess) * self.columns.len() + column;
-        self.tallies.get(index).copied().unwrap_or_default()
-    }
-
-    /// Those of all columns.
-    fn columns_mut(&mut self, bucket: usize, guess: usize) -> &mut [Tally] {
-        let begin = (bucket * self.guesses.len() + guess) * self.columns.len();
-        &mut self.tallies[begin..begin + self.columns.len()]
-    }
-
-    fn add_guess_time(&mut self, bucket: usize, guess: usize, begin: Instant) {
-        let seconds = begin.elapsed().as_secs_f64();
-        self.columns_mut(bucket, guess).iter_mut().for_each(|tally| tally.guess_s += seconds);
+        self.tallies.get(bucket).map_or_else(Tally::default, |guesses| guesses[guess][column])
     }
 }
 
@@ -148,14 +142,12 @@ pub fn measure(
             break;
         }
     }
-    drop(simulation);
-    let measured = measured.lock().map(|measured| measured.clone());
-    Ok(measured.unwrap_or_else(|_| Measured::new(plan)))
+    Ok(measured.lock().unwrap_or_else(PoisonError::into_inner).clone())
 }
 
 /// Stands in a guess's place, proposes nothing, and measures the others.
 struct Shadow {
-    guesses: Vec<Guess>,
+    guesses: Vec<(Option<Box<dyn InitialGuess>>, Proposal)>,
     /// One a column; `None` where the preconditioner does not fit the graph.
     solvers: Vec<Option<Box<dyn LinearSolver>>>,
     direct: Option<Box<dyn LinearSolver>>,
@@ -165,9 +157,9 @@ struct Shadow {
     step: usize,
 }
 
-/// A guess and what it proposed last.
-struct Guess {
-    guess: Option<Box<dyn InitialGuess>>,
+/// What a guess proposed last.
+#[derive(Clone)]
+struct Proposal {
     start: Vec<Spatial<f64>>,
     given: bool,
 }
@@ -180,23 +172,15 @@ impl Shadow {
         topology: &Topology,
         measured: Arc<Mutex<Measured>>,
     ) -> Self {
-        let zero = vec![Spatial::zero(); topology.joints.len()];
-        let guess = |factory: &Option<GuessFactory<'_>>| Guess {
-            guess: factory.and_then(|factory| factory(model, members, topology)),
-            start: zero.clone(),
-            given: false,
-        };
         let columns = measured.lock().map_or_else(|_| Vec::new(), |measured| measured.columns.clone());
-        let solver = |&(preconditioner, tolerance)| {
-            let params = CgParams { preconditioner, tolerance, max_iterations: plan.max_iterations };
-            SolverKind::Cg(params).build(model, members, topology).ok()
-        };
-        let solvers = columns.iter().map(solver).collect();
+        let none = Proposal { start: vec![Spatial::zero(); topology.joints.len()], given: false };
+        let guess = |factory: GuessFactory<'_>| factory(model, members, topology);
+        let solver = |kind: SolverKind| kind.build(model, members, topology).ok();
         Self {
-            guesses: plan.guesses.iter().map(|(_, factory)| guess(factory)).collect(),
-            solvers,
-            direct: SolverKind::Direct.build(model, members, topology).ok(),
-            solution: zero.clone(),
+            guesses: plan.guesses.iter().map(|(_, factory)| (factory.and_then(guess), none.clone())).collect(),
+            solvers: columns.iter().map(|&cg| solver(SolverKind::Cg(cg))).collect(),
+            direct: solver(SolverKind::Direct),
+            solution: none.start,
             measured,
             buckets: plan.buckets.clone(),
             step: 0,
@@ -208,23 +192,33 @@ impl Shadow {
         self.buckets.get(self.step).copied().flatten()
     }
 
-    fn measure(&mut self, component: &Component<f64>, bucket: usize) {
-        let Ok(mut measured) = self.measured.lock() else { return };
-        for (g, Guess { guess, start, given }) in self.guesses.iter_mut().enumerate() {
+    /// Lets every guess act, and adds its time to the bucket, if there is one.
+    fn act(&mut self, bucket: Option<usize>, act: impl Fn(&mut dyn InitialGuess, &mut Proposal)) {
+        for (g, (guess, proposal)) in self.guesses.iter_mut().enumerate() {
             let Some(guess) = guess else { continue };
             let begin = Instant::now();
-            start.fill(Spatial::zero());
-            *given = guess.start_solve(component, 0, start);
-            measured.add_guess_time(bucket, g, begin);
+            act(guess.as_mut(), proposal);
+            let seconds = begin.elapsed().as_secs_f64();
+            if let (Some(bucket), Ok(mut measured)) = (bucket, self.measured.lock()) {
+                measured.tallies[bucket][g].iter_mut().for_each(|tally| tally.guess_s += seconds);
+            }
         }
+    }
+
+    fn measure(&mut self, component: &Component<f64>, bucket: usize) {
+        self.act(Some(bucket), |guess, proposal| {
+            proposal.start.fill(Spatial::zero());
+            proposal.given = guess.start_solve(component, 0, &mut proposal.start);
+        });
+        let Ok(mut measured) = self.measured.lock() else { return };
         for (column, solver) in self.solvers.iter_mut().enumerate() {
             let Some(solver) = solver else { continue };
             // All starts of a column one after the other, so that they share what else the machine does.
-            for (g, Guess { start, given, .. }) in self.guesses.iter().enumerate() {
-                self.solution.copy_from_slice(start);
+            for (g, (_, proposal)) in self.guesses.iter().enumerate() {
+                self.solution.copy_from_slice(&proposal.start);
                 let begin = Instant::now();
-                let info = solver.solve(&component.system, *given, &mut self.solution);
-                let tally = &mut measured.columns_mut(bucket, g)[column];
+                let info = solver.solve(&component.system, proposal.given, &mut self.solution);
+                let tally = &mut measured.tallies[bucket][g][column];
                 tally.solve_s += begin.elapsed().as_secs_f64();
                 tally.iterations += info.iterations;
                 tally.solves += 1;
@@ -235,21 +229,9 @@ impl Shadow {
             let begin = Instant::now();
             direct.solve(&component.system, false, &mut self.solution);
             let seconds = begin.elapsed().as_secs_f64();
-            for tally in measured.columns_mut(bucket, self.guesses.len()) {
+            for tally in &mut measured.tallies[bucket][self.guesses.len()] {
                 tally.solve_s += seconds;
                 tally.solves += 1;
-            }
-        }
-    }
-
-    /// Lets every guess learn, and adds the time to the bucket, if there is one.
-    fn teach(&mut self, bucket: Option<usize>, lesson: impl Fn(&mut dyn InitialGuess)) {
-        for (g, Guess { guess, .. }) in self.guesses.iter_mut().enumerate() {
-            let Some(guess) = guess else { continue };
-            let begin = Instant::now();
-            lesson(guess.as_mut());
-            if let (Some(bucket), Ok(mut measured)) = (bucket, self.measured.lock()) {
-                measured.add_guess_time(bucket, g, begin);
             }
         }
     }
@@ -265,18 +247,18 @@ impl InitialGuess for Shadow {
         if let Some(bucket) = bucket {
             self.measure(component, bucket);
         }
-        self.teach(bucket, |guess| guess.observe_solve(component, iteration));
+        self.act(bucket, |guess, _| guess.observe_solve(component, iteration));
     }
 
     fn observe_step(&mut self, component: &Component<f64>) {
-        self.teach(self.bucket(), |guess| guess.observe_step(component));
+        self.act(self.bucket(), |guess, _| guess.observe_step(component));
         self.step += 1;
     }
 }
 
 /// Adds the velocities of a turn of the whole model about its first segment, with [`IMPULSE_SPEED`] at the last one,
 /// about the horizontal axis across the line between the two: in the plane of a planar rod that hangs in one.
-pub fn strike(model: &Model, state: &mut State) {
+fn strike(model: &Model, state: &mut State) {
     let (Some(&first), Some(&last)) = (state.positions.first(), state.positions.last()) else { return };
     let up = if model.gravity.norm() > 0.0 { -model.gravity } else { Vector3::z() };
     let arm = last - first;
@@ -321,13 +303,12 @@ impl Spread {
     }
 }
 
-/// A guess, or the direct solver, beside the zero start: on the same systems, with one preconditioner and tolerance of
-/// conjugate gradients, in the steps of one bucket.
+/// A guess, or the direct solver, beside the zero start: on the same systems, in the steps of one bucket.
 #[derive(Clone, Debug)]
 pub struct BesideZero {
     /// Guess; [`DIRECT`] for the direct solver.
     pub guess: String,
-    /// Preconditioner.
+    /// Preconditioner of conjugate gradients.
     pub preconditioner: PreconditionerKind,
     /// Tolerance, relative to the right-hand side.
     pub tolerance: f64,
@@ -363,7 +344,7 @@ pub fn beside_zero(simulations: &[Measured], bucket: usize) -> Vec<BesideZero> {
     let Some(first) = simulations.first() else { return Vec::new() };
     let mut all = Vec::new();
     for (g, guess) in first.guesses.iter().enumerate() {
-        for (column, &(preconditioner, tolerance)) in first.columns.iter().enumerate() {
+        for (column, &CgParams { preconditioner, tolerance, .. }) in first.columns.iter().enumerate() {
             let sums = simulations.iter().map(|measured| [0, g].map(|g| measured.tally(bucket, g, column))).collect();
             all.push(BesideZero { guess: guess.clone(), preconditioner, tolerance, sums });
         }

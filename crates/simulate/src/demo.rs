@@ -91,7 +91,7 @@ fn table(runs: &[EntryRun]) -> Table {
         let times = [us.guess, us.assemble, us.solve, us.total].map(|us| format!("{us:.1}"));
         let counts = [median(run, |step| step.iterations as f64), linear(run)].map(|count| format!("{count:.0}"));
         let cells = std::iter::once(run.name.clone()).chain(counts).chain(times);
-        table.add_row(cells.chain([format!("{:.1e}", run.error), run.status.to_owned()]));
+        table.add_row(cells.chain([format!("{:.1e}", run.error), run.status.name().to_owned()]));
     }
     for column in table.column_iter_mut().skip(1).take(7) {
         column.set_cell_alignment(CellAlignment::Right);
@@ -122,6 +122,7 @@ fn verdict(rows: &[EntryRun]) -> String {
 mod tests {
     use evaluation::stages::Stages;
     use solver::counters::Counters;
+    use solver::step::Status;
 
     use super::*;
 
@@ -129,7 +130,7 @@ mod tests {
     fn the_verdict_is_what_the_numbers_say() {
         let row = |name: &str, linear_iterations, total| EntryRun {
             name: name.to_owned(),
-            status: "converged",
+            status: Status::Converged,
             given_up: None,
             sets: 1,
             counters: Counters::default(),

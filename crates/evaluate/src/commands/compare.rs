@@ -1,14 +1,15 @@
 //! `evaluate compare SCENE`: solvers and guesses side by side on a scene.
 
 use anyhow::Result;
-use catalogue::{GuessName, Sources, Training, load, rows};
+use catalogue::{GuessName, Row, Sources, Training, load, rows};
 use clap::Args;
 use dataset::Scenario;
 use evaluation::compare::{self, Comparison, Entry, EntryRun};
-use evaluation::guesses::{self, DIRECT, Plan, beside_zero};
+use evaluation::guesses::{self, beside_zero};
 use evaluation::precision::{Level, Outer, reference};
+use evaluation::stages::Stages;
 use graph::planar_normal;
-use report::{Block, Column, Conditions, Section, Table};
+use report::{Block, Conditions};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
@@ -18,26 +19,11 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::{Status, StepParams};
 use terminal::{Progress, positive};
 
-use super::random::{TOLERANCES, dropped, named, solves_table};
-use super::{OutputArgs, at_least_one, conditions, with_networks};
+use super::random::{dropped, plan, solves_table};
+use super::{OutputArgs, at_least_one, conditions, table, with_networks};
 use crate::Outcome;
 use crate::show::number;
 use crate::ways::{PRECONDITIONERS, cap};
-
-/// Guesses that are always shown.
-const OWN: [GuessKind; 11] = [
-    GuessKind::Zero,
-    GuessKind::Previous,
-    GuessKind::Linear,
-    GuessKind::Quadratic,
-    GuessKind::Fischer(4),
-    GuessKind::Fischer(8),
-    GuessKind::Frozen,
-    GuessKind::StepPrevious,
-    GuessKind::StepLinear,
-    GuessKind::StepQuadratic,
-    GuessKind::StepAdaptive,
-];
 
 #[derive(Args, Debug)]
 pub(crate) struct CompareArgs {
@@ -79,7 +65,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     args.output.prepare()?;
     let (dt, steps) = (args.dt.unwrap_or(scene.run.dt), args.steps.unwrap_or(scene.run.steps));
     let training = Training::for_scene(&args.learned, &args.with, args.scenario, &scene, args.output.quiet)?;
-    let loaded = load(OWN.map(GuessName::Plain).into_iter().chain(args.with.iter().copied()), &training)?;
+    let own = GuessKind::ALL.into_iter().chain([GuessKind::Fischer(4)]).map(GuessName::Plain);
+    let loaded = load(own.chain(args.with.iter().copied()), &training)?;
     training.say_foreign(&args.with, &scene)?;
     let progress = Progress::new(2 * steps, "steps", args.output.quiet)?;
     let of_scene = format!("{}, {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len());
@@ -87,11 +74,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let plane = planar_normal(&scene.model, &scene.state);
     let rows = rows(&loaded, plane.is_some());
     let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
-    let named = named(&rows, factories.iter().map(|own| own as GuessFactory<'_>));
-    let of_steps = rows.iter().map(|row| row.guess_name.helps_steps());
-    let (of_steps, of_solves): (Vec<_>, Vec<_>) = named.into_iter().zip(of_steps).partition(|(_, of_steps)| *of_steps);
+    let starts = rows.iter().zip(factories.iter().map(|own| own as GuessFactory<'_>));
+    let (of_steps, of_solves): (Vec<_>, Vec<_>) = starts.partition(|(row, _)| row.guess_name.helps_steps());
 
-    let (own, params) = (args.formulation, CgParams { max_iterations: cap(&scene), ..CgParams::default() });
     let level = Level::new(Outer::Tolerance(args.tolerance));
     let mut entries = Vec::new();
     let mut entry = |name: String, formulation, solver, guess| {
@@ -101,99 +86,86 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
         entries.push(Entry { name, settings: level.settings(&Settings { step, solver }), guess });
     };
     // The entry whose formulation the reference takes comes first.
+    let own = args.formulation;
     let others = Formulation::ALL.into_iter().filter(|&formulation| formulation != own);
     for formulation in std::iter::once(own).chain(others) {
         entry(format!("{formulation}, direct"), formulation, SolverKind::Direct, None);
     }
-    for ((name, guess), _) in of_steps {
-        entry(format!("newton, direct, {name}"), Formulation::Newton, SolverKind::Direct, guess);
+    for (Row { name, .. }, guess) in of_steps {
+        entry(format!("newton, direct, {name}"), Formulation::Newton, SolverKind::Direct, Some(guess));
     }
     entry(format!("{own}, sparse"), own, SolverKind::Sparse, None);
     entry(format!("{own}, cg frozen, zero"), own, SolverKind::cg(PreconditionerKind::Frozen), None);
+    let max_iterations = cap(&scene);
     for preconditioner in PRECONDITIONERS {
-        for ((name, guess), _) in &of_solves {
-            let solver = SolverKind::Cg(CgParams { preconditioner, ..params });
-            entry(format!("{own}, cg {preconditioner}, {name}"), own, solver, *guess);
+        for (Row { name, .. }, guess) in &of_solves {
+            let solver = SolverKind::Cg(CgParams { preconditioner, max_iterations, ..CgParams::default() });
+            entry(format!("{own}, cg {preconditioner}, {name}"), own, solver, Some(*guess));
         }
     }
     let compared = compare::run(&scene.model, &scene.state, dt, steps, &entries, |steps| progress.advance_by(steps))?;
     let skip = args.skip.min(steps - 1);
-    let plan = Plan {
-        guesses: of_solves.into_iter().map(|(guess, _)| guess).collect(),
-        preconditioners: PRECONDITIONERS.to_vec(),
-        tolerances: TOLERANCES.to_vec(),
-        max_iterations: params.max_iterations,
-        buckets: (0..steps).map(|step| (step >= skip).then_some(0)).collect(),
-        is_struck: false,
-    };
+    let buckets = (0..steps).map(|step| (step >= skip).then_some(0)).collect();
+    let of_solves = of_solves.into_iter().map(|(row, guess)| (row.name.clone(), Some(guess))).collect();
+    let plan = plan(of_solves, max_iterations, buckets, false);
     let base = entries[0].settings;
     let measured = guesses::measure(&scene.model, &scene.state, dt, &base, &plan, || progress.advance())?;
-    let mut cells = beside_zero(&[measured], 0);
-    cells.retain(|cell| cell.guess != DIRECT);
+    let cells = beside_zero(&[measured], 0);
 
     let conditions = conditions().with("scene", of_scene).with("tolerance", format!("{:e}", args.tolerance));
     let conditions = with_networks(conditions, training.scenario.name(), &rows);
     let title = format!(
-        "Starts: iterations of conjugate gradients in the first outer iteration of each step, on the same systems for all\n\
+        "Starts: iterations of conjugate gradients in the first outer iteration of each step, on the same systems for all \
          (the exact motion's), after the first {skip} steps; % of the zero start"
     );
-    let mut blocks = vec![
-        Block::Paragraph(in_words(&compared, steps, own)),
-        Block::Table(runs(&compared.rows, conditions.clone())),
-        Block::Table(solves_table("compare-starts", title, &cells, false, conditions.clone())),
-    ];
-    blocks.extend(dropped(&cells).map(Block::Paragraph));
-    let section = Section { id: "compare".to_owned(), title: format!("{}: ways compared", scene.name), blocks };
-    let outcome = args.output.finish(section, conditions, progress)?;
-    let failed = compared.rows.iter().find(|row| row.status == Status::NonFinite.name());
-    Ok(failed.map_or(outcome, |row| Outcome::NotFinite(format!("{}, {}", scene.name, row.name))))
+    let mut blocks = in_words(&compared, steps, own);
+    blocks.push(runs(&compared.rows, conditions.clone()));
+    blocks.push(solves_table(["compare-starts".to_owned(), title], &cells, false, conditions.clone()));
+    blocks.extend(dropped(&cells));
+    let title = format!("{}: ways compared", scene.name);
+    let outcome = args.output.finish(["compare", &title], blocks, conditions, progress)?;
+    let failed = compared.rows.iter().find(|row| row.status == Status::NonFinite);
+    Ok(failed.map_or(outcome, |row| Outcome::not_finite(&scene.name, &row.name)))
 }
 
 /// What errors are measured against, and how far.
-fn in_words(compared: &Comparison, steps: usize, formulation: Formulation) -> String {
+fn in_words(compared: &Comparison, steps: usize, formulation: Formulation) -> Vec<Block> {
     let Comparison { steps: done, reference_status, first_contact, .. } = compared;
-    let mut words = format!(
-        "Errors are those of positions (root mean square relative to the rods' length, the largest of any step) against\n\
-         {formulation}, direct, solved to {:e} ({reference_status}).",
-        reference::TOLERANCE
+    let errors = format!(
+        "Errors are those of positions (root mean square relative to the rods' length, the largest of any step) against \
+         {formulation}, direct, solved to {:e} ({}). Conjugate gradients go to 1e-6 of the right-hand side, in the \
+         preconditioner's norm.",
+        reference::TOLERANCE,
+        reference_status.name()
     );
-    if *done < steps {
-        words += &format!("\nStopped after {done} of {steps} steps: what follows is of these alone.");
-    }
-    if let Some(step) = first_contact {
-        words += &format!(
-            "\nContacts from step {step} on. Errors are those before: after them the smallest difference grows, and would\n\
+    let stopped = format!("Stopped after {done} of {steps} steps: what follows is of these alone.");
+    let contacts = first_contact.map(|step| {
+        format!(
+            "Contacts from step {step} on. Errors are those before: after them the smallest difference grows, and would \
              tell chaos from accuracy no more."
-        );
-    }
-    words
+        )
+    });
+    let words = [Some(errors), (*done < steps).then_some(stopped), contacts];
+    words.into_iter().flatten().map(Block::Paragraph).collect()
 }
 
 /// The table of ways: outer iterations a step and linear ones in each, and of each stage that there is the time.
-fn runs(runs: &[EntryRun], conditions: Conditions) -> Table {
-    let is_there = |stage: &usize| runs.iter().any(|run| run.median_us.by_name()[*stage].1 > 0.0);
-    let stages: Vec<usize> =
-        (0..runs.first().map_or(0, |run| run.median_us.by_name().len())).filter(is_there).collect();
-    let names = stages.iter().map(|&stage| format!("{} [us]", runs[0].median_us.by_name()[stage].0));
-    let numbers = ["outer", "linear"].map(str::to_owned).into_iter().chain(names).chain(["error".to_owned()]);
+fn runs(runs: &[EntryRun], conditions: Conditions) -> Block {
+    let names = Stages::default().by_name().map(|(name, _)| name);
+    let us = |run: &EntryRun, stage: usize| run.median_us.by_name()[stage].1;
+    let stages: Vec<usize> = (0..names.len()).filter(|&k| runs.iter().any(|run| us(run, k) > 0.0)).collect();
+    let mut headings = ["way", "#outer", "#linear"].map(str::to_owned).to_vec();
+    headings.extend(stages.iter().map(|&stage| format!("#{} [us]", names[stage])));
+    headings.extend(["#error", "status"].map(str::to_owned));
     let row = |run: &EntryRun| {
         let sets_and_steps = (run.by_step.len() * run.sets).max(1) as f64;
         let [outer, linear] = [run.counters.iterations, run.counters.linear_iterations].map(|count| count as f64);
-        let times = stages.iter().map(|&stage| format!("{:.1}", run.median_us.by_name()[stage].1));
-        let given_up = run.given_up.map_or_else(String::new, |step| format!(", given up in step {step}"));
         let counts = [format!("{:.2}", outer / sets_and_steps), format!("{:.1}", linear / outer.max(1.0))];
-        let end = [number(run.error), format!("{}{given_up}", run.status)];
-        std::iter::once(run.name.clone()).chain(counts).chain(times).chain(end).map(Into::into).collect()
+        let times = stages.iter().map(|&stage| format!("{:.1}", us(run, stage)));
+        let given_up = run.given_up.map_or_else(String::new, |step| format!(", given up in step {step}"));
+        let end = [number(run.error), run.status.name().to_owned() + &given_up];
+        std::iter::once(run.name.clone()).chain(counts).chain(times).chain(end).map(Some).collect()
     };
-    Table {
-        id: "compare-runs".to_owned(),
-        title: "Ways: outer iterations a step, linear ones in each; medians of a step's times".to_owned(),
-        caption: "Conjugate gradients to 1e-6 of the right-hand side, in the preconditioner's norm.".to_owned(),
-        columns: std::iter::once(Column::text("way"))
-            .chain(numbers.map(Column::number))
-            .chain([Column::text("status")])
-            .collect(),
-        rows: runs.iter().map(row).collect(),
-        conditions,
-    }
+    let title = "Ways: outer iterations a step, linear ones in each; medians of a step's times";
+    table(["compare-runs", title].map(str::to_owned), &headings, runs.iter().map(row).collect(), conditions)
 }

@@ -10,10 +10,11 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use catalogue::Row;
 use clap::Args;
-use report::{Block, Conditions, Page, Section, wrapped};
+use report::{Block, Cell, Conditions, Page, Section, Table, wrapped};
 use terminal::{Progress, say};
 
 use crate::Outcome;
+use crate::show::columns;
 
 /// Characters of a line on the terminal.
 const WIDTH: u16 = 120;
@@ -30,10 +31,7 @@ pub(crate) struct OutputArgs {
 }
 
 fn at_least_one(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count) if count > 0 => Ok(count),
-        _ => Err("it must be a whole number of at least 1".to_owned()),
-    }
+    text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "it must be a whole number of at least 1".to_owned())
 }
 
 impl OutputArgs {
@@ -45,28 +43,27 @@ impl OutputArgs {
         Ok(rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?)
     }
 
-    /// Prints a line before the measurement.
-    fn say(&self, line: &str) -> Result<()> {
-        if self.quiet { Ok(()) } else { say!("{line}") }
+    /// Prints a line, or several.
+    fn say(&self, text: &str) -> Result<()> {
+        if self.quiet { Ok(()) } else { say!("{text}") }
     }
 
-    /// Prints what was measured, and writes it.
-    fn finish(&self, section: Section, conditions: Conditions, progress: Progress) -> Result<Outcome> {
+    /// Prints what was measured, and writes it as a page of this id and title.
+    fn finish(&self, of: [&str; 2], blocks: Vec<Block>, conditions: Conditions, progress: Progress) -> Result<Outcome> {
         let interrupted = progress.finish();
-        if !self.quiet {
-            for block in &section.blocks {
-                match block {
-                    Block::Table(table) => say!("\n{}\n{}", table.title, table.text(WIDTH))?,
-                    Block::Paragraph(text) => {
-                        say!("\n{}", wrapped(text, WIDTH))?;
-                    }
-                    _ => {}
+        for block in &blocks {
+            match block {
+                Block::Table(table) => {
+                    self.say(&format!("\n{}\n{}", wrapped(&table.title, WIDTH), table.text(WIDTH)))?
                 }
+                Block::Paragraph(text) => self.say(&format!("\n{}", wrapped(text, WIDTH)))?,
+                Block::Figure(_) => {}
             }
         }
         if let Some(out) = &self.out {
-            let (title, lead) = (section.title.clone(), Vec::new());
-            Page { title, lead, conditions, sections: vec![section] }.write(out).context("--out")?;
+            let [id, title] = of.map(str::to_owned);
+            let sections = vec![Section { id, title: title.clone(), blocks }];
+            Page { title, lead: Vec::new(), conditions, sections }.write(out).context("--out")?;
         }
         Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
     }
@@ -84,4 +81,16 @@ fn with_networks(conditions: Conditions, of: &str, rows: &[Row<'_>]) -> Conditio
         conditions
             .with(format!("{of}, {name}"), format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3))
     })
+}
+
+/// A table with headings as in [`columns`]; '-' where nothing was measured.
+fn table(
+    [id, title]: [String; 2],
+    headings: &[impl AsRef<str>],
+    rows: Vec<Vec<Option<String>>>,
+    conditions: Conditions,
+) -> Block {
+    let cell = |text: Option<String>| Cell::from(text.unwrap_or_else(|| "-".to_owned()));
+    let rows = rows.into_iter().map(|row| row.into_iter().map(cell).collect()).collect();
+    Block::Table(Table { id, title, caption: String::new(), columns: columns(headings), rows, conditions })
 }

@@ -1,18 +1,20 @@
 //! `evaluate guesses`, `evaluate steps`: where guesses of linear solves, and starts of whole steps, stand on random scenes
 //! that none of them has seen. A table has a row a guess; a number is the median over the simulations.
 
+use std::collections::BTreeMap;
+
 use anyhow::{Result, bail};
 use catalogue::{GuessName, Row, Sources, Training, load, rows};
 use clap::Args;
 use dataset::{Config, Scenario};
 use evaluation::compare::{Entry, EntryRun, run_in_turns};
 use evaluation::guesses::{
-    self, BUCKETS, BesideZero, DIRECT, EVERY, IMPULSE_AFTER, IMPULSE_SPEED, IMPULSE_STEPS, Plan, Spread, Tally,
+    self, BUCKETS, BesideZero, EVERY, IMPULSE_AFTER, IMPULSE_SPEED, IMPULSE_STEPS, NamedStart, Plan, Spread, Tally,
     beside_zero,
 };
 use evaluation::precision::{Level, Outer};
 use graph::planar_normal;
-use report::{Block, Column, Conditions, Section, Table};
+use report::{Block, Conditions};
 use scene::Scene;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
@@ -20,14 +22,14 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::StepParams;
 use terminal::{Progress, positive};
 
-use super::{OutputArgs, at_least_one, conditions, with_networks};
+use super::{OutputArgs, at_least_one, conditions, table, with_networks};
 use crate::Outcome;
 use crate::library::Guesses;
 use crate::show::number;
 use crate::ways::PRECONDITIONERS;
 
 /// Tolerances of conjugate gradients.
-pub(super) const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];
+const TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-6];
 /// Steps of a turn.
 const TURN: usize = 10;
 
@@ -58,12 +60,7 @@ pub(crate) struct GuessesArgs {
     scenes: ScenesArgs,
     /// Guesses to compare with the zero start. Where the scenes are planar (rod), knn and gn are shown a second time,
     /// restricted to the plane; gn-best always is.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "GUESSES",
-        default_value = "previous,linear,quadratic,fischer,frozen,knn,gn,gn-best"
-    )]
+    #[arg(long, value_delimiter = ',', default_value = "previous,linear,quadratic,fischer,frozen,knn,gn,gn-best")]
     guess: Vec<GuessName>,
 }
 
@@ -80,12 +77,7 @@ pub(crate) struct StepsArgs {
         allow_hyphen_values = true)]
     tolerance: Vec<f64>,
     /// Starts to compare with the prediction (zero).
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "GUESSES",
-        default_value = "step-previous,step-linear,step-quadratic,gn-step"
-    )]
+    #[arg(long, value_delimiter = ',', default_value = "step-previous,step-linear,step-quadratic,gn-step")]
     guess: Vec<GuessName>,
 }
 
@@ -101,11 +93,8 @@ impl ScenesArgs {
         self.output.prepare()?;
         let scenarios: Vec<Scenario> = Scenario::ALL.into_iter().filter(|one| self.scenario.contains(one)).collect();
         let trainings = Training::of(&self.learned, guesses, &scenarios, self.output.quiet)?;
-        let with_guesses = |training: &Training| {
-            let names = std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(guesses.iter().copied());
-            Ok((training.scenario, load(names, training)?))
-        };
-        trainings.iter().map(with_guesses).collect()
+        let names = || std::iter::once(GuessName::Plain(GuessKind::Zero)).chain(guesses.iter().copied());
+        trainings.iter().map(|training| Ok((training.scenario, load(names(), training)?))).collect()
     }
 
     /// Measures scenes of one kind, slack variants of Table 1's or those themselves, with these guesses; what Ctrl-C cut
@@ -115,7 +104,7 @@ impl ScenesArgs {
         (scenario, is_slack): (Scenario, bool),
         rows: &[Row<'_>],
         progress: &Progress,
-        mut measure: impl FnMut(&Scene, Vec<(String, Option<GuessFactory<'_>>)>) -> Result<T>,
+        mut measure: impl FnMut(&Scene, Vec<NamedStart<'_>>) -> Result<T>,
     ) -> Result<Vec<T>> {
         let mut measured = Vec::new();
         for index in 0..self.simulations as u64 {
@@ -124,7 +113,9 @@ impl ScenesArgs {
             let scene = slack.unwrap_or(parameters).scene()?;
             let plane = planar_normal(&scene.model, &scene.state);
             let factories: Vec<_> = rows.iter().map(|row| row.factory(plane)).collect();
-            let one = measure(&scene, named(rows, factories.iter().map(|own| own as GuessFactory<'_>)))?;
+            let starts =
+                rows.iter().zip(&factories).map(|(row, own)| (row.name.clone(), Some(own as GuessFactory<'_>)));
+            let one = measure(&scene, starts.collect())?;
             if progress.stopped() {
                 break;
             }
@@ -141,13 +132,20 @@ impl ScenesArgs {
     }
 }
 
-/// Each guess with its name; none for the zero start.
-pub(super) fn named<'a>(
-    rows: &[Row<'_>],
-    factories: impl Iterator<Item = GuessFactory<'a>>,
-) -> Vec<(String, Option<GuessFactory<'a>>)> {
-    let is_zero = |row: &Row<'_>| row.guess_name == GuessName::Plain(GuessKind::Zero);
-    rows.iter().zip(factories).map(|(row, own)| (row.name.clone(), (!is_zero(row)).then_some(own))).collect()
+/// These guesses of linear solves, with each preconditioner and tolerance.
+pub(super) fn plan(
+    guesses: Vec<NamedStart<'_>>,
+    max_iterations: Option<u64>,
+    buckets: Vec<Option<usize>>,
+    is_struck: bool,
+) -> Plan<'_> {
+    let (preconditioners, tolerances) = (PRECONDITIONERS.to_vec(), TOLERANCES.to_vec());
+    Plan { guesses, preconditioners, tolerances, max_iterations, buckets, is_struck }
+}
+
+/// Direct solves of a formulation.
+fn direct(formulation: Formulation) -> Settings {
+    Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, ..Settings::default() }
 }
 
 /// Measures guesses of linear solves and shows the tables.
@@ -160,25 +158,19 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
     let progress = Progress::new(loaded.len() * scenes.simulations * scenes.steps, "steps", scenes.output.quiet)?;
     let mut conditions = scenes.conditions();
     let mut blocks = vec![Block::Paragraph(format!(
-        "Formulation xpbd, exact motion, first outer iteration of each step (of the later ones every {EVERY}th); after step\n\
-         {IMPULSE_AFTER} the rod is struck: its tip gets {IMPULSE_SPEED} m/s, and the {IMPULSE_STEPS} steps after it are told apart. {PER_CENT} \
-         Times\ninclude all that a guess does and learns."
+        "Formulation xpbd, exact motion, first outer iteration of each step (of the later ones every {EVERY}th); after step \
+         {IMPULSE_AFTER} the rod is struck: its tip gets {IMPULSE_SPEED} m/s, and the {IMPULSE_STEPS} steps after it are \
+         told apart. Per cent of the zero start, which stands in numbers (iterations or us a solve): sum over a \
+         simulation's solves divided by the zero start's sum on the same systems; median over the simulations, and its \
+         quartiles. Times include all that a guess does and learns."
     ))];
     // The paper's formulation, and the data sets'.
-    let mut settings = Settings::default();
-    settings.step.formulation = Formulation::Xpbd;
+    let settings = direct(Formulation::Xpbd);
     for (scenario, guesses) in &loaded {
         let rows = rows(guesses, *scenario == Scenario::Rod);
         conditions = with_networks(conditions, scenario.name(), &rows);
-        let measured = scenes.measure((*scenario, false), &rows, &progress, |scene, guesses| {
-            let plan = Plan {
-                guesses,
-                preconditioners: PRECONDITIONERS.to_vec(),
-                tolerances: TOLERANCES.to_vec(),
-                max_iterations: None,
-                buckets: guesses::buckets(scenes.steps),
-                is_struck: true,
-            };
+        let measured = scenes.measure((*scenario, false), &rows, &progress, |scene, starts| {
+            let plan = plan(starts, None, guesses::buckets(scenes.steps), true);
             Ok(guesses::measure(&scene.model, &scene.state, scene.run.dt, &settings, &plan, || progress.advance())?)
         })?;
         let mut all = Vec::new();
@@ -190,120 +182,68 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
             for (what, is_time) in [("iterations", false), ("time", true)] {
                 let title = format!("{scenario}, {} simulations, {name}: {what}", measured.len());
                 let id = format!("guesses-{scenario}-{bucket}-{what}");
-                blocks.push(Block::Table(solves_table(&id, title, &cells, is_time, conditions.clone())));
+                blocks.push(solves_table([id, title], &cells, is_time, conditions.clone()));
             }
             all.extend(cells);
         }
-        blocks.extend(dropped(&all).map(Block::Paragraph));
+        blocks.extend(dropped(&all));
     }
-    let section = Section { id: "guesses".to_owned(), title: "Guesses on random scenes".to_owned(), blocks };
-    scenes.output.finish(section, conditions, progress)
+    scenes.output.finish(["guesses", "Guesses on random scenes"], blocks, conditions, progress)
 }
 
-/// What ratios are.
-const PER_CENT: &str = "Per cent of\nthe zero start, which stands in numbers (iterations or us a solve): sum over a \
-                        simulation's solves divided by the\nzero start's sum on the same systems; median over the simulations, and \
-                        its quartiles.";
-
-/// A row a guess: the zero start in numbers, the others in per cent of it.
-pub(super) fn solves_table(
-    id: &str,
-    title: String,
-    cells: &[BesideZero],
-    is_time: bool,
-    conditions: Conditions,
-) -> Table {
-    let zero = cells.first().map_or("", |zero| &zero.guess);
-    let of_zero = |zero: &Tally| match is_time {
-        true => 1e6 * zero.solve_s / zero.solves as f64,
-        false => zero.iterations as f64 / zero.solves as f64,
+/// A row a guess: the zero start in numbers, the others in per cent of it; none of those that have no numbers.
+pub(super) fn solves_table(of: [String; 2], cells: &[BesideZero], is_time: bool, conditions: Conditions) -> Block {
+    let of_zero = |zero: &Tally, _: &Tally| {
+        (if is_time { 1e6 * zero.solve_s } else { zero.iterations as f64 }) / zero.solves as f64
     };
-    let text = |cell: &BesideZero| match is_time {
-        _ if cell.guess == zero => cell.spread(|zero, _| of_zero(zero)).map(|spread| format!("{:.0}", spread.median)),
-        true => cell.time_ratio().map(per_cent),
-        false => cell.iteration_ratio().map(per_cent),
+    let ratio = if is_time { BesideZero::time_ratio } else { BesideZero::iteration_ratio };
+    let is_zero = |cell: &BesideZero| cell.guess == cells[0].guess;
+    let text = |cell: &BesideZero| match is_zero(cell) {
+        true => cell.spread(of_zero).map(|spread| format!("{:.0}", spread.median)),
+        false => ratio(cell).map(quartiles),
     };
-    let columns: Vec<String> =
-        PRECONDITIONERS.iter().flat_map(|kind| TOLERANCES.map(|tolerance| format!("{kind} {tolerance:e}"))).collect();
-    let rows = cells.chunks(columns.len()).map(|own| (own[0].guess.clone(), own.iter().map(text).collect()));
-    table(id, title, columns, rows.collect(), conditions)
+    let row = |own: &[BesideZero]| {
+        let texts: Vec<_> = own.iter().map(text).collect();
+        texts.iter().any(Option::is_some).then(|| [vec![Some(own[0].guess.clone())], texts].concat())
+    };
+    let columns = cells.iter().filter(|cell| is_zero(cell));
+    let columns = columns.map(|cell| format!("#{} {:e}", cell.preconditioner, cell.tolerance));
+    let headings: Vec<_> = std::iter::once("guess".to_owned()).chain(columns).collect();
+    let rows = cells.chunk_by(|a, b| a.guess == b.guess).filter_map(row).collect();
+    table(of, &headings, rows, conditions)
 }
 
-/// Median and quartiles, of which there are none among ratios that are all alike.
-fn per_cent(Spread { lower, median, upper, .. }: Spread) -> String {
+/// Median and quartiles in per cent; one number where all ratios are alike.
+fn quartiles(Spread { lower, median, upper, .. }: Spread) -> String {
     let [median, lower, upper] = [median, lower, upper].map(|ratio| format!("{:.0}", 100.0 * ratio));
     if lower == upper { median } else { format!("{median} {lower}-{upper}") }
 }
 
-/// A table of guesses, without rows where nothing was measured.
-fn table(
-    id: &str,
-    title: String,
-    columns: Vec<String>,
-    mut rows: Vec<(String, Vec<Option<String>>)>,
-    conditions: Conditions,
-) -> Table {
-    rows.retain(|(_, cells)| cells.iter().any(Option::is_some));
-    let row = |(name, cells): (String, Vec<Option<String>>)| {
-        let cells = cells.into_iter().map(|cell| cell.unwrap_or_else(|| "-".to_owned()).into());
-        std::iter::once(name.into()).chain(cells).collect()
-    };
-    Table {
-        id: id.to_owned(),
-        title,
-        caption: String::new(),
-        columns: std::iter::once(Column::text("guess")).chain(columns.into_iter().map(Column::number)).collect(),
-        rows: rows.into_iter().map(row).collect(),
-        conditions,
-    }
-}
-
 /// How many starts of which guesses were dropped; `None` where none was.
-pub(super) fn dropped(cells: &[BesideZero]) -> Option<String> {
-    let mut counts: Vec<(&str, [u64; 2])> = Vec::new();
-    for cell in cells.iter().filter(|cell| cell.guess != DIRECT) {
-        let own = [cell.count(|own| own.dropped), cell.count(|own| own.solves)];
-        match counts.iter_mut().find(|(name, _)| *name == cell.guess) {
-            Some((_, all)) => *all = [all[0] + own[0], all[1] + own[1]],
-            None => counts.push((&cell.guess, own)),
-        }
+pub(super) fn dropped(cells: &[BesideZero]) -> Option<Block> {
+    let mut counts = BTreeMap::new();
+    for cell in cells {
+        let [dropped, solves] = counts.entry(&cell.guess).or_insert([0; 2]);
+        *dropped += cell.count(|own| own.dropped);
+        *solves += cell.count(|own| own.solves);
     }
-    counts.retain(|(_, [dropped, _])| *dropped > 0);
+    counts.retain(|_, [dropped, _]| *dropped > 0);
     let words: Vec<_> = counts.iter().map(|(name, [dropped, of])| format!("{name} {dropped} of {of}")).collect();
     let words = format!("Starts dropped, since their rounding errors would show: {}", words.join("; "));
-    (!counts.is_empty()).then_some(words)
-}
-
-/// What is shown of the runs from a start.
-#[derive(Clone, Copy, PartialEq)]
-enum Shown {
-    Median,
-    /// As per cent.
-    Mean,
-    /// Relative to the start without learning that has the least, in the median; within simulations.
-    OfBest,
+    (!counts.is_empty()).then_some(Block::Paragraph(words))
 }
 
 /// A number of a run.
 type Value = fn(&EntryRun) -> f64;
 
-const ITERATIONS: Value = |run| run.counters.iterations as f64 / run.by_step.len() as f64;
-const TIME_US: Value = |run| 1e6 * run.counters.times.total().as_secs_f64() / run.by_step.len() as f64;
+/// A count a step.
+fn a_step(run: &EntryRun, count: u64) -> f64 {
+    count as f64 / run.by_step.len() as f64
+}
 
-/// Tables of each kind of scenes: name, title, and what is shown.
-const TABLES: [(&str, &str, Shown, Value); 7] = [
-    ("outer", "outer iterations a step", Shown::Median, ITERATIONS),
-    ("outer-ratio", "outer iterations, % of the best start without learning", Shown::OfBest, ITERATIONS),
-    ("time", "time a step [us]", Shown::Median, TIME_US),
-    ("time-ratio", "time, % of the best start without learning", Shown::OfBest, TIME_US),
-    ("again", "starts dropped, and steps done again, % of all steps", Shown::Mean, |run| {
-        (run.counters.guesses_dropped + run.counters.retries) as f64 / run.by_step.len() as f64
-    }),
-    ("failed", "steps that did not converge, %", Shown::Mean, |run| {
-        (run.counters.not_converged + run.counters.non_finite) as f64 / run.by_step.len() as f64
-    }),
-    ("error", "largest position error against a tight reference", Shown::Median, |run| run.error),
-];
+/// Columns of the tables of starts.
+const HEADINGS: [&str; 10] =
+    ["dt [s]", "tolerance", "start", "#outer", "#outer %", "#time [us]", "#time %", "#again %", "#failed %", "#error"];
 
 /// Measures starts of whole steps and shows the tables.
 pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
@@ -320,79 +260,66 @@ pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
     let count = loaded.len() * 2 * cells.len() * scenes.simulations * scenes.steps;
     let progress = Progress::new(count, "steps", scenes.output.quiet)?;
     let mut conditions = scenes.conditions();
-    let mut blocks = vec![Block::Paragraph(
-        "Formulation newton, direct solves; slack: rods of radius 0.01 m and 1000 kg/m^3, helices of radius 0.02 m, moduli 1e4\n\
-         to 1e5 Pa. Medians over the simulations, and quartiles of ratios within them; shares are means. Times are of whole\n\
-         steps, guesses included. Columns: time step [s] and tolerance."
-            .to_owned(),
-    )];
+    let words = "Formulation newton, direct solves; slack: rods of radius 0.01 m and 1000 kg/m^3, helices of radius 0.02 m, \
+                 moduli 1e4 to 1e5 Pa. Outer iterations and time a step, guesses included: medians over the simulations, and \
+                 in per cent of the best start without learning, median and quartiles. Again: starts dropped, and steps done \
+                 again; failed: steps that did not converge; both of all steps. Error: the largest of positions against a \
+                 tight reference, median.";
+    let mut blocks = vec![Block::Paragraph(words.to_owned())];
+    let at = |tolerance| Level::new(Outer::Tolerance(tolerance)).settings(&direct(Formulation::Newton));
     for (scenario, guesses) in &loaded {
         // In planar scenes starts stay in the plane where they know of it.
         let rows = rows(guesses, false);
         conditions = with_networks(conditions, scenario.name(), &rows);
-        for is_slack in [false, true] {
-            let of_cell = |&cell: &(f64, f64)| {
-                scenes.measure((*scenario, is_slack), &rows, &progress, |scene, guesses| {
-                    from_starts(scene, guesses, cell, scenes.steps, &progress)
-                })
-            };
-            let measured = cells.iter().map(of_cell).collect::<Result<Vec<_>>>()?;
-            let kind = if is_slack { "slack-" } else { "" };
-            let least = measured.iter().map(Vec::len).min().unwrap_or(0);
-            for (id, title, shown, value) in TABLES.iter().filter(|_| measured.iter().any(|cell| !cell.is_empty())) {
-                let of_row = |(start, row): (usize, &Row<'_>)| {
-                    let text = |simulations: &Vec<_>| in_cell(simulations, &rows, start, *shown, *value);
-                    (row.name.clone(), measured.iter().map(text).collect())
-                };
-                let columns = cells.iter().map(|(dt, tolerance)| format!("{dt} {tolerance:e}")).collect();
-                blocks.push(Block::Table(table(
-                    &format!("steps-{kind}{scenario}-{id}"),
-                    format!("{kind}{scenario}, {least} simulations: {title}"),
-                    columns,
-                    rows.iter().enumerate().map(of_row).collect(),
-                    conditions.clone(),
-                )));
+        for (kind, is_slack) in [("", false), ("slack-", true)] {
+            let (mut lines, mut least) = (Vec::new(), scenes.simulations);
+            for &(dt, tolerance) in &cells {
+                let (settings, mut reference) = (at(tolerance), at(1e-3 * tolerance.min(1e-6)));
+                reference.step.absolute_tolerance = reference.step.relative_tolerance;
+                let measured = scenes.measure((*scenario, is_slack), &rows, &progress, |scene, starts| {
+                    let entry = |(name, guess)| Entry { name, settings, guess };
+                    let entries: Vec<_> = starts.into_iter().map(entry).collect();
+                    let (times, turns) = ((dt, scenes.steps), (TURN, &reference));
+                    let advance = |steps| progress.advance_by(steps);
+                    Ok(run_in_turns(&scene.model, &scene.state, times, turns, &entries, advance)?.rows)
+                })?;
+                least = least.min(measured.len());
+                lines.extend((0..rows.len()).map(|start| line((dt, tolerance), &measured, &rows, start)));
             }
+            let of = [format!("steps-{kind}{scenario}"), format!("{kind}{scenario}, {least} simulations")];
+            blocks.push(table(of, &HEADINGS, lines, conditions.clone()));
         }
     }
-    let section = Section { id: "steps".to_owned(), title: "Starts of whole steps".to_owned(), blocks };
-    scenes.output.finish(section, conditions, progress)
+    scenes.output.finish(["steps", "Starts of whole steps"], blocks, conditions, progress)
 }
 
-/// Simulates a scene from all starts.
-fn from_starts(
-    scene: &Scene,
-    guesses: Vec<(String, Option<GuessFactory<'_>>)>,
-    (dt_s, tolerance): (f64, f64),
-    steps: usize,
-    progress: &Progress,
-) -> Result<Vec<EntryRun>> {
-    let step = StepParams { formulation: Formulation::Newton, ..StepParams::DEFAULT };
-    let at = |tolerance| Level::new(Outer::Tolerance(tolerance)).settings(&Settings { step, ..Settings::default() });
-    let (settings, mut reference) = (at(tolerance), at(1e-3 * tolerance.min(1e-6)));
-    reference.step.absolute_tolerance = reference.step.relative_tolerance;
-    let entries: Vec<_> = guesses.into_iter().map(|(name, guess)| Entry { name, settings, guess }).collect();
-    let advance = |steps| progress.advance_by(steps);
-    Ok(run_in_turns(&scene.model, &scene.state, (dt_s, steps), (TURN, &reference), &entries, advance)?.rows)
-}
-
-/// What is shown of a start over the simulations, each of which has a run from each start.
-fn in_cell(
+/// A start with this time step and tolerance over the simulations, each of which has a run from each start.
+fn line(
+    (dt, tolerance): (f64, f64),
     simulations: &[Vec<EntryRun>],
     rows: &[Row<'_>],
     start: usize,
-    shown: Shown,
-    value: Value,
-) -> Option<String> {
-    let spread = |start: usize| Spread::of(simulations.iter().map(|runs| value(&runs[start])));
-    match shown {
-        Shown::Median => Some(number(spread(start)?.median)),
-        Shown::Mean => Some(format!("{:.1}", 100.0 * spread(start)?.mean)),
-        Shown::OfBest => {
-            let median = |&start: &usize| spread(start).map_or(f64::INFINITY, |spread| spread.median);
-            let plain = (0..rows.len()).filter(|&start| !rows[start].guess_name.is_learned());
-            let best = plain.min_by(|a, b| median(a).total_cmp(&median(b)))?;
-            Spread::of(simulations.iter().map(|runs| value(&runs[start]) / value(&runs[best]))).map(per_cent)
-        }
-    }
+) -> Vec<Option<String>> {
+    let spread = |start: usize, value: Value| Spread::of(simulations.iter().map(|runs| value(&runs[start])));
+    let median = |value: Value| Some(number(spread(start, value)?.median));
+    let share = |value: Value| Some(format!("{:.1}", 100.0 * spread(start, value)?.mean));
+    let of_best = |value: Value| {
+        let median = |&start: &usize| spread(start, value).map_or(f64::INFINITY, |spread| spread.median);
+        let plain = (0..rows.len()).filter(|&start| !rows[start].guess_name.is_learned());
+        let best = plain.min_by(|a, b| median(a).total_cmp(&median(b)))?;
+        Spread::of(simulations.iter().map(|runs| value(&runs[start]) / value(&runs[best]))).map(quartiles)
+    };
+    let names = [dt.to_string(), format!("{tolerance:e}"), rows[start].name.clone()];
+    let iterations: Value = |run| a_step(run, run.counters.iterations);
+    let time_us: Value = |run| 1e6 * run.counters.times.total().as_secs_f64() / run.by_step.len() as f64;
+    let numbers = [
+        median(iterations),
+        of_best(iterations),
+        median(time_us),
+        of_best(time_us),
+        share(|run| a_step(run, run.counters.guesses_dropped + run.counters.retries)),
+        share(|run| a_step(run, run.counters.not_converged + run.counters.non_finite)),
+        median(|run| run.error),
+    ];
+    names.map(Some).into_iter().chain(numbers).collect()
 }

@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use clap::Args;
 use evaluation::stress;
-use report::{Block, Section};
+use report::Block;
 use solver::formulation::Formulation;
 use terminal::Progress;
 
@@ -46,8 +46,7 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
     }
     let table = stability::cases_table(&rows.iter().collect::<Vec<_>>(), stability::tolerances(conditions()));
     let blocks = vec![Block::Paragraph(table.caption.clone()), Block::Table(table)];
-    let section = Section { id: "stress".to_owned(), title: "Stability".to_owned(), blocks };
-    let outcome = args.output.finish(section, conditions(), progress)?;
+    let outcome = args.output.finish(["stress", "Stability"], blocks, conditions(), progress)?;
     let failed = rows.iter().find(|row| !row.finite);
-    Ok(failed.map_or(outcome, |row| Outcome::NotFinite(format!("{}, {}", row.case, row.formulation))))
+    Ok(failed.map_or(outcome, |row| Outcome::not_finite(&row.case, &row.formulation)))
 }

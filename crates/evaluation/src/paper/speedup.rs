@@ -70,7 +70,7 @@ pub fn measure(
     let run = |go_on: &mut dyn FnMut() -> bool| compare::run(model, state, scene.dt, steps, entries, |_| go_on());
     let way = |row: EntryRun| WaySums {
         name: row.name,
-        status: row.status.to_owned(),
+        status: row.status.name().to_owned(),
         given_up: row.given_up,
         sums: sum(&row.by_step),
         error: Some(row.error).filter(|error| error.is_finite()),
