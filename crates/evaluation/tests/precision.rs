@@ -136,9 +136,12 @@ fn ways_that_run_out_are_given_up() {
 
     let no_time = Budget { seconds: 0.0, repetitions: 3 };
     let direct = self::way("direct", Formulation::XpbdGeometric, SolverKind::Direct);
-    let levels = Level::of_tolerances(SolverKind::Direct, &[1e-4]);
+    let mut levels = Level::of_tolerances(SolverKind::Direct, &[1e-4, 1e-6]);
+    levels.push(Level { substeps: 2, ..levels[0] });
     let curve = run_way(&problem, &direct, &levels, &no_time, || true).unwrap().unwrap();
-    assert_eq!(curve.points[0].given_up, Some((1, GivenUp::OverBudget)));
+    assert!(curve.points.iter().all(|point| point.given_up == Some((1, GivenUp::OverBudget))));
+    let was_run: Vec<bool> = curve.points.iter().map(|point| point.outer_per_step > 0.0).collect();
+    assert_eq!(was_run, [true, false, true], "a finer level takes no less time");
     assert!(run_way(&problem, &direct, &levels, &PLENTY, || false).unwrap().is_none());
 }
 

@@ -68,14 +68,16 @@ impl Way<'_> {
 /// How much time a level may take.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
-    /// Time of a level [s]. One whose first run takes longer is given up, and nothing is repeated beyond it.
+    /// Time of a level [s]. One whose first run takes longer is given up, with the finer ones, and nothing is repeated
+    /// beyond it.
     pub seconds: f64,
     /// Runs of each level; at least one.
     pub repetitions: usize,
 }
 
 /// Runs a way at all levels, in turns of some steps with the yardstick (the default settings: direct solves to 1e-6, from
-/// zero), several times. After each turn `go_on()` says whether to go on; `None` if not.
+/// zero), several times. Levels of one number of substeps come from the roughest to the finest. After each turn `go_on()`
+/// says whether to go on; `None` if not.
 ///
 /// Times are those of rayon's current pool, which should have one thread: see the module. Levels that are given up are
 /// recorded as such; whether one is over its budget depends on the machine, all else but times does not.
@@ -106,8 +108,16 @@ pub fn run_way(
                 time += timed(&mut beside, dt)?.1;
             }
             beside_turns.push(time);
+            // Levels come from the roughest to the finest: where one takes too long, so do those after it.
+            let mut too_long = None;
             for run in &mut runs {
-                run.turn(turn.clone(), budget, &mut found)?;
+                match too_long.filter(|&(substeps, _)| substeps == run.point.level.substeps) {
+                    Some((_, step)) => run.give_up(step, GivenUp::OverBudget),
+                    None => run.turn(turn.clone(), budget, &mut found)?,
+                }
+                if let Some((step, GivenUp::OverBudget)) = run.point.given_up {
+                    too_long = Some((run.point.level.substeps, step));
+                }
             }
             if !go_on() {
                 return Ok(None);
@@ -214,8 +224,7 @@ impl<'a> LevelRun<'a> {
                 (self.spent > budget.seconds).then_some(GivenUp::OverBudget)
             };
             if let Some(reason) = reason {
-                self.point.given_up = Some((step, reason));
-                self.times.clear();
+                self.give_up(step, reason);
                 return Ok(());
             }
         }
@@ -224,6 +233,13 @@ impl<'a> LevelRun<'a> {
         }
         self.simulation = Some(simulation);
         Ok(())
+    }
+
+    /// Ends a level in a step, if nothing has ended it before.
+    fn give_up(&mut self, step: usize, reason: GivenUp) {
+        self.point.given_up.get_or_insert((step, reason));
+        self.simulation = None;
+        self.times.clear();
     }
 
     /// Takes the errors, if `step` is a sample. Returns whether they are finite.
