@@ -9,25 +9,18 @@ use terminal::{shard, threads};
 
 use crate::cli::{Recipe, SetArgs, whole};
 
-/// `train sweep` and `train sweep merge`.
-#[derive(Args, Debug)]
-#[command(args_conflicts_with_subcommands = true)]
-pub(crate) struct SweepCli {
-    #[command(subcommand)]
-    pub(crate) command: Option<SweepCommand>,
-    #[command(flatten)]
-    pub(crate) sweep: SweepArgs,
-}
-
 #[derive(Debug, Subcommand)]
 pub(crate) enum SweepCommand {
     /// Put the cells of all shards together in summary.toml.
     Merge(MergeArgs),
 }
 
-/// What to sweep.
+/// `train sweep` and `train sweep merge`.
 #[derive(Args, Debug)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct SweepArgs {
+    #[command(subcommand)]
+    pub(crate) command: Option<SweepCommand>,
     /// Kinds of scenes: rod, helix.
     #[arg(long, value_delimiter = ',', default_value = "rod,helix")]
     pub(crate) scenario: Vec<Scenario>,
