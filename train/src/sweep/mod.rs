@@ -2,7 +2,6 @@
 
 pub(crate) mod args;
 mod cell;
-mod design;
 mod folder;
 mod merge;
 

@@ -51,11 +51,11 @@ impl Job for Ablation {
         for (id, values, with) in varied {
             let of_subject = |subject: Subject<'_>| {
                 let ratio = |&value: &u16| {
-                    let ratio = subject.mean(with(value, grid.benchmark), SOLVER, iterations);
+                    let ratio = subject.mean(with(value, grid.benchmark), iterations);
                     format!("{value}: {}", ratio.map_or("-".to_owned(), number))
                 };
                 let ratios = values.iter().map(ratio).collect::<Vec<_>>().join(", ");
-                format!("{}, {} {ratios}", subject.scenario, subject.name)
+                format!("{} {ratios}", subject.name())
             };
             let words = subjects(summary).map(of_subject).collect::<Vec<_>>().join("; ");
             claims.insert(id.to_owned(), format!("iterations relative to zero, raw 1e-4: {words}"));
@@ -82,12 +82,6 @@ fn read(file: &Path) -> Result<Option<Summary>> {
     }
 }
 
-/// Preconditioner and tolerance of conjugate gradients.
-type Solver = (&'static str, f64);
-
-/// The one whose numbers are told in words.
-const SOLVER: Solver = ("raw", 1e-4);
-
 /// What is shown of a guess: a number of its savings.
 type Shown = fn(&GuessSavings) -> Option<Spread>;
 
@@ -95,43 +89,45 @@ fn iterations(savings: &GuessSavings) -> Option<Spread> {
     savings.iteration_ratio
 }
 
-/// A guess of the networks of one kind of scenes.
+/// A guess, [`FREE`] or [`PLANAR`], of the networks of one kind of scenes.
 #[derive(Clone, Copy)]
 struct Subject<'a> {
     summary: &'a Summary,
     scenario: &'a str,
-    /// As it stands in the summary.
     guess: &'a str,
-    /// As it is shown.
-    name: &'a str,
+    /// Preconditioner and tolerance of conjugate gradients.
+    solver: (&'a str, f64),
 }
 
-/// Each kind of scenes with each guess that was measured there.
+/// Each kind of scenes with each guess that was measured there, with the solver whose numbers are told in words.
 fn subjects(summary: &Summary) -> impl Iterator<Item = Subject<'_>> {
-    let all = summary.sweep.sources.iter().flat_map(|source| {
-        let scenario = source.scenario.as_str();
-        [(FREE, "gn"), (PLANAR, "gn, planar")].map(|(guess, name)| Subject { summary, scenario, guess, name })
+    let Sweep { sources, grid, .. } = &summary.sweep;
+    let all = sources.iter().flat_map(|source| {
+        [FREE, PLANAR].map(|guess| Subject { summary, scenario: &source.scenario, guess, solver: ("raw", 1e-4) })
     });
-    let grid = &summary.sweep.grid;
-    all.filter(|subject| grid.architectures().into_iter().any(|own| subject.mean(own, SOLVER, iterations).is_some()))
+    all.filter(|subject| grid.architectures().iter().any(|&own| subject.mean(own, iterations).is_some()))
 }
 
 impl Subject<'_> {
+    fn name(self) -> String {
+        format!("{}, gn{}", self.scenario, if self.guess == PLANAR { ", planar" } else { "" })
+    }
+
     /// The medians of an architecture's networks, with their seeds.
-    fn medians(self, architecture: Architecture, solver: Solver, shown: Shown) -> impl Iterator<Item = (u64, f64)> {
-        let Self { summary, scenario, guess, .. } = self;
+    fn medians(self, architecture: Architecture, shown: Shown) -> impl Iterator<Item = (u64, f64)> {
+        let Self { summary, scenario, guess, solver } = self;
         let cells = summary.cells.iter();
         let networks = cells.filter(move |cell| cell.scenario == scenario && cell.architecture == architecture);
         networks.filter_map(move |cell| {
-            let is_asked =
-                |own: &&GuessSavings| own.guess == guess && (own.preconditioner.as_str(), own.tolerance) == solver;
-            Some((cell.seed, shown(cell.outcome.rows.iter().find(is_asked)?)?.median))
+            let mut rows = cell.outcome.rows.iter().filter(|own| own.guess == guess);
+            let row = rows.find(|own| (own.preconditioner.as_str(), own.tolerance) == solver)?;
+            Some((cell.seed, shown(row)?.median))
         })
     }
 
     /// Mean over the seeds.
-    fn mean(self, architecture: Architecture, solver: Solver, shown: Shown) -> Option<f64> {
-        Some(Spread::of(self.medians(architecture, solver, shown).map(|(_, median)| median))?.mean)
+    fn mean(self, architecture: Architecture, shown: Shown) -> Option<f64> {
+        Some(Spread::of(self.medians(architecture, shown).map(|(_, median)| median))?.mean)
     }
 }
 
@@ -144,14 +140,15 @@ fn blocks(summary: &Summary) -> Vec<Block> {
     if !summary.lost.is_empty() {
         blocks.push(Block::Paragraph(format!("**{} cells are missing.**", summary.lost.len())));
     }
-    let figures =
-        subjects(summary).flat_map(|subject| [SOLVER, ("block-jacobi", 1e-2)].map(|own| figure(subject, own)));
-    blocks.extend(figures.map(Block::Figure));
+    for subject in subjects(summary) {
+        let other = Subject { solver: ("block-jacobi", 1e-2), ..subject };
+        blocks.extend([subject, other].map(|own| Block::Figure(figure(own))));
+    }
     blocks.push(Block::Table(seeds(summary)));
     blocks
 }
 
-fn figure(subject: Subject<'_>, solver: Solver) -> Figure {
+fn figure(subject: Subject<'_>) -> Figure {
     let grid = &subject.summary.sweep.grid;
     let benchmark = grid.benchmark;
     let by_width = grid.widths.iter().map(|&width| (width, Architecture { width, ..benchmark })).collect();
@@ -167,7 +164,7 @@ fn figure(subject: Subject<'_>, solver: Solver) -> Figure {
     let mut charts = Vec::new();
     for (column_label, rows, columns) in maps {
         for (title, value_label, shown) in shown {
-            let value = |gn_blocks, own| subject.mean(Architecture { gn_blocks, ..own }, solver, shown);
+            let value = |gn_blocks, own| subject.mean(Architecture { gn_blocks, ..own }, shown);
             charts.push(HeatMap {
                 title: title.to_owned(),
                 row_label: "GN blocks".to_owned(),
@@ -180,10 +177,10 @@ fn figure(subject: Subject<'_>, solver: Solver) -> Figure {
             });
         }
     }
-    let (Subject { scenario, guess, name, .. }, (preconditioner, tolerance)) = (subject, solver);
+    let Subject { scenario, guess, solver: (preconditioner, tolerance), .. } = subject;
     Figure {
         id: format!("ablation-{scenario}-{guess}-{preconditioner}"),
-        title: format!("{scenario}, {name}: {preconditioner} conjugate gradients to {tolerance:e}"),
+        title: format!("{}: {preconditioner} conjugate gradients to {tolerance:e}", subject.name()),
         caption: "Means over the seeds of medians over the held-out simulations.".to_owned(),
         charts: Charts::Heat(charts),
         conditions: conditions(subject.summary, scenario),
@@ -209,8 +206,8 @@ fn conditions(summary: &Summary, scenario: &str) -> report::Conditions {
 fn seeds(summary: &Summary) -> Table {
     let Sweep { seeds, grid, .. } = &summary.sweep;
     let row = |subject: Subject<'_>, architecture: Architecture| {
-        let medians: BTreeMap<u64, f64> = subject.medians(architecture, SOLVER, iterations).collect();
-        let name = Cell::from(format!("{}, {}, {architecture}", subject.scenario, subject.name));
+        let medians: BTreeMap<u64, f64> = subject.medians(architecture, iterations).collect();
+        let name = Cell::from(format!("{}, {architecture}", subject.name()));
         let own = |seed| medians.get(seed).map_or("-".to_owned(), |&median| number(median)).into();
         std::iter::once(name).chain(seeds.iter().map(own)).collect()
     };
