@@ -151,11 +151,10 @@ fn blocks(summary: &Summary) -> Vec<Block> {
 fn figure(subject: Subject<'_>) -> Figure {
     let grid = &subject.summary.sweep.grid;
     let benchmark = grid.benchmark;
-    let by_width = grid.widths.iter().map(|&width| (width, Architecture { width, ..benchmark })).collect();
+    let by_width = grid.widths.iter().map(|&width| (width, Architecture { width, ..benchmark })).collect::<Vec<_>>();
     let of_layers = |&mlp_layers: &u16| (mlp_layers, Architecture { mlp_layers, ..benchmark });
     let by_layers = grid.mlp_layers.iter().map(of_layers).collect();
-    let maps: [(&str, &[u16], Vec<(u16, Architecture)>); 2] =
-        [("width", &grid.gn_blocks, by_width), ("MLP layers", &[benchmark.gn_blocks], by_layers)];
+    let maps = [("width", grid.gn_blocks.clone(), by_width), ("MLP layers", vec![benchmark.gn_blocks], by_layers)];
     let shown: [(&str, &str, Shown); 3] = [
         ("iterations", "relative to zero", iterations),
         ("inference", "us a solve", |savings| savings.inference_us),
