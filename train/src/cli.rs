@@ -11,7 +11,7 @@ use dataset::{Config, Scenario};
 use graph::Norms;
 use terminal::{positive, shard, threads};
 
-use crate::sweep::args::SweepCli;
+use crate::sweep::args::SweepArgs;
 
 /// Epochs between two measurements.
 const MEASURE_EVERY: u64 = 10;
@@ -38,7 +38,7 @@ pub(crate) enum Command {
     /// Every cell is trained on the same samples for as many epochs, and measured on scenes that no data set holds. What
     /// is done already is not done again, and a cell that was cut off goes on: give the same command. To measure cells
     /// again without training them, on a quiet machine for instance, delete their files in DIR/cells first.
-    Sweep(SweepCli),
+    Sweep(SweepArgs),
 }
 
 /// Where a data set is, and how large.

@@ -17,12 +17,8 @@ use tungstenite::{Message, WebSocket};
 
 pub use picture::Picture;
 
-/// Names that the program goes by.
-const PROGRAMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// Longest wait for anything; software rendering on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// Environment variable with which a missing browser is a failure.
-const REQUIRE: &str = "REQUIRE_CHROMIUM";
 
 /// A test with a browser of its own.
 pub type Test = fn(&mut Browser) -> Result<()>;
@@ -40,7 +36,7 @@ macro_rules! tests {
 /// Runs tests, with the flags of any test program; one at a time, because a browser draws with all processors. Where there
 /// is no Chromium they are ignored, or fail if the environment variable REQUIRE_CHROMIUM is set.
 pub fn run_tests(tests: &[(&str, Test)]) -> ExitCode {
-    let is_ignored = program().is_none() && std::env::var_os(REQUIRE).is_none();
+    let is_ignored = program().is_none() && std::env::var_os("REQUIRE_CHROMIUM").is_none();
     let trial = |&(name, test): &(&str, Test)| {
         let run = move || Ok(test(&mut Browser::start()?).map_err(|error| format!("{error:?}"))?);
         Trial::test(name, run).with_ignored_flag(is_ignored).with_kind(if is_ignored { "needs Chromium" } else { "" })
@@ -49,14 +45,26 @@ pub fn run_tests(tests: &[(&str, Test)]) -> ExitCode {
     libtest_mimic::run(&arguments, tests.iter().map(trial).collect()).exit_code()
 }
 
-/// The first of the names that a program goes by.
+/// The first of the browser's names that a program goes by.
 fn program() -> Option<&'static str> {
-    let version =
-        |name: &&&str| Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    PROGRAMS.iter().find(|name| version(name).is_ok()).copied()
+    let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
+    ["chromium", "chromium-browser", "google-chrome"].into_iter().find(runs)
 }
 
-/// A browser with one page.
+/// What `ready` gives as soon as it gives something; `None` where that takes longer than `patience`.
+fn wait<T>(patience: Duration, mut ready: impl FnMut() -> Result<Option<T>>) -> Result<Option<T>> {
+    let start = Instant::now();
+    while start.elapsed() < patience {
+        let found = ready()?;
+        if found.is_some() {
+            return Ok(found);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    Ok(None)
+}
+
+/// A browser with one page. Whatever it is asked for fails if it is gone.
 pub struct Browser {
     process: Child,
     socket: WebSocket<TcpStream>,
@@ -94,17 +102,14 @@ impl Browser {
         let mut process = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
         // The browser writes its port and the path of its socket there.
         let place = profile.path().join("DevToolsActivePort");
-        let start = Instant::now();
-        let (port, path) = loop {
+        let found = wait(PATIENCE, || {
+            ensure!(process.try_wait()?.is_none(), "the browser has ended");
             let text = std::fs::read_to_string(&place).unwrap_or_default();
-            if let Some((port, path)) = text.split_once('\n') {
-                break (port.to_owned(), path.trim().to_owned());
-            }
-            if start.elapsed() > PATIENCE || process.try_wait()?.is_some() {
-                let _ = process.kill();
-                bail!("the browser did not start");
-            }
-            std::thread::sleep(Duration::from_millis(50));
+            Ok(text.split_once('\n').map(|(port, path)| (port.to_owned(), path.trim().to_owned())))
+        })?;
+        let Some((port, path)) = found else {
+            let _ = process.kill();
+            bail!("the browser did not start");
         };
         let stream = TcpStream::connect(format!("127.0.0.1:{port}"))?;
         stream.set_read_timeout(Some(PATIENCE))?;
@@ -135,29 +140,21 @@ impl Browser {
                 ensure!(message["error"].is_null(), "{method}: {}", message["error"]);
                 return Ok(message["result"].take());
             }
-            self.listen(&message);
-        }
-    }
-
-    fn listen(&mut self, message: &Value) {
-        let params = &message["params"];
-        let complains = match message["method"].as_str() {
-            Some("Runtime.exceptionThrown") => true,
-            Some("Runtime.consoleAPICalled") => params["type"] == "error",
-            Some("Log.entryAdded") => params["entry"]["level"] == "error",
-            _ => false,
-        };
-        if complains {
-            self.complaints.push(params.to_string());
+            let params = &message["params"];
+            let complains = match message["method"].as_str() {
+                Some("Runtime.exceptionThrown") => true,
+                Some("Runtime.consoleAPICalled") => params["type"] == "error",
+                Some("Log.entryAdded") => params["entry"]["level"] == "error",
+                _ => false,
+            };
+            if complains {
+                self.complaints.push(params.to_string());
+            }
         }
     }
 
     /// Sets size and colours; motion is reduced, so that nothing plays by itself.
-    ///
-    /// # Errors
-    /// If the browser is gone.
-    pub fn look(&mut self, look: Look) -> Result<()> {
-        let Look { width, height, phone, dark } = look;
+    pub fn look(&mut self, Look { width, height, phone, dark }: Look) -> Result<()> {
         let scale = if phone { 2 } else { 1 };
         let metrics = json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": phone});
         self.call("Emulation.setDeviceMetricsOverride", metrics)?;
@@ -165,14 +162,10 @@ impl Browser {
             {"name": "prefers-color-scheme", "value": if dark { "dark" } else { "light" }},
             {"name": "prefers-reduced-motion", "value": "reduce"},
         ]);
-        self.call("Emulation.setEmulatedMedia", json!({"features": features}))?;
-        Ok(())
+        self.call("Emulation.setEmulatedMedia", json!({"features": features})).map(drop)
     }
 
     /// Runs a script before those of each page that is opened from now on.
-    ///
-    /// # Errors
-    /// If the browser is gone.
     pub fn before_each_page(&mut self, script: &str) -> Result<()> {
         self.call("Page.addScriptToEvaluateOnNewDocument", json!({"source": script})).map(drop)
     }
@@ -185,15 +178,12 @@ impl Browser {
     pub fn open(&mut self, page: &Path) -> Result<Duration> {
         let start = Instant::now();
         self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}))?;
-        loop {
-            let state = self.evaluate("document.documentElement?.dataset.state ?? 'loading'");
-            match state.as_ref().ok().and_then(Value::as_str) {
-                Some("ready") => return Ok(start.elapsed()),
-                Some("failed") => bail!("the page failed: {}", self.evaluate("document.body.innerText")?),
-                _ if start.elapsed() > PATIENCE => bail!("the page is not ready"),
-                _ => std::thread::sleep(Duration::from_millis(20)),
-            }
-        }
+        let ready = wait(PATIENCE, || match self.evaluate("document.documentElement.dataset.state") {
+            Ok(state) if state == "ready" => Ok(Some(start.elapsed())),
+            Ok(state) if state == "failed" => bail!("the page failed: {}", self.evaluate("document.body.innerText")?),
+            _ => Ok(None),
+        });
+        ready?.context("the page is not ready")
     }
 
     /// The value of an expression, which may be a promise.
@@ -208,9 +198,6 @@ impl Browser {
     }
 
     /// Waits until what was asked for has been drawn.
-    ///
-    /// # Errors
-    /// If the browser is gone.
     pub fn settle(&mut self) -> Result<()> {
         let drawn = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))";
         self.evaluate(drawn).map(drop)
@@ -221,18 +208,11 @@ impl Browser {
     /// # Errors
     /// If that takes more than five minutes.
     pub fn wait_for(&mut self, expression: &str) -> Result<()> {
-        let start = Instant::now();
-        while self.evaluate(expression)? != json!(true) {
-            ensure!(start.elapsed() < PATIENCE, "{expression} did not come true");
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        Ok(())
+        let came_true = wait(PATIENCE, || Ok((self.evaluate(expression)? == true).then_some(())));
+        came_true?.with_context(|| format!("{expression} did not come true"))
     }
 
     /// Moves fingers over a touch screen, each from one place to another [px], all at once.
-    ///
-    /// # Errors
-    /// If the browser is gone.
     pub fn drag(&mut self, fingers: &[[[f64; 2]; 2]]) -> Result<()> {
         const MOVES: usize = 10;
         self.call("Emulation.setTouchEmulationEnabled", json!({"enabled": true, "maxTouchPoints": fingers.len()}))?;
@@ -272,13 +252,7 @@ impl Drop for Browser {
         self.session.clear();
         // The browser ends its own processes if it is asked; what is left is ended by hand.
         let _ = self.call("Browser.close", json!({}));
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_secs(10) {
-            if matches!(self.process.try_wait(), Ok(Some(_))) {
-                return;
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
+        let _ = wait(Duration::from_secs(10), || Ok(self.process.try_wait()?));
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

@@ -61,25 +61,16 @@ pub(crate) fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Opt
         let (rods, joints) = (scene.rods.len(), model.joints.len());
         return Some(format!("{rods} rods with {} segments and {joints} joints", model.segments.len()));
     }
-    let outside = |name: &str, value: f64| {
+    let length: f64 = model.segments.iter().map(|segment| segment.length).sum();
+    let whole = [("segments", model.segments.len() as f64), ("length_m", length)].into_iter();
+    let of_segments = model.segments.iter().flat_map(|s| [("radius_m", s.radius), ("density_kg_m3", s.density)]);
+    let moduli = |j: &Joint| [("youngs_modulus_pa", j.youngs_modulus), ("torsion_modulus_pa", j.torsion_modulus)];
+    whole.chain(of_segments).chain(model.joints.iter().flat_map(moduli)).find_map(|(name, value)| {
         let &[low, high] = ranges.get(name)?;
         let is_within = low * (1.0 - 1e-9) <= value && value <= high * (1.0 + 1e-9);
-        (!is_within).then(|| {
-            if low == high {
-                format!("{name} = {value:?}, not {low:?}")
-            } else {
-                format!("{name} = {value:?}, not {low:?} to {high:?}")
-            }
-        })
-    };
-    let length: f64 = model.segments.iter().map(|segment| segment.length).sum();
-    let whole = [("segments", model.segments.len() as f64), ("length_m", length)];
-    let of_segments = model.segments.iter().flat_map(|s| [("radius_m", s.radius), ("density_kg_m3", s.density)]);
-    let of_joints = model
-        .joints
-        .iter()
-        .flat_map(|j| [("youngs_modulus_pa", j.youngs_modulus), ("torsion_modulus_pa", j.torsion_modulus)]);
-    whole.into_iter().chain(of_segments).chain(of_joints).find_map(|(name, value)| outside(name, value))
+        let to = if low == high { String::new() } else { format!(" to {high:?}") };
+        (!is_within).then(|| format!("{name} = {value:?}, not {low:?}{to}"))
+    })
 }
 
 #[cfg(test)]

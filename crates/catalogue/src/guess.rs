@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use graph::{Graph, Normal, planar_normal};
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
@@ -56,7 +56,7 @@ impl Guess {
                 (Self::Network(Box::new(network)), source)
             }
             #[cfg(not(feature = "gn"))]
-            GuessName::Network(_) => bail!("--guess {name} needs the cargo feature gn"),
+            GuessName::Network(_) => anyhow::bail!("--guess {name} needs the cargo feature gn"),
         };
         if !training.quiet {
             say!("{name}: {source}")?;
@@ -128,13 +128,8 @@ pub type Projections<'a> = Box<dyn Fn(&Model, &Members, &Topology) -> Box<dyn Pr
 /// # Errors
 /// If the scene does not stay in one.
 pub fn plane(scene: &Scene) -> Result<Normal> {
-    match planar_normal(&scene.model, &scene.state) {
-        Some(normal) => Ok(normal),
-        None => bail!(
-            "--planar needs a scene that lies and stays in a plane to which d1 or d2 of all segments is normal, but {} does not",
-            scene.name
-        ),
-    }
+    let needs = "--planar needs a scene that lies and stays in a plane to which d1 or d2 of all segments is normal";
+    planar_normal(&scene.model, &scene.state).with_context(|| format!("{needs}, but {} does not", scene.name))
 }
 
 /// A row of a table: its name, the guess, and whether it is restricted to the scene's plane.

@@ -11,26 +11,19 @@ use solver::guess::InitialGuess;
 use crate::guess::Origin;
 use crate::name::{GuessName, Recipe};
 
-/// A checkpoint in the program.
-struct BuiltIn {
-    name: &'static str,
-    card: &'static [u8],
-    weights: &'static [u8],
-}
-
-/// Checkpoints of the folder `checkpoints`.
+/// Checkpoints of the folder `checkpoints`: name, card, weights.
 macro_rules! built_in {
     ($($name:literal),+) => {
-        [$(BuiltIn {
-            name: $name,
-            card: include_bytes!(concat!("../../../checkpoints/", $name, ".toml")),
-            weights: include_bytes!(concat!("../../../checkpoints/", $name, ".safetensors")),
-        }),+]
+        [$((
+            $name,
+            include_bytes!(concat!("../../../checkpoints/", $name, ".toml")),
+            include_bytes!(concat!("../../../checkpoints/", $name, ".safetensors")),
+        )),+]
     };
 }
 
 /// One a scenario and recipe, by both names.
-static BUILT_IN: [BuiltIn; 10] = built_in![
+static BUILT_IN: [(&str, &[u8], &[u8]); 10] = built_in![
     "rod-paper",
     "rod-best",
     "rod-step",
@@ -45,7 +38,7 @@ static BUILT_IN: [BuiltIn; 10] = built_in![
 
 /// Names ("rod-paper") and weights' files of the networks in the program.
 pub fn built_in() -> impl Iterator<Item = (&'static str, &'static [u8])> {
-    BUILT_IN.iter().map(|built_in| (built_in.name, built_in.weights))
+    BUILT_IN.iter().map(|&(name, _, weights)| (name, weights))
 }
 
 /// A network ready for use.
@@ -66,12 +59,10 @@ impl Network {
         if let Some(own) = own.filter(|own| own.card.scenario == scenario && own.card.recipe == recipe) {
             return Ok(own.clone());
         }
-        let [name, of_rods] = [scenario, Scenario::Rod.name()].map(|scenario| format!("{scenario}-{recipe}"));
-        let named = |name: &str| BUILT_IN.iter().find(|built_in| built_in.name == name);
-        let Some(built_in) = named(&name).or_else(|| named(&of_rods)) else {
-            bail!("no network {name} is built in");
-        };
-        Self::read(Path::new(built_in.name), built_in.card, built_in.weights, "built in").context("built in")
+        let named = |name: String| BUILT_IN.iter().find(|built_in| built_in.0 == name);
+        let built_in = [scenario, Scenario::Rod.name()].into_iter().find_map(|of| named(format!("{of}-{recipe}")));
+        let (name, card, weights) = built_in.with_context(|| format!("no network {scenario}-{recipe} is built in"))?;
+        Self::read(Path::new(name), card, weights, "built in").context("built in")
     }
 
     fn read(name: &Path, card: &[u8], weights: &[u8], place: &str) -> Result<Self, CheckpointError> {
@@ -136,11 +127,8 @@ pub(crate) fn own(path: &Path, names: &[GuessName], scenarios: &[Scenario]) -> R
         contents.and_then(|[card, weights]| Network::read(path, &card, &weights, &path.display().to_string()));
     let network = network.context("--checkpoint")?;
     let scenarios: Vec<&str> = scenarios.iter().map(|scenario| scenario.name()).collect();
-    let recipe = |name: &GuessName| match name {
-        GuessName::Network(recipe) => Some(recipe.name()),
-        _ => None,
-    };
-    let recipes = names.iter().filter_map(recipe).collect();
+    let is_asked = |recipe: &Recipe| names.contains(&GuessName::Network(*recipe));
+    let recipes = Recipe::ALL.into_iter().filter(is_asked).map(Recipe::name).collect();
     for (key, value, allowed, hint) in [
         ("scenario", &network.card.scenario, scenarios, "unless --scenario says otherwise"),
         ("recipe", &network.card.recipe, recipes, "(gn takes paper, gn-best best, gn-step step)"),

@@ -49,7 +49,14 @@ impl Training {
     /// # Errors
     /// If what the arguments name is for none of them, or is no checkpoint.
     pub fn of(args: &Sources, names: &[GuessName], scenarios: &[Scenario], quiet: bool) -> Result<Vec<Self>> {
-        check_sources(args, names)?;
+        let asked = names.iter().map(GuessName::to_string).collect::<Vec<_>>().join(", ");
+        let asked = if asked.is_empty() { "none" } else { &asked };
+        if args.data.is_some() && !names.contains(&GuessName::Knn) {
+            bail!("--data needs the guess knn, but asked for: {asked}");
+        }
+        if args.checkpoint.is_some() && !names.iter().any(|name| matches!(name, GuessName::Network(_))) {
+            bail!("--checkpoint needs the guess gn, gn-best or gn-step, but asked for: {asked}");
+        }
         #[cfg(feature = "gn")]
         let own = args.checkpoint.as_ref().map(|path| crate::network::own(path, names, scenarios)).transpose()?;
         let data = args.data.as_deref().unwrap_or(Path::new(DATA));
@@ -108,30 +115,10 @@ impl Training {
         {
             let learned = names.iter().filter(|name| name.is_learned() && name.helps_steps() == of_steps);
             let learned = learned.map(GuessName::to_string).collect::<Vec<_>>().join(", ");
-            if self.quiet || learned.is_empty() {
-                continue;
-            }
-            if let Some(what) = foreign(scene, &ranges) {
+            if let Some(what) = foreign(scene, &ranges).filter(|_| !self.quiet && !learned.is_empty()) {
                 say!("{learned} learned from random scenes ({scenario}), where nothing is like this scene: {what}")?;
             }
         }
         Ok(())
     }
-}
-
-/// Checks that what `--data` and `--checkpoint` name is read by a guess that was asked for.
-fn check_sources(args: &Sources, names: &[GuessName]) -> Result<()> {
-    let is_knn = |name: &GuessName| *name == GuessName::Knn;
-    let is_network = |name: &GuessName| matches!(name, GuessName::Network(_));
-    for (flag, given, guesses, is_read) in [
-        ("--data", args.data.is_some(), "knn", names.iter().any(is_knn)),
-        ("--checkpoint", args.checkpoint.is_some(), "gn, gn-best or gn-step", names.iter().any(is_network)),
-    ] {
-        if given && !is_read {
-            let asked: Vec<String> = names.iter().map(GuessName::to_string).collect();
-            let asked = if asked.is_empty() { "none".to_owned() } else { asked.join(", ") };
-            bail!("{flag} needs the guess {guesses}, but asked for: {asked}");
-        }
-    }
-    Ok(())
 }

@@ -7,17 +7,10 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::guesses::{BesideZero, DIRECT, Measured, Spread, beside_zero};
+use crate::guesses::{BesideZero, Measured, Spread, beside_zero};
 
-/// Version of [`Key`], [`Outcome`], [`Sweep`] and [`Summary`] in files.
+/// Version of [`CellKey`], [`NetworkOutcome`], [`Sweep`] and [`Summary`] in files.
 pub const SCHEMA_VERSION: u32 = 1;
-
-/// File of a sweep's folder that says what its cells are: a sealed [`Sweep`].
-pub const SWEEP: &str = "sweep.toml";
-/// Folder of a sweep's folder with an [`Outcome`] for each cell that is done, in files named by their [`Key`]s.
-pub const CELLS: &str = "cells";
-/// File with all cells together: a sealed [`Summary`].
-pub const SUMMARY: &str = "summary.toml";
 
 /// Sizes that are varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -33,6 +26,15 @@ pub struct Architecture {
 impl Architecture {
     /// The paper's benchmark architecture.
     pub const BENCHMARK: Self = Self { gn_blocks: 3, mlp_layers: 2, width: 32 };
+
+    /// What the training takes for one node, about: multiplications, and overheads of each layer.
+    fn cost(&self) -> f64 {
+        /// Overhead of a layer, in multiplications; measured for rods with the backend flex.
+        const OVERHEAD: f64 = 1500.0;
+        let [blocks, layers, width] = [self.gn_blocks, self.mlp_layers, self.width].map(f64::from);
+        // A block's two perceptrons take three times the width; encoder and decoder are like half a block each.
+        (blocks + 1.0) * (2.0 * width * width * (layers + 2.0) + 2.0 * layers * OVERHEAD)
+    }
 }
 
 impl fmt::Display for Architecture {
@@ -61,12 +63,9 @@ impl Grid {
         let of =
             |&gn_blocks: &u16| self.widths.iter().map(move |&width| Architecture { gn_blocks, width, ..benchmark });
         let mut all: Vec<Architecture> = self.gn_blocks.iter().flat_map(of).collect();
-        for &mlp_layers in &self.mlp_layers {
-            let own = Architecture { mlp_layers, ..benchmark };
-            if !all.contains(&own) {
-                all.push(own);
-            }
-        }
+        let deeper = self.mlp_layers.iter().map(|&mlp_layers| Architecture { mlp_layers, ..benchmark });
+        let deeper: Vec<Architecture> = deeper.filter(|own| !all.contains(own)).collect();
+        all.extend(deeper);
         all
     }
 }
@@ -141,9 +140,9 @@ pub struct Sweep {
     pub sources: Vec<Source>,
 }
 
-/// A cell of a sweep: all that its outcome depends on.
+/// What a cell of a sweep, one network, is trained and measured on: all that its [`NetworkOutcome`] depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Key {
+pub struct CellKey {
     /// Seed of the parameters and of the samples' order.
     pub seed: u64,
     /// The network's sizes.
@@ -158,53 +157,42 @@ pub struct Key {
 
 impl Sweep {
     /// All cells: by seed, then kind of scenes, then cost, the most expensive first.
-    pub fn keys(&self) -> Vec<Key> {
+    pub fn keys(&self) -> Vec<CellKey> {
+        let mut architectures = self.grid.architectures();
+        architectures.sort_by(|a, b| b.cost().total_cmp(&a.cost()));
         let mut keys = Vec::new();
         for &seed in &self.seeds {
             for source in &self.sources {
-                let key = |architecture| Key {
+                let (budget, test) = (&self.budget, self.test);
+                keys.extend(architectures.iter().map(|&architecture| CellKey {
                     seed,
                     architecture,
-                    budget: self.budget.clone(),
-                    test: self.test,
+                    budget: budget.clone(),
+                    test,
                     source: source.clone(),
-                };
-                let mut own: Vec<Key> = self.grid.architectures().into_iter().map(key).collect();
-                own.sort_by(|a, b| b.cost().total_cmp(&a.cost()));
-                keys.extend(own);
+                }));
             }
         }
         keys
     }
 }
 
-impl Key {
-    /// Nodes that the training visits.
-    pub fn node_visits(&self) -> u64 {
-        self.source.nodes * self.budget.epochs
-    }
-
-    /// What the training takes beside other cells of the sweep, about: multiplications, and overheads of each layer.
+impl CellKey {
+    /// What the training takes beside other cells of the sweep, about.
     pub fn cost(&self) -> f64 {
-        /// Overhead of a layer for one node, in multiplications; measured for rods with the backend flex.
-        const OVERHEAD: f64 = 1500.0;
-        let Architecture { gn_blocks, mlp_layers, width } = self.architecture;
-        let [blocks, layers, width] = [gn_blocks, mlp_layers, width].map(f64::from);
-        // A block's two perceptrons take three times the width; encoder and decoder are like half a block each.
-        let per_block = 2.0 * width * width * (layers + 2.0) + 2.0 * layers * OVERHEAD;
-        self.node_visits() as f64 * (blocks + 1.0) * per_block
+        (self.source.nodes * self.budget.epochs) as f64 * self.architecture.cost()
     }
 }
 
-impl fmt::Display for Key {
+impl fmt::Display for CellKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}, {}, seed {}", self.source.scenario, self.architecture, self.seed)
     }
 }
 
-/// A guess with one preconditioner and tolerance, in later steps, over the simulations.
+/// What a network's guess saves with one preconditioner and tolerance, in later steps, over the simulations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct GuessSavings {
     /// [`FREE`] or [`PLANAR`].
     pub guess: String,
     /// Preconditioner of conjugate gradients.
@@ -230,9 +218,9 @@ pub const FREE: &str = "free";
 /// Name of the network's guess restricted to the plane that the scene stays in.
 pub const PLANAR: &str = "planar";
 
-/// What came of a cell.
+/// What came of a cell: a network's training, and what its guess saves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct NetworkOutcome {
     /// Parameters of the network.
     pub parameters: usize,
     /// BLAKE3 hash of its weights' file.
@@ -241,8 +229,6 @@ pub struct Outcome {
     pub best_epoch: u64,
     /// Mean loss since the measurement before the end.
     pub final_loss: f64,
-    /// Nodes visited in training.
-    pub node_visits: u64,
     /// Time of the training, measurements on validation scenes included [s].
     pub training_s: f64,
     /// Time of the measurement on held-out scenes [s].
@@ -256,7 +242,7 @@ pub struct Outcome {
     /// Revision of its source, where it was found.
     pub git_revision: Option<String>,
     /// One for each guess, preconditioner and tolerance.
-    pub rows: Vec<Row>,
+    pub rows: Vec<GuessSavings>,
 }
 
 /// A cell that is done.
@@ -269,7 +255,7 @@ pub struct SweepCell {
     /// Its seed.
     pub seed: u64,
     /// What came of it.
-    pub outcome: Outcome,
+    pub outcome: NetworkOutcome,
 }
 
 /// All cells of a sweep.
@@ -293,12 +279,11 @@ pub fn buckets(steps: usize) -> Vec<Option<usize>> {
     crate::guesses::buckets(steps).into_iter().map(|bucket| bucket.filter(|&bucket| bucket == LATER)).collect()
 }
 
-/// One row for each guess but the first, which must be the zero start, and for each preconditioner and tolerance.
-pub fn rows(simulations: &[Measured]) -> Vec<Row> {
+/// Of the network's guess, [`FREE`] and [`PLANAR`], with each preconditioner and tolerance. The simulations' first guess
+/// must be the zero start.
+pub fn savings(simulations: &[Measured]) -> Vec<GuessSavings> {
     let per_solve = |seconds: f64, solves: u64| 1e6 * seconds / solves as f64;
-    let all = beside_zero(simulations, LATER);
-    let zero = all.first().map(|zero| zero.guess.clone());
-    let row = |own: BesideZero| Row {
+    let savings = |own: BesideZero| GuessSavings {
         preconditioner: own.preconditioner.name().to_owned(),
         tolerance: own.tolerance,
         solves: own.count(|own| own.solves),
@@ -309,7 +294,8 @@ pub fn rows(simulations: &[Measured]) -> Vec<Row> {
         inference_us: own.spread(|_, own| per_solve(own.guess_s, own.solves)),
         guess: own.guess,
     };
-    all.into_iter().filter(|own| own.guess != DIRECT && Some(&own.guess) != zero.as_ref()).map(row).collect()
+    let is_own = |own: &BesideZero| [FREE, PLANAR].contains(&own.guess.as_str());
+    beside_zero(simulations, LATER).into_iter().filter(is_own).map(savings).collect()
 }
 
 #[cfg(test)]
@@ -323,7 +309,7 @@ mod tests {
     use crate::guesses::{self, Plan};
 
     #[test]
-    fn rows_say_what_was_summed_in_later_steps() {
+    fn savings_say_what_was_summed_in_later_steps() {
         let mut assembly = rod::Assembly::new(Vector3::new(0.0, 0.0, -9.81));
         let nodes = rod::shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 12);
         let material = rod::Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
@@ -340,7 +326,7 @@ mod tests {
             is_struck: false,
         };
         let measured = guesses::measure(&model, &state, 0.02, &Settings::default(), &plan, || true).unwrap();
-        let rows = rows(std::slice::from_ref(&measured));
+        let rows = savings(std::slice::from_ref(&measured));
         let sums: Vec<_> = beside_zero(&[measured], LATER).into_iter().map(|own| own.sums[0]).collect();
         assert_eq!(rows.len(), 4);
         for (column, row) in rows.into_iter().enumerate() {

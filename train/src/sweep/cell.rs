@@ -7,8 +7,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
 use dataset::Scenario;
-use evaluation::ablation::{self, FREE, Key, Outcome, PLANAR, Row, Test};
-use evaluation::guesses::{self, Measured, Plan as Starts};
+use evaluation::ablation::{self, FREE, GuessSavings, NetworkOutcome, PLANAR, Test};
+use evaluation::guesses::{self, Plan as Starts};
 use graph::{Graph, Normal, planar_normal};
 use rod::Model;
 use scene::Scene;
@@ -31,10 +31,10 @@ use crate::run;
 pub(crate) fn run(
     plan: &Plan,
     taught: &Taught,
-    key: &Key,
+    test: &Test,
     stopped: &AtomicBool,
     report: impl FnMut(&Course<'_>, f64) -> Result<()>,
-) -> Result<Option<Outcome>> {
+) -> Result<Option<NetworkOutcome>> {
     let mut course = Course::new(plan, taught);
     if course.state_file().exists() {
         course.resume()?;
@@ -45,15 +45,14 @@ pub(crate) fn run(
     let training_s = course.seconds();
     let weights = course.checkpoint()?.weights;
     let begin = Instant::now();
-    let Some(rows) = measure(plan.scenario, &key.test, &weights, &taught.encoding, stopped)? else { return Ok(None) };
+    let Some(rows) = measure(plan.scenario, test, &weights, &taught.encoding, stopped)? else { return Ok(None) };
     let file = with_ending(&plan.out, ".safetensors");
     let bytes = fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
-    Ok(Some(Outcome {
+    Ok(Some(NetworkOutcome {
         parameters: weights.values().len(),
         weights_blake3: blake3::hash(&bytes).to_hex().to_string(),
         best_epoch: course.best_row().map_or(0, |row| row.epoch),
         final_loss: course.rows.last().map_or(f64::NAN, |row| row.loss),
-        node_visits: key.node_visits(),
         training_s,
         measuring_s: begin.elapsed().as_secs_f64(),
         machine: export::machine(),
@@ -72,55 +71,45 @@ fn measure(
     weights: &Weights,
     encoding: &Encoding,
     stopped: &AtomicBool,
-) -> Result<Option<Vec<Row>>> {
-    let trained = Trained::new(weights, encoding.clone());
+) -> Result<Option<Vec<GuessSavings>>> {
+    let trained = &Trained::new(weights, encoding.clone());
+    let factory = |plane: Option<Normal>| {
+        move |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
+            Some(Box::new(GnGuess::new(trained, Graph::new(model, members, topology), plane)))
+        }
+    };
     let scene = |index| Ok(scenario.sample(test.seed, index).scene()?);
     let scenes = (0..test.simulations).map(scene).collect::<Result<Vec<Scene>>>()?;
     let planes: Vec<_> = scenes.iter().map(|scene| planar_normal(&scene.model, &scene.state)).collect();
     let are_planar = planes.iter().all(Option::is_some);
     // Features in body frames have the plane's symmetry by themselves, where there is one.
     let is_free = !are_planar || encoding.features == Features::Paper;
-    let guesses: Vec<(&str, bool)> =
-        [(FREE, is_free), (PLANAR, are_planar)].into_iter().filter(|(_, is_wanted)| *is_wanted).collect();
-    let mut measured = Vec::new();
-    for (scene, plane) in scenes.iter().zip(planes) {
-        let guesses: Vec<_> = guesses.iter().map(|&(name, _)| (name, plane.filter(|_| name == PLANAR))).collect();
-        measured.push(simulate(scene, &trained, &guesses, test.steps, stopped)?);
-        if stopped.load(Ordering::Relaxed) {
-            return Ok(None);
-        }
-    }
-    Ok(Some(ablation::rows(&measured)))
-}
-
-/// The zero start, and the network in each plane.
-fn simulate(
-    scene: &Scene,
-    trained: &Trained,
-    planes: &[(&str, Option<Normal>)],
-    steps: usize,
-    stopped: &AtomicBool,
-) -> Result<Measured> {
-    let factory = |plane: Option<Normal>| {
-        move |model: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
-            Some(Box::new(GnGuess::new(trained, Graph::new(model, members, topology), plane)))
-        }
-    };
-    let factories: Vec<_> = planes.iter().map(|&(_, plane)| factory(plane)).collect();
-    let guesses =
-        planes.iter().zip(&factories).map(|((name, _), own)| ((*name).to_owned(), Some(own as GuessFactory<'_>)));
-    let plan = Starts {
-        guesses: std::iter::once(("zero".to_owned(), None)).chain(guesses).collect(),
-        preconditioners: vec![PreconditionerKind::Raw, PreconditionerKind::BlockJacobi],
-        tolerances: vec![1e-2, 1e-4],
-        max_iterations: None,
-        buckets: ablation::buckets(steps),
-        is_struck: true,
-    };
     // The paper's formulation, and the data sets'.
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Xpbd;
-    let dt = scene.run.dt;
     let is_on = || !stopped.load(Ordering::Relaxed);
-    Ok(guesses::measure(&scene.model, &scene.state, dt, &settings, &plan, is_on)?)
+    let mut measured = Vec::new();
+    for (Scene { model, state, run, .. }, plane) in scenes.iter().zip(planes) {
+        let (free, planar) = (factory(None), factory(plane));
+        let mut guesses: Vec<(String, Option<GuessFactory<'_>>)> = vec![("zero".to_owned(), None)];
+        if is_free {
+            guesses.push((FREE.to_owned(), Some(&free)));
+        }
+        if are_planar {
+            guesses.push((PLANAR.to_owned(), Some(&planar)));
+        }
+        let starts = Starts {
+            guesses,
+            preconditioners: vec![PreconditionerKind::Raw, PreconditionerKind::BlockJacobi],
+            tolerances: vec![1e-2, 1e-4],
+            max_iterations: None,
+            buckets: ablation::buckets(test.steps),
+            is_struck: true,
+        };
+        measured.push(guesses::measure(model, state, run.dt, &settings, &starts, is_on)?);
+        if !is_on() {
+            return Ok(None);
+        }
+    }
+    Ok(Some(ablation::savings(&measured)))
 }

@@ -1,6 +1,8 @@
 //! Folders of made-up outcomes.
 
-use evaluation::ablation::{Architecture, Budget, FREE, Grid, Row, Source, Test};
+use std::path::PathBuf;
+
+use evaluation::ablation::{Architecture, Budget, FREE, Grid, GuessSavings, Source, Sweep, Test};
 use evaluation::guesses::Spread;
 use tempfile::TempDir;
 
@@ -41,9 +43,9 @@ fn sweep() -> Sweep {
     }
 }
 
-fn outcome(weights: &str) -> Outcome {
+fn outcome(weights: &str) -> NetworkOutcome {
     let spread = Some(Spread { mean: 0.5, lower: 0.25, median: 0.5, upper: 0.75 });
-    let row = Row {
+    let row = GuessSavings {
         guess: FREE.to_owned(),
         preconditioner: "raw".to_owned(),
         tolerance: 1e-4,
@@ -54,12 +56,11 @@ fn outcome(weights: &str) -> Outcome {
         zero_us: spread,
         inference_us: None,
     };
-    Outcome {
+    NetworkOutcome {
         parameters: 100,
         weights_blake3: weights.to_owned(),
         best_epoch: 2,
         final_loss: f64::NAN,
-        node_visits: 600,
         training_s: 1.5,
         measuring_s: 0.5,
         machine: "Example \"9000\", 2 cores".to_owned(),
@@ -169,7 +170,7 @@ fn doubled_cells_must_have_the_same_weights() {
     let shards = Shards::new();
     let key = &shards.sweep.keys()[0];
     // Another machine's times, but the same training.
-    shards.folder(1).cells.put(key, &Outcome { training_s: 9.0, ..outcome("aa") }).unwrap();
+    shards.folder(1).cells.put(key, &NetworkOutcome { training_s: 9.0, ..outcome("aa") }).unwrap();
     shards.merge(false).unwrap();
     assert_eq!(shards.summary().cells[0].outcome.training_s, 1.5);
     fs::remove_dir_all(shards.directory.path().join("all")).unwrap();
