@@ -32,8 +32,15 @@ impl Arm {
     }
 }
 
-/// The cable's weight [N], and what the arms hold at the end of each task.
-fn work() -> Result<(f64, Vec<[Reaction; 2]>), Box<dyn Error>> {
+/// What came of the work.
+struct Held {
+    /// The cable's weight [N].
+    weight: f64,
+    /// What the arms hold at the end of each task.
+    arms: Vec<[Reaction; 2]>,
+}
+
+fn work() -> Result<Held, Box<dyn Error>> {
     let cable = Material { youngs_modulus: 5e6, torsion_modulus: 2e6, density: 1200.0 };
     let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 40);
     let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
@@ -46,7 +53,7 @@ fn work() -> Result<(f64, Vec<[Reaction; 2]>), Box<dyn Error>> {
     let mut arms = [0, 1].map(|i| Arm { body: Body::Anchor(i), pose: model.anchors[i] });
     let mut simulation = Simulation::new(&model, &state, &Settings::default(), None)?;
     let mut forces = vec![JointForce::default(); model.joints.len()];
-    let (mut before, mut held) = (state.clone(), Vec::new());
+    let (mut before, mut held) = (state.clone(), Held { weight, arms: Vec::new() });
     for task in 0..3 {
         match task {
             0 => arms[1].go(&mut simulation, Vector3::x() * -0.3, Vector3::zeros(), 1.0),
@@ -64,13 +71,13 @@ fn work() -> Result<(f64, Vec<[Reaction; 2]>), Box<dyn Error>> {
             model.anchors[i] = arm.pose;
         }
         let all = Reaction::all(&model, [&before, &state], DT, &forces);
-        held.push([all[0], all[1]]);
+        held.arms.push([all[0], all[1]]);
     }
-    Ok((weight, held))
+    Ok(held)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (weight, held) = work()?;
+    let Held { weight, arms: held } = work()?;
     println!("the cable weighs {weight:.3} N");
     for (task, arms) in ["pushed together", "one end lifted", "twisted by a turn"].iter().zip(held) {
         for (arm, Reaction { force, moment, .. }) in arms.iter().enumerate() {
@@ -82,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn the_arms_carry_the_cable_and_its_twist() -> Result<(), Box<dyn Error>> {
-    let (weight, held) = work()?;
+    let Held { weight, arms: held } = work()?;
     for [first, second] in &held {
         let carried = first.force.z + second.force.z;
         assert!((carried - weight).abs() < 2e-3 * weight, "{carried} N of {weight} N");
