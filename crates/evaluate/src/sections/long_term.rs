@@ -26,7 +26,7 @@ pub(crate) struct LongTerm;
 
 /// Young's moduli [Pa]: Table 1's range.
 const MODULI: [f64; 5] = [1e4, 3e4, 1e5, 3e5, 1e6];
-/// Steps of a full run: forty times the training data.
+/// Steps of a full run: forty times those of the paper's training data.
 const STEPS: usize = 2000;
 /// About so many points of a curve are drawn.
 const POINTS: usize = 200;
