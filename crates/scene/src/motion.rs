@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Interpolation, Keyframe, Motion, MotionError, Pose};
+use rod::{Interpolation, Keyframe, Motion, MotionError, Pose, Track};
 use toml::Spanned;
 
 use crate::error::{Result, Source};
@@ -57,7 +57,7 @@ pub(crate) fn motion(source: &Source, entry: &Spanned<format::Motion>, pose: &Po
     if let (true, Some(interpolation)) = (course.goes_by_velocity(), &given.interpolation) {
         return source.wrong(interpolation.span(), "goes with poses; velocities are held from one time to the next");
     }
-    let motion = match course.motion(pose, interpolation(given)) {
+    let motion = match course.motion(pose, interpolation(&given.interpolation)) {
         Ok(motion) => motion,
         Err(error) => return source.wrong(entry.span(), &error.to_string()),
     };
@@ -72,8 +72,8 @@ pub(crate) fn motion(source: &Source, entry: &Spanned<format::Motion>, pose: &Po
     Ok(Arc::new(motion))
 }
 
-fn interpolation(given: &format::Motion) -> Interpolation {
-    match given.interpolation.as_ref().map(Spanned::get_ref) {
+fn interpolation(given: &Option<Spanned<format::Interpolation>>) -> Interpolation {
+    match given.as_ref().map(Spanned::get_ref) {
         Some(format::Interpolation::Held) => Interpolation::Held,
         Some(format::Interpolation::Smooth) => Interpolation::Smooth,
         Some(format::Interpolation::Linear) | None => Interpolation::Linear,
@@ -105,14 +105,7 @@ fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Nu
     if spans.iter().all(Option::is_none) {
         return source.wrong(times.span(), "without a list of what happens at these times, such as `shifts_m`");
     }
-    let mut seconds: Vec<f64> = Vec::with_capacity(count);
-    for time in times.get_ref() {
-        let now = source.finite(time, "s")?;
-        if seconds.last().is_some_and(|&before| now <= before) {
-            return source.must_be(time.span(), "later than the time before it");
-        }
-        seconds.push(now);
-    }
+    let seconds = ascending(source, times)?;
     let vectors = |list: &Option<Spanned<Vec<format::Vector>>>, unit: &str| {
         let Some(list) = list else { return Ok(None) };
         one_a_time(source, list, count)?;
@@ -149,6 +142,37 @@ fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Nu
         return source.wrong(times.span(), "velocities and poses do not go together; give one or the other");
     }
     Ok(course)
+}
+
+/// The times [s] of a list, each later than the one before.
+fn ascending(source: &Source, times: &Spanned<Vec<format::Number>>) -> Result<Vec<f64>> {
+    let mut seconds: Vec<f64> = Vec::with_capacity(times.get_ref().len());
+    for time in times.get_ref() {
+        let now = source.finite(time, "s")?;
+        if seconds.last().is_some_and(|&before| now <= before) {
+            return source.must_be(time.span(), "later than the time before it");
+        }
+        seconds.push(now);
+    }
+    Ok(seconds)
+}
+
+/// Vectors over time, in `unit`.
+pub(crate) fn track(
+    source: &Source,
+    times: &Spanned<Vec<format::Number>>,
+    values: &Spanned<Vec<format::Vector>>,
+    between: &Option<Spanned<format::Interpolation>>,
+    unit: &str,
+) -> Result<Arc<Track>> {
+    let seconds = ascending(source, times)?;
+    one_a_time(source, values, seconds.len())?;
+    let vector = |(time, value): (f64, &format::Vector)| Ok((time, source.vector(value, unit)?));
+    let values = seconds.into_iter().zip(values.get_ref()).map(vector).collect::<Result<Vec<_>>>()?;
+    match Track::new(&values, interpolation(between)) {
+        Ok(track) => Ok(Arc::new(track)),
+        Err(error) => source.wrong(times.span(), &error.to_string()),
+    }
 }
 
 fn one_a_time<T>(source: &Source, list: &Spanned<Vec<T>>, count: usize) -> Result<()> {

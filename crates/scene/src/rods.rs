@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Body, Load, RodSpec};
+use rod::{Body, Changing, Course, Load, RodSpec};
 use toml::Spanned;
 
 use crate::builder::{Builder, check_fraction};
 use crate::error::{Result, Source};
 use crate::grips::Grips;
+use crate::motion::track;
 use crate::refine::mean;
 use crate::shape::number_or;
 use crate::strands::Strands;
@@ -117,7 +118,8 @@ fn add_load(
     segments: &Range<usize>,
     closed: bool,
 ) -> Result<()> {
-    let format::Load { at, segment, fraction, force_n, torque_n_m } = load.get_ref();
+    let format::Load { at, segment, fraction, force_n, torque_n_m, times_s, forces_n, torques_n_m, interpolation } =
+        load.get_ref();
     let (segment, fraction) = match (at, segment) {
         (Some(at), None) if closed => return source.wrong(at.span(), "a closed rod has no end faces"),
         (Some(at), None) => {
@@ -136,13 +138,40 @@ fn add_load(
         }
         _ => return source.wrong(load.span(), "give either `at` or `segment`"),
     };
-    if force_n.is_none() && torque_n_m.is_none() {
-        return source.wrong(load.span(), "give `force_n` or `torque_n_m` or both");
+    let changes = [forces_n, torques_n_m].into_iter().flatten().next();
+    match (times_s, changes) {
+        (Some(times), None) => return source.wrong(times.span(), "goes with `forces_n` or `torques_n_m`"),
+        (None, Some(values)) => return source.wrong(values.span(), "goes with `times_s`"),
+        (None, None) if force_n.is_none() && torque_n_m.is_none() => {
+            return source.wrong(load.span(), "give `force_n` or `torque_n_m` or both, or `times_s` and lists");
+        }
+        _ => {}
+    }
+    for (constant, list) in [(force_n, forces_n), (torque_n_m, torques_n_m)] {
+        if let (Some(constant), Some(_)) = (constant, list) {
+            return source.wrong(constant.span(), "is given over time, too; leave one of them out");
+        }
+    }
+    if let (Some(interpolation), None) = (interpolation, times_s) {
+        return source.wrong(interpolation.span(), "goes with `times_s`");
     }
     let vector =
         |value: &Option<format::Vector>, unit| value.as_ref().map_or(Ok(Vector3::zeros()), |v| source.vector(v, unit));
     let offset = (fraction - 0.5) * builder.segment(segment).length;
-    let (force, torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+    let (mut force, mut torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+    let index = builder.assembly.model_mut().loads.len();
+    if let Some(times) = times_s {
+        let of = [
+            (forces_n, "N", Changing::Force(index), &mut force),
+            (torques_n_m, "N m", Changing::Torque(index), &mut torque),
+        ];
+        for (list, unit, of, first) in of {
+            let Some(list) = list else { continue };
+            let track = track(source, times, list, interpolation, unit)?;
+            *first = track.at(0.0);
+            builder.assembly.model_mut().courses.push(Course { of, track });
+        }
+    }
     builder.assembly.load(Load { segment, offset, force, torque });
     Ok(())
 }

@@ -174,3 +174,34 @@ fn mistakes_in_lists_are_named_with_their_key() {
         assert!(error.contains(KEY) || error.contains("motions[1]") || error.contains("velocities[0]"), "{error}");
     }
 }
+
+#[test]
+fn loads_and_gravity_over_time() {
+    const CALM: &str = "times_s = [0, 1]\nshifts_m = [[0,0,0],[0,0,0]]\nat = \"end-face\"";
+    let load = |lines: &str| format!("{CALM}\n[[rods.loads]]\nsegment = 4\n{lines}");
+    let scene = parsed(&load("times_s = [1, 2]\nforces_n = [[0,0,1],[0,0,3]]\ntorque_n_m = [1,0,0]"));
+    assert_eq!((scene.model.loads[0].force, scene.model.loads[0].torque), (Vector3::z(), Vector3::x()));
+    let mut model = scene.model.clone();
+    model.set_time(1.5);
+    assert_eq!((model.loads[0].force, model.loads[0].torque), (Vector3::z() * 2.0, Vector3::x()));
+    for (lines, expected) in [
+        ("", "loads[0]: give `force_n` or `torque_n_m` or both, or `times_s` and lists"),
+        ("times_s = [0]", "loads[0].times_s: goes with `forces_n` or `torques_n_m`"),
+        ("forces_n = [[0,0,1]]", "loads[0].forces_n: goes with `times_s`"),
+        ("force_n = [0,0,1]\ninterpolation = \"held\"", "loads[0].interpolation: goes with `times_s`"),
+        ("times_s = [0]\nforce_n = [0,0,1]\nforces_n = [[0,0,1]]", "loads[0].force_n: is given over time, too"),
+        ("times_s = [0, 0]\nforces_n = [[0,0,1],[0,0,1]]", "loads[0].times_s[1] = 0, but it must be later than"),
+        ("times_s = [0, 1]\nforces_n = [[0,0,1]]", "loads[0].forces_n: has 1 entries, but `times_s` has 2"),
+    ] {
+        let error = error(&load(lines));
+        assert!(error.contains(&format!("rods[0].{expected}")), "{error}");
+    }
+    let tilted = "gravity_over_time = { times_s = [0, 2], values_m_s2 = [[0, 0, -9.81], [9.81, 0, 0]] }\n";
+    let scene = scene::parse(&format!("{tilted}{}", text(CALM)), "x.toml").unwrap();
+    let mut model = scene.model.clone();
+    assert_eq!(model.gravity, Vector3::z() * -9.81);
+    model.set_time(5.0);
+    assert_eq!(model.gravity, Vector3::x() * 9.81);
+    let both = scene::parse(&format!("gravity_m_s2 = [0, 0, 0]\n{tilted}{}", text(CALM)), "x.toml").unwrap_err();
+    assert!(both.to_string().contains("gravity_m_s2: does not go with `gravity_over_time`"), "{both}");
+}
