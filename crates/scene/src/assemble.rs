@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Body, Changing, Course, Damping, Gusts, ModelError, Wind};
+use rod::{Air, Assembly, Body, Change, Changing, Damping, Gusts, ModelError, Wind};
 
 use crate::builder::Builder;
 use crate::error::{Result, Source};
@@ -43,9 +43,9 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         let format::Gravity { times_s, values_m_s2, interpolation } = gravity.get_ref();
         let track = track(source, times_s, values_m_s2, interpolation, "m/s^2")?;
         assembly.model_mut().gravity = track.at(0.0);
-        assembly.model_mut().courses.push(Course { of: Changing::Gravity, track });
+        assembly.model_mut().changes.push(Change { of: Changing::Gravity, track });
     }
-    let mut builder = Builder::new(refinement, assembly, run.dt);
+    let mut builder = Builder::new(refinement, assembly, run.dt * run.steps as f64);
     // Place in the text of the entry that each rod comes from.
     let mut entry_of = Vec::new();
     for (i, rod) in file.rods.iter().enumerate() {

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Body, Changing, Course, Load, RodSpec};
+use rod::{Body, Change, Changing, Load, RodSpec};
 use toml::Spanned;
 
 use crate::builder::{Builder, check_fraction};
 use crate::error::{Result, Source};
 use crate::grips::Grips;
-use crate::motion::track;
+use crate::motion::{Prepared, track};
 use crate::refine::mean;
 use crate::shape::number_or;
 use crate::strands::Strands;
@@ -22,10 +22,11 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &
     let name = builder.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
     let branch_of = rod.branch_of.as_ref().map(|place| builder.place(source, place)).transpose()?;
     let spec = spec(builder, source, rod, branch_of)?;
-    let Some(strands) = &rod.strands else { return build(builder, source, entry, name, &spec, branch_of) };
+    let motions = rod.motions.iter().map(|motion| Prepared::new(source, motion)).collect::<Result<Vec<_>>>()?;
+    let Some(strands) = &rod.strands else { return build(builder, source, entry, name, &spec, branch_of, &motions) };
     let strands = Strands::new(source, strands, rod, &spec, builder.refinement)?;
     for (k, nodes) in strands.nodes().enumerate() {
-        build(builder, source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None)?;
+        build(builder, source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None, &motions)?;
     }
     Ok(())
 }
@@ -38,6 +39,7 @@ fn build(
     name: String,
     spec: &RodSpec,
     branch_of: Option<(usize, f64)>,
+    motions: &[Prepared],
 ) -> Result<()> {
     let rod = entry.get_ref();
     let segments = builder.add_rod(name, spec, branch_of);
@@ -55,10 +57,9 @@ fn build(
     for segment in &rod.fixed_segments {
         builder.fix(&segments, source.index(segment, count)?);
     }
-    for motion in &rod.motions {
-        grips.drive(builder, source, motion, spec.closed)?;
+    for (motion, prepared) in rod.motions.iter().zip(motions) {
+        grips.drive(builder, source, (motion, prepared), spec.closed)?;
     }
-    grips.check_reach(builder, source, rod)?;
     for mass in &rod.masses {
         let parts = builder.refinement.parts(&segments, source.index(&mass.segment, count)?);
         let share = source.not_negative(&mass.mass_kg, "kg")? / parts.len() as f64;
@@ -70,6 +71,7 @@ fn build(
         add_load(builder, source, load, &segments, spec.closed)?;
     }
     set_velocities(builder, source, rod, &segments, &grips)?;
+    grips.check_reach(builder, source, spec.closed)?;
     if let Some(tree) = &rod.tree {
         if spec.closed {
             return source.wrong(rod.shape.span(), "a tree's trunk must not be closed");
@@ -169,7 +171,7 @@ fn add_load(
             let Some(list) = list else { continue };
             let track = track(source, times, list, interpolation, unit)?;
             *first = track.at(0.0);
-            builder.assembly.model_mut().courses.push(Course { of, track });
+            builder.assembly.model_mut().changes.push(Change { of, track });
         }
     }
     builder.assembly.load(Load { segment, offset, force, torque });

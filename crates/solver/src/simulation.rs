@@ -263,7 +263,7 @@ impl Simulation {
 
     /// Lets a motion drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its
     /// times are [`Simulation::time`]'s. Where it is elsewhere than the body is now, the body jumps there within the next
-    /// step; [`Driven::gripped`] begins where the body is.
+    /// step; [`Driven::gripped`] begins where the body is. A step in which it turns by more than 1 rad is done in halves.
     ///
     /// # Errors
     /// If there is no such body, or it is free.
