@@ -18,6 +18,7 @@ use crate::linear::solvers::SolverKind;
 use crate::lockstep::Lockstep;
 use crate::piece::Piece;
 use crate::projection::{Predictor, ProjectionFactory};
+use crate::statics::StaticParamsError;
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
 
@@ -50,6 +51,9 @@ pub enum SimulationError {
     /// A parameter of the steps is not allowed.
     #[error("step parameter {0}")]
     Step(#[from] StepParamsError),
+    /// A parameter of a static analysis is not allowed.
+    #[error("static parameter {0}")]
+    Static(#[from] StaticParamsError),
     /// Contacts where nothing knows of them.
     #[error(
         "{what} knows no contacts, but the model has some (between segments: {}, obstacles: {obstacles})",
