@@ -1,4 +1,4 @@
-//! Which of the training scenarios a scene is like, how it is unlike it, and whether a learned start pays for it.
+//! Which of the training scenarios a scene is like, how it is unlike it, and whether it takes a learned start.
 
 use std::collections::BTreeMap;
 
@@ -9,22 +9,23 @@ use solver::formulation::Formulation;
 
 use crate::name::{GuessName, Recipe};
 
-/// Longest time step of the regime in which the network pays [s].
+/// Longest time step at which a learned start is taken [s]: a little longer than the paper's.
 const LONGEST_STEP: f64 = 0.025;
 
-/// The learned start that takes less time than any other on scenes like this one, and why; `None` where there is none.
+/// The learned start that the rules take for a scene like this one, and why; `None` where there is none.
 ///
 /// That is `gn-step` for formulation `newton` without contacts, on helices like those that it learned from, at the paper's
-/// time step. `evaluate precision` measures it beside the other starts.
+/// time step. `evaluate precision` measures what this rests on: it runs `gn-step` beside the other starts.
 pub fn learned_start(scene: &Scene, formulation: Formulation) -> Option<(GuessName, String)> {
-    let pays = cfg!(feature = "gn")
+    let is_taken = cfg!(feature = "gn")
         && formulation.momentum()
         && scene.model.contacts.is_empty()
         && scene.run.dt <= LONGEST_STEP
         && fitting(scene) == Scenario::Helix
         && foreign(scene, &Scenario::Helix.ranges_with_slack()).is_none();
     let name = GuessName::Network(Recipe::Step);
-    pays.then(|| (name, format!("guess {name}: on helices like those that it learned from it saves the most time")))
+    let like = "the scene is a helix like those that it learned from";
+    is_taken.then(|| (name, format!("guess {name}: {like}, in time steps of at most {LONGEST_STEP} s")))
 }
 
 /// The scenario that is most like a scene: trees where rods hang together without loops, knots where a single rod that can

@@ -7,7 +7,6 @@ use graph::{Graph, Normal, planar_normal};
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use scene::Scene;
-use serde::Serialize;
 use solver::component::Members;
 use solver::guess::{GuessKind, InitialGuess};
 use solver::projection::Projection;
@@ -17,6 +16,7 @@ use terminal::say;
 use crate::name::GuessName;
 #[cfg(feature = "gn")]
 use crate::network::Network;
+use crate::origin::Origin;
 use crate::training::Training;
 
 /// A guess with what it has learned, ready for any number of rods.
@@ -28,15 +28,6 @@ pub enum Guess {
     /// A network.
     #[cfg(feature = "gn")]
     Network(Box<Network>),
-}
-
-/// Which network a guess is.
-#[derive(Clone, Debug, Serialize)]
-pub struct Origin {
-    /// Its recipe, its training, and where it comes from, in words.
-    pub network: String,
-    /// BLAKE3 hash of its weights' file, as its card has it.
-    pub weights_blake3: String,
 }
 
 impl Guess {

@@ -9,11 +9,13 @@ mod guess;
 mod name;
 #[cfg(feature = "gn")]
 mod network;
+mod origin;
 mod training;
 
 pub use fitting::{fitting, learned_start};
-pub use guess::{Guess, Origin, Projections, Row, load, plane, rows};
+pub use guess::{Guess, Projections, Row, load, plane, rows};
 pub use name::{GuessName, Recipe};
 #[cfg(feature = "gn")]
 pub use network::{Network, built_in};
+pub use origin::Origin;
 pub use training::{Sources, Training};

@@ -8,8 +8,8 @@ use dataset::Scenario;
 use graph::{Graph, Normal};
 use solver::guess::InitialGuess;
 
-use crate::guess::Origin;
 use crate::name::{GuessName, Recipe};
+use crate::origin::Origin;
 
 /// Checkpoints of the folder `checkpoints`: name, card, weights.
 macro_rules! built_in {

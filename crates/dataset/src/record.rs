@@ -129,6 +129,9 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
     if model.loads.iter().any(|load| load.torque.norm() > 0.0 || load.offset != 0.0) {
         return Err(wrong("a load with a torque, which a stored linear system would not hold".to_owned()));
     }
+    if !model.motions.is_empty() || !model.changes.is_empty() {
+        return Err(wrong("a motion or a load over time, which a stored model would not hold".to_owned()));
+    }
     let samples = Arc::new(Mutex::new(Samples::default()));
     let build = |_: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
         Some(Box::new(Recorder {

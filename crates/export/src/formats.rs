@@ -83,7 +83,7 @@ struct Frame {
 impl Frame {
     /// Makes what of a model changes over time that of this frame.
     fn set_time(&self, model: &mut Cow<'_, Model>) {
-        if model.changes() {
+        if model.varies() {
             model.to_mut().set_time(self.time);
         }
     }

@@ -39,7 +39,7 @@ pub fn planar_normal(model: &Model, state: &State) -> Option<Normal> {
 }
 
 fn is_planar(model: &Model, state: &State, normal: Normal) -> bool {
-    if !model.motions.is_empty() || !model.courses.is_empty() {
+    if !model.motions.is_empty() || !model.changes.is_empty() {
         return false;
     }
     let mut axis = Vector3::zeros();

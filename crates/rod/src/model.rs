@@ -5,8 +5,8 @@ use std::fmt;
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use crate::motion::{self, MotionMistake};
-use crate::{Air, Contacts, Course, Driven, track};
+use crate::motion::{self, DriveError};
+use crate::{Air, Change, Contacts, Driven, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,13 +138,13 @@ pub struct Model {
     pub joints: Vec<Joint>,
     /// Places in the ground that joints hold on to.
     pub anchors: Vec<Pose>,
-    /// Loads; constant unless [`Model::courses`] names them.
+    /// Loads; constant unless [`Model::changes`] names them.
     pub loads: Vec<Load>,
     /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is.
     pub motions: Vec<Driven>,
     /// Loads and gravity that change over time.
-    pub courses: Vec<Course>,
-    /// Gravitational acceleration [m/s^2]; constant unless [`Model::courses`] names it.
+    pub changes: Vec<Change>,
+    /// Gravitational acceleration [m/s^2]; constant unless [`Model::changes`] names it.
     pub gravity: Vector3<f64>,
     /// Damping against the surroundings.
     pub damping: Damping,
@@ -220,7 +220,15 @@ pub enum ModelError {
         /// Index into [`Model::motions`].
         index: usize,
         /// Why not.
-        mistake: MotionMistake,
+        mistake: DriveError,
+    },
+    /// Two changes of the same load or of gravity.
+    #[error("change {index}: change {other} is of the same")]
+    Twice {
+        /// Index into [`Model::changes`].
+        index: usize,
+        /// The one before it.
+        other: usize,
     },
     /// A joint that holds no segment, or the same segment twice.
     #[error("joint {index}: it must hold two different bodies, at least one of them a segment")]
@@ -239,7 +247,8 @@ pub enum ModelError {
 }
 
 impl Model {
-    /// Pose of a body in `state`, both of which must exist; of an anchor that moves its first one.
+    /// Pose of a body in `state`, both of which must exist; of an anchor that moves that of the time that was set last
+    /// ([`Model::set_time`]), the first one if none was.
     pub fn pose(&self, body: Body, state: &State) -> Pose {
         match body {
             Body::Segment(i) => Pose { position: state.positions[i], orientation: state.orientations[i] },

@@ -34,9 +34,9 @@ pub struct Keyframe {
 
 /// Why keyframes are no motion.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum MotionError {
+pub enum KeyframeError {
     /// There are none.
-    #[error("a motion needs at least one keyframe")]
+    #[error("there must be at least one keyframe")]
     Empty,
     /// Times do not increase.
     #[error("keyframe {index}: time {time} s, but it must be later than that of the keyframe before, {before} s")]
@@ -47,6 +47,14 @@ pub enum MotionError {
         time: f64,
         /// The time of the one before [s].
         before: f64,
+    },
+    /// A jump by more than half a turn, which leads to the same pose as a smaller one.
+    #[error("keyframe {index}: it jumps by {angle} rad, but a jump can be no more than half a turn")]
+    Jump {
+        /// Index of the keyframe.
+        index: usize,
+        /// The angle [rad].
+        angle: f64,
     },
     /// A number is not finite.
     #[error("keyframe {index}: {quantity} must be finite")]
@@ -120,7 +128,7 @@ impl Driven {
 
 /// Why a body cannot follow a motion.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum MotionMistake {
+pub enum DriveError {
     /// The body moves freely.
     #[error("segment {0} is not fixed, but only what is held can be driven")]
     Free(usize),
@@ -154,17 +162,17 @@ pub(crate) fn validate(model: &Model, state: &State) -> Result<(), ModelError> {
         }
         let wrong = |mistake| Err(ModelError::Motion { index, mistake });
         if matches!(body, Body::Segment(i) if !model.segments[i].fixed) {
-            return wrong(MotionMistake::Free(to));
+            return wrong(DriveError::Free(to));
         }
         if let Some(other) = drivers.insert((target, to), index) {
-            return wrong(MotionMistake::Twice(other));
+            return wrong(DriveError::Twice(other));
         }
         let (here, begin) = (model.pose(body, state), driven.at(0.0).pose);
         let distance = (begin.position - here.position).norm();
         let angle = begin.orientation.angle_to(&here.orientation);
         let is_there = distance <= SAME_PLACE * (1.0 + here.position.norm()) && angle <= 1e-6;
         if !is_there {
-            return wrong(MotionMistake::Elsewhere { distance, angle });
+            return wrong(DriveError::Elsewhere { distance, angle });
         }
     }
     Ok(())
@@ -190,24 +198,27 @@ impl Motion {
         orientation: UnitQuaternion<f64>,
         keyframes: &[Keyframe],
         interpolation: Interpolation,
-    ) -> Result<Self, MotionError> {
+    ) -> Result<Self, KeyframeError> {
         if keyframes.is_empty() {
-            return Err(MotionError::Empty);
+            return Err(KeyframeError::Empty);
         }
         let mut knots: Vec<Knot> = Vec::with_capacity(keyframes.len());
         let mut q = orientation;
         for (index, &Keyframe { time, position, turn }) in keyframes.iter().enumerate() {
             let checks = [("time", time.is_finite()), ("position", finite(&position)), ("turn", finite(&turn))];
             if let Some((quantity, _)) = checks.into_iter().find(|(_, ok)| !ok) {
-                return Err(MotionError::NotFinite { index, quantity });
+                return Err(KeyframeError::NotFinite { index, quantity });
             }
             if let Some(last) = knots.last_mut() {
                 let elapsed = time - last.time;
                 if elapsed <= 0.0 {
-                    return Err(MotionError::Order { index, time, before: last.time });
+                    return Err(KeyframeError::Order { index, time, before: last.time });
                 }
                 if !finite(&((position - last.position) / elapsed)) || !finite(&(turn / elapsed)) {
-                    return Err(MotionError::NotFinite { index, quantity: "velocity" });
+                    return Err(KeyframeError::NotFinite { index, quantity: "velocity" });
+                }
+                if interpolation == Interpolation::Held && turn.norm() > std::f64::consts::PI {
+                    return Err(KeyframeError::Jump { index, angle: turn.norm() });
                 }
                 last.turn = turn;
             }
@@ -218,7 +229,7 @@ impl Motion {
         if interpolation == Interpolation::Smooth {
             set_velocities(&mut knots);
             if let Some(index) = knots.iter().position(|knot| !finite(&knot.velocity) || !finite(&knot.rate)) {
-                return Err(MotionError::NotFinite { index, quantity: "velocity" });
+                return Err(KeyframeError::NotFinite { index, quantity: "velocity" });
             }
         }
         Ok(Self { interpolation, knots, after: [Vector3::zeros(); 2] })
@@ -228,7 +239,7 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::new`].
-    pub fn through(poses: &[(f64, Pose)], interpolation: Interpolation) -> Result<Self, MotionError> {
+    pub fn through(poses: &[(f64, Pose)], interpolation: Interpolation) -> Result<Self, KeyframeError> {
         let first = poses.first().map_or_else(UnitQuaternion::identity, |(_, pose)| pose.orientation);
         let mut before = first;
         let keyframe = |&(time, Pose { position, orientation }): &(f64, Pose)| {
@@ -244,7 +255,7 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::new`].
-    pub fn at_velocities(pose: &Pose, velocities: &[(f64, Vector3<f64>, Vector3<f64>)]) -> Result<Self, MotionError> {
+    pub fn at_velocities(pose: &Pose, velocities: &[(f64, Vector3<f64>, Vector3<f64>)]) -> Result<Self, KeyframeError> {
         let mut keyframes: Vec<Keyframe> = Vec::with_capacity(velocities.len());
         let mut going: Option<(f64, Vector3<f64>, Vector3<f64>)> = None;
         for (index, &(time, v, w)) in velocities.iter().enumerate() {
@@ -253,7 +264,7 @@ impl Motion {
             let position = keyframes.last().map_or(pose.position, |last| last.position) + velocity * elapsed;
             keyframes.push(Keyframe { time, position, turn: rate * elapsed });
             if !finite(&v) || !finite(&w) {
-                return Err(MotionError::NotFinite { index, quantity: "velocity" });
+                return Err(KeyframeError::NotFinite { index, quantity: "velocity" });
             }
             going = Some((time, v, w));
         }
@@ -266,12 +277,24 @@ impl Motion {
         self.knots.iter().map(|knot| knot.time)
     }
 
-    /// Where it turns by half a turn or more in `dt` [s], which no comparison of poses can tell from a turn the other way:
-    /// the time [s] and the angle [rad] of the first such place, looked for at keyframes and halfway between them.
-    pub fn half_turn(&self, dt: f64) -> Option<(f64, f64)> {
-        let halfway = self.knots.windows(2).map(|pair| 0.5 * (pair[0].time + pair[1].time));
-        let angle = |time: f64| (time, dt * self.at(time).angular_velocity.norm());
-        self.times().chain(halfway).map(angle).find(|(_, angle)| *angle >= std::f64::consts::PI)
+    /// By how much it turns on its way from one time to a later one [s], there and back counted alike [rad]: what poses
+    /// alone do not tell. Between two keyframes the turn is taken as evenly spread.
+    pub fn turned(&self, from: f64, to: f64) -> f64 {
+        let [first, last] = [&self.knots[0], &self.knots[self.knots.len() - 1]];
+        let after = (to - from.max(last.time)).max(0.0) * self.after[1].norm();
+        if to <= first.time || from >= last.time {
+            return after;
+        }
+        let begin = self.knots.partition_point(|knot| knot.time <= from).saturating_sub(1);
+        let under_way = self.knots[begin..].windows(2).take_while(|pair| pair[0].time < to);
+        let within = under_way.map(|pair| {
+            let share = match self.interpolation {
+                Interpolation::Held => f64::from(u8::from(from < pair[1].time && pair[1].time <= to)),
+                _ => (to.min(pair[1].time) - from.max(pair[0].time)).max(0.0) / (pair[1].time - pair[0].time),
+            };
+            share * pair[0].turn.norm()
+        });
+        after + within.sum::<f64>()
     }
 
     /// Where it is at `time` [s], and how fast it goes on from there: at a keyframe, as in what comes after it.
@@ -333,19 +356,19 @@ fn set_velocities(knots: &mut [Knot]) {
     for k in 1..knots.len().saturating_sub(1) {
         let [before, here, after] = [knots[k - 1], knots[k], knots[k + 1]];
         let spans = [here.time - before.time, after.time - here.time];
-        knots[k].velocity = through(spans, here.position - before.position, after.position - here.position);
+        knots[k].velocity = parabola_velocity(spans, here.position - before.position, after.position - here.position);
         // Beyond half a turn the rate at the end of a turn about another axis is no rate of that turn's vector.
         let is_one_axis = before.turn.cross(&here.turn).norm() <= 1e-12 * before.turn.norm() * here.turn.norm();
         let is_short = before.turn.norm().max(here.turn.norm()) < std::f64::consts::PI;
         if is_one_axis || is_short {
-            knots[k].rate = through(spans, before.turn, here.turn);
+            knots[k].rate = parabola_velocity(spans, before.turn, here.turn);
         }
     }
 }
 
 /// Velocity halfway through two ways that take so long each [s]: that of the parabola through the three places; zero where
 /// one of the ways leads nowhere.
-pub(crate) fn through([h0, h1]: [f64; 2], d0: Vector3<f64>, d1: Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn parabola_velocity([h0, h1]: [f64; 2], d0: Vector3<f64>, d1: Vector3<f64>) -> Vector3<f64> {
     match d0 == Vector3::zeros() || d1 == Vector3::zeros() {
         true => Vector3::zeros(),
         false => (d0 * (h1 / h0) + d1 * (h0 / h1)) / (h0 + h1),
@@ -486,6 +509,24 @@ mod tests {
     }
 
     #[test]
+    fn what_is_turned_is_counted_there_and_back() {
+        let frame = |time, turn: f64| Keyframe { time, position: Vector3::zeros(), turn: Vector3::y() * turn };
+        let frames = [frame(1.0, 0.0), frame(2.0, 3.0), frame(4.0, -2.0)];
+        let made = |interpolation| Motion::new(UnitQuaternion::identity(), &frames, interpolation).unwrap();
+        let linear = made(Interpolation::Linear);
+        for (from, to, turned) in [(0.0, 1.0, 0.0), (0.0, 1.5, 1.5), (1.5, 3.0, 2.5), (0.0, 9.0, 5.0), (4.0, 9.0, 0.0)]
+        {
+            assert!((linear.turned(from, to) - turned).abs() < 1e-14, "{from} to {to}: {}", linear.turned(from, to));
+        }
+        let held = made(Interpolation::Held);
+        assert_eq!([(1.9, 2.0), (2.0, 3.9), (0.0, 9.0)].map(|(from, to)| held.turned(from, to)), [3.0, 0.0, 5.0]);
+        let steady = Motion::at_velocities(&pose([0.0; 3], [0.0; 3]), &[(1.0, Vector3::zeros(), Vector3::z() * 4.0)]);
+        assert!((steady.unwrap().turned(0.5, 2.5) - 6.0).abs() < 1e-14);
+        let jump = Motion::new(UnitQuaternion::identity(), &[frame(0.0, 0.0), frame(1.0, 4.0)], Interpolation::Held);
+        assert_eq!(jump, Err(KeyframeError::Jump { index: 1, angle: 4.0 }));
+    }
+
+    #[test]
     fn velocities_are_held_until_the_next_and_go_on_for_ever() {
         let start = pose([1.0, 2.0, 3.0], [0.3, -0.2, 0.9]);
         let (x, z) = (Vector3::x(), Vector3::z());
@@ -522,11 +563,11 @@ mod tests {
     fn what_is_no_motion_is_refused_with_its_place() {
         let frame = |time| Keyframe { time, position: Vector3::zeros(), turn: Vector3::zeros() };
         let made = |frames: &[Keyframe]| Motion::new(UnitQuaternion::identity(), frames, Interpolation::Linear);
-        assert_eq!(made(&[]), Err(MotionError::Empty));
+        assert_eq!(made(&[]), Err(KeyframeError::Empty));
         let error = made(&[frame(0.0), frame(1.0), frame(1.0)]).unwrap_err();
-        assert_eq!(error, MotionError::Order { index: 2, time: 1.0, before: 1.0 });
+        assert_eq!(error, KeyframeError::Order { index: 2, time: 1.0, before: 1.0 });
         let mut wrong = frame(2.0);
         wrong.turn.y = f64::NAN;
-        assert_eq!(made(&[frame(0.0), wrong]), Err(MotionError::NotFinite { index: 1, quantity: "turn" }));
+        assert_eq!(made(&[frame(0.0), wrong]), Err(KeyframeError::NotFinite { index: 1, quantity: "turn" }));
     }
 }

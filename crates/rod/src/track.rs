@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::motion::{finite, hermite, through};
-use crate::{Interpolation, Model, ModelError, MotionError};
+use crate::motion::{finite, hermite, parabola_velocity};
+use crate::{Interpolation, KeyframeError, Model, ModelError};
 
 /// A vector over time, given at some times. Before the first it is the first, after the last the last.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,24 +27,24 @@ impl Track {
     ///
     /// # Errors
     /// If there are none, numbers are not finite, or times do not increase.
-    pub fn new(values: &[(f64, Vector3<f64>)], interpolation: Interpolation) -> Result<Self, MotionError> {
+    pub fn new(values: &[(f64, Vector3<f64>)], interpolation: Interpolation) -> Result<Self, KeyframeError> {
         if values.is_empty() {
-            return Err(MotionError::Empty);
+            return Err(KeyframeError::Empty);
         }
         let mut knots: Vec<Knot> = Vec::with_capacity(values.len());
         for (index, &(time, value)) in values.iter().enumerate() {
             if !time.is_finite() || !finite(&value) {
-                return Err(MotionError::NotFinite {
+                return Err(KeyframeError::NotFinite {
                     index,
                     quantity: if time.is_finite() { "value" } else { "time" },
                 });
             }
             if let Some(last) = knots.last() {
                 if time <= last.time {
-                    return Err(MotionError::Order { index, time, before: last.time });
+                    return Err(KeyframeError::Order { index, time, before: last.time });
                 }
                 if !finite(&((value - last.value) / (time - last.time))) {
-                    return Err(MotionError::NotFinite { index, quantity: "rate of change" });
+                    return Err(KeyframeError::NotFinite { index, quantity: "rate of change" });
                 }
             }
             knots.push(Knot { time, value, rate: Vector3::zeros() });
@@ -53,7 +53,7 @@ impl Track {
             for k in 1..knots.len() - 1 {
                 let [before, here, after] = [knots[k - 1], knots[k], knots[k + 1]];
                 let spans = [here.time - before.time, after.time - here.time];
-                knots[k].rate = through(spans, here.value - before.value, after.value - here.value);
+                knots[k].rate = parabola_velocity(spans, here.value - before.value, after.value - here.value);
             }
         }
         Ok(Self { interpolation, knots })
@@ -85,9 +85,9 @@ pub enum Changing {
     Torque(usize),
 }
 
-/// Something of a model that changes over time.
+/// Something of a model that changes over time, and how.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct Change {
     /// What.
     pub of: Changing,
     /// Its values, in the unit of what it is of.
@@ -102,7 +102,7 @@ impl Model {
                 self.anchors[i] = driven.at(time).pose;
             }
         }
-        for Course { of, track } in &self.courses {
+        for Change { of, track } in &self.changes {
             let value = track.at(time);
             match *of {
                 Changing::Gravity => self.gravity = value,
@@ -113,18 +113,21 @@ impl Model {
     }
 
     /// Whether anything of it changes over time: anchors, loads or gravity.
-    pub fn changes(&self) -> bool {
-        !self.courses.is_empty() || self.motions.iter().any(|driven| matches!(driven.body, crate::Body::Anchor(_)))
+    pub fn varies(&self) -> bool {
+        !self.changes.is_empty() || self.motions.iter().any(|driven| matches!(driven.body, crate::Body::Anchor(_)))
     }
 }
 
-/// Checks that what changes is there.
+/// Checks that what changes is there, and that nothing changes in two ways.
 pub(crate) fn validate(model: &Model) -> Result<(), ModelError> {
-    for (index, course) in model.courses.iter().enumerate() {
-        if let Changing::Force(to) | Changing::Torque(to) = course.of
+    for (index, change) in model.changes.iter().enumerate() {
+        if let Changing::Force(to) | Changing::Torque(to) = change.of
             && to >= model.loads.len()
         {
-            return Err(ModelError::Index { what: "course", index, target: "load", to, count: model.loads.len() });
+            return Err(ModelError::Index { what: "change", index, target: "load", to, count: model.loads.len() });
+        }
+        if let Some(other) = model.changes[..index].iter().position(|other| other.of == change.of) {
+            return Err(ModelError::Twice { index, other });
         }
     }
     Ok(())
@@ -148,8 +151,8 @@ mod tests {
             let halfway = if interpolation == Interpolation::Held { 0.0 } else { 0.5 };
             assert!((track.at(0.75) - Vector3::x() * halfway).norm() < 1e-15);
         }
-        assert_eq!(Track::new(&[], Interpolation::Held), Err(MotionError::Empty));
+        assert_eq!(Track::new(&[], Interpolation::Held), Err(KeyframeError::Empty));
         let back = [(1.0, Vector3::zeros()), (0.0, Vector3::zeros())];
-        assert!(matches!(Track::new(&back, Interpolation::Held), Err(MotionError::Order { index: 1, .. })));
+        assert!(matches!(Track::new(&back, Interpolation::Held), Err(KeyframeError::Order { index: 1, .. })));
     }
 }

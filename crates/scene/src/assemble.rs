@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Body, Damping, Gusts, ModelError, Wind};
+use rod::{Air, Assembly, Body, Change, Changing, Damping, Gusts, ModelError, Wind};
 
 use crate::builder::Builder;
 use crate::error::{Result, Source};
+use crate::motion::track;
 use crate::net::Net;
 use crate::refine::Refinement;
 use crate::shape::number_or;
@@ -35,7 +36,16 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         assembly.air(self::air(source, air)?);
     }
     assembly.model_mut().contacts = contacts;
-    let mut builder = Builder::new(refinement, assembly, run.dt);
+    if let Some(gravity) = &file.gravity_over_time {
+        if let Some(constant) = &file.gravity_m_s2 {
+            return source.wrong(constant.span(), "does not go with `gravity_over_time`; leave one of them out");
+        }
+        let format::Gravity { times_s, values_m_s2, interpolation } = gravity.get_ref();
+        let track = track(source, times_s, values_m_s2, interpolation, "m/s^2")?;
+        assembly.model_mut().gravity = track.at(0.0);
+        assembly.model_mut().changes.push(Change { of: Changing::Gravity, track });
+    }
+    let mut builder = Builder::new(refinement, assembly, run.dt * run.steps as f64);
     // Place in the text of the entry that each rod comes from.
     let mut entry_of = Vec::new();
     for (i, rod) in file.rods.iter().enumerate() {

@@ -20,15 +20,15 @@ pub(crate) struct Builder {
     pub(crate) refinement: Refinement,
     pub(crate) assembly: Assembly,
     pub(crate) rods: Vec<RodInfo>,
-    /// Time step that the scene is run at [s].
-    pub(crate) dt: f64,
+    /// How long the scene is run [s].
+    pub(crate) end: f64,
     by_name: HashMap<String, usize>,
 }
 
 impl Builder {
     /// A builder without rods, whose segments will be cut into parts.
-    pub(crate) fn new(refinement: Refinement, assembly: Assembly, dt: f64) -> Self {
-        Self { refinement, assembly, rods: Vec::new(), dt, by_name: HashMap::new() }
+    pub(crate) fn new(refinement: Refinement, assembly: Assembly, end: f64) -> Self {
+        Self { refinement, assembly, rods: Vec::new(), end, by_name: HashMap::new() }
     }
 
     pub(crate) fn segment(&mut self, i: usize) -> Segment {

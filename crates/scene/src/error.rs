@@ -31,10 +31,12 @@ pub enum SceneError {
         message: String,
     },
     /// There is no builtin scene of that name.
-    #[error("there is no builtin scene `{name}`; there are {known}")]
+    #[error("there is no builtin scene `{name}`{meant} (there are {known})")]
     UnknownBuiltin {
         /// The name.
         name: String,
+        /// Which name may have been meant, in words; empty where none is like it.
+        meant: String,
         /// The names that exist.
         known: String,
     },

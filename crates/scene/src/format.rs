@@ -27,6 +27,7 @@ pub(crate) struct File {
     #[serde(default)]
     pub(crate) description: String,
     pub(crate) gravity_m_s2: Option<Vector>,
+    pub(crate) gravity_over_time: Option<Spanned<Gravity>>,
     #[serde(default)]
     pub(crate) run: Run,
     #[serde(default)]
@@ -253,6 +254,19 @@ pub(crate) struct Load {
     pub(crate) fraction: Option<Number>,
     pub(crate) force_n: Option<Vector>,
     pub(crate) torque_n_m: Option<Vector>,
+    pub(crate) times_s: Option<Spanned<Vec<Number>>>,
+    pub(crate) forces_n: Option<Spanned<Vec<Vector>>>,
+    pub(crate) torques_n_m: Option<Spanned<Vec<Vector>>>,
+    pub(crate) interpolation: Option<Spanned<Interpolation>>,
+}
+
+/// Gravity over time.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Gravity {
+    pub(crate) times_s: Spanned<Vec<Number>>,
+    pub(crate) values_m_s2: Spanned<Vec<Vector>>,
+    pub(crate) interpolation: Option<Spanned<Interpolation>>,
 }
 
 #[derive(Deserialize)]

@@ -9,7 +9,7 @@ use toml::Spanned;
 use crate::builder::Builder;
 use crate::error::{Result, Source, short};
 use crate::format::{self, Clamp};
-use crate::motion::motion;
+use crate::motion::Prepared;
 
 /// By how much of its length a rod may be stretched between two places that are held.
 const STRETCH: f64 = 0.1;
@@ -19,8 +19,8 @@ pub(crate) struct Grips {
     segments: Range<usize>,
     /// Anchors of the faces that are clamped.
     faces: Vec<(Clamp, usize)>,
-    /// Bodies that are driven, each with the index of its entry.
-    driven: Vec<(Body, usize)>,
+    /// Bodies that are driven, each with the index of its motion in the model and its entry's place in the text.
+    driven: Vec<(Body, usize, Range<usize>)>,
 }
 
 impl Grips {
@@ -61,7 +61,7 @@ impl Grips {
         &mut self,
         builder: &mut Builder,
         source: &Source,
-        entry: &Spanned<format::Motion>,
+        (entry, prepared): (&Spanned<format::Motion>, &Prepared),
         closed: bool,
     ) -> Result<()> {
         let format::Motion { at, segment, .. } = entry.get_ref();
@@ -77,12 +77,12 @@ impl Grips {
         let poses: Vec<Pose> = bodies.iter().map(|body| pose(builder, *body)).collect();
         let centre: Vector3<f64> = poses.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / poses.len() as f64;
         let whole = Pose { position: centre, orientation: poses[0].orientation };
-        let motion = motion(source, entry, &whole, builder.dt)?;
+        let motion = prepared.motion(source, entry, &whole)?;
         for (body, pose) in bodies.into_iter().zip(&poses) {
             if self.drives(body) {
                 return source.wrong(entry.span(), "another motion drives the same place");
             }
-            self.driven.push((body, builder.assembly.model_mut().motions.len()));
+            self.driven.push((body, builder.assembly.model_mut().motions.len(), entry.span()));
             let driven = Driven::gripped(body, motion.clone(), pose, 0.0);
             if let Body::Segment(i) = body {
                 let (state, begin) = (builder.assembly.state_mut(), driven.at(0.0));
@@ -95,34 +95,40 @@ impl Grips {
 
     /// Whether a motion drives a body.
     pub(crate) fn drives(&self, body: Body) -> bool {
-        self.driven.iter().any(|(other, _)| *other == body)
+        self.driven.iter().any(|(other, ..)| *other == body)
     }
 
     /// Checks that no two places of the rod are held further apart than the rod between them is long, at the times of all
-    /// keyframes.
-    pub(crate) fn check_reach(&self, builder: &mut Builder, source: &Source, rod: &format::Rod) -> Result<()> {
+    /// keyframes and at the end of the run.
+    pub(crate) fn check_reach(&self, builder: &mut Builder, source: &Source, closed: bool) -> Result<()> {
         if self.driven.is_empty() {
             return Ok(());
         }
-        let places = self.places(builder);
+        let (places, end) = (self.places(builder), builder.end);
+        let whole: f64 = self.segments.clone().map(|i| builder.segment(i).length).sum();
         let motions = &builder.assembly.model_mut().motions;
-        let own = |body: Body| self.driven.iter().find(|(other, _)| *other == body).map(|(_, index)| &motions[*index]);
-        for pair in places.windows(2) {
-            let [first, second] = [&pair[0], &pair[1]];
-            let length = second.along - first.along;
-            let drivers = [own(first.body), own(second.body)];
-            for time in drivers.iter().flatten().flat_map(|driven| driven.motion.times()) {
-                let at = |place: &Place, driver: Option<&Driven>| {
-                    driver.map_or(place.position, |own| own.at(time).pose.position)
-                };
-                let distance = (at(first, drivers[0]) - at(second, drivers[1])).norm();
+        let own = |place: &Place| self.driven.iter().find(|(body, ..)| *body == place.body);
+        let pairs = places.windows(2).map(|pair| (&pair[0], &pair[1], pair[1].along - pair[0].along));
+        let around = places.first().zip(places.last()).filter(|_| closed && places.len() > 1);
+        let pairs = pairs.chain(around.map(|(first, last)| (last, first, whole - last.along + first.along)));
+        for (first, second, length) in pairs {
+            let drivers = [first, second].map(own);
+            let Some((.., entry)) = drivers.into_iter().flatten().last() else { continue };
+            let driven = drivers.map(|driver| driver.map(|(_, index, _)| &motions[*index]));
+            let at = |place: &Place, driven: Option<&Driven>, time: f64| match driven {
+                Some(driven) => driven.at(time).pose.position,
+                None => place.position + place.velocity * time,
+            };
+            for time in driven.iter().flatten().flat_map(|driven| driven.motion.times()).chain([end]) {
+                let distance = (at(first, driven[0], time) - at(second, driven[1], time)).norm();
                 if distance > (1.0 + STRETCH) * length {
                     let message = format!(
-                        "at {time} s two places that are held are {} m apart, but there are only {} m of the rod between them",
+                        "at {time} s two places that are held are {} m apart, but there are only {} m of the rod between \
+                         them",
                         short(distance),
                         short(length)
                     );
-                    return source.wrong(rod.motions[0].span(), &message);
+                    return source.wrong(entry.clone(), &message);
                 }
             }
         }
@@ -137,14 +143,15 @@ impl Grips {
             let segment = builder.segment(i);
             if segment.fixed {
                 let position = pose(builder, Body::Segment(i)).position;
-                places.push(Place { body: Body::Segment(i), along: along + 0.5 * segment.length, position });
+                let velocity = builder.assembly.state_mut().velocities[i];
+                places.push(Place { body: Body::Segment(i), along: along + 0.5 * segment.length, position, velocity });
             }
             along += segment.length;
         }
         for &(face, anchor) in &self.faces {
             let position = pose(builder, Body::Anchor(anchor)).position;
             let along = if face == Clamp::StartFace { 0.0 } else { along };
-            places.push(Place { body: Body::Anchor(anchor), along, position });
+            places.push(Place { body: Body::Anchor(anchor), along, position, velocity: Vector3::zeros() });
         }
         places.sort_by(|a, b| a.along.total_cmp(&b.along));
         places
@@ -158,6 +165,8 @@ struct Place {
     along: f64,
     /// Where it is at the start [m].
     position: Vector3<f64>,
+    /// With which it goes on where nothing drives it [m/s].
+    velocity: Vector3<f64>,
 }
 
 fn pose(builder: &mut Builder, body: Body) -> Pose {

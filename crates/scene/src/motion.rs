@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Interpolation, Keyframe, Motion, MotionError, Pose};
+use rod::{Interpolation, Keyframe, KeyframeError, Motion, Pose, Track};
 use toml::Spanned;
 
 use crate::error::{Result, Source};
@@ -11,7 +11,7 @@ use crate::format;
 use crate::table::read;
 
 /// What is given of a motion, one entry a time.
-pub(crate) struct Course {
+pub(crate) struct Given {
     pub(crate) times: Vec<f64>,
     pub(crate) way: Way,
     pub(crate) turning: Turning,
@@ -41,39 +41,54 @@ pub(crate) enum Turning {
     Rates(Vec<Vector3<f64>>),
 }
 
-/// The motion of an entry, for what begins at `pose`, in steps of `dt` [s].
-pub(crate) fn motion(source: &Source, entry: &Spanned<format::Motion>, pose: &Pose, dt: f64) -> Result<Arc<Motion>> {
-    let given = entry.get_ref();
-    let course = match (&given.file, &given.times_s) {
-        (Some(file), None) => {
-            if let Some(span) = spans(given).into_iter().flatten().next() {
-                return source.wrong(span, "goes with `times_s`; with `file` it is a column of that file");
-            }
-            read(source, file)?
-        }
-        (None, Some(times)) => lists(source, given, times)?,
-        _ => return source.wrong(entry.span(), "give either `times_s` and lists, or a `file`"),
-    };
-    if let (true, Some(interpolation)) = (course.goes_by_velocity(), &given.interpolation) {
-        return source.wrong(interpolation.span(), "goes with poses; velocities are held from one time to the next");
-    }
-    let motion = match course.motion(pose, interpolation(given)) {
-        Ok(motion) => motion,
-        Err(error) => return source.wrong(entry.span(), &error.to_string()),
-    };
-    if let Some((time, angle)) = motion.half_turn(dt) {
-        let message = format!(
-            "at {time} s it turns by {:.0} degrees in a step of {dt} s, but a step must turn by less than 180: turn more \
-             slowly, or shorten `run.dt_s`",
-            angle.to_degrees()
-        );
-        return source.wrong(entry.span(), &message);
-    }
-    Ok(Arc::new(motion))
+/// An entry's motion, for whatever it drives.
+pub(crate) struct Prepared {
+    given: Given,
+    interpolation: Interpolation,
+    /// The motion itself, where it is the same for all.
+    shared: Option<Arc<Motion>>,
 }
 
-fn interpolation(given: &format::Motion) -> Interpolation {
-    match given.interpolation.as_ref().map(Spanned::get_ref) {
+impl Prepared {
+    /// Reads and checks an entry, its file included.
+    pub(crate) fn new(source: &Source, entry: &Spanned<format::Motion>) -> Result<Self> {
+        let own = entry.get_ref();
+        let given = match (&own.file, &own.times_s) {
+            (Some(file), None) => {
+                if let Some(span) = spans(own).into_iter().flatten().next() {
+                    return source.wrong(span, "goes with `times_s`; with `file` it is a column of that file");
+                }
+                read(source, file)?
+            }
+            (None, Some(times)) => lists(source, own, times)?,
+            _ => return source.wrong(entry.span(), "give either `times_s` and lists, or a `file`"),
+        };
+        if let (true, Some(interpolation)) = (given.goes_by_velocity(), &own.interpolation) {
+            return source
+                .wrong(interpolation.span(), "goes with poses; velocities are held from one time to the next");
+        }
+        let mut prepared = Self { given, interpolation: interpolation(&own.interpolation), shared: None };
+        if matches!((&prepared.given.way, &prepared.given.turning), (Way::Positions(_), Turning::Orientations(_))) {
+            let anywhere = Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() };
+            prepared.shared = Some(prepared.motion(source, entry, &anywhere)?);
+        }
+        Ok(prepared)
+    }
+
+    /// The motion of what begins at `pose`; `entry` is what was read.
+    pub(crate) fn motion(&self, source: &Source, entry: &Spanned<format::Motion>, pose: &Pose) -> Result<Arc<Motion>> {
+        if let Some(shared) = &self.shared {
+            return Ok(shared.clone());
+        }
+        match self.given.motion(pose, self.interpolation) {
+            Ok(motion) => Ok(Arc::new(motion)),
+            Err(error) => source.wrong(entry.span(), &error.to_string()),
+        }
+    }
+}
+
+fn interpolation(given: &Option<Spanned<format::Interpolation>>) -> Interpolation {
+    match given.as_ref().map(Spanned::get_ref) {
         Some(format::Interpolation::Held) => Interpolation::Held,
         Some(format::Interpolation::Smooth) => Interpolation::Smooth,
         Some(format::Interpolation::Linear) | None => Interpolation::Linear,
@@ -94,7 +109,7 @@ fn spans(given: &format::Motion) -> [Option<std::ops::Range<usize>>; 6] {
 }
 
 /// The lists of the scene, checked.
-fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Number>>) -> Result<Course> {
+fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Number>>) -> Result<Given> {
     let spans = spans(given);
     for kind in spans.chunks(3) {
         if let Some(second) = kind.iter().flatten().nth(1) {
@@ -105,14 +120,7 @@ fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Nu
     if spans.iter().all(Option::is_none) {
         return source.wrong(times.span(), "without a list of what happens at these times, such as `shifts_m`");
     }
-    let mut seconds: Vec<f64> = Vec::with_capacity(count);
-    for time in times.get_ref() {
-        let now = source.finite(time, "s")?;
-        if seconds.last().is_some_and(|&before| now <= before) {
-            return source.must_be(time.span(), "later than the time before it");
-        }
-        seconds.push(now);
-    }
+    let seconds = ascending(source, times)?;
     let vectors = |list: &Option<Spanned<Vec<format::Vector>>>, unit: &str| {
         let Some(list) = list else { return Ok(None) };
         one_a_time(source, list, count)?;
@@ -144,11 +152,42 @@ fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Nu
         }
         _ => vectors(&given.angular_velocities_rad_s, "rad/s")?.map_or(Turning::None, Turning::Rates),
     };
-    let course = Course { times: seconds, way, turning };
+    let course = Given { times: seconds, way, turning };
     if course.is_mixed() {
         return source.wrong(times.span(), "velocities and poses do not go together; give one or the other");
     }
     Ok(course)
+}
+
+/// The times [s] of a list, each later than the one before.
+fn ascending(source: &Source, times: &Spanned<Vec<format::Number>>) -> Result<Vec<f64>> {
+    let mut seconds: Vec<f64> = Vec::with_capacity(times.get_ref().len());
+    for time in times.get_ref() {
+        let now = source.not_negative(time, "s")?;
+        if seconds.last().is_some_and(|&before| now <= before) {
+            return source.must_be(time.span(), "later than the time before it");
+        }
+        seconds.push(now);
+    }
+    Ok(seconds)
+}
+
+/// Vectors over time, in `unit`.
+pub(crate) fn track(
+    source: &Source,
+    times: &Spanned<Vec<format::Number>>,
+    values: &Spanned<Vec<format::Vector>>,
+    between: &Option<Spanned<format::Interpolation>>,
+    unit: &str,
+) -> Result<Arc<Track>> {
+    let seconds = ascending(source, times)?;
+    one_a_time(source, values, seconds.len())?;
+    let vector = |(time, value): (f64, &format::Vector)| Ok((time, source.vector(value, unit)?));
+    let values = seconds.into_iter().zip(values.get_ref()).map(vector).collect::<Result<Vec<_>>>()?;
+    match Track::new(&values, interpolation(between)) {
+        Ok(track) => Ok(Arc::new(track)),
+        Err(error) => source.wrong(times.span(), &error.to_string()),
+    }
 }
 
 fn one_a_time<T>(source: &Source, list: &Spanned<Vec<T>>, count: usize) -> Result<()> {
@@ -165,7 +204,7 @@ pub(crate) fn unit([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
     is_unit.then(|| UnitQuaternion::from_quaternion(quaternion))
 }
 
-impl Course {
+impl Given {
     fn goes_by_velocity(&self) -> bool {
         matches!(self.way, Way::Velocities(_)) || matches!(self.turning, Turning::Rates(_))
     }
@@ -177,7 +216,7 @@ impl Course {
         by_pose && self.goes_by_velocity()
     }
 
-    fn motion(&self, pose: &Pose, interpolation: Interpolation) -> std::result::Result<Motion, MotionError> {
+    fn motion(&self, pose: &Pose, interpolation: Interpolation) -> std::result::Result<Motion, KeyframeError> {
         let zero = Vector3::zeros();
         let at = |list: &[Vector3<f64>], k: usize| list.get(k).copied().unwrap_or(zero);
         let times = self.times.iter().copied().enumerate();

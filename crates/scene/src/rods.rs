@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Body, Load, RodSpec};
+use rod::{Body, Change, Changing, Load, RodSpec};
 use toml::Spanned;
 
 use crate::builder::{Builder, check_fraction};
 use crate::error::{Result, Source};
 use crate::grips::Grips;
+use crate::motion::{Prepared, track};
 use crate::refine::mean;
 use crate::shape::number_or;
 use crate::strands::Strands;
@@ -21,10 +22,11 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &
     let name = builder.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
     let branch_of = rod.branch_of.as_ref().map(|place| builder.place(source, place)).transpose()?;
     let spec = spec(builder, source, rod, branch_of)?;
-    let Some(strands) = &rod.strands else { return build(builder, source, entry, name, &spec, branch_of) };
+    let motions = rod.motions.iter().map(|motion| Prepared::new(source, motion)).collect::<Result<Vec<_>>>()?;
+    let Some(strands) = &rod.strands else { return build(builder, source, entry, name, &spec, branch_of, &motions) };
     let strands = Strands::new(source, strands, rod, &spec, builder.refinement)?;
     for (k, nodes) in strands.nodes().enumerate() {
-        build(builder, source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None)?;
+        build(builder, source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None, &motions)?;
     }
     Ok(())
 }
@@ -37,6 +39,7 @@ fn build(
     name: String,
     spec: &RodSpec,
     branch_of: Option<(usize, f64)>,
+    motions: &[Prepared],
 ) -> Result<()> {
     let rod = entry.get_ref();
     let segments = builder.add_rod(name, spec, branch_of);
@@ -54,10 +57,9 @@ fn build(
     for segment in &rod.fixed_segments {
         builder.fix(&segments, source.index(segment, count)?);
     }
-    for motion in &rod.motions {
-        grips.drive(builder, source, motion, spec.closed)?;
+    for (motion, prepared) in rod.motions.iter().zip(motions) {
+        grips.drive(builder, source, (motion, prepared), spec.closed)?;
     }
-    grips.check_reach(builder, source, rod)?;
     for mass in &rod.masses {
         let parts = builder.refinement.parts(&segments, source.index(&mass.segment, count)?);
         let share = source.not_negative(&mass.mass_kg, "kg")? / parts.len() as f64;
@@ -69,6 +71,7 @@ fn build(
         add_load(builder, source, load, &segments, spec.closed)?;
     }
     set_velocities(builder, source, rod, &segments, &grips)?;
+    grips.check_reach(builder, source, spec.closed)?;
     if let Some(tree) = &rod.tree {
         if spec.closed {
             return source.wrong(rod.shape.span(), "a tree's trunk must not be closed");
@@ -117,7 +120,8 @@ fn add_load(
     segments: &Range<usize>,
     closed: bool,
 ) -> Result<()> {
-    let format::Load { at, segment, fraction, force_n, torque_n_m } = load.get_ref();
+    let format::Load { at, segment, fraction, force_n, torque_n_m, times_s, forces_n, torques_n_m, interpolation } =
+        load.get_ref();
     let (segment, fraction) = match (at, segment) {
         (Some(at), None) if closed => return source.wrong(at.span(), "a closed rod has no end faces"),
         (Some(at), None) => {
@@ -136,13 +140,40 @@ fn add_load(
         }
         _ => return source.wrong(load.span(), "give either `at` or `segment`"),
     };
-    if force_n.is_none() && torque_n_m.is_none() {
-        return source.wrong(load.span(), "give `force_n` or `torque_n_m` or both");
+    let changes = [forces_n, torques_n_m].into_iter().flatten().next();
+    match (times_s, changes) {
+        (Some(times), None) => return source.wrong(times.span(), "goes with `forces_n` or `torques_n_m`"),
+        (None, Some(values)) => return source.wrong(values.span(), "goes with `times_s`"),
+        (None, None) if force_n.is_none() && torque_n_m.is_none() => {
+            return source.wrong(load.span(), "give `force_n` or `torque_n_m` or both, or `times_s` and lists");
+        }
+        _ => {}
+    }
+    for (constant, list) in [(force_n, forces_n), (torque_n_m, torques_n_m)] {
+        if let (Some(constant), Some(_)) = (constant, list) {
+            return source.wrong(constant.span(), "is given over time, too; leave one of them out");
+        }
+    }
+    if let (Some(interpolation), None) = (interpolation, times_s) {
+        return source.wrong(interpolation.span(), "goes with `times_s`");
     }
     let vector =
         |value: &Option<format::Vector>, unit| value.as_ref().map_or(Ok(Vector3::zeros()), |v| source.vector(v, unit));
     let offset = (fraction - 0.5) * builder.segment(segment).length;
-    let (force, torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+    let (mut force, mut torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+    let index = builder.assembly.model_mut().loads.len();
+    if let Some(times) = times_s {
+        let of = [
+            (forces_n, "N", Changing::Force(index), &mut force),
+            (torques_n_m, "N m", Changing::Torque(index), &mut torque),
+        ];
+        for (list, unit, of, first) in of {
+            let Some(list) = list else { continue };
+            let track = track(source, times, list, interpolation, unit)?;
+            *first = track.at(0.0);
+            builder.assembly.model_mut().changes.push(Change { of, track });
+        }
+    }
     builder.assembly.load(Load { segment, offset, force, torque });
     Ok(())
 }

@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use crate::SceneError;
 use crate::error::{Result, Source};
-use crate::motion::{Course, Turning, Way, unit};
+use crate::motion::{Given, Turning, Way, unit};
 
 /// Columns that belong together, by their names in the header.
 const COLUMNS: [&[&str]; 5] = [
@@ -19,7 +19,7 @@ const COLUMNS: [&[&str]; 5] = [
 ];
 
 /// Reads the file that a scene names, from the scene's own folder on.
-pub(crate) fn read(source: &Source, name: &Spanned<String>) -> Result<Course> {
+pub(crate) fn read(source: &Source, name: &Spanned<String>) -> Result<Given> {
     let path = Path::new(source.file).parent().unwrap_or_else(|| Path::new("")).join(name.get_ref());
     let file = path.display().to_string();
     if !path.is_file() {
@@ -27,42 +27,43 @@ pub(crate) fn read(source: &Source, name: &Spanned<String>) -> Result<Course> {
     }
     let text =
         std::fs::read_to_string(&path).map_err(|error| SceneError::Read { file: file.clone(), source: error })?;
-    course(&text, &file)
+    given(&text, &file)
 }
 
 /// The course in a table's text; `file` stands in errors.
-fn course(text: &str, file: &str) -> Result<Course> {
+fn given(text: &str, file: &str) -> Result<Given> {
     let wrong = |line: usize, message: String| {
         Err(SceneError::Invalid { file: file.to_owned(), line, message: message.replace(char::is_control, " ") })
     };
+    let head = 1 + text.lines().take_while(|line| line.trim().is_empty()).count();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let header: Vec<String> = match reader.headers() {
         Ok(header) => header.iter().map(str::to_owned).collect(),
-        Err(error) => return wrong(1, error.to_string()),
+        Err(error) => return wrong(head, error.to_string()),
     };
     if let Some(unknown) = header.iter().find(|name| !COLUMNS.iter().any(|columns| columns.contains(&name.as_str()))) {
-        return wrong(1, format!("column `{unknown}` is not known; there are {}", COLUMNS.concat().join(", ")));
+        return wrong(head, format!("column `{unknown:.40}` is not known; there are {}", COLUMNS.concat().join(", ")));
     }
     let mut places: [Option<Vec<usize>>; 5] = Default::default();
     for (place, columns) in places.iter_mut().zip(COLUMNS) {
         let found: Vec<usize> = columns.iter().filter_map(|name| header.iter().position(|own| own == name)).collect();
         let times = |name: &&str| header.iter().filter(|own| own == name).count();
         if let Some(name) = columns.iter().find(|name| times(name) > 1) {
-            return wrong(1, format!("there are two columns `{name}`"));
+            return wrong(head, format!("there are two columns `{name}`"));
         }
         if !found.is_empty() && found.len() < columns.len() {
-            return wrong(1, format!("some of the columns {} are missing", columns.join(", ")));
+            return wrong(head, format!("some of the columns {} are missing", columns.join(", ")));
         }
         *place = (!found.is_empty()).then_some(found);
     }
     let [Some(time), shifts, positions, turns, orientations] = places else {
-        return wrong(1, "there must be a column `time_s`".to_owned());
+        return wrong(head, "there must be a column `time_s`".to_owned());
     };
     if shifts.is_some() && positions.is_some() || turns.is_some() && orientations.is_some() {
-        return wrong(1, "give either shifts or positions, and either turns or quaternions".to_owned());
+        return wrong(head, "give either shifts or positions, and either turns or quaternions".to_owned());
     }
     if shifts.is_none() && positions.is_none() && turns.is_none() && orientations.is_none() {
-        return wrong(1, "there must be columns of what moves beside `time_s`".to_owned());
+        return wrong(head, "there must be columns of what moves beside `time_s`".to_owned());
     }
     let (mut times, mut way, mut vectors, mut quaternions) = (Vec::<f64>::new(), Vec::new(), Vec::new(), Vec::new());
     let way_columns = shifts.as_ref().or(positions.as_ref());
@@ -79,7 +80,7 @@ fn course(text: &str, file: &str) -> Result<Course> {
         let line = record.position().map_or(1, |place| place.line() as usize);
         let number = |column: usize| match record[column].parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("{} = {}, but it must be a finite number", header[column], &record[column])),
+            _ => Err(format!("{} = {:.40}, but it must be a finite number", header[column], &record[column])),
         };
         let row = |columns: &[usize]| {
             columns.iter().map(|&column| number(column)).collect::<std::result::Result<Vec<_>, _>>()
@@ -87,10 +88,22 @@ fn course(text: &str, file: &str) -> Result<Course> {
         let vector = |columns: &[usize]| row(columns).map(|v| Vector3::new(v[0], v[1], v[2]));
         let mut take = || {
             let now = number(time[0])?;
+            if now < 0.0 {
+                return Err(format!("time_s = {now}, but it must be >= 0"));
+            }
             if times.last().is_some_and(|&before| now <= before) {
                 return Err(format!("time_s = {now}, but it must be later than the time before it"));
             }
+            let is_first = times.is_empty();
             times.push(now);
+            let begins = |what: &str, first: Option<Vector3<f64>>| match first {
+                Some(first) if is_first && first != Vector3::zeros() => {
+                    Err(format!("the first {what} must be zero: a motion begins where the rod is"))
+                }
+                _ => Ok(()),
+            };
+            begins("shift", shifts.as_ref().map(|columns| vector(columns)).transpose()?)?;
+            begins("turn", turns.as_ref().map(|columns| vector(columns)).transpose()?)?;
             way.extend(way_columns.map(|columns| vector(columns)).transpose()?);
             vectors.extend(
                 turns.as_ref().map(|columns| vector(columns)).transpose()?.map(|turn| turn.map(f64::to_radians)),
@@ -107,12 +120,7 @@ fn course(text: &str, file: &str) -> Result<Course> {
         }
     }
     if times.is_empty() {
-        return wrong(1, "there must be at least one row of numbers".to_owned());
-    }
-    for (list, what) in [(shifts.is_some().then(|| way[0]), "shift"), (vectors.first().copied(), "turn")] {
-        if list.is_some_and(|first| first != Vector3::zeros()) {
-            return wrong(2, format!("the first {what} must be zero: a motion begins where the rod is"));
-        }
+        return wrong(head, "there must be at least one row of numbers".to_owned());
     }
     let way = match (shifts, positions) {
         (Some(_), _) => Way::Shifts(way),
@@ -124,5 +132,5 @@ fn course(text: &str, file: &str) -> Result<Course> {
         (_, Some(_)) => Turning::Orientations(quaternions),
         _ => Turning::None,
     };
-    Ok(Course { times, way, turning })
+    Ok(Given { times, way, turning })
 }

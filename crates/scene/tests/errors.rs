@@ -33,7 +33,7 @@ mistakes! {
     unknown_key: "dt_s" => "dt",
         "4: run.dt is not a known key; expected `dt_s` or `steps`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`";
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`";
     unknown_shape: "shape.straight" => "shape.strait",
         "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
@@ -127,7 +127,7 @@ mistakes! {
     arc_without_a_side: "[rods.shape.straight]\nlength_m = 4" => "[rods.shape.arc]\nradius_m = 1\nangle_deg = 90\ntowards = [2, 0, 0]",
         "14: rods[0].shape.arc.towards: `towards` must not be parallel to `direction`";
     empty_load: END => "segments = 30\n\n[[rods.loads]]\nat = \"end-face\"\n",
-        "15: rods[0].loads[0]: give `force_n` or `torque_n_m` or both";
+        "15: rods[0].loads[0]: give `force_n` or `torque_n_m` or both, or `times_s` and lists";
     load_without_a_place: END => "segments = 30\n\n[[rods.loads]]\nforce_n = [0, 0, 1]\n",
         "15: rods[0].loads[0]: give either `at` or `segment`";
     rest_of_a_wrong_type: "clamp" => "rest = 3\nclamp",

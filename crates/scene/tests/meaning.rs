@@ -40,7 +40,9 @@ fn bodies() {
     assert!((model.segments[0].radius - 0.049).abs() < 1e-12 && (model.segments[9].radius - 0.031).abs() < 1e-12);
     assert_eq!((model.segments[0].density, model.segments[4].added_mass), (200.0, 2.5));
     assert_eq!((model.anchors.len(), model.anchors[0].position), (2, Vector3::new(0.0, 0.0, 1.0)));
-    assert_eq!(model.loads.len(), 2);
+    assert_eq!((model.loads.len(), model.changes.len()), (3, 2));
+    assert_eq!((model.loads[2].force, model.loads[2].torque), (Vector3::zeros(), Vector3::x()));
+    assert_eq!(model.changes[0].track.at(1.5), Vector3::z());
     assert_eq!((model.loads[0].segment, model.loads[0].force), (9, Vector3::new(1.0, 2.0, 3.0)));
     assert!((model.loads[0].offset - 0.05).abs() < 1e-12 && (model.loads[1].offset + 0.025).abs() < 1e-12);
     // The spin's axis is the trunk's own: no velocity but the common one, none where fixed, its own where given.

@@ -110,6 +110,9 @@ fn mistakes_in_a_table_are_named_with_their_line() {
         ("time_s,x_m,y_m,z_m\n", "there must be at least one row of numbers"),
         ("time_s,x_m,y_m,z_m\n0,1,0,0\n1,1,0,nan\n", "grip.csv:3: z_m = nan, but it must be a finite number"),
         ("time_s,x_m,y_m,z_m\n0,1,0,0\n1,1,0\n", "grip.csv:3: this row has not as many values as the header"),
+        ("\n\ntime_s,x_m\n1,1\n", "grip.csv:3: some of the columns"),
+        ("\ntime_s,shift_x_m,shift_y_m,shift_z_m\n0,1,0,0\n", "grip.csv:3: the first shift must be zero"),
+        ("time_s,x_m,y_m,z_m\n-1,1,0,0\n", "grip.csv:2: time_s = -1, but it must be >= 0"),
         ("time_s,x_m,y_m,z_m\n1,1,0,0\n1,1,0,0\n", "grip.csv:3: time_s = 1, but it must be later than the time"),
         ("time_s,qw,qx,qy,qz\n0,2,0,0,0\n", "grip.csv:2: qw, qx, qy, qz must be of norm 1"),
         ("time_s,shift_x_m,shift_y_m,shift_z_m\n0,1,0,0\n", "grip.csv:2: the first shift must be zero"),
@@ -127,7 +130,7 @@ fn mistakes_in_lists_are_named_with_their_key() {
         ("at = \"end-face\"", "give either `times_s` and lists, or a `file`"),
         ("at = \"end\"\ntimes_s = [0]", "at = \"end\", but it must be one of `start-segment`"),
         ("at = \"end-face\"\ntimes_s = [0]", "times_s: without a list of what happens at these times"),
-        ("at = \"end-face\"\ntimes_s = []\nshifts_m = []", "a motion needs at least one keyframe"),
+        ("at = \"end-face\"\ntimes_s = []\nshifts_m = []", "there must be at least one keyframe"),
         ("at = \"end-face\"\ntimes_s = [0, 0]\nshifts_m = [[0,0,0],[0,0,0]]", "times_s[1] = 0, but it must be later"),
         ("at = \"end-face\"\ntimes_s = [0, 1]\nshifts_m = [[0,0,0]]", "shifts_m: has 1 entries, but `times_s` has 2"),
         ("at = \"end-face\"\ntimes_s = [0]\nshifts_m = [[0,0,1]]", "shifts_m[0] = [0,0,1], but it must be [0, 0, 0]"),
@@ -152,8 +155,16 @@ fn mistakes_in_lists_are_named_with_their_key() {
             "file = \"none.csv\", but it must be a CSV file, and there is none at",
         ),
         (
-            "at = \"end-face\"\ntimes_s = [0, 1]\nturns_deg = [[0,0,0], [20000,0,0]]",
-            "at 0 s it turns by 200 degrees in a step of 0.01 s",
+            "at = \"end-face\"\ntimes_s = [-1]\nshifts_m = [[0,0,0]]",
+            "times_s[0] = -1, but it must be finite and >= 0 [s]",
+        ),
+        (
+            "at = \"end-face\"\ntimes_s = [0, 1]\nturns_deg = [[0,0,0], [200,0,0]]\ninterpolation = \"held\"",
+            "keyframe 1: it jumps by 3.49",
+        ),
+        (
+            "at = \"end-face\"\ntimes_s = [0]\nvelocities_m_s = [[5,0,0]]",
+            "at 1 s two places that are held are 6 m apart, but there are only 1 m of the rod",
         ),
         (
             "at = \"end-face\"\ntimes_s = [0, 3]\nshifts_m = [[0,0,0], [0.2,0,0]]",
@@ -173,4 +184,62 @@ fn mistakes_in_lists_are_named_with_their_key() {
         assert!(error.starts_with("scenes/x.toml:") && error.contains(expected) && !error.contains('\n'), "{error}");
         assert!(error.contains(KEY) || error.contains("motions[1]") || error.contains("velocities[0]"), "{error}");
     }
+}
+
+#[test]
+fn loads_and_gravity_over_time() {
+    const CALM: &str = "times_s = [0, 1]\nshifts_m = [[0,0,0],[0,0,0]]\nat = \"end-face\"";
+    let load = |lines: &str| format!("{CALM}\n[[rods.loads]]\nsegment = 4\n{lines}");
+    let scene = parsed(&load("times_s = [1, 2]\nforces_n = [[0,0,1],[0,0,3]]\ntorque_n_m = [1,0,0]"));
+    assert_eq!((scene.model.loads[0].force, scene.model.loads[0].torque), (Vector3::z(), Vector3::x()));
+    let mut model = scene.model.clone();
+    model.set_time(1.5);
+    assert_eq!((model.loads[0].force, model.loads[0].torque), (Vector3::z() * 2.0, Vector3::x()));
+    for (lines, expected) in [
+        ("", "loads[0]: give `force_n` or `torque_n_m` or both, or `times_s` and lists"),
+        ("times_s = [0]", "loads[0].times_s: goes with `forces_n` or `torques_n_m`"),
+        ("forces_n = [[0,0,1]]", "loads[0].forces_n: goes with `times_s`"),
+        ("force_n = [0,0,1]\ninterpolation = \"held\"", "loads[0].interpolation: goes with `times_s`"),
+        ("times_s = [0]\nforce_n = [0,0,1]\nforces_n = [[0,0,1]]", "loads[0].force_n: is given over time, too"),
+        ("times_s = [0, 0]\nforces_n = [[0,0,1],[0,0,1]]", "loads[0].times_s[1] = 0, but it must be later than"),
+        ("times_s = [0, 1]\nforces_n = [[0,0,1]]", "loads[0].forces_n: has 1 entries, but `times_s` has 2"),
+    ] {
+        let error = error(&load(lines));
+        assert!(error.contains(&format!("rods[0].{expected}")), "{error}");
+    }
+    let tilted = "gravity_over_time = { times_s = [0, 2], values_m_s2 = [[0, 0, -9.81], [9.81, 0, 0]] }\n";
+    let scene = scene::parse(&format!("{tilted}{}", text(CALM)), "x.toml").unwrap();
+    let mut model = scene.model.clone();
+    assert_eq!(model.gravity, Vector3::z() * -9.81);
+    model.set_time(5.0);
+    assert_eq!(model.gravity, Vector3::x() * 9.81);
+    let both = scene::parse(&format!("gravity_m_s2 = [0, 0, 0]\n{tilted}{}", text(CALM)), "x.toml").unwrap_err();
+    assert!(both.to_string().contains("gravity_m_s2: does not go with `gravity_over_time`"), "{both}");
+}
+
+#[test]
+fn what_moves_along_stays_within_reach_and_a_ring_has_two_ways_round() {
+    // A clamp that goes on at its velocity, and the other end with it.
+    let along = "at = \"end-face\"\ntimes_s = [0]\nvelocities_m_s = [[0,0,1]]\n[[rods.velocities]]\nsegment = 0\n\
+                 velocity_m_s = [0,0,1]";
+    let text = text(along).replace("clamp = [\"start-face\"]", "fixed_segments = [0]");
+    scene::parse(&text, "x.toml").unwrap();
+    let ring = "[[rods]]\nshape.ring = { radius_m = 0.5, segments = 20 }\nfixed_segments = [0]\n[[rods.motions]]\n\
+                segment = -1\ntimes_s = [0, 1]\nshifts_m = [[0,0,0], [0,0,2]]";
+    let error = scene::parse(ring, "x.toml").unwrap_err().to_string();
+    assert!(error.contains("rods[0].motions[0]: at 1 s two places that are held are"), "{error}");
+}
+
+#[test]
+fn a_table_is_read_once_for_all_strands() {
+    let table = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,0.1,0,0,1,0,0,0\n";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("head.csv"), table).unwrap();
+    let path = folder.path().join("x.toml");
+    let hair = "[[rods]]\nradius_m = 0.001\nshape.straight = { length_m = 0.1, segments = 4 }\n\
+                strands = { count = 5, on = { radius_m = 0.1 } }\n[[rods.motions]]\nat = \"start-segment\"\nfile = \"head.csv\"";
+    std::fs::write(&path, hair).unwrap();
+    let motions = scene::load(&path).unwrap().model.motions;
+    assert_eq!(motions.len(), 5);
+    assert!(motions.iter().all(|driven| std::sync::Arc::ptr_eq(&driven.motion, &motions[0].motion)));
 }

@@ -57,6 +57,8 @@ pub(crate) struct SceneArgs {
     /// Which of the scenes of a seed [default: 0].
     #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) index: Option<u64>,
+    #[command(flatten)]
+    pub(crate) begin: BeginArgs,
     /// Number of time steps [default: the scene's]. With 0 the scene is checked, and nothing moves.
     #[arg(long, value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) steps: Option<usize>,
@@ -87,6 +89,40 @@ pub(crate) struct SceneArgs {
     /// Print nothing but errors (and JSON, if asked for).
     #[arg(long)]
     pub(crate) quiet: bool,
+}
+
+/// Where a scene begins, if not as it says itself.
+#[derive(Args, Debug)]
+pub(crate) struct BeginArgs {
+    /// Begin with the positions and velocities that another run of the scene, or `simulate static`, has left in its folder:
+    /// with its last frame, or with FOLDER@K for frame K, counted from 0. Time begins anew.
+    #[arg(long, value_name = "FOLDER[@K]")]
+    pub(crate) from: Option<Origin>,
+}
+
+/// A frame of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Origin {
+    /// The run's folder.
+    pub(crate) folder: PathBuf,
+    /// Number of the frame; the last one if there is none.
+    pub(crate) frame: Option<usize>,
+}
+
+impl FromStr for Origin {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (folder, frame) = match text.rsplit_once('@') {
+            Some((folder, frame)) if !frame.contains(['/', '\\']) => {
+                let number =
+                    frame.parse().map_err(|_| format!("the frame {frame} must be a whole number from 0 on"))?;
+                (folder, Some(number))
+            }
+            _ => (text, None),
+        };
+        Ok(Self { folder: PathBuf::from(folder), frame })
+    }
 }
 
 #[derive(Args, Debug)]
@@ -178,6 +214,8 @@ pub(crate) struct StaticArgs {
     /// Index of a random scene [default: 0].
     #[arg(long)]
     pub(crate) index: Option<u64>,
+    #[command(flatten)]
+    pub(crate) begin: BeginArgs,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value_t = 1e-9, value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,

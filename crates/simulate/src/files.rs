@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::plots;
 
 /// What every run with a folder writes.
-const TRAJECTORY: &str = "trajectory.safetensors";
+pub(crate) const TRAJECTORY: &str = "trajectory.safetensors";
 const CENTRELINE: &str = "centreline.csv";
 const SNAPSHOTS: &str = "snapshots.svg";
 const SUMMARY: &str = "summary.json";

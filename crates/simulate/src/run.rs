@@ -176,7 +176,7 @@ fn go(
             continue;
         }
         simulation.store(&mut next);
-        if model.changes() {
+        if model.varies() {
             model.to_mut().set_time(simulation.time());
         }
         if !is_finite(&next) || (measure && !measured.observe(&model, &next)) {

@@ -2,20 +2,52 @@
 
 use std::path::Path;
 
-use anyhow::{Error, Result, anyhow, bail};
+use anyhow::{Context as _, Error, Result, anyhow, bail};
 use clap::CommandFactory;
+use export::TrajectoryReader;
 use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
 use solver::simulation::Settings;
 
-use crate::cli::{Cli, SceneArgs};
+use crate::cli::{BeginArgs, Cli, Origin, SceneArgs};
+use crate::files::TRAJECTORY;
 
-/// The scene that the arguments name, with their time step and number of steps put in.
+/// The scene that the arguments name, with their beginning, time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
     let mut scene = named(&args.scene, args.seed, args.index)?;
+    begin(&mut scene, &args.begin)?;
     scene.run.dt = args.dt.unwrap_or(scene.run.dt);
     scene.run.steps = args.steps.unwrap_or(scene.run.steps);
     Ok(scene)
+}
+
+/// Puts in the frame of another run from which the scene is to begin, if there is one.
+pub(crate) fn begin(scene: &mut Scene, BeginArgs { from }: &BeginArgs) -> Result<()> {
+    let Some(Origin { folder, frame }) = from else { return Ok(()) };
+    let path = folder.join(TRAJECTORY);
+    if !path.is_file() {
+        bail!("--from {}: it is no folder of a run; there is no {TRAJECTORY} in it", folder.display());
+    }
+    let mut trajectory = TrajectoryReader::open(&path).context("--from")?;
+    let (frames, segments) = (trajectory.frames(), trajectory.segments());
+    if segments != scene.state.len() {
+        bail!(
+            "--from {}: the run has {segments} segments, but the scene {} has {}",
+            folder.display(),
+            scene.name,
+            scene.state.len()
+        );
+    }
+    let frame = frame.unwrap_or(frames.saturating_sub(1));
+    if frame >= frames {
+        bail!(
+            "--from {}: frame {frame}, but the run has the frames 0 to {}",
+            folder.display(),
+            frames.saturating_sub(1)
+        );
+    }
+    trajectory.read_frame(frame, &mut scene.state).context("--from")?;
+    scene.model.validate(&scene.state).with_context(|| format!("--from {}", folder.display()))
 }
 
 /// Names of random scenes.

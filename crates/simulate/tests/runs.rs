@@ -165,16 +165,16 @@ fn the_solver_is_chosen_and_the_summary_says_why() {
     assert_eq!((solver.as_str(), guess.as_str()), ("direct", "zero"));
     assert_eq!(run(&["--solver", "auto"]), [solver, guess, chosen.clone()]);
     assert!(
-        chosen.starts_with("solver direct: eliminating 1 chain costs less than iterating; guess zero: "),
+        chosen.starts_with("solver direct: the rods form 1 chain, eliminated without iterating; guess zero: "),
         "{chosen}"
     );
     assert!(run(&["tree-10"])[2].contains("1 tree"));
-    assert!(run(&["net"])[2].contains("sparse Cholesky of 1 set with loops"));
+    assert!(run(&["net"])[2].contains("1 set with loops, solved by sparse Cholesky"));
     let [solver, guess, chosen] = run(&["--solver", "sparse"]);
     assert_eq!((solver.as_str(), guess.as_str()), ("sparse", "zero"));
     assert!(chosen.starts_with("guess zero: "), "{chosen}");
     assert_eq!(run(&["--solver", "sparse", "--guess", "zero"])[2], "");
-    assert!(run(&["--guess", "zero"])[2].ends_with("costs less than iterating"));
+    assert!(run(&["--guess", "zero"])[2].ends_with("1 chain, eliminated without iterating"));
     for (flag, value, solver) in [
         ("--guess", "fischer", "cg-block-jacobi"),
         ("--preconditioner", "jacobi", "cg-jacobi"),

@@ -1,20 +1,20 @@
-//! Which linear solver and which start to take, by rules that measurements led to.
+//! Which linear solver and which start to take, by rules.
 //!
-//! The formulation is not chosen: it says which problem is to be solved. All the rest changes the time alone.
+//! The formulation is not chosen: it says which problem is to be solved. All the rest changes how each step gets to its
+//! tolerance.
 //!
-//! - **The solver is direct**: at equal error none of the others takes less time. The same name is sparse Cholesky for
+//! - **The solver is direct**: it eliminates chains and trees without iterating. The same name is sparse Cholesky for
 //!   sets with loops ([`crate::linear::looped`]), set by set.
-//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own, and lanes save more
-//!   than any start.
-//! - **`newton` starts steps at the parabola through the last three where that pays.** It does on a rod that swings, and
-//!   not on one that creeps to rest; [`GuessKind::StepAdaptive`] counts iterations and finds out. It never leaves the
+//! - **Alike sets move in lanes, eight at a time, without a start.** A start needs a set of its own.
+//! - **`newton` starts steps at the parabola through the last three, or at the prediction.**
+//!   [`GuessKind::StepAdaptive`] counts the iterations from both and finds out which takes fewer. It never leaves the
 //!   parabola while contacts press: their impulses are part of the start.
-//! - **Where segments touch each other and the tolerance is loose, steps start at the prediction.** They take one or two
-//!   iterations then, and impulses that are continued over a change of contacts take many more.
+//! - **Where segments can touch each other and the tolerance is loose, steps start at the prediction.** Such contacts
+//!   come and go, and what a start continues is of those of the last steps.
 //! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of
 //!   a linear solve is no use to a direct solver.
 //!
-//! The report measures all of them side by side, at equal error.
+//! `evaluate precision` measures what these rules rest on: solvers and starts side by side, at equal error.
 
 use std::collections::HashSet;
 
@@ -85,13 +85,16 @@ pub fn choose(model: &Model, step: &StepParams, asked: Option<SolverKind>) -> Ch
         }
     }
     let (guess, why_guess) = match (step.formulation.momentum(), alone) {
-        (false, _) => (GuessKind::Zero, format!("{} would keep the error of a start", step.formulation)),
-        (true, 0) => (GuessKind::Zero, "alike sets move in lanes, which costs less than any start saves".to_owned()),
+        (false, _) => (GuessKind::Zero, format!("formulation {} never corrects the start of a step", step.formulation)),
+        (true, 0) => (GuessKind::Zero, "alike sets move in lanes, where none has a start of its own".to_owned()),
         (true, _) if model.contacts.between_segments.is_some() && step.relative_tolerance >= LOOSE => (
             GuessKind::Zero,
-            "contacts between segments change, and there is little to save at such a tolerance".to_owned(),
+            format!("where segments can touch each other, tolerances from {LOOSE} on take the prediction"),
         ),
-        (true, _) => (GuessKind::StepAdaptive, "it saves outer iterations, or stands back".to_owned()),
+        (true, _) => (
+            GuessKind::StepAdaptive,
+            "it goes on from the last steps or takes the prediction, by the iterations that these took".to_owned(),
+        ),
     };
     let in_lanes = lanes.len();
     let why_solver = if asked.is_none() { Some(census.reason(in_lanes)) } else { None };
@@ -125,12 +128,16 @@ impl Census {
         let open: Vec<String> = open.into_iter().flatten().collect();
         let mut parts = Vec::new();
         if !open.is_empty() {
-            let lanes = if in_lanes > 0 { format!(", {in_lanes} in lanes,") } else { String::new() };
-            parts.push(format!("eliminating {}{lanes} costs less than iterating", open.join(" and ")));
+            let lanes = if in_lanes > 0 { format!(" ({in_lanes} in lanes)") } else { String::new() };
+            parts.push(format!("{}{lanes}, eliminated without iterating", open.join(" and ")));
         }
         if let Some(looped) = count(self.looped, "set with loops", "sets with loops") {
-            parts.push(format!("sparse Cholesky of {looped} costs less than iterating"));
+            parts.push(format!("{looped}, solved by sparse Cholesky"));
         }
-        if parts.is_empty() { "there is nothing to solve".to_owned() } else { parts.join(" and ") }
+        if parts.is_empty() {
+            "there is nothing to solve".to_owned()
+        } else {
+            format!("the rods form {}", parts.join(", and "))
+        }
     }
 }

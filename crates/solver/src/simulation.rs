@@ -18,6 +18,7 @@ use crate::linear::solvers::SolverKind;
 use crate::lockstep::Lockstep;
 use crate::piece::Piece;
 use crate::projection::{Predictor, ProjectionFactory};
+use crate::statics::StaticParamsError;
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
 
@@ -50,6 +51,9 @@ pub enum SimulationError {
     /// A parameter of the steps is not allowed.
     #[error("step parameter {0}")]
     Step(#[from] StepParamsError),
+    /// A parameter of a static analysis is not allowed.
+    #[error("static parameter {0}")]
+    Static(#[from] StaticParamsError),
     /// Contacts where nothing knows of them.
     #[error(
         "{what} knows no contacts, but the model has some (between segments: {}, obstacles: {obstacles})",
@@ -263,7 +267,7 @@ impl Simulation {
 
     /// Lets a motion drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its
     /// times are [`Simulation::time`]'s. Where it is elsewhere than the body is now, the body jumps there within the next
-    /// step; [`Driven::gripped`] begins where the body is.
+    /// step; [`Driven::gripped`] begins where the body is. A step in which it turns by more than 1 rad is done in halves.
     ///
     /// # Errors
     /// If there is no such body, or it is free.

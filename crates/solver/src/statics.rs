@@ -5,6 +5,8 @@
 //! steps as long as one likes move nothing any more. An unstable equilibrium is left where rounding or the state's own
 //! imperfection pushes, as a real rod would.
 
+mod params;
+
 use rod::{Model, State};
 
 use crate::component::{Component, split};
@@ -14,22 +16,7 @@ use crate::linear::solvers::SolverKind;
 use crate::linear::{LinearSolver, LinearStatus};
 use crate::simulation::{SimulationError, without_contacts};
 
-/// When the relaxation ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StaticParams {
-    /// Largest movement of a segment in each of the last steps: in segment lengths, and in radians.
-    pub tolerance: f64,
-    /// First pseudo time step [s].
-    pub first_dt: f64,
-    /// Cap on the number of steps.
-    pub max_steps: usize,
-}
-
-impl Default for StaticParams {
-    fn default() -> Self {
-        Self { tolerance: 1e-9, first_dt: 1e-2, max_steps: 10_000 }
-    }
-}
+pub use params::{StaticParams, StaticParamsError};
 
 /// What the relaxation came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,9 +44,11 @@ const LONGEST: f64 = 1e6;
 /// wind may not come to rest here: let them settle in time instead.
 ///
 /// # Errors
-/// If the model or the state is not valid, or the model has contacts. Not to converge is no error: see [`StaticReport::converged`].
+/// If the model, the state or a parameter is not valid, or the model has contacts. Not to converge is no error: see
+/// [`StaticReport::converged`].
 pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, SimulationError> {
     model.validate(state)?;
+    params.validate()?;
     without_contacts(model, "static analysis")?;
     state.velocities.fill(nalgebra::Vector3::zeros());
     state.angular_velocities.fill(nalgebra::Vector3::zeros());

@@ -1,9 +1,10 @@
-//! Step parameters that are not allowed are named with their value before the first step.
+//! Parameters of steps and of static analyses that are not allowed are named with their value before the first step.
 
 mod common;
 
 use common::{material, rod};
 use solver::simulation::{Settings, Simulation, SimulationError};
+use solver::statics::{StaticParams, equilibrium};
 use solver::step::StepParams;
 
 #[test]
@@ -44,6 +45,38 @@ fn step_parameters_are_checked() {
         "step parameter max_halvings = 31, but it must be <= 30"
     );
     for allowed in [default, StepParams { relative_tolerance: 0.0, absolute_tolerance: 0.0, ..default }] {
+        assert_eq!(error(allowed), "");
+    }
+}
+
+#[test]
+fn parameters_of_static_analyses_are_checked() {
+    let (model, state) = rod(1.0, 3, 0.02, material(1e6, 1000.0));
+    let default = StaticParams::default();
+    let error = |params: StaticParams| {
+        let mut found = state.clone();
+        match equilibrium(&model, &mut found, &params) {
+            Err(error @ SimulationError::Static(_)) => {
+                assert_eq!(found, state);
+                error.to_string()
+            }
+            Err(error) => panic!("another error: {error}"),
+            Ok(_) => String::new(),
+        }
+    };
+    for x in [0.0, -1e-9, f64::NAN, f64::INFINITY] {
+        let allowed = "but it must be finite and > 0";
+        assert_eq!(
+            error(StaticParams { tolerance: x, ..default }),
+            format!("static parameter tolerance = {x}, {allowed}")
+        );
+        assert_eq!(
+            error(StaticParams { first_dt: x, ..default }),
+            format!("static parameter first_dt = {x}, {allowed}")
+        );
+    }
+    assert_eq!(error(StaticParams { max_steps: 0, ..default }), "static parameter max_steps = 0, but it must be >= 1");
+    for allowed in [default, StaticParams { max_steps: 1, ..default }] {
         assert_eq!(error(allowed), "");
     }
 }

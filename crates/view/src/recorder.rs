@@ -86,7 +86,7 @@ impl Recorder {
         self.energy.push(finite(frame.energy));
         self.length_ratio.push(finite(frame.length_ratio));
         self.iterations.push(finite(frame.iterations));
-        if self.model.changes() {
+        if self.model.varies() {
             self.model.set_time(frame.time);
         }
         self.push_poses(frame.state);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rod::{Changing, Course, Model, Track};
+use rod::{Change, Changing, Model, Track};
 
 use super::lanes::{put, vec3};
 use super::{BodyLoad, Component, Members};
@@ -37,17 +37,17 @@ impl<T: Real> Component<T> {
     /// Adds a model's loads, and what of them and of gravity changes over time, in each of these sets, one a lane.
     pub(super) fn add_loads(&mut self, model: &Model, lanes: &[&Members]) {
         for (lane, members) in lanes.iter().enumerate() {
-            let courses = |of: Changing| model.courses.iter().filter(move |course| course.of == of);
-            let change = |of: Force| move |course: &Course| ChangingForce { lane, of, track: course.track.clone() };
-            self.changing.extend(courses(Changing::Gravity).map(change(Force::Gravity)));
+            let changes = |of: Changing| model.changes.iter().filter(move |course| course.of == of);
+            let change = |of: Force| move |course: &Change| ChangingForce { lane, of, track: course.track.clone() };
+            self.changing.extend(changes(Changing::Gravity).map(change(Force::Gravity)));
             for (index, load) in model.loads.iter().enumerate() {
                 let Ok(body) = members.segments.binary_search(&load.segment) else { continue };
                 let place = self.loads.len();
-                self.changing.extend(courses(Changing::Force(index)).map(change(Force::Load(place))));
-                self.changing.extend(courses(Changing::Torque(index)).map(change(Force::Torque(place))));
+                self.changing.extend(changes(Changing::Force(index)).map(change(Force::Load(place))));
+                self.changing.extend(changes(Changing::Torque(index)).map(change(Force::Torque(place))));
                 let turns = load.torque != Vector3::zeros()
                     || load.offset != 0.0
-                    || courses(Changing::Torque(index)).next().is_some();
+                    || changes(Changing::Torque(index)).next().is_some();
                 let zero = Vec3::zero();
                 let mut own = BodyLoad { body, offset: T::zero(), force: zero, torque: zero, turns };
                 own.offset.set_lane(lane, load.offset);

@@ -146,7 +146,7 @@ pub struct Component<T> {
     pub(crate) solves: u64,
     /// Evaluations since the start, likewise.
     pub(crate) evaluations: u64,
-    /// Not 0 where a segment spins by more than half a turn in this step, a lane each.
+    /// Not 0 where a segment spins by more than half a turn in this step, or what is driven turns too far, a lane each.
     pub(crate) unsolved: T,
     /// Lanes that hold a set of their own; the others repeat the first.
     pub(crate) used: usize,
@@ -238,6 +238,7 @@ impl<T: Real> Component<T> {
                 }
             }
         }
+        component.begin_motions();
         component.add_loads(model, sets);
         component.set_forces(0.0);
         component

@@ -42,7 +42,19 @@ impl Steady {
     }
 }
 
+/// By how much a body that is driven may turn in a step [rad]. Beyond a quarter of a turn the rods beside it can lose whole
+/// turns.
+const LARGEST_TURN: f64 = 1.0;
+
 impl Motion {
+    /// By how much it turns from one time to another [rad].
+    fn turned(&self, from: f64, to: f64) -> f64 {
+        match self {
+            Motion::Steady(steady) => steady.velocity.angular.norm_squared().sqrt() * (to - from),
+            Motion::Driven(driven) => driven.motion.turned(from, to),
+        }
+    }
+
     /// The pose at `time` [s] and the velocities (v, w) with which it goes on.
     fn at(&self, time: f64) -> (BodyPose<f64>, Spatial<f64>) {
         match self {
@@ -66,17 +78,19 @@ pub(super) struct Moved {
 }
 
 impl<T: Real> Component<T> {
-    /// Lets a motion drive a body of a lane, which must be fixed. At time 0 the body is put to its place there; later the
-    /// next step takes it there.
+    /// Lets a motion drive a body of a lane, which must be fixed, from the next step on.
     pub(crate) fn drive(&mut self, lane: usize, body: usize, driven: &Driven) {
         self.moved.retain(|moved| (moved.lane, moved.body) != (lane, body));
-        let moved = Moved { lane, body, motion: Motion::Driven(Box::new(driven.clone())) };
-        if self.last_dt.lane(lane) == 0.0 {
-            let (pose, velocity) = moved.motion.at(0.0);
-            copy_pose(&mut self.poses[body], lane, &pose, 0);
-            copy_spatial(&mut self.velocities[body], lane, &velocity, 0);
+        self.moved.push(Moved { lane, body, motion: Motion::Driven(Box::new(driven.clone())) });
+    }
+
+    /// Puts what moves by itself to its place at time 0, with its velocities there.
+    pub(super) fn begin_motions(&mut self) {
+        for Moved { lane, body, motion } in &self.moved {
+            let (pose, velocity) = motion.at(0.0);
+            copy_pose(&mut self.poses[*body], *lane, &pose, 0);
+            copy_spatial(&mut self.velocities[*body], *lane, &velocity, 0);
         }
-        self.moved.push(moved);
     }
 
     /// Lets a fixed segment of a lane go on with the velocities (v, w) from its pose at `time` [s]; it keeps the motion that
@@ -100,7 +114,9 @@ impl<T: Real> Component<T> {
 
     /// Lets everything stay where it is that would move by itself.
     pub(crate) fn hold_still(&mut self) {
-        self.moved.clear();
+        for Moved { lane, body, .. } in self.moved.drain(..) {
+            copy_spatial(&mut self.velocities[body], lane, &Spatial::<f64>::zero(), 0);
+        }
     }
 
     /// Whether a motion of the model's drives a body of a lane.
@@ -109,10 +125,15 @@ impl<T: Real> Component<T> {
         self.moved.iter().any(|moved| is_it(moved) && matches!(moved.motion, Motion::Driven(_)))
     }
 
-    /// Puts what moves by itself to its place at the end of the step under way, as a prediction.
+    /// Puts what moves by itself to its place at the end of the step under way, as a prediction. A step in which it turns
+    /// too far is not solved, and so done again in halves.
     pub(super) fn follow_motions(&mut self) {
+        let (begin, end) = (self.time, self.time + self.dt);
         for Moved { lane, body, motion } in &self.moved {
-            copy_pose(&mut self.predicted[*body], *lane, &motion.at(self.time + self.dt).0, 0);
+            copy_pose(&mut self.predicted[*body], *lane, &motion.at(end).0, 0);
+            if motion.turned(begin, end) > LARGEST_TURN {
+                self.unsolved.set_lane(*lane, 1.0);
+            }
         }
     }
 
