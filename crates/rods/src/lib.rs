@@ -1,6 +1,6 @@
 //! Accurate, stable and fast simulation of elastic rods: cables, ropes, sutures, springs, hair, trees.
 //!
-//! This crate is the door for Rust programs. Everything in it is defined in a crate behind it and gathered here by topic;
+//! This crate is what Rust programs use. Everything in it is defined in a crate behind it and gathered here by topic;
 //! [`prelude`] has what most programs need.
 //!
 //! ```
