@@ -1,6 +1,6 @@
 //! Accurate, stable and fast simulation of elastic rods: cables, ropes, sutures, springs, hair, trees.
 //!
-//! This crate is the door for Rust programs. Everything in it is defined in a crate behind it and gathered here by topic;
+//! This crate is what Rust programs use. Everything in it is defined in a crate behind it and gathered here by topic;
 //! [`prelude`] has what most programs need.
 //!
 //! ```
@@ -47,8 +47,9 @@
 //! # Examples
 //!
 //! `cargo run -p rods --example NAME`: `hang_a_cable` (assembly from code, equilibrium, tension at the grips),
-//! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip`, `two_arms`
-//! (both ends driven, and what they hold).
+//! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip` (a grip whose
+//! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `numerical_damping` (how much energy
+//! a swing loses to the time step).
 //!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
 

@@ -69,7 +69,7 @@ pub(crate) struct SceneArgs {
     /// newton (implicit Euler, the most accurate of them, and slower).
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
-    /// How exactly a step is solved: until so much is left of the error that it begins with.
+    /// How exactly a step is solved: its error must fall to this share of what it was at the start of the step.
     #[arg(long, default_value = "1e-6", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) tolerance: f64,
     /// How exactly contacts are solved: how deep two rods may overlap, or slip where they should stick, as a share of the
@@ -136,7 +136,7 @@ pub(crate) struct RunArgs {
     /// block-jacobi].
     #[arg(long)]
     pub(crate) preconditioner: Option<PreconditionerKind>,
-    /// How exactly cg solves: until the residual is so small, relative to the right-hand side, in the preconditioner's norm
+    /// How exactly cg solves: its residual must fall to this share of the right-hand side, in the preconditioner's norm
     /// [default: 1e-6].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) linear_tolerance: Option<f64>,
@@ -184,12 +184,16 @@ pub(crate) struct RunArgs {
 }
 
 impl RunArgs {
+    /// Whether any file is asked for.
+    pub(crate) fn writes(&self) -> bool {
+        self.out.is_some() || self.view || self.plot || !self.export.is_empty()
+    }
+
     /// The files that are asked for, of a run of this scene.
     pub(crate) fn wanted(&self, scene: &str) -> Option<Wanted<'_>> {
         let Self { view, plot, .. } = *self;
-        let is_asked = view || plot || !self.export.is_empty();
-        let directory = self.out.clone().or_else(|| is_asked.then(|| Path::new(OUT).join(scene)))?;
-        Some(Wanted { directory, view, plot, formats: &self.export })
+        let directory = || self.out.clone().unwrap_or_else(|| Path::new(OUT).join(scene));
+        self.writes().then(|| Wanted { directory: directory(), view, plot, formats: &self.export })
     }
 }
 
@@ -198,7 +202,7 @@ pub(crate) struct ViewArgs {
     /// Folders of runs with --view, such as out/helix.
     #[arg(required = true, value_name = "RUNS")]
     pub(crate) runs: Vec<PathBuf>,
-    /// Write the page to this file.
+    /// Write the page to this file. An older page of runs is replaced, any other file is an error.
     #[arg(long, value_name = "FILE", default_value = "view.html")]
     pub(crate) out: PathBuf,
 }
@@ -217,7 +221,7 @@ pub(crate) struct StaticArgs {
     #[command(flatten)]
     pub(crate) begin: BeginArgs,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
-    #[arg(long, default_value_t = 1e-9, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, default_value = "1e-9", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
     /// this folder. What an earlier run wrote there is removed, other files stay.

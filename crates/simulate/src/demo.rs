@@ -6,7 +6,7 @@ use clap::Parser;
 use comfy_table::{CellAlignment, Table};
 use evaluation::compare::{self, Cost, Entry, EntryRun};
 use evaluation::guesses::Spread;
-use graph::planar_normal;
+use graph::{Normal, planar_normal};
 use solver::guess::GuessKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings};
@@ -25,7 +25,8 @@ const FLAGS: [&str; 6] = ["--formulation", "xpbd", "--solver", "cg", "--guess", 
 const DIRECT: &str = "direct";
 const ZERO: &str = "cg from zero";
 const FISCHER: &str = "cg from Fischer's projection";
-const PAPER: &str = "cg from COPINGNet (gn), planar";
+const PAPER: &str = "cg from COPINGNet (gn)";
+const PAPER_PLANAR: &str = "cg from COPINGNet (gn), planar";
 const BEST: &str = "cg from COPINGNet (gn-best)";
 
 /// Runs the scene, then measures other starts and the direct solve beside it.
@@ -40,17 +41,19 @@ pub(crate) fn demo() -> Result<Outcome> {
     let settings = settings(&cli.scene);
     let training = Training::for_scene(&cli.run.learned, cli.run.guess.as_slice(), None, &scene, true)?;
     let cg = way(&cli.run, &scene, &settings.step)?.solver;
-    let ways = [
-        (DIRECT, SolverKind::Direct, GuessName::Plain(GuessKind::Zero)),
-        (ZERO, cg, GuessName::Plain(GuessKind::Zero)),
-        (FISCHER, cg, GuessName::Plain(GuessKind::Fischer(8))),
-        (PAPER, cg, GuessName::Network(Recipe::Paper)),
-        (BEST, cg, GuessName::Network(Recipe::Best)),
-    ];
-    let guesses = ways.iter().map(|&(_, _, name)| Guess::load(name, &training)).collect::<Result<Vec<_>>>()?;
+    // The rod stays in a plane; of the guesses, gn alone does not know that by itself.
     let plane = planar_normal(&scene.model, &scene.state);
-    let factories: Vec<_> = guesses.iter().map(|guess| guess.factory(plane)).collect();
-    let entry = |(&(name, solver, guess), factory): (&(&str, SolverKind, GuessName), _)| Entry {
+    let ways = [
+        (DIRECT, SolverKind::Direct, GuessName::Plain(GuessKind::Zero), None),
+        (ZERO, cg, GuessName::Plain(GuessKind::Zero), None),
+        (FISCHER, cg, GuessName::Plain(GuessKind::Fischer(8)), None),
+        (PAPER, cg, GuessName::Network(Recipe::Paper), None),
+        (PAPER_PLANAR, cg, GuessName::Network(Recipe::Paper), plane),
+        (BEST, cg, GuessName::Network(Recipe::Best), plane),
+    ];
+    let guesses = ways.iter().map(|&(_, _, name, _)| Guess::load(name, &training)).collect::<Result<Vec<_>>>()?;
+    let factories: Vec<_> = ways.iter().zip(&guesses).map(|(&(.., plane), guess)| guess.factory(plane)).collect();
+    let entry = |(&(name, solver, guess, _), factory): (&(&str, SolverKind, GuessName, Option<Normal>), _)| Entry {
         name: name.to_owned(),
         settings: Settings { step: settings.step, solver },
         guess: guess.helps_solves().then_some(factory as GuessFactory<'_>),

@@ -10,6 +10,7 @@ mod list;
 mod measured;
 mod numbers;
 mod plots;
+mod reached;
 mod run;
 mod sample;
 mod scenes;
@@ -61,6 +62,16 @@ fn first_run(cli: &Cli) -> Result<Outcome> {
     Ok(outcome)
 }
 
+/// One run, and how to watch it where that was not asked for and nothing was written.
+fn one_run(cli: &Cli) -> Result<Outcome> {
+    let outcome = run::run(&cli.scene, &cli.run)?;
+    let prints = !cli.scene.quiet && !cli.scene.json;
+    if prints && !cli.run.writes() && matches!(outcome, Outcome::Done) {
+        say!("add --view to this command for a page to watch it")?;
+    }
+    Ok(outcome)
+}
+
 fn main() -> ExitCode {
     if let Some(name) = std::env::args().nth(1).filter(|name| MEASURING.contains(&name.as_str())) {
         terminal::complain(format_args!("`simulate {name}` is `evaluate {name}` now: cargo run -p evaluate -- {name}"));
@@ -69,7 +80,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         None if std::env::args_os().len() == 1 => first_run(&cli),
-        None => run::run(&cli.scene, &cli.run),
+        None => one_run(&cli),
         Some(Command::List) => list::list(),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Static(args)) => statics::relax(&args),

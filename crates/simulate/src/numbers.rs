@@ -16,9 +16,15 @@ pub(crate) fn number(x: f64) -> String {
     }
 }
 
-/// A relative error to two digits: 0 where rounding errors are as large.
-pub(crate) fn tiny(x: f64) -> String {
-    if x.abs() < 1e-14 { "0".to_owned() } else { format!("{x:.1e}") }
+/// A relative error to two digits: 0 where rounding errors are as large, a power of ten where it is small.
+pub(crate) fn share(x: f64) -> String {
+    match x.abs() {
+        0.0..1e-14 => "0".to_owned(),
+        0.01..0.1 => format!("{x:.3}"),
+        0.1..1.0 => format!("{x:.2}"),
+        1.0..1000.0 => format!("{x:.1}"),
+        _ => format!("{x:.1e}"),
+    }
 }
 
 /// The number, or 0 where it is a rounding error of numbers of this `scale`.
@@ -54,8 +60,11 @@ mod tests {
         ] {
             assert_eq!(number(x), text);
         }
-        assert_eq!(tiny(3e-16), "0");
-        assert_eq!(tiny(3.14e-9), "3.1e-9");
+        for (x, text) in
+            [(3e-16, "0"), (3.14e-9, "3.1e-9"), (0.0123, "0.012"), (0.456, "0.46"), (1.7, "1.7"), (5.5e44, "5.5e44")]
+        {
+            assert_eq!(share(x), text);
+        }
         assert_eq!(unless_noise(2.8e-20, 1e-3), 0.0);
         assert_eq!(unless_noise(2.8e-14, 1e-3), 2.8e-14);
     }

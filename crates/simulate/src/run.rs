@@ -21,23 +21,10 @@ use crate::choice::{Way, way};
 use crate::cli::{RunArgs, SceneArgs};
 use crate::keep::Keep;
 use crate::measured::Measured;
+use crate::reached::Reached;
 use crate::scenes::{scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use terminal::{Progress, say};
-
-/// How far a run came.
-pub(crate) struct Course {
-    /// Steps done.
-    pub(crate) steps: usize,
-    /// The worst status of any of them.
-    pub(crate) status: Status,
-    /// Whether Ctrl-C stopped it.
-    pub(crate) interrupted: bool,
-    /// Why the disk took no more, where that stopped it.
-    pub(crate) refused: Option<Error>,
-    /// Wall time of the steps alone, without measuring and writing.
-    pub(crate) wall: Duration,
-}
 
 /// Runs a scene, writes what was asked for, and prints the summary.
 pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
@@ -82,7 +69,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     }
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
-    let mut course = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
     let summary = Summary::new(
         &scene,
         &settings,
@@ -96,12 +83,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         &simulation,
         &state,
         &measured,
-        &course,
+        &reached,
     );
     let conditions = Conditions::new("run", label)
         .with("machine", export::machine())
         .with("time step", format!("{:?} s", scene.run.dt));
-    let refused = course.refused.take();
+    let refused = reached.refused.take();
     let written = keep.map(|keep| keep.close(&scene, &summary, &conditions, refused)).transpose().context("--out");
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;
@@ -109,14 +96,14 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         summary.print(written.as_ref().ok().and_then(Option::as_ref), args.times)?;
     }
     written?;
-    Ok(match (course.interrupted, course.status) {
+    Ok(match (reached.interrupted, reached.status) {
         (_, Status::NonFinite) => Outcome::Stuck(format!(
             "numbers are not finite: {} stopped after step {}, with the last finite state; a smaller --dt may help",
-            scene.name, course.steps
+            scene.name, reached.steps
         )),
         (_, Status::TooManyContacts) => Outcome::Stuck(format!(
             "more contacts press at once than memory is allowed for: {} stopped before step {}",
-            scene.name, course.steps
+            scene.name, reached.steps
         )),
         (true, _) => Outcome::Interrupted,
         _ => Outcome::Done,
@@ -161,7 +148,7 @@ fn go(
     measured: &mut Measured,
     keep: &mut Option<Keep<'_>>,
     progress: Progress,
-) -> Result<Course> {
+) -> Result<Reached> {
     let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
     let (mut next, mut model) = (state.clone(), Cow::Borrowed(&scene.model));
     let mut last = scene.run.steps == 0 || progress.stopped();
@@ -189,7 +176,7 @@ fn go(
             last |= refused.is_some();
         }
     }
-    Ok(Course { steps, status, interrupted: progress.finish(), refused, wall })
+    Ok(Reached { steps, status, interrupted: progress.finish(), refused, wall })
 }
 
 fn is_finite(state: &State) -> bool {

@@ -10,7 +10,7 @@ use solver::statics::{StaticParams, equilibrium};
 use crate::Outcome;
 use crate::cli::StaticArgs;
 use crate::files::{Files, Wanted};
-use crate::numbers::{energy_scale, number, unless_noise};
+use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::scenes;
 use terminal::say;
 
@@ -86,13 +86,14 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
 }
 
 fn print(report: &Report) -> Result<()> {
-    let status = if report.converged { "equilibrium found" } else { "NOT converged" };
+    let status = if report.converged { "equilibrium found" } else { "NO equilibrium found" };
+    let last = share(report.last_movement);
     say!(
-        "{}: {status} after {} linear solves in {:.3} s; the last moved {:.1e} (segment lengths or rad)",
+        "{}: {status} after {} linear solves in {} s\n\
+         in the last one no segment moved by more than {last} of its length, or turned by more than {last} rad",
         report.scene,
         report.linear_solves,
-        report.wall_s,
-        report.last_movement
+        number(report.wall_s)
     )?;
     if report.wind == "frozen" {
         say!("in the wind as it is at time 0; it changes later, and so nothing stays at rest in it")?;

@@ -14,8 +14,8 @@ use solver::simulation::{Settings, Simulation};
 
 use crate::files::Written;
 use crate::measured::Measured;
-use crate::numbers::{energy_scale, number, tiny, unless_noise};
-use crate::run::Course;
+use crate::numbers::{energy_scale, number, share, unless_noise};
+use crate::reached::Reached;
 use terminal::say;
 
 /// Wall time per stage [s], summed over threads.
@@ -123,12 +123,12 @@ impl Summary {
         simulation: &Simulation,
         state: &State,
         measured: &Measured,
-        course: &Course,
+        reached: &Reached,
     ) -> Self {
         let counters = simulation.counters();
         let seconds = |d: Duration| d.as_secs_f64();
         let times = &counters.times;
-        let wall = seconds(course.wall);
+        let wall = seconds(reached.wall);
         Self {
             scene: scene.name.clone(),
             segments: scene.model.segments.len(),
@@ -148,13 +148,13 @@ impl Summary {
             tolerance: settings.step.relative_tolerance,
             contact_tolerance: settings.step.contact_tolerance,
             dt_s: scene.run.dt,
-            steps: course.steps,
+            steps: reached.steps,
             steps_asked: scene.run.steps,
             threads: rayon::current_num_threads(),
-            status: course.status.name(),
-            interrupted: course.interrupted,
+            status: reached.status.name(),
+            interrupted: reached.interrupted,
             wall_s: wall,
-            times_real_time: if course.steps > 0 { scene.run.dt * course.steps as f64 / wall.max(1e-9) } else { 0.0 },
+            times_real_time: if reached.steps > 0 { scene.run.dt * reached.steps as f64 / wall.max(1e-9) } else { 0.0 },
             stages_s: StageSeconds {
                 drag: seconds(times.drag),
                 predict: seconds(times.predict),
@@ -250,9 +250,9 @@ impl Summary {
         let worst = &self.worst_residuals;
         line + &format!(
             "\nerrors at joints: {} of a segment's length and {} rad at most; lengths changed by {} of themselves at most",
-            tiny(worst.stretch_per_length),
-            tiny(worst.bend_rad),
-            tiny(self.length_drift)
+            share(worst.stretch_per_length),
+            share(worst.bend_rad),
+            share(self.length_drift)
         )
     }
 
@@ -260,13 +260,22 @@ impl Summary {
     fn contacts(&self) -> String {
         let Counters { contact_candidates, contact_searches, contact_solves, contact_evaluations, .. } = self.work;
         let worst = &self.worst_residuals;
+        if contact_candidates == 0 {
+            return "contacts: nothing came near enough to touch".to_owned();
+        }
+        let near = contact_candidates as f64 / contact_searches as f64;
+        let near = if near < 0.1 { "fewer than 0.1".to_owned() } else { format!("{near:.1}") };
+        let pressing = 100.0 * contact_solves as f64 / contact_evaluations.max(1) as f64;
+        let pressing = match contact_solves {
+            0 => "none of them press".to_owned(),
+            _ if pressing < 1.0 => "less than 1 % of them press".to_owned(),
+            _ => format!("{pressing:.0} % of them press"),
+        };
         format!(
-            "contacts: {:.1} places near enough to touch, of which {:.0} % press (means over all iterations)\n\
-             errors of contacts: {} of a radius at most, overlap {} at most",
-            contact_candidates as f64 / contact_searches as f64,
-            100.0 * contact_solves as f64 / contact_evaluations.max(1) as f64,
-            tiny(worst.contact_per_radius),
-            tiny(worst.penetration_per_radius)
+            "contacts: {near} places near enough to touch, {pressing} (means over all iterations)\n\
+             errors of contacts: {} of the smaller radius at most; deepest overlap: {} of it",
+            share(worst.contact_per_radius),
+            share(worst.penetration_per_radius)
         )
     }
 

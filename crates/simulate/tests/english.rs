@@ -49,16 +49,54 @@ fn times_of_stages_are_told_where_they_are_asked_for() {
     }
 }
 
-/// Of places that are near enough to touch, no more than all of them press.
+/// Of places that are near enough to touch, no more than all of them press; where there are none, nothing is counted.
 #[test]
 fn contacts_that_press_are_among_those_that_are_near() {
-    for scene in ["helix-on-plane", "hair", "two-rods"] {
+    let contacts = |out: &str| -> Vec<String> {
+        let lines = out.lines().skip_while(|line| !line.starts_with("contacts: "));
+        lines.take_while(|line| line.contains("contacts")).map(str::to_owned).collect()
+    };
+    for (scene, presses) in [("helix-on-plane", true), ("hair", false), ("two-rods", true)] {
         let out = printed(&[scene, "--steps", "25"]);
-        let line = out.lines().find(|line| line.starts_with("contacts: ")).expect("contacts");
-        let words: Vec<&str> = line.split(' ').collect();
-        let number = |word: usize| words[word].parse::<f64>().unwrap_or_else(|_| panic!("{line}"));
-        assert!(number(1) > 0.0 && (0.0..=100.0).contains(&number(9)), "{line}");
-        assert_eq!(words[10..12], ["%", "press"], "{line}");
+        let lines = contacts(&out);
+        let [line, errors] = &lines[..] else { panic!("{out}") };
+        let (near, pressing) = line["contacts: ".len()..].split_once(" places near enough to touch, ").expect("places");
+        assert!(near.parse::<f64>().is_ok_and(|near| near > 0.0), "{line}");
+        assert!(pressing.ends_with(" of them press (means over all iterations)"), "{line}");
+        if presses {
+            let percent = pressing.split_once(" % ").and_then(|(percent, _)| percent.parse::<f64>().ok());
+            assert!(percent.is_some_and(|percent| percent > 0.0 && percent <= 100.0), "{line}");
+        } else {
+            assert!(pressing.starts_with("none of them press"), "{line}");
+        }
+        assert!(errors.contains(" of the smaller radius at most; deepest overlap: "), "{errors}");
+    }
+    let out = printed(&["two-arms", "--steps", "5"]);
+    assert_eq!(contacts(&out), ["contacts: nothing came near enough to touch"]);
+}
+
+/// Small numbers are written as people write them.
+#[test]
+fn numbers_in_help_and_reports_are_short() {
+    let help = run(&["static", "--help"]);
+    let (code, text, _) = texts(&help);
+    assert!(code == Some(0) && text.contains("[default: 1e-9]"), "{text}");
+    let out = printed(&["static"]);
+    let moved = "in the last one no segment moved by more than ";
+    assert!(out.lines().nth(1).is_some_and(|line| line.starts_with(moved) && line.ends_with(" rad")), "{out}");
+}
+
+/// Whoever runs a scene for the first time hears how to watch it; who has asked for files, or for nothing, does not.
+#[test]
+fn a_run_without_files_says_how_to_watch_it() {
+    let hint = "add --view to this command for a page to watch it";
+    let out = printed(&["helix", "--steps", "2"]);
+    assert_eq!(out.lines().last(), Some(hint));
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().to_str().expect("UTF-8");
+    for arguments in [&["--quiet"][..], &["--json"], &["--out", path], &["--plot", "--out", path]] {
+        let out = printed(&[&["helix", "--steps", "2"], arguments].concat());
+        assert!(!out.contains(hint), "{arguments:?}: {out}");
     }
 }
 

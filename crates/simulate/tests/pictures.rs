@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use common::{builtin_names, json, run, texts};
+use common::{builtin_names, json, run, simulate, texts};
 use export::{Trajectory, read_trajectory};
 use gltf::Gltf;
 use roxmltree::Document;
@@ -81,6 +81,10 @@ fn several_runs_make_one_page() {
     assert_eq!(texts(&output).0, Some(0));
     let text = fs::read_to_string(&page).expect("a page");
     assert!(text.contains("helix: xpbd, direct") && text.contains("helix: newton"));
+    // Its own page may be made anew.
+    let output = run(&["view", &a, "--out", &page]);
+    assert_eq!(texts(&output).0, Some(0));
+    assert!(!fs::read_to_string(&page).expect("a page").contains("helix: newton"));
     // A folder without a run to look at is one error, and no page.
     fs::remove_file(folder.path().join("b/view.json")).expect("a file");
     fs::remove_file(&page).expect("a file");
@@ -89,6 +93,28 @@ fn several_runs_make_one_page() {
     assert_eq!(code, Some(2));
     assert!(error.starts_with("error: RUNS") && error.contains("view.json") && error.lines().count() == 1, "{error}");
     assert!(!Path::new(&page).exists());
+}
+
+/// A page that somebody else wrote is not written over: neither the one named, nor `view.html` in the current folder.
+#[test]
+fn a_page_that_is_not_ours_stays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let output = run(&["helix", "--steps", "2", "--view", "--quiet", "--out", out.to_str().expect("UTF-8")]);
+    assert_eq!(texts(&output), (Some(0), "", ""));
+    for (name, mine) in [("view.html", "<!doctype html>\n<html lang=\"en\">\n<p>mine</p>\n"), ("empty.html", "")] {
+        let page = folder.path().join(name);
+        fs::write(&page, mine).expect("a file");
+        let flags: &[&str] = if name == "view.html" { &[] } else { &["--out", name] };
+        let output = simulate(&[&["view", "out"], flags].concat()).current_dir(&folder).output().expect("it starts");
+        let why = "is in the way and is no page of runs: move it, or choose another name";
+        assert_eq!(texts(&output), (Some(2), "", format!("error: --out: {name} {why}\n").as_str()));
+        assert_eq!(fs::read_to_string(&page).expect("a file"), mine);
+    }
+    let output = simulate(&["view", "out", "--out", "out"]).current_dir(&folder).output().expect("it starts");
+    let (code, printed, error) = texts(&output);
+    assert_eq!((code, printed), (Some(2), ""));
+    assert!(error.starts_with("error: --out: cannot look at out: ") && error.lines().count() == 1, "{error}");
 }
 
 #[test]
