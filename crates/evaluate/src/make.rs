@@ -125,8 +125,7 @@ fn write(page: &Page, out: &Path) -> Result<PathBuf> {
 /// Name of the list of the files that a report wrote.
 const LIST: &str = "files.txt";
 
-/// Removes what the list in a folder has and these names have not, and makes these names the list: no file is ever removed
-/// that no report wrote.
+/// Removes what an earlier report wrote, by its list, and this one, of these names, does not; lists this one's files.
 fn replace(names: &BTreeSet<String>, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let list = folder.join(LIST);

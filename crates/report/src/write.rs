@@ -53,8 +53,7 @@ impl Page {
     }
 }
 
-/// Writes the CSV file of a figure or a table: names of columns, then rows. Numbers have all digits that are needed to read the same ones
-/// back.
+/// Writes the CSV file of a figure or a table: names of columns, then rows. Numbers are read back the same.
 fn csv(block: &Block, out: impl Write) -> csv::Result<()> {
     let mut out = csv::Writer::from_writer(out);
     let figure = match block {

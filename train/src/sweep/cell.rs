@@ -63,8 +63,7 @@ pub(crate) fn run(
     }))
 }
 
-/// Measures the network's guess on held-out scenes beside the zero start, on the same systems in turns; `None` where
-/// `stopped` came first.
+/// Measures the guess on held-out scenes in turns with the zero start, on the same systems; `None` where it was stopped.
 fn measure(
     scenario: Scenario,
     test: &Test,

@@ -98,8 +98,7 @@ impl ScenesArgs {
         trainings.iter().map(|training| Ok((training.scenario, load(names(), training)?))).collect()
     }
 
-    /// Measures scenes of one kind, slack variants of Table 1's or those themselves, with these guesses; what Ctrl-C cut
-    /// off is left out.
+    /// Measures scenes of one kind, or slack variants of them, with these guesses; leaves out what Ctrl-C cut off.
     fn measure<T>(
         &self,
         (scenario, is_slack): (Scenario, bool),
