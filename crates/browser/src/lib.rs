@@ -51,16 +51,17 @@ fn program() -> Option<&'static str> {
     ["chromium", "chromium-browser", "google-chrome"].into_iter().find(runs)
 }
 
-/// What `ready` gives as soon as it gives something; an error where that takes longer than `patience`.
-fn wait<T>(patience: Duration, mut ready: impl FnMut() -> Result<Option<T>>) -> Result<T> {
+/// What `ready` gives as soon as it gives something; `None` where that takes longer than `patience`.
+fn wait<T>(patience: Duration, mut ready: impl FnMut() -> Result<Option<T>>) -> Result<Option<T>> {
     let start = Instant::now();
-    loop {
-        if let Some(found) = ready()? {
+    while start.elapsed() < patience {
+        let found = ready()?;
+        if found.is_some() {
             return Ok(found);
         }
-        ensure!(start.elapsed() < patience, "waited for {patience:?} in vain");
         std::thread::sleep(Duration::from_millis(20));
     }
+    Ok(None)
 }
 
 /// A browser with one page. Whatever it is asked for fails if it is gone.
@@ -105,11 +106,11 @@ impl Browser {
             ensure!(process.try_wait()?.is_none(), "the browser has ended");
             let text = std::fs::read_to_string(&place).unwrap_or_default();
             Ok(text.split_once('\n').map(|(port, path)| (port.to_owned(), path.trim().to_owned())))
-        });
-        if found.is_err() {
+        })?;
+        let Some((port, path)) = found else {
             let _ = process.kill();
-        }
-        let (port, path) = found.context("the browser did not start")?;
+            bail!("the browser did not start");
+        };
         let stream = TcpStream::connect(format!("127.0.0.1:{port}"))?;
         stream.set_read_timeout(Some(PATIENCE))?;
         let (socket, _) = tungstenite::client(format!("ws://127.0.0.1:{port}{path}"), stream)?;
@@ -154,7 +155,7 @@ impl Browser {
 
     /// Sets size and colours; motion is reduced, so that nothing plays by itself.
     pub fn look(&mut self, Look { width, height, phone, dark }: Look) -> Result<()> {
-        let scale = 1 + u32::from(phone);
+        let scale = if phone { 2 } else { 1 };
         let metrics = json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": phone});
         self.call("Emulation.setDeviceMetricsOverride", metrics)?;
         let features = json!([
@@ -182,7 +183,7 @@ impl Browser {
             Ok(state) if state == "failed" => bail!("the page failed: {}", self.evaluate("document.body.innerText")?),
             _ => Ok(None),
         });
-        ready.context("the page is not ready")
+        ready?.context("the page is not ready")
     }
 
     /// The value of an expression, which may be a promise.
@@ -208,7 +209,7 @@ impl Browser {
     /// If that takes more than five minutes.
     pub fn wait_for(&mut self, expression: &str) -> Result<()> {
         let came_true = wait(PATIENCE, || Ok((self.evaluate(expression)? == true).then_some(())));
-        came_true.with_context(|| format!("{expression} did not come true"))
+        came_true?.with_context(|| format!("{expression} did not come true"))
     }
 
     /// Moves fingers over a touch screen, each from one place to another [px], all at once.
