@@ -12,15 +12,12 @@ use toml::Value;
 use crate::Outcome;
 use crate::cells::{FullKey, Record, SCHEMA_VERSION};
 
-/// Names of what depends on the clock, with all that is below them; so does what ends in "_us" or "_s", but for [`STEP`].
+/// Names of what depends on the clock, with all that is below them; so does what ends in "_us" or "_s", but for the time
+/// step "dt_s", which is given.
 const TIMES: &str =
     "contact_share direct_projection inference_ratio median_us projection ratio seconds time total yardstick";
-/// The time step, which is given.
-const STEP: &str = "dt_s";
 /// Differences of a section that are shown.
 const SHOWN: usize = 10;
-/// Characters of a value that are shown.
-const SHORT: usize = 60;
 
 /// A cell's file, whatever it is of.
 #[derive(Deserialize)]
@@ -31,36 +28,31 @@ struct Stored {
 
 /// The cells of a run by section and cell, whatever program and networks they were measured with.
 fn cells(folder: &Path) -> Result<BTreeMap<[String; 2], Value>> {
-    let mut cells = BTreeMap::new();
-    for section in entries(folder)?.iter().filter(|path| path.is_dir()) {
-        for file in entries(section)?.iter().filter(|path| path.extension().is_some_and(|end| end == "toml")) {
-            let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-            let Stored { key, value } = export::unseal(file, &bytes, SCHEMA_VERSION)?;
-            cells.insert([key.section, key.cell.to_string()], value.value);
+    let mut all = BTreeMap::new();
+    for entry in folder.read_dir().with_context(|| format!("cannot read {}", folder.display()))? {
+        let path = entry?.path();
+        if path.is_dir() {
+            all.append(&mut cells(&path)?);
+        } else if path.extension().is_some_and(|end| end == "toml") {
+            let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            let Stored { key, value } = export::unseal(&path, &bytes, SCHEMA_VERSION)?;
+            all.insert([key.section, key.cell.to_string()], value.value);
         }
     }
-    Ok(cells)
-}
-
-fn entries(folder: &Path) -> Result<Vec<std::path::PathBuf>> {
-    let read = || std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>();
-    read().with_context(|| format!("cannot read {}", folder.display()))
+    Ok(all)
 }
 
 /// Says what differs between two runs, by their folders of cells. Returns whether nothing does.
 pub(crate) fn runs(folders: [&Path; 2]) -> Result<Outcome> {
-    let [first, mut second] = [cells(folders[0])?, cells(folders[1])?];
-    let (mut in_both, mut alone, mut differences) = (0, 0, Vec::new());
-    for ([section, cell], value) in first {
-        match second.remove(&[section.clone(), cell.clone()]) {
-            Some(other) => {
-                in_both += 1;
-                compare(&format!("{section} {cell}: value"), [&value, &other], &mut differences);
-            }
-            None => alone += 1,
+    let [first, second] = [cells(folders[0])?, cells(folders[1])?];
+    let (mut in_both, mut differences) = (0, Vec::new());
+    for (key, value) in &first {
+        if let Some(other) = second.get(key) {
+            in_both += 1;
+            compare(&format!("{}: value", key.join(" ")), [value, other], &mut differences);
         }
     }
-    alone += second.len();
+    let alone = first.len() + second.len() - 2 * in_both;
     say!("{in_both} cells in both, {alone} in one alone; {} differences beside times", differences.len())?;
     for difference in differences.iter().take(SHOWN) {
         terminal::complain(format_args!("{difference}"));
@@ -70,8 +62,9 @@ pub(crate) fn runs(folders: [&Path; 2]) -> Result<Outcome> {
 
 /// Adds what differs in two values at a place, beside times and what was given up because it took too long.
 fn compare(place: &str, [first, second]: [&Value; 2], differences: &mut Vec<String>) {
-    let is_listed = |name: &str| TIMES.split(' ').any(|time| time == name);
-    let is_time = |name: &str| name != STEP && (name.ends_with("_us") || name.ends_with("_s") || is_listed(name));
+    let is_time = |name: &str| {
+        TIMES.split(' ').any(|time| time == name) || name.ends_with("_us") || (name.ends_with("_s") && name != "dt_s")
+    };
     match (first, second) {
         _ if took_too_long(first) || took_too_long(second) => {}
         (Value::Table(a), Value::Table(b)) if a.keys().eq(b.keys()) => {
@@ -86,11 +79,7 @@ fn compare(place: &str, [first, second]: [&Value; 2], differences: &mut Vec<Stri
         }
         (Value::Float(a), Value::Float(b)) if a.is_nan() && b.is_nan() => {}
         _ if first == second => {}
-        _ => {
-            let [first, second] =
-                [first, second].map(|value| value.to_string().chars().take(SHORT).collect::<String>());
-            differences.push(format!("{place}: {first} and {second}"));
-        }
+        _ => differences.push(format!("{place}: {:.60} and {:.60}", first.to_string(), second.to_string())),
     }
 }
 

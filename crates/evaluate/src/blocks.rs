@@ -1,8 +1,6 @@
 //! Parts of a section of the page from what differs in them, and cells in groups.
 
-use report::{Axis, Block, Cell, Charts, Conditions, Figure, LineChart, Reference, Section, Series, Table};
-
-use crate::show::columns;
+use report::{Axis, Block, Cell, Charts, Column, Conditions, Figure, LineChart, Reference, Section, Series, Table};
 
 /// A section: its anchor, its heading and its introduction, then its blocks.
 pub(crate) fn section([id, title, introduction]: [&str; 3], mut blocks: Vec<Block>) -> Section {
@@ -10,10 +8,11 @@ pub(crate) fn section([id, title, introduction]: [&str; 3], mut blocks: Vec<Bloc
     Section { id: id.to_owned(), title: title.to_owned(), blocks }
 }
 
-/// A table: its id, its title and its caption, then headings as in [`columns`] with " | " between them.
+/// A table: its id, its title and its caption, then headings with " | " between them, of numbers where they begin with '#'.
 pub(crate) fn table(head: [&str; 3], headings: &str, rows: Vec<Vec<Cell>>, conditions: Conditions) -> Block {
     let [id, title, caption] = head.map(str::to_owned);
-    let columns = columns(&headings.split(" | ").collect::<Vec<_>>());
+    let column = |heading: &str| heading.strip_prefix('#').map_or_else(|| Column::text(heading), Column::number);
+    let columns = headings.split(" | ").map(column).collect();
     Block::Table(Table { id, title, caption, columns, rows, conditions })
 }
 

@@ -18,10 +18,7 @@ pub(crate) enum Size {
 impl Size {
     /// The first of the two for a quick report, the second for a full one.
     pub(crate) fn pick<T>(self, quick: T, full: T) -> T {
-        match self {
-            Self::Quick => quick,
-            Self::Full => full,
-        }
+        if self == Self::Quick { quick } else { full }
     }
 }
 

@@ -18,16 +18,15 @@ use std::process::ExitCode;
 use crate::cli::Command;
 use crate::commands::{compare, random, stress};
 
-/// Exit code of a report with faults, of runs that differ, and of numbers that are not finite.
-const FAILED: u8 = 1;
-/// Exit code of bad input: flags, places to write to, damaged results.
-const BAD_INPUT: u8 = 2;
-
-/// How a command ended.
+/// How a command ended: the program's exit code.
+#[repr(u8)]
 enum Outcome {
-    Done,
-    Interrupted,
-    Faulty,
+    Done = 0,
+    /// A report has faults, runs differ, or numbers are not finite.
+    Faulty = 1,
+    /// Wrong flags, places that cannot be written to, damaged results.
+    BadInput = 2,
+    Interrupted = terminal::INTERRUPTED,
 }
 
 impl Outcome {
@@ -48,13 +47,9 @@ fn main() -> ExitCode {
         Command::Steps(args) => random::steps(&args),
         Command::Stress(args) => stress::stress(&args),
     };
-    match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Interrupted) => ExitCode::from(terminal::INTERRUPTED),
-        Ok(Outcome::Faulty) => ExitCode::from(FAILED),
-        Err(error) => {
-            terminal::complain(format_args!("{error:#}"));
-            ExitCode::from(BAD_INPUT)
-        }
-    }
+    let outcome = result.unwrap_or_else(|error| {
+        terminal::complain(format_args!("{error:#}"));
+        Outcome::BadInput
+    });
+    ExitCode::from(outcome as u8)
 }

@@ -36,10 +36,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     // Times are told of one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let mut jobs = sections::jobs(&args.only);
-    let mut total = 0.0;
-    for job in &mut jobs {
-        total += job.prepare(&context).context("--cells")?;
-    }
+    let total = jobs.iter_mut().map(|job| job.prepare(&context)).sum::<Result<f64>>().context("--cells")?;
     let minutes = (total / 60.0).ceil();
     tell(format!("{} sections; about {minutes:.0} minutes of measuring on one core are left", jobs.len()))?;
     let progress = Progress::new(ticks(total), "ms", args.quiet)?;
@@ -51,10 +48,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         }
     }
     progress.finish();
-    let mut missing = 0;
-    for job in &mut jobs {
-        missing += job.missing(&context).context("--cells")?;
-    }
+    let missing = jobs.iter_mut().map(|job| job.missing(&context)).sum::<Result<usize>>().context("--cells")?;
     if missing > 0 {
         tell(format!("this shard is measured, {missing} cells of others are not; the report is made when all are"))?;
         return Ok(Outcome::Done);
@@ -118,13 +112,8 @@ const LEAD: [&str; 2] = [
 /// Writes the page and every figure as a file of its own; what an earlier report wrote and this one does not goes.
 fn write(page: &Page, out: &Path) -> Result<PathBuf> {
     let figures: Vec<_> = page.figures().map(|figure| (format!("svg/{}.svg", figure.id), figure)).collect();
-    let id = |block: &Block| match block {
-        Block::Paragraph(_) => None,
-        Block::Table(table) => Some(format!("csv/{}.csv", table.id)),
-        Block::Figure(figure) => Some(format!("csv/{}.csv", figure.id)),
-    };
-    let tables = page.sections.iter().flat_map(|section| &section.blocks).filter_map(id);
-    replace(&tables.chain(figures.iter().map(|(name, _)| name.clone())).collect(), out)?;
+    let numbers = page.ids().map(|id| format!("csv/{id}.csv"));
+    replace(&numbers.chain(figures.iter().map(|(name, _)| name.clone())).collect(), out)?;
     let file = page.write(out)?;
     std::fs::create_dir_all(out.join("svg"))?;
     for (name, figure) in figures {
@@ -136,8 +125,7 @@ fn write(page: &Page, out: &Path) -> Result<PathBuf> {
 /// Name of the list of the files that a report wrote.
 const LIST: &str = "files.txt";
 
-/// Removes what the list in a folder has and these names have not, and makes these names the list: no file is ever removed
-/// that no report wrote.
+/// Removes what an earlier report wrote, by its list, and this one, of these names, does not; lists this one's files.
 fn replace(names: &BTreeSet<String>, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let list = folder.join(LIST);

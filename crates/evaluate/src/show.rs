@@ -1,7 +1,7 @@
 //! Numbers as text and curves, the same way in all sections.
 
 use evaluation::guesses::Spread;
-use report::{Axis, Column, LineChart, Point, Series, significant};
+use report::{Axis, LineChart, Point, Series, significant};
 
 use crate::sections::paper::is_end_to_end;
 
@@ -42,12 +42,6 @@ pub(crate) fn band(name: impl Into<String>, values: impl Iterator<Item = (f64, O
         Some(Point { x, y: spread.median * scale, band, ..Point::default() })
     };
     Series::new(name, values.filter_map(point))
-}
-
-/// Columns by their headings: of numbers where these begin with '#', else of text.
-pub(crate) fn columns(headings: &[impl AsRef<str>]) -> Vec<Column> {
-    let column = |heading: &str| heading.strip_prefix('#').map_or_else(|| Column::text(heading), Column::number);
-    headings.iter().map(|heading| column(heading.as_ref())).collect()
 }
 
 /// The curve of a way over steps: dashed where predictions take the place of all solves.

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use export::ExportError;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::ReportError;
@@ -17,7 +18,7 @@ use crate::ReportError;
 /// [`ReportError::File`] if `index.html` or a file in `csv` cannot be read.
 pub fn check(directory: &Path) -> Result<Vec<String>, ReportError> {
     let path = directory.join("index.html");
-    let text = std::fs::read_to_string(&path).map_err(ReportError::io("read", &path))?;
+    let text = std::fs::read_to_string(&path).map_err(ExportError::io("read", &path))?;
     let document = match Document::parse_with_options(&text, ParsingOptions { allow_dtd: true, ..Default::default() }) {
         Ok(document) => document,
         Err(error) => return Ok(vec![format!("index.html is not well-formed: {error}")]),
@@ -56,14 +57,14 @@ pub fn check(directory: &Path) -> Result<Vec<String>, ReportError> {
     }
     let folder = directory.join("csv");
     let entries = std::fs::read_dir(&folder).and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect());
-    let mut paths: Vec<_> = entries.map_err(ReportError::io("read the directory", &folder))?;
+    let mut paths: Vec<_> = entries.map_err(ExportError::io("read the directory", &folder))?;
     paths.sort();
     for path in paths {
         let name = format!("csv/{}", path.file_name().unwrap_or_default().to_string_lossy());
         if !links.contains(name.as_str()) {
             problems.push(format!("{name}: the page does not mention it"));
         }
-        let bytes = std::fs::read(&path).map_err(ReportError::io("read", &path))?;
+        let bytes = std::fs::read(&path).map_err(ExportError::io("read", &path))?;
         // The reader itself refuses rows of different lengths.
         match csv::Reader::from_reader(bytes.as_slice()).records().collect::<Result<Vec<_>, _>>() {
             Ok(rows) if rows.is_empty() => problems.push(format!("{name}: no rows")),

@@ -1,7 +1,5 @@
 //! What can go wrong with a page.
 
-use std::path::Path;
-
 use thiserror::Error;
 
 /// Why a page was not written or not read back.
@@ -18,11 +16,4 @@ pub enum ReportError {
     /// A file that cannot be written, or read.
     #[error(transparent)]
     File(#[from] export::ExportError),
-}
-
-impl ReportError {
-    /// What the system says of a file.
-    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        move |cause| Self::File(export::ExportError::Io { action, path: path.to_owned(), cause })
-    }
 }

@@ -67,6 +67,11 @@ impl Page {
         self.sections.iter().flat_map(|section| &section.blocks).filter_map(Block::evidence)
     }
 
+    /// The ids of all figures and tables, in their order.
+    pub fn ids(&self) -> impl Iterator<Item = &str> {
+        self.evidence().map(|item| item.id)
+    }
+
     /// All figures, in their order.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         self.evidence().filter_map(|item| if let Block::Figure(figure) = item.block { Some(figure) } else { None })

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use export::write_atomically;
+use export::{ExportError, write_atomically};
 
 use crate::html::{self, CONTENTS};
 use crate::{Block, Charts, Conditions, LineChart, Page, ReportError};
@@ -23,7 +23,7 @@ impl Page {
     pub fn write(&self, directory: &Path) -> Result<PathBuf, ReportError> {
         self.validate().map_err(|(id, message)| ReportError::Part { id: id.into(), message })?;
         let folder = directory.join("csv");
-        std::fs::create_dir_all(&folder).map_err(ReportError::io("create the directory", &folder))?;
+        std::fs::create_dir_all(&folder).map_err(ExportError::io("create the directory", &folder))?;
         for item in self.evidence() {
             write_atomically(&folder.join(format!("{}.csv", item.id)), |file| Ok(csv(item.block, file)?))?;
         }
@@ -53,8 +53,7 @@ impl Page {
     }
 }
 
-/// Writes the CSV file of a figure or a table: names of columns, then rows. Numbers have all digits that are needed to read the same ones
-/// back.
+/// Writes the CSV file of a figure or a table: names of columns, then rows. Numbers are read back the same.
 fn csv(block: &Block, out: impl Write) -> csv::Result<()> {
     let mut out = csv::Writer::from_writer(out);
     let figure = match block {

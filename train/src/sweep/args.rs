@@ -103,8 +103,7 @@ impl SweepArgs {
         Ok(())
     }
 
-    /// The sweep: the paper's grid (supplement, section "Architecture"), or a small one. Data sets that are absent are
-    /// generated, but not for a dry run.
+    /// The sweep: the supplement's grid, or a small one. Data sets that are absent are generated, but not for a dry run.
     pub(crate) fn sweep(&self) -> Result<Sweep> {
         let grid = if self.quick {
             let benchmark = Architecture { gn_blocks: 1, mlp_layers: 2, width: 8 };

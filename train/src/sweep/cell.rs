@@ -63,8 +63,7 @@ pub(crate) fn run(
     }))
 }
 
-/// Measures the network's guess on held-out scenes beside the zero start, on the same systems in turns; `None` where
-/// `stopped` came first.
+/// Measures the guess on held-out scenes in turns with the zero start, on the same systems; `None` where it was stopped.
 fn measure(
     scenario: Scenario,
     test: &Test,
@@ -78,8 +77,8 @@ fn measure(
             Some(Box::new(GnGuess::new(trained, Graph::new(model, members, topology), plane)))
         }
     };
-    let scene = |index| Ok(scenario.sample(test.seed, index).scene()?);
-    let scenes = (0..test.simulations).map(scene).collect::<Result<Vec<Scene>>>()?;
+    let scenes = (0..test.simulations).map(|index| scenario.sample(test.seed, index).scene());
+    let scenes = scenes.collect::<Result<Vec<Scene>, _>>()?;
     let planes: Vec<_> = scenes.iter().map(|scene| planar_normal(&scene.model, &scene.state)).collect();
     let are_planar = planes.iter().all(Option::is_some);
     // Features in body frames have the plane's symmetry by themselves, where there is one.
@@ -91,15 +90,11 @@ fn measure(
     let mut measured = Vec::new();
     for (Scene { model, state, run, .. }, plane) in scenes.iter().zip(planes) {
         let (free, planar) = (factory(None), factory(plane));
-        let mut guesses: Vec<(String, Option<GuessFactory<'_>>)> = vec![("zero".to_owned(), None)];
-        if is_free {
-            guesses.push((FREE.to_owned(), Some(&free)));
-        }
-        if are_planar {
-            guesses.push((PLANAR.to_owned(), Some(&planar)));
-        }
+        let guesses: [(bool, &str, Option<GuessFactory<'_>>); 3] =
+            [(true, "zero", None), (is_free, FREE, Some(&free)), (are_planar, PLANAR, Some(&planar))];
+        let guesses = guesses.into_iter().filter(|own| own.0).map(|(_, name, guess)| (name.to_owned(), guess));
         let starts = Starts {
-            guesses,
+            guesses: guesses.collect(),
             preconditioners: vec![PreconditionerKind::Raw, PreconditionerKind::BlockJacobi],
             tolerances: vec![1e-2, 1e-4],
             max_iterations: None,

@@ -25,10 +25,9 @@ pub(crate) fn run(args: &SweepArgs) -> Result<Outcome> {
     }
     args.check()?;
     let say = |text: Arguments<'_>| if args.quiet { Ok(()) } else { terminal::print(text) };
-    let (part, parts) = args.shard;
+    let SweepArgs { backend, shard: (part, parts), .. } = *args;
     let (recipe, threads, out) = (args.recipe.name(), threads_or_cores(args.threads), args.out.display());
     let folder = Folder::new(&args.out);
-    let backend = args.backend;
     say(format_args!("sweep, recipe {recipe}, shard {part} of {parts}, {backend} on {threads} threads, {out}"))?;
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     let sweep = args.sweep()?;

@@ -9,7 +9,7 @@ use evaluation::guesses::{self, beside_zero};
 use evaluation::precision::{Level, Outer, reference};
 use evaluation::stages::Stages;
 use graph::planar_normal;
-use report::{Block, Conditions};
+use report::{Block, Cell, Conditions};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
@@ -20,8 +20,9 @@ use solver::step::{Status, StepParams};
 use terminal::{Progress, positive};
 
 use super::random::{dropped, plan, solves_table};
-use super::{OutputArgs, at_least_one, conditions, table, with_networks};
+use super::{OutputArgs, at_least_one, conditions, with_networks};
 use crate::Outcome;
+use crate::blocks::table;
 use crate::show::number;
 use crate::ways::{PRECONDITIONERS, cap};
 
@@ -120,7 +121,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     );
     let mut blocks = in_words(&compared, steps, own);
     blocks.push(runs(&compared.rows, conditions.clone()));
-    blocks.push(solves_table(["compare-starts".to_owned(), title], &cells, false, conditions.clone()));
+    blocks.push(solves_table(["compare-starts", &title], &cells, false, conditions.clone()));
     blocks.extend(dropped(&cells));
     let title = format!("{}: ways compared", scene.name);
     let outcome = args.output.finish(["compare", &title], blocks, conditions, progress)?;
@@ -154,9 +155,7 @@ fn runs(runs: &[EntryRun], conditions: Conditions) -> Block {
     let names = Stages::default().by_name().map(|(name, _)| name);
     let us = |run: &EntryRun, stage: usize| run.median_us.by_name()[stage].1;
     let stages: Vec<usize> = (0..names.len()).filter(|&k| runs.iter().any(|run| us(run, k) > 0.0)).collect();
-    let mut headings = ["way", "#outer", "#linear"].map(str::to_owned).to_vec();
-    headings.extend(stages.iter().map(|&stage| format!("#{} [us]", names[stage])));
-    headings.extend(["#error", "status"].map(str::to_owned));
+    let times: String = stages.iter().map(|&stage| format!("#{} [us] | ", names[stage])).collect();
     let row = |run: &EntryRun| {
         let sets_and_steps = (run.by_step.len() * run.sets).max(1) as f64;
         let [outer, linear] = [run.counters.iterations, run.counters.linear_iterations].map(|count| count as f64);
@@ -164,8 +163,9 @@ fn runs(runs: &[EntryRun], conditions: Conditions) -> Block {
         let times = stages.iter().map(|&stage| format!("{:.1}", us(run, stage)));
         let given_up = run.given_up.map_or_else(String::new, |step| format!(", given up in step {step}"));
         let end = [number(run.error), run.status.name().to_owned() + &given_up];
-        std::iter::once(run.name.clone()).chain(counts).chain(times).chain(end).map(Some).collect()
+        std::iter::once(run.name.clone()).chain(counts).chain(times).chain(end).map(Cell::from).collect()
     };
-    let title = "Ways: outer iterations a step, linear ones in each; medians of a step's times";
-    table(["compare-runs", title].map(str::to_owned), &headings, runs.iter().map(row).collect(), conditions)
+    let head = ["compare-runs", "Ways: outer iterations a step, linear ones in each; medians of a step's times", ""];
+    let headings = format!("way | #outer | #linear | {times}#error | status");
+    table(head, &headings, runs.iter().map(row).collect(), conditions)
 }

@@ -10,11 +10,10 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use catalogue::Row;
 use clap::Args;
-use report::{Block, Cell, Conditions, Page, Section, Table, wrapped};
+use report::{Block, Conditions, Page, Section, wrapped};
 use terminal::{Progress, say};
 
 use crate::Outcome;
-use crate::show::columns;
 
 /// Characters of a line on the terminal.
 const WIDTH: u16 = 120;
@@ -52,13 +51,14 @@ impl OutputArgs {
     fn finish(&self, of: [&str; 2], blocks: Vec<Block>, conditions: Conditions, progress: Progress) -> Result<Outcome> {
         let interrupted = progress.finish();
         for block in &blocks {
-            match block {
+            self.say(&match block {
                 Block::Table(table) => {
-                    self.say(&format!("\n{}\n{}", wrapped(&table.title, WIDTH), table.text(WIDTH)))?
+                    let words = [&*table.title, &table.caption].map(|text| wrapped(text, WIDTH));
+                    format!("\n{}\n{}", words.join("\n").trim_end(), table.text(WIDTH))
                 }
-                Block::Paragraph(text) => self.say(&format!("\n{}", wrapped(text, WIDTH)))?,
-                Block::Figure(_) => {}
-            }
+                Block::Paragraph(text) => format!("\n{}", wrapped(text, WIDTH)),
+                Block::Figure(_) => continue,
+            })?;
         }
         if let Some(out) = &self.out {
             let [id, title] = of.map(str::to_owned);
@@ -81,16 +81,4 @@ fn with_networks(conditions: Conditions, of: &str, rows: &[Row<'_>]) -> Conditio
         conditions
             .with(format!("{of}, {name}"), format!("{}, weights BLAKE3 {}", origin.network, origin.weights_blake3))
     })
-}
-
-/// A table with headings as in [`columns`]; '-' where nothing was measured.
-fn table(
-    [id, title]: [String; 2],
-    headings: &[impl AsRef<str>],
-    rows: Vec<Vec<Option<String>>>,
-    conditions: Conditions,
-) -> Block {
-    let cell = |text: Option<String>| Cell::from(text.unwrap_or_else(|| "-".to_owned()));
-    let rows = rows.into_iter().map(|row| row.into_iter().map(cell).collect()).collect();
-    Block::Table(Table { id, title, caption: String::new(), columns: columns(headings), rows, conditions })
 }

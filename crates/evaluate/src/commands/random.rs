@@ -14,7 +14,7 @@ use evaluation::guesses::{
 };
 use evaluation::precision::{Level, Outer};
 use graph::planar_normal;
-use report::{Block, Conditions};
+use report::{Block, Cell, Conditions};
 use scene::Scene;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
@@ -22,8 +22,9 @@ use solver::simulation::{GuessFactory, Settings};
 use solver::step::StepParams;
 use terminal::{Progress, positive};
 
-use super::{OutputArgs, at_least_one, conditions, table, with_networks};
+use super::{OutputArgs, at_least_one, conditions, with_networks};
 use crate::Outcome;
+use crate::blocks::table;
 use crate::library::Guesses;
 use crate::show::number;
 use crate::ways::PRECONDITIONERS;
@@ -97,8 +98,7 @@ impl ScenesArgs {
         trainings.iter().map(|training| Ok((training.scenario, load(names(), training)?))).collect()
     }
 
-    /// Measures scenes of one kind, slack variants of Table 1's or those themselves, with these guesses; what Ctrl-C cut
-    /// off is left out.
+    /// Measures scenes of one kind, or slack variants of them, with these guesses; leaves out what Ctrl-C cut off.
     fn measure<T>(
         &self,
         (scenario, is_slack): (Scenario, bool),
@@ -182,7 +182,7 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
             for (what, is_time) in [("iterations", false), ("time", true)] {
                 let title = format!("{scenario}, {} simulations, {name}: {what}", measured.len());
                 let id = format!("guesses-{scenario}-{bucket}-{what}");
-                blocks.push(solves_table([id, title], &cells, is_time, conditions.clone()));
+                blocks.push(solves_table([&id, &title], &cells, is_time, conditions.clone()));
             }
             all.extend(cells);
         }
@@ -192,7 +192,12 @@ pub(crate) fn guesses(args: &GuessesArgs) -> Result<Outcome> {
 }
 
 /// A row a guess: the zero start in numbers, the others in per cent of it; none of those that have no numbers.
-pub(super) fn solves_table(of: [String; 2], cells: &[BesideZero], is_time: bool, conditions: Conditions) -> Block {
+pub(super) fn solves_table(
+    [id, title]: [&str; 2],
+    cells: &[BesideZero],
+    is_time: bool,
+    conditions: Conditions,
+) -> Block {
     let of_zero = |zero: &Tally, _: &Tally| {
         (if is_time { 1e6 * zero.solve_s } else { zero.iterations as f64 }) / zero.solves as f64
     };
@@ -204,13 +209,18 @@ pub(super) fn solves_table(of: [String; 2], cells: &[BesideZero], is_time: bool,
     };
     let row = |own: &[BesideZero]| {
         let texts: Vec<_> = own.iter().map(text).collect();
-        texts.iter().any(Option::is_some).then(|| [vec![Some(own[0].guess.clone())], texts].concat())
+        texts.iter().any(Option::is_some).then(|| named([own[0].guess.clone()], texts))
     };
     let columns = cells.iter().filter(|cell| is_zero(cell));
-    let columns = columns.map(|cell| format!("#{} {:e}", cell.preconditioner, cell.tolerance));
-    let headings: Vec<_> = std::iter::once("guess".to_owned()).chain(columns).collect();
+    let columns = columns.map(|cell| format!(" | #{} {:e}", cell.preconditioner, cell.tolerance));
     let rows = cells.chunk_by(|a, b| a.guess == b.guess).filter_map(row).collect();
-    table(of, &headings, rows, conditions)
+    table([id, title, ""], &format!("guess{}", columns.collect::<String>()), rows, conditions)
+}
+
+/// A row of a table: its names and its numbers, '-' where nothing was measured.
+fn named<const N: usize>(names: [String; N], numbers: impl IntoIterator<Item = Option<String>>) -> Vec<Cell> {
+    let numbers = numbers.into_iter().map(|number| number.unwrap_or_else(|| "-".to_owned()));
+    names.into_iter().chain(numbers).map(Cell::from).collect()
 }
 
 /// Median and quartiles in per cent; one number where all ratios are alike.
@@ -242,8 +252,8 @@ fn a_step(run: &EntryRun, count: u64) -> f64 {
 }
 
 /// Columns of the tables of starts.
-const HEADINGS: [&str; 10] =
-    ["dt [s]", "tolerance", "start", "#outer", "#outer %", "#time [us]", "#time %", "#again %", "#failed %", "#error"];
+const HEADINGS: &str =
+    "dt [s] | tolerance | start | #outer | #outer % | #time [us] | #time % | #again % | #failed % | #error";
 
 /// Measures starts of whole steps and shows the tables.
 pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
@@ -286,20 +296,15 @@ pub(crate) fn steps(args: &StepsArgs) -> Result<Outcome> {
                 least = least.min(measured.len());
                 lines.extend((0..rows.len()).map(|start| line((dt, tolerance), &measured, &rows, start)));
             }
-            let of = [format!("steps-{kind}{scenario}"), format!("{kind}{scenario}, {least} simulations")];
-            blocks.push(table(of, &HEADINGS, lines, conditions.clone()));
+            let (id, title) = (format!("steps-{kind}{scenario}"), format!("{kind}{scenario}, {least} simulations"));
+            blocks.push(table([&id, &title, ""], HEADINGS, lines, conditions.clone()));
         }
     }
     scenes.output.finish(["steps", "Starts of whole steps"], blocks, conditions, progress)
 }
 
 /// A start with this time step and tolerance over the simulations, each of which has a run from each start.
-fn line(
-    (dt, tolerance): (f64, f64),
-    simulations: &[Vec<EntryRun>],
-    rows: &[Row<'_>],
-    start: usize,
-) -> Vec<Option<String>> {
+fn line((dt, tolerance): (f64, f64), simulations: &[Vec<EntryRun>], rows: &[Row<'_>], start: usize) -> Vec<Cell> {
     let spread = |start: usize, value: Value| Spread::of(simulations.iter().map(|runs| value(&runs[start])));
     let median = |value: Value| Some(number(spread(start, value)?.median));
     let share = |value: Value| Some(format!("{:.1}", 100.0 * spread(start, value)?.mean));
@@ -321,5 +326,5 @@ fn line(
         share(|run| a_step(run, run.counters.not_converged + run.counters.non_finite)),
         median(|run| run.error),
     ];
-    names.map(Some).into_iter().chain(numbers).collect()
+    named(names, numbers)
 }

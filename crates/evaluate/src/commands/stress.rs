@@ -3,7 +3,6 @@
 use anyhow::{Result, bail};
 use clap::Args;
 use evaluation::stress;
-use report::Block;
 use solver::formulation::Formulation;
 use terminal::Progress;
 
@@ -45,8 +44,7 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
         }
     }
     let table = stability::cases_table(&rows.iter().collect::<Vec<_>>(), stability::tolerances(conditions()));
-    let blocks = vec![Block::Paragraph(table.caption.clone()), Block::Table(table)];
-    let outcome = args.output.finish(["stress", "Stability"], blocks, conditions(), progress)?;
+    let outcome = args.output.finish(["stress", "Stability"], vec![table], conditions(), progress)?;
     let failed = rows.iter().find(|row| !row.finite);
     Ok(failed.map_or(outcome, |row| Outcome::not_finite(&row.case, &row.formulation)))
 }

@@ -155,10 +155,9 @@ fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
     })?;
     let loss =
         in_turn(|training| if training.loss == "mse" { "MSE(V) + MSE(E)".to_owned() } else { training.loss.clone() });
-    let rate = in_turn(|training| format!("{}, {}", training.learning_rate, training.schedule));
     let machine = in_turn(|training| format!("a processor, {} threads, {}", training.threads, training.backend));
     add("training-loss", &Scenario::ALL, &loss)?;
-    add("training-rate", &FREE, &rate)?;
+    add("training-rate", &FREE, &in_turn(|training| format!("{}, {}", training.learning_rate, training.schedule)))?;
     add("training-machine", &FREE, &machine)?;
     for scenario in FREE {
         add(&format!("training-hours-{scenario}"), &[scenario], &|network| {

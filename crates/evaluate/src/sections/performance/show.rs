@@ -99,12 +99,13 @@ fn ways_but<'a>(study: &Study<'a>, left_out: &[&str]) -> Vec<&'a str> {
 /// The figure of a study.
 fn over_values(context: &Context, study: &Study<'_>) -> Block {
     let Key { scenario, varied, preconditioner, steps, seed, tolerance, .. } = study[0].0;
-    let axis = axis(varied);
+    let (axis, parameter) = axis(varied);
+    let training = parameter.map_or(Vec::new(), |parameter| training_range(*scenario, parameter));
     let axis = if varied == "segments" { Axis::linear(axis) } else { Axis::log(axis) };
     let charts = CHARTS.map(|(title, label, left_out, scale, value)| {
         let at = |way: &str| band(way, study.iter().map(|(key, point)| (key.value, value(point, way))), scale);
         let series = ways_but(study, left_out).into_iter().map(at).collect();
-        chart(title, [axis.clone(), Axis::linear(label)], series, training_range(*scenario, varied))
+        chart(title, [axis.clone(), Axis::linear(label)], series, training.clone())
     });
     let best = ways_but(study, &[ZERO, DIRECT]).into_iter().filter_map(|way| {
         let all = study.iter().filter_map(|(key, point)| Some((key.value, of_projection(point, way)?.median)));
@@ -131,27 +132,20 @@ fn name_of(scenario: Scenario) -> &'static str {
     if scenario == Scenario::Rod { "Bending rod" } else { "Helix" }
 }
 
-/// What is varied, on an axis.
-fn axis(varied: &str) -> &'static str {
+/// What is varied: its name on an axis, and what its name in Table 1 ends with, where it stands there.
+fn axis(varied: &str) -> (&'static str, Option<&'static str>) {
     match varied {
-        "segments" => "segments N",
-        "stiffness" => "modulus [Pa]",
-        _ => "tolerance of conjugate gradients",
+        "segments" => ("segments N", Some("segments")),
+        "stiffness" => ("modulus [Pa]", Some("modulus_pa")),
+        _ => ("tolerance of conjugate gradients", None),
     }
 }
 
 /// The training data's ends.
-fn training_range(scenario: Scenario, varied: &str) -> Vec<Reference> {
-    let parameter = match varied {
-        "segments" => "segments",
-        "stiffness" => "modulus_pa",
-        _ => return Vec::new(),
-    };
-    let ends = scenario.ranges().into_iter().find(|(name, _)| name.ends_with(parameter)).map(|(_, ends)| ends);
-    let mark = |[low, high]: [f64; 2]| {
-        [(low, "training from"), (high, "to")].map(|(x, label)| Reference::Vertical { x, label: label.to_owned() })
-    };
-    ends.into_iter().flat_map(mark).collect()
+fn training_range(scenario: Scenario, parameter: &str) -> Vec<Reference> {
+    let ranges = scenario.ranges().into_iter().filter(|(name, _)| name.ends_with(parameter)).take(1);
+    let ends = ranges.flat_map(|(_, [low, high])| [(low, "training from"), (high, "to")]);
+    ends.map(|(x, label)| Reference::Vertical { x, label: label.to_owned() }).collect()
 }
 
 /// Rivals, and how they are called.
@@ -163,7 +157,8 @@ fn pays_table<'a>(context: &Context, studies: impl Iterator<Item = &'a Study<'a>
     for study in studies {
         let Key { scenario, varied, preconditioner, .. } = study[0].0;
         for guess in ways_but(study, &[ZERO, FISCHER, DIRECT]) {
-            let mut row: Vec<Cell> = [name_of(*scenario), axis(varied), preconditioner, guess].map(Cell::from).to_vec();
+            let mut row: Vec<Cell> =
+                [name_of(*scenario), axis(varied).0, preconditioner, guess].map(Cell::from).to_vec();
             for saved in [of_projection, of_whole] {
                 let pays = |point: &Point, rival| Some(saved(point, guess)?.median > saved(point, rival)?.median);
                 row.extend(RIVALS.map(|(rival, _)| places(study, |point| pays(point, rival))));

@@ -1,13 +1,13 @@
 //! The tables of the stability report.
 
 use evaluation::stress::{self, CaseRun};
-use report::{Block, Cell, Conditions, Section, Table};
+use report::{Block, Cell, Conditions, Section};
 use solver::formulation::Formulation;
 
 use super::{DIRECT, Key, Value, ZERO};
-use crate::blocks;
+use crate::blocks::{self, groups, table};
 use crate::context::Context;
-use crate::show::{columns, number};
+use crate::show::number;
 
 pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
     let conditions = tolerances(context.conditions("wall time of all steps"));
@@ -21,11 +21,9 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
          status, energy and length must be those of the row without it.",
     ];
     let row = |(key, value): &(&Key, &Value)| row([&key.case, &key.formulation, &key.solver, &key.start], &value.row);
-    let rows = guessed.map(row).collect();
-    let headings = format!("case | formulation | solver | start | status | {NUMBERS}");
-    let tables =
-        vec![Block::Table(cases_table(&plain, conditions.clone())), blocks::table(head, &headings, rows, conditions)];
-    blocks::section(["stability", "Stability", &verdict(cells)], tables)
+    let headings = format!("case | formulation | solver | start | {NUMBERS}");
+    let guesses = table(head, &headings, guessed.map(row).collect(), conditions.clone());
+    blocks::section(["stability", "Stability", &verdict(cells)], vec![cases_table(&plain, conditions), guesses])
 }
 
 /// Conditions with the table's tolerances.
@@ -35,27 +33,26 @@ pub(crate) fn tolerances(conditions: Conditions) -> Conditions {
 }
 
 /// The table of cases that are solved directly.
-pub(crate) fn cases_table(runs: &[&CaseRun], conditions: Conditions) -> Table {
-    Table {
-        id: "stability-cases".to_owned(),
-        title: "Stiff and extreme cases".to_owned(),
-        caption: "Energy: largest rise of the total energy above its start, relative to the energy at stake; none in wind, \
-                  which does work. Length: largest relative change. Stretch in segment lengths, bend in radians. Depth: \
-                  deepest penetration over the radius."
-            .to_owned(),
-        columns: columns(&format!("case | formulation | status | {NUMBERS}").split(" | ").collect::<Vec<_>>()),
-        rows: runs.iter().map(|run| row([&run.case, &run.formulation], run)).collect(),
-        conditions,
-    }
+pub(crate) fn cases_table(runs: &[&CaseRun], conditions: Conditions) -> Block {
+    let head = [
+        "stability-cases",
+        "Stiff and extreme cases",
+        "Energy: largest rise of the total energy above its start, relative to the energy at stake; none in wind, which \
+         does work. Length: largest relative change. Stretch in segment lengths, bend in radians. Depth: deepest \
+         penetration over the radius.",
+    ];
+    let rows = runs.iter().map(|run| row([&run.case, &run.formulation], run)).collect();
+    table(head, &format!("case | formulation | {NUMBERS}"), rows, conditions)
 }
 
 const NUMBERS: &str =
-    "#iterations a step | #halved | #energy rise | #length | #stretch | #bend [rad] | #depth | #time [s]";
+    "status | #iterations a step | #halved | #energy rise | #length | #stretch | #bend [rad] | #depth | #time [s]";
 
 fn row<const N: usize>(names: [&String; N], row: &CaseRun) -> Vec<Cell> {
     let optional = |value: Option<f64>| value.map_or(Cell::muted("-"), |value| number(value).into());
     let status = if is_good(row) { Cell::from(row.status.as_str()) } else { Cell::strong(row.status.as_str()) };
     let numbers = [
+        status,
         number(row.iterations_per_step).into(),
         row.retries.to_string().into(),
         optional(row.energy_rise),
@@ -65,7 +62,7 @@ fn row<const N: usize>(names: [&String; N], row: &CaseRun) -> Vec<Cell> {
         optional(row.deepest_penetration),
         number(row.seconds).into(),
     ];
-    names.into_iter().map(|name| Cell::from(name.as_str())).chain([status]).chain(numbers).collect()
+    names.into_iter().map(|name| Cell::from(name.as_str())).chain(numbers).collect()
 }
 
 /// Whether all steps converged.
@@ -75,21 +72,13 @@ fn is_good(row: &CaseRun) -> bool {
 
 /// The tables in words.
 fn verdict(cells: &[(&Key, &Value)]) -> String {
-    let way = |key: &Key| (key.formulation.clone(), key.solver.clone(), key.start.clone());
-    let mut ways = Vec::new();
-    for (key, _) in cells {
-        if !ways.contains(&way(key)) {
-            ways.push(way(key));
-        }
-    }
-    ways.sort_by_key(|(formulation, solver, start)| {
-        (Formulation::ALL.iter().position(|known| known.name() == formulation), solver != DIRECT, start != ZERO)
+    let mut ways = groups(cells, |Key { formulation, solver, start, .. }| (formulation, solver, start));
+    ways.sort_by_key(|((formulation, solver, start), _)| {
+        (Formulation::ALL.iter().position(|known| known.name() == *formulation), *solver != DIRECT, *start != ZERO)
     });
-    let words = ways.iter().map(|of| {
-        let own = || cells.iter().filter(|(key, _)| way(key) == *of);
-        let good = own().filter(|(_, value)| is_good(&value.row)).count();
-        let (formulation, solver, start) = of;
-        format!("{formulation}, {solver}, from {start}: {good} of {}", own().count())
+    let words = ways.iter().map(|((formulation, solver, start), own)| {
+        let good = own.iter().filter(|(_, value)| is_good(&value.row)).count();
+        format!("{formulation}, {solver}, from {start}: {good} of {}", own.len())
     });
     let learned = || cells.iter().filter(|(key, _)| key.start.starts_with("gn"));
     // The same solver from zero stands where the network's guess does not.
