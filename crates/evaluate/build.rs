@@ -28,6 +28,8 @@ const DECIDING: [&str; 16] = [
 ];
 /// What draws the report, and what it is drawn with.
 const DRAWING: [&str; 4] = ["crates/evaluate/src", "crates/report/src", "crates/chart/src", "crates/export/src"];
+/// What else a committed report rests on: networks, the sweep's summary, how the program is optimized.
+const READ: [&str; 3] = ["checkpoints", "data/sweep.toml", "Cargo.toml"];
 /// A section measures in `NAME.rs` or `NAME/mod.rs` of this folder; other files below it show what was measured.
 const SECTIONS: &str = "crates/evaluate/src/sections";
 
@@ -40,9 +42,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
         (output.status.success() && !text.is_empty()).then_some(text)
     };
-    let is_dirty = git(&[&["status", "--porcelain", "--"], &program[..]].concat()).is_some();
-    let revision = git(&[&["log", "-1", "--format=%H", "--"], &program[..]].concat()).unwrap_or("unknown".to_owned());
-    let revision = revision + if is_dirty { ", dirty" } else { "" };
+    let revision = git(&[&["log", "-1", "--format=%H", "--"], &program[..]].concat());
+    // Without a revision nobody can know what it was made of.
+    let is_dirty =
+        revision.is_none() || git(&[&["status", "--porcelain", "--"], &program[..], &READ].concat()).is_some();
+    let revision = revision.unwrap_or("unknown".to_owned()) + if is_dirty { ", dirty" } else { "" };
 
     let mut shared = blake3::Hasher::new();
     for place in DECIDING {

@@ -35,7 +35,7 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
     let of = |case| Formulation::ALL.into_iter().filter(is_asked).map(move |formulation| (case, formulation));
     let runs = cases.iter().flat_map(of).filter(|(case, formulation)| case.formulations.contains(formulation));
     let progress = Progress::new(runs.clone().count(), "runs", args.output.quiet)?;
-    args.output.say(&format!("{} runs of {} cases", runs.clone().count(), cases.len()))?;
+    args.output.say(&format!("cases: {}, runs: {}", cases.len(), runs.clone().count()))?;
     let mut rows = Vec::new();
     for (case, formulation) in runs {
         rows.push(stress::run(case, &stress::settings(formulation), None)?);

@@ -96,8 +96,8 @@ pub(crate) fn section(context: &Context, measured: &BTreeMap<String, String>) ->
     let introduction = format!(
         "The paper leaves open what decides most of these numbers: the tolerance of its conjugate gradients, their \
          preconditioner, the rods' radius and density. Of {} settings {same} are the paper's to the digit; the others stand \
-         with what they are here. Results are told of `gn`, the paper's network, and where a scene has a plane of \
-         `gn, planar`, the same network restricted to it; what is ours stands beside.",
+         with what they are here. Results are those of `gn`, the paper's network, and, where a scene lies in a plane, of \
+         `gn, planar`, the same network restricted to it; our own networks stand beside.",
         settings.len(),
     );
     let conditions = Conditions::new("numbers of the paper", claims.len().to_string())

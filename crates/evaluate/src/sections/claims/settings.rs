@@ -168,6 +168,14 @@ fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
             }
         })?;
     }
+    // What the cards say is not all of these.
+    for (id, more) in [
+        ("data-validation", "and the data sets' defaults (dataset::Config::table_1)"),
+        ("trees-training-nodes", "and so many trees drawn from the data sets' seed"),
+    ] {
+        let [_, place] = settings.get_mut(id).context(id)?;
+        *place = format!("{place}, {more}");
+    }
     Ok(())
 }
 
@@ -263,6 +271,13 @@ mod tests {
         let measured = card(Scenario::Rod)["measured"][0]["steps"].as_str().unwrap().to_owned();
         assert!(measured.ends_with(" of 30 validation scenes"), "{measured}");
         assert_eq!(ours("data-validation"), "100, of which 30 are measured");
+        assert!(settings["data-validation"][1].contains("dataset::Config"));
+        // The mean number of nodes of those trees that the card counts.
+        let trees: u64 = in_turn(Scenario::Tree, "trajectories").parse().unwrap();
+        let nodes = |index| Scenario::Tree.sample(0, index).scene().unwrap().model.segments.len() as f64;
+        let mean = (0..trees).map(nodes).sum::<f64>() / trees as f64;
+        assert_eq!(ours("trees-training-nodes"), format!("{mean:.0}"));
+        assert!(settings["trees-training-nodes"][1].contains("seed"));
         for scenario in Scenario::ALL {
             let network = card(scenario)["network"].clone();
             for (id, key) in

@@ -89,11 +89,11 @@ pub(super) fn in_short(all: &[Worth<'_>]) -> String {
         let ratios: Vec<f64> = all.iter().filter_map(|worth| worth.ratios[k]).collect();
         let below = ratios.iter().filter(|&&ratio| ratio < 1.0).count();
         let best = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-        format!("in {below} of {} places (at best in {} of its time)", ratios.len(), number(best))
+        format!("in {below} of {} comparisons (at best in {} of its time)", ratios.len(), number(best))
     });
     format!(
-        "**In short**, a place being a scene at an error: conjugate gradients from a learned guess are faster than those \
-         from the best start without learning {to_cg}, and faster than the direct solve {to_direct}. Implicit Euler from a \
+        "**In short**, comparing at one error in one scene at a time: conjugate gradients from a learned guess are faster \
+         than those from the best start without learning {to_cg}, and faster than the direct solve {to_direct}. Implicit Euler from a \
          learned start of the whole step is faster than from the best other start {newton}."
     )
 }

@@ -33,12 +33,13 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<
             let (runs, paper) = (values(&own), paper_says(&claim(scene))?);
             rows.extend(speedups(&runs).iter().map(|way| row(scene, &paper, &runs, way)));
         }
-        let all = "scenes: 5 runs of the same, 100 steps (helix-on-plane 30); trees: 30 topologies of each size, 20 steps (5 \
-                   in raw units); medians and quartiles";
+        let runs = groups(&own, |key| (&key.scene, key.steps)).into_iter();
+        let runs = runs.map(|((scene, steps), own)| format!("{} of {scene}, {steps} steps", own.len()));
+        let runs = format!("{}; medians and quartiles", runs.collect::<Vec<_>>().join("; "));
         let conditions = context
             .conditions(ALL_STAGES)
             .with("solver", solver_words(preconditioner, format!("{tolerance:e}")))
-            .with("runs", context.size.pick("one of each", all))
+            .with("runs", runs)
             .with("seed of the trees", SEED.to_string());
         let head = [
             &format!("speedups-{preconditioner}"),

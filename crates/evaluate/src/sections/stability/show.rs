@@ -18,7 +18,7 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
         "stability-guesses",
         "Learned guesses far outside of their training",
         "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time at worst: \
-         status, energy and length must be those of the row without it.",
+         its status must be that of the row without it; energy and length stand beside.",
     ];
     let row = |(key, value): &(&Key, &Value)| row([&key.case, &key.formulation, &key.solver, &key.start], &value.row);
     let headings = format!("case | formulation | solver | start | {NUMBERS}");
