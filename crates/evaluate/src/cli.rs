@@ -68,12 +68,10 @@ fn names() -> PossibleValuesParser {
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {
-    /// Fewer scenes, simulations and steps: done in under ten minutes. The full report takes about five hours of one core;
-    /// it may be interrupted, and goes on where it stopped.
+    /// Fewer scenes, simulations and steps: done in minutes, where the full report takes two to three hours of one core.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Folder of the report: index.html, csv/, svg/, and the list of these files [default: report; where a section has the
-    /// command, out/SECTION].
+    /// Folder of the report [default: report; where a section has the command, out/SECTION].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Only these sections.

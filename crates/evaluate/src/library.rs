@@ -13,9 +13,6 @@ use scene::Scene;
 /// Guesses with what they have learned, by name.
 pub(crate) type Guesses = Vec<(GuessName, Guess)>;
 
-/// Guesses that are loaded.
-type Loaded = ((Scenario, Learned), Rc<Guesses>);
-
 /// Which learned guesses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Learned {
@@ -31,7 +28,7 @@ pub(crate) struct Library {
     data: PathBuf,
     /// Hash of all networks.
     pub(crate) networks_blake3: String,
-    loaded: RefCell<Vec<Loaded>>,
+    loaded: RefCell<Vec<(Scenario, Learned, Rc<Guesses>)>>,
 }
 
 impl Library {
@@ -47,7 +44,7 @@ impl Library {
     /// The learned guesses of a scenario; of networks, those that there are.
     pub(crate) fn guesses(&self, scenario: Scenario, which: Learned) -> Result<Rc<Guesses>> {
         let mut loaded = self.loaded.borrow_mut();
-        if let Some((_, guesses)) = loaded.iter().find(|(of, _)| *of == (scenario, which)) {
+        if let Some((.., guesses)) = loaded.iter().find(|(of, kind, _)| (*of, *kind) == (scenario, which)) {
             return Ok(guesses.clone());
         }
         let mut names = networks_of(scenario);
@@ -58,7 +55,7 @@ impl Library {
         }
         let training = Training::of(&sources, &names, &[scenario], true)?.remove(0);
         let guesses = Rc::new(catalogue::load(names, &training)?);
-        loaded.push(((scenario, which), guesses.clone()));
+        loaded.push((scenario, which, guesses.clone()));
         Ok(guesses)
     }
 

@@ -111,7 +111,7 @@ const LEAD: [&str; 2] = [
 ];
 
 /// Writes the page and every figure as a file of its own; what an earlier report wrote and this one does not goes.
-fn write(page: &Page, out: &Path) -> Result<PathBuf> {
+pub(crate) fn write(page: &Page, out: &Path) -> Result<PathBuf> {
     let figures: Vec<_> = page.figures().map(|figure| (format!("svg/{}.svg", figure.id), figure)).collect();
     let numbers = page.ids().map(|id| format!("csv/{id}.csv"));
     replace(&numbers.chain(figures.iter().map(|(name, _)| name.clone())).collect(), out)?;

@@ -151,6 +151,8 @@ fn guesses_are_measured_on_random_scenes_by_step() {
     assert!(["rod-paper", "rod-best", "helix-paper", "helix-best"].iter().all(|name| page.contains(&weights(name))));
     measured(&folder, &["compare", "--steps", "3", "--with", "knn"]);
     assert!(column(&table(&folder, "compare-runs"), "way").contains(&"xpbd-geometric, cg jacobi, knn, planar"));
+    // What the command before wrote into the folder is gone.
+    assert!(!folder.path().join("out/csv/guesses-rod-0-iterations.csv").exists());
     // A network out of its mind.
     let wild = scaled(&folder, "rod-best", 1e30);
     let flags = ["guesses", "--scenario", "rod", "--simulations", "1", "--steps", "2", "--guess", "gn-best"];

@@ -13,7 +13,7 @@ use clap::Args;
 use report::{Block, Conditions, Page, Section, wrapped};
 use terminal::{Progress, say};
 
-use crate::Outcome;
+use crate::{Outcome, make};
 
 /// Characters of a line on the terminal.
 const WIDTH: u16 = 120;
@@ -63,7 +63,7 @@ impl OutputArgs {
         if let Some(out) = &self.out {
             let [id, title] = of.map(str::to_owned);
             let sections = vec![Section { id, title: title.clone(), blocks }];
-            Page { title, lead: Vec::new(), conditions, sections }.write(out).context("--out")?;
+            make::write(&Page { title, lead: Vec::new(), conditions, sections }, out).context("--out")?;
         }
         Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
     }

@@ -26,9 +26,6 @@ pub(crate) struct Scenes;
 const SCENES: &str = "bending-rod helix slack-rod tip-mass net tree-10 tree-20 tree-40 tree-70 two-rods helix-on-plane knot \
     net-on-sphere hair";
 
-/// Scenes of which `newton` takes seconds a step are run for a share of the steps alone: one in so many.
-const SLOW: usize = 10;
-
 impl Section for Scenes {
     type Key = Key;
     type Value = Needs;
@@ -40,9 +37,9 @@ impl Section for Scenes {
         let mut keys = Vec::new();
         for scene in SCENES.split(' ') {
             for formulation in formulations {
-                let is_slow =
-                    *formulation == Formulation::Newton && matches!(scene, "helix-on-plane" | "net-on-sphere");
-                let steps = if is_slow { steps / SLOW } else { steps };
+                // Of these `newton` takes seconds a step.
+                let is_slow = matches!((scene, formulation), ("helix-on-plane" | "net-on-sphere", Formulation::Newton));
+                let steps = if is_slow { steps / 10 } else { steps };
                 keys.push(Key { scene: scene.to_owned(), formulation: formulation.name().to_owned(), steps });
             }
         }

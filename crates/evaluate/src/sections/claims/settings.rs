@@ -168,13 +168,9 @@ fn of_cards(context: &Context, settings: &mut Settings) -> Result<()> {
             }
         })?;
     }
-    // What the cards say is not all of these.
-    for (id, more) in [
-        ("data-validation", "and the data sets' defaults (dataset::Config::table_1)"),
-        ("trees-training-nodes", "and so many trees drawn from the data sets' seed"),
-    ] {
-        let [_, place] = settings.get_mut(id).context(id)?;
-        *place = format!("{place}, {more}");
+    for (id, more) in [("data-validation", "dataset::Config"), ("trees-training-nodes", "trees of the data sets' seed")]
+    {
+        settings.get_mut(id).context(id)?[1] += &format!(", and {more}");
     }
     Ok(())
 }
