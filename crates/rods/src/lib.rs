@@ -72,15 +72,13 @@ pub mod scene {
 
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
 pub mod state {
-    pub use rod::{
-        Body, Joint, JointForce, Model, ModelError, DriveError, Pose, Segment, State, curvature, measure,
-    };
+    pub use rod::{Body, DriveError, Joint, JointForce, Model, ModelError, Pose, Segment, State, curvature, measure};
 }
 
 /// What moves by itself: motions of what is held, loads and gravity over time; and what it takes to hold them.
 pub mod motion {
     pub use rod::{
-        Changing, Change, Driven, Interpolation, Keyframe, Motion, KeyframeError, MovingPose, Reaction, Track,
+        Change, Changing, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose, Reaction, Track,
     };
 }
 

@@ -23,6 +23,7 @@ mod contact;
 pub mod defaults;
 mod error;
 mod format;
+mod given;
 mod grips;
 mod motion;
 mod net;

@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use crate::SceneError;
 use crate::error::{Result, Source};
-use crate::motion::{Given, Turning, Way, unit};
+use crate::given::{Given, Turning, Way, unit};
 
 /// Columns that belong together, by their names in the header.
 const COLUMNS: [&[&str]; 5] = [

@@ -41,7 +41,9 @@ fn a_file_gives_the_same_scene_as_the_builtin() {
 fn an_unknown_builtin_lists_the_known_ones() {
     let error = scene::builtin("helx").unwrap_err().to_string();
     assert!(
-        error.starts_with("there is no builtin scene `helx`; did you mean `helix`? (there are bending-rod, helix, helix-on-plane, "),
+        error.starts_with(
+            "there is no builtin scene `helx`; did you mean `helix`? (there are bending-rod, helix, helix-on-plane, "
+        ),
         "{error}"
     );
 }

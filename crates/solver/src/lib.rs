@@ -21,6 +21,7 @@ pub mod auto;
 pub mod component;
 mod connected_set;
 mod contact;
+mod contact_params;
 pub mod counters;
 pub mod formulation;
 mod group;

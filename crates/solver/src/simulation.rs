@@ -22,7 +22,8 @@ use crate::statics::StaticParamsError;
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
 
-pub use crate::contact::{ContactParams, ContactParamsError, Overlap, Overlapped};
+pub use crate::contact::{Overlap, Overlapped};
+pub use crate::contact_params::{ContactParams, ContactParamsError};
 
 /// How to simulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

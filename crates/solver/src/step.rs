@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::contact::ContactParams;
+use crate::contact_params::ContactParams;
 use crate::formulation::{ContactProjection, Formulation};
 
 /// When the outer iterations end and how far a step may be divided.

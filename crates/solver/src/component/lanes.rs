@@ -3,7 +3,6 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::Model;
 
-use super::motion::Moved;
 use super::{BodyConstants, BodyLoad, BodyPose, Component, JointConstants, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -143,12 +142,7 @@ impl<T: Real> Component<T> {
             pushed: Vec::new(),
             given: self.given.iter().map(|given| given.lane(lane)).collect(),
             has_given: self.has_given,
-            moved: self
-                .moved
-                .iter()
-                .filter(|moved| moved.lane == lane)
-                .map(|moved| Moved { lane: 0, ..moved.clone() })
-                .collect(),
+            moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),
             unsolved: 0.0,
             used: 1,
             pulls_hold: false,

@@ -73,8 +73,15 @@ impl Motion {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Moved {
     pub(super) lane: usize,
-    pub(super) body: usize,
-    pub(super) motion: Motion,
+    body: usize,
+    motion: Motion,
+}
+
+impl Moved {
+    /// The same of a component of its own.
+    pub(super) fn alone(&self) -> Self {
+        Self { lane: 0, ..self.clone() }
+    }
 }
 
 impl<T: Real> Component<T> {

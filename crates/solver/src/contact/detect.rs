@@ -7,8 +7,8 @@ use rod::{Contacts, Model, ObstacleShape, Surface};
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
 use super::geometry::{Contact, Feature, Partner, Shape, World};
-use super::params::ContactParams;
 use crate::connected_set::ConnectedSet;
+use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
 
 /// Finds the possible contacts of a step.

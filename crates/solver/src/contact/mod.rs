@@ -9,12 +9,10 @@ mod exclusion;
 mod geometry;
 mod newton;
 mod overlap;
-mod params;
 mod problem;
 mod stage;
 
 pub use overlap::{Overlap, Overlapped};
-pub use params::{ContactParams, ContactParamsError};
 
 pub(crate) use exclusion::PairFilter;
 pub(crate) use geometry::Shape;

@@ -9,8 +9,8 @@ use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
-use super::params::ContactParams;
 use super::problem::{Problem, Row, length, natural_residual};
+use crate::contact_params::ContactParams;
 
 /// Memory of the method.
 pub(crate) struct Newton {

@@ -13,7 +13,7 @@
 use rod::Friction;
 
 use super::newton::Newton;
-use super::params::ContactParams;
+use crate::contact_params::ContactParams;
 use crate::kernel::dispatch::vectorized;
 
 pub(crate) type Row = [f64; 3];
