@@ -27,7 +27,7 @@ impl Energy {
 }
 
 /// `I w` [kg m^2/s] of a segment at orientation `q`, for any world vector `w`.
-fn apply_inertia(segment: &Segment, q: &UnitQuaternion<f64>, w: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn apply_inertia(segment: &Segment, q: &UnitQuaternion<f64>, w: &Vector3<f64>) -> Vector3<f64> {
     let axis = q * Vector3::z();
     let along = axis * axis.dot(w);
     (w - along) * segment.transverse_inertia() + along * segment.axial_inertia()

@@ -58,7 +58,7 @@ impl Segment {
 }
 
 /// What a joint holds on to: a segment or an anchor in the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Body {
     /// Index into [`Model::segments`].
     Segment(usize),
@@ -330,15 +330,18 @@ impl Model {
         motion::validate(self, state)
     }
 
+    /// Checks that there is the body that something of the model points to.
+    pub(crate) fn check_body(&self, what: &'static str, index: usize, body: Body) -> Result<(), ModelError> {
+        let (target, to, count) = match body {
+            Body::Segment(to) => ("segment", to, self.segments.len()),
+            Body::Anchor(to) => ("anchor", to, self.anchors.len()),
+        };
+        if to >= count { Err(ModelError::Index { what, index, target, to, count }) } else { Ok(()) }
+    }
+
     fn validate_joint(&self, index: usize, joint: &Joint) -> Result<(), ModelError> {
         for body in [joint.a, joint.b] {
-            let (target, to, count) = match body {
-                Body::Segment(to) => ("segment", to, self.segments.len()),
-                Body::Anchor(to) => ("anchor", to, self.anchors.len()),
-            };
-            if to >= count {
-                return Err(ModelError::Index { what: "joint", index, target, to, count });
-            }
+            self.check_body("joint", index, body)?;
         }
         if joint.a == joint.b || matches!((joint.a, joint.b), (Body::Anchor(_), Body::Anchor(_))) {
             return Err(ModelError::Degenerate { index });

@@ -153,18 +153,14 @@ pub(crate) fn validate(model: &Model, state: &State) -> Result<(), ModelError> {
     let mut drivers = std::collections::HashMap::new();
     for (index, driven) in model.motions.iter().enumerate() {
         let body = driven.body;
-        let (target, to, count) = match body {
-            Body::Segment(to) => ("segment", to, model.segments.len()),
-            Body::Anchor(to) => ("anchor", to, model.anchors.len()),
-        };
-        if to >= count {
-            return Err(ModelError::Index { what: "motion", index, target, to, count });
-        }
+        model.check_body("motion", index, body)?;
         let wrong = |mistake| Err(ModelError::Motion { index, mistake });
-        if matches!(body, Body::Segment(i) if !model.segments[i].fixed) {
-            return wrong(DriveError::Free(to));
+        if let Body::Segment(i) = body
+            && !model.segments[i].fixed
+        {
+            return wrong(DriveError::Free(i));
         }
-        if let Some(other) = drivers.insert((target, to), index) {
+        if let Some(other) = drivers.insert(body, index) {
             return wrong(DriveError::Twice(other));
         }
         let (here, begin) = (model.pose(body, state), driven.at(0.0).pose);
@@ -268,8 +264,11 @@ impl Motion {
             }
             going = Some((time, v, w));
         }
-        let motion = Self::new(pose.orientation, &keyframes, Interpolation::Linear)?;
-        Ok(going.map_or(motion.clone(), |(_, v, w)| Self { after: [v, w], ..motion }))
+        let mut motion = Self::new(pose.orientation, &keyframes, Interpolation::Linear)?;
+        if let Some((_, v, w)) = going {
+            motion.after = [v, w];
+        }
+        Ok(motion)
     }
 
     /// Times of the keyframes [s], ascending.

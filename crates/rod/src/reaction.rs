@@ -1,8 +1,9 @@
 //! What it takes to hold what is held: the forces and moments of grips, clamps and anchors.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
-use crate::{Body, JointForce, Model, Segment, State};
+use crate::measure::apply_inertia;
+use crate::{Body, JointForce, Model, State};
 
 /// What holds a fixed segment or an anchor gives to it, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,22 +48,21 @@ impl Reaction {
             own.force -= load.force;
             own.moment -= (after.axis(load.segment) * load.offset).cross(&load.force) + load.torque;
         }
-        for (i, (segment, own)) in model.segments.iter().zip(&mut segments).enumerate() {
+        let mut held: Vec<Self> = segments
+            .into_iter()
+            .zip(&model.segments)
+            .filter(|(_, segment)| segment.fixed)
+            .map(|(own, _)| own)
+            .collect();
+        for own in &mut held {
+            let Body::Segment(i) = own.body else { continue };
+            let segment = &model.segments[i];
             let acceleration = (after.velocities[i] - before.velocities[i]) / dt;
             own.force += (acceleration - model.gravity) * segment.mass();
-            let [old, new] =
-                [before, after].map(|state| inertia(segment, &state.orientations[i]) * state.angular_velocities[i]);
-            own.moment += (new - old) / dt;
+            let momentum = |state: &State| apply_inertia(segment, &state.orientations[i], &state.angular_velocities[i]);
+            own.moment += (momentum(after) - momentum(before)) / dt;
         }
-        let held = segments.into_iter().filter(|own| matches!(own.body, Body::Segment(i) if model.segments[i].fixed));
-        held.chain(anchors).collect()
+        held.extend(anchors);
+        held
     }
-}
-
-/// Inertia of a segment about its centre in world axes [kg m^2].
-fn inertia(segment: &Segment, orientation: &UnitQuaternion<f64>) -> Matrix3<f64> {
-    let (across, along) = (segment.transverse_inertia(), segment.axial_inertia());
-    let own = Matrix3::from_diagonal(&Vector3::new(across, across, along));
-    let turn = orientation.to_rotation_matrix();
-    turn * own * turn.inverse()
 }

@@ -94,20 +94,18 @@ fn given(text: &str, file: &str) -> Result<Given> {
             if times.last().is_some_and(|&before| now <= before) {
                 return Err(format!("time_s = {now}, but it must be later than the time before it"));
             }
-            let is_first = times.is_empty();
-            times.push(now);
-            let begins = |what: &str, first: Option<Vector3<f64>>| match first {
-                Some(first) if is_first && first != Vector3::zeros() => {
-                    Err(format!("the first {what} must be zero: a motion begins where the rod is"))
+            let place = way_columns.map(|columns| vector(columns)).transpose()?;
+            let turn = turns.as_ref().map(|columns| vector(columns)).transpose()?;
+            if times.is_empty() {
+                for (what, first) in [("shift", place.filter(|_| shifts.is_some())), ("turn", turn)] {
+                    if first.is_some_and(|first| first != Vector3::zeros()) {
+                        return Err(format!("the first {what} must be zero: a motion begins where the rod is"));
+                    }
                 }
-                _ => Ok(()),
-            };
-            begins("shift", shifts.as_ref().map(|columns| vector(columns)).transpose()?)?;
-            begins("turn", turns.as_ref().map(|columns| vector(columns)).transpose()?)?;
-            way.extend(way_columns.map(|columns| vector(columns)).transpose()?);
-            vectors.extend(
-                turns.as_ref().map(|columns| vector(columns)).transpose()?.map(|turn| turn.map(f64::to_radians)),
-            );
+            }
+            times.push(now);
+            way.extend(place);
+            vectors.extend(turn.map(|turn| turn.map(f64::to_radians)));
             if let Some(columns) = &orientations {
                 let q = row(columns)?;
                 let turn = unit([q[0], q[1], q[2], q[3]]);

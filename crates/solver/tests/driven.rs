@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use common::{GRAVITY, material};
+use common::{GRAVITY, material, settings, ways};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
     Assembly, Body, Change, Changing, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Pose, Reaction,
@@ -14,7 +14,6 @@ use rod::{
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
-use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::statics::{StaticParams, equilibrium};
@@ -92,24 +91,13 @@ fn follow(model: &Model, state: &State, settings: &Settings, kind: GuessKind, wh
     simulation
 }
 
-fn settings(formulation: Formulation, solver: SolverKind) -> Settings {
-    Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, solver }
-}
-
 #[test]
 fn with_every_formulation_and_guess() {
     for interpolation in [Interpolation::Linear, Interpolation::Smooth] {
         let (model, state) = driven(1, interpolation);
-        for formulation in Formulation::ALL {
-            for kind in GuessKind::ALL {
-                if kind.helps_steps() && !formulation.momentum() {
-                    continue;
-                }
-                let solves = !kind.helps_steps() && kind != GuessKind::Zero;
-                let solver = if solves { SolverKind::Cg(CgParams::default()) } else { SolverKind::Direct };
-                let what = format!("{formulation}, {kind}, {interpolation:?}");
-                follow(&model, &state, &settings(formulation, solver), kind, &what);
-            }
+        for (formulation, kind, solver) in ways() {
+            let what = format!("{formulation}, {kind}, {interpolation:?}");
+            follow(&model, &state, &settings(formulation, solver), kind, &what);
         }
     }
 }

@@ -4,7 +4,7 @@ mod common;
 
 use std::ops::Range;
 
-use common::{GRAVITY, material};
+use common::{GRAVITY, material, settings, ways};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{Assembly, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
 use solver::component::{BodyPose, Component, Members};
@@ -13,7 +13,6 @@ use solver::guess::{GuessKind, InitialGuess};
 use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;
 use solver::linear::LinearSolver;
-use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation};
@@ -61,10 +60,6 @@ fn follow(simulation: &mut Simulation, model: &Model, from: &State, steps: Range
     assert!(now.positions.iter().all(|x| x.norm().is_finite()), "{what}");
 }
 
-fn settings(formulation: Formulation, solver: SolverKind) -> Settings {
-    Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, solver }
-}
-
 fn check(model: &Model, state: &State, settings: &Settings, kind: GuessKind, what: &str) -> Simulation {
     let build = |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
     let mut simulation = Simulation::new(model, state, settings, Some(&build)).unwrap();
@@ -75,17 +70,10 @@ fn check(model: &Model, state: &State, settings: &Settings, kind: GuessKind, wha
 #[test]
 fn with_every_formulation_and_guess() {
     let (model, state) = turning(1);
-    for formulation in Formulation::ALL {
-        for kind in GuessKind::ALL {
-            if kind.helps_steps() && !formulation.momentum() {
-                continue;
-            }
-            let solves = !kind.helps_steps() && kind != GuessKind::Zero;
-            let solver = if solves { SolverKind::Cg(CgParams::default()) } else { SolverKind::Direct };
-            let what = format!("{formulation}, {kind}");
-            let simulation = check(&model, &state, &settings(formulation, solver), kind, &what);
-            assert!(kind == GuessKind::Zero || simulation.counters().guesses_used > 0, "{what}");
-        }
+    for (formulation, kind, solver) in ways() {
+        let what = format!("{formulation}, {kind}");
+        let simulation = check(&model, &state, &settings(formulation, solver), kind, &what);
+        assert!(kind == GuessKind::Zero || simulation.counters().guesses_used > 0, "{what}");
     }
 }
 

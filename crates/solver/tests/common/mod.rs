@@ -5,8 +5,10 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
+use solver::guess::GuessKind;
 use solver::kernel::Spatial;
 use solver::kernel::math::{Quat, Sym3, Vec3};
+use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
@@ -18,6 +20,21 @@ pub const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 pub fn material(youngs_modulus: f64, density: f64) -> Material {
     Material { youngs_modulus, torsion_modulus: youngs_modulus, density }
+}
+
+pub fn settings(formulation: Formulation, solver: SolverKind) -> Settings {
+    Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, solver }
+}
+
+/// Every formulation with every guess that it may begin with, and a solver that begins there.
+pub fn ways() -> impl Iterator<Item = (Formulation, GuessKind, SolverKind)> {
+    let of = |formulation: Formulation| GuessKind::ALL.into_iter().map(move |kind| (formulation, kind));
+    let may_begin = |(formulation, kind): &(Formulation, GuessKind)| !kind.helps_steps() || formulation.momentum();
+    Formulation::ALL.into_iter().flat_map(of).filter(may_begin).map(|(formulation, kind)| {
+        let solves = !kind.helps_steps() && kind != GuessKind::Zero;
+        let solver = if solves { SolverKind::Cg(CgParams::default()) } else { SolverKind::Direct };
+        (formulation, kind, solver)
+    })
 }
 
 /// A straight rod along x, its first segment fixed.
