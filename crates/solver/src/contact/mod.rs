@@ -7,6 +7,7 @@ mod coupling;
 mod detect;
 mod exclusion;
 mod geometry;
+mod impulses;
 mod newton;
 mod overlap;
 mod problem;

@@ -7,13 +7,11 @@
 //! w = c + W dz,   0 <= w_n  perpendicular to  z_n >= 0,   |z_t| <= mu z_n,   z_t against w_t where it slides
 //! ```
 //!
-//! It is solved by projected block Gauss-Seidel sweeps (Daviet, Bertails-Descoubes and Boissieux 2011 solve hair so; the
-//! friction cone at the level of positions is that of Macklin et al. 2014, section 6.1).
+//! A sweep solves each contact in turn: projected block Gauss-Seidel (Daviet, Bertails-Descoubes and Boissieux 2011 solve
+//! hair so; the friction cone at the level of positions is that of Macklin et al. 2014, section 6.1).
 
 use rod::Friction;
 
-use super::newton::Newton;
-use crate::contact_params::ContactParams;
 use crate::kernel::dispatch::vectorized;
 
 pub(crate) type Row = [f64; 3];
@@ -49,7 +47,6 @@ pub(crate) struct Problem {
     /// Changes of the contacts in a block row.
     gathered: Vec<f64>,
     diagonal: Vec<Block3>,
-    newton: Newton,
 }
 
 /// Contacts of one group, in ascending order: all that push one component.
@@ -118,37 +115,8 @@ impl Problem {
         [d[0][0], largest_eigenvalue(d)]
     }
 
-    /// Solves until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by, relative
-    /// to the contact's scale) or as many sweeps as `params` allow are done; returns their number.
-    ///
-    /// Sweeps find out who presses and who slides; in between, Newton iterations on those take out what sweeps are slow at.
-    pub(crate) fn solve(&mut self, tolerance: f64, params: &ContactParams) -> usize {
-        let mut newton = std::mem::take(&mut self.newton);
-        let (mut sweeps, mut best) = (0, f64::INFINITY);
-        // Sweeps between two tries of Newton's method; more where it does not help.
-        let (few, most) = (params.sweeps_before_newton, params.most_sweeps);
-        let mut round = few;
-        while sweeps < most {
-            let mut change = f64::INFINITY;
-            for _ in 0..round.min(most - sweeps) {
-                change = self.sweep(sweeps % 2 == 1);
-                sweeps += 1;
-                if change <= tolerance {
-                    break;
-                }
-            }
-            if change <= tolerance || newton.solve(self, tolerance, params) {
-                break;
-            }
-            round = if change < 0.5 * best { few } else { 2 * round };
-            best = best.min(change);
-        }
-        self.newton = newton;
-        sweeps
-    }
-
     /// Solves each contact in turn with all others held; returns the largest change.
-    fn sweep(&mut self, backwards: bool) -> f64 {
+    pub(crate) fn sweep(&mut self, backwards: bool) -> f64 {
         let count = self.unknowns.len();
         let mut change = 0.0_f64;
         for k in 0..count {

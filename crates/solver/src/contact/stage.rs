@@ -7,6 +7,8 @@ use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
+use super::impulses;
+use super::newton::Newton;
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::connected_set::ConnectedSet;
@@ -28,6 +30,7 @@ pub(crate) struct Stage {
     /// Contacts that may press, ascending.
     active: Vec<u32>,
     problem: Problem,
+    newton: Newton,
     coupling: Coupling,
     responses: Vec<Response>,
     /// Corrections of the rods' own solve, by component.
@@ -60,6 +63,7 @@ impl Stage {
             remembered: Vec::new(),
             active: Vec::new(),
             problem: Problem::default(),
+            newton: Newton::default(),
             coupling: Coupling::default(),
             responses,
             corrections: vec![Vec::new(); components.len()],
@@ -221,7 +225,7 @@ impl Stage {
             false => (params.sharper, params.share_left),
         };
         let tolerance = (tolerance * sharper).max(worst * share);
-        counters.contact_sweeps += problem.solve(tolerance, params) as u64;
+        counters.contact_sweeps += impulses::solve(problem, &mut self.newton, tolerance, params) as u64;
         counters.contact_solves += self.active.len() as u64;
         for (k, &index) in self.active.iter().enumerate() {
             let contact = &mut self.contacts[index as usize];
