@@ -8,6 +8,7 @@ mod detect;
 mod exclusion;
 mod geometry;
 mod newton;
+mod obstacles;
 mod overlap;
 mod problem;
 mod stage;
