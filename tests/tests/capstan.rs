@@ -54,7 +54,7 @@ fn model(angle: f64, radius: f64, pull: f64) -> (Model, State) {
     let (mut model, state) = assembly.finish();
     let shape = ObstacleShape::Capsule { start: -Vector3::y(), end: Vector3::y(), radius: DRUM };
     let surface = Surface { friction: Friction::new(FRICTION), restitution: 0.0 };
-    model.contacts.obstacles.push(Obstacle { shape, surface });
+    model.contacts.obstacles.push(Obstacle::new(shape, surface));
     (model, state)
 }
 

@@ -18,10 +18,8 @@ fn surface(friction: f64) -> Surface {
 
 /// The ground z < 0.
 fn ground(surface: Surface) -> Obstacle {
-    Obstacle {
-        shape: ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Unit::new_normalize(Vector3::z()) },
-        surface,
-    }
+    let normal = Unit::new_normalize(Vector3::z());
+    Obstacle::new(ObstacleShape::HalfSpace { point: Vector3::zeros(), normal }, surface)
 }
 
 /// Runs; all steps converge, and by its own measure nothing is ever deeper than 2 % of a radius. `look` sees each state.

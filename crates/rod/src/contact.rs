@@ -1,9 +1,10 @@
-//! What segments can touch: each other, and obstacles that stand still.
+//! What segments can touch: each other, and obstacles that stand still or follow motions.
 
-use nalgebra::{Unit, Vector3};
+use nalgebra::{Unit, UnitQuaternion, Vector3};
 
-use crate::ModelError;
 use crate::model::unit;
+use crate::motion::begins_at;
+use crate::{Carried, ModelError, MovingPose, Pose};
 
 /// Coulomb friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,13 +59,17 @@ pub enum ObstacleShape {
     },
 }
 
-/// Something that stands still and that segments do not enter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Something that segments do not enter. It stands still unless a motion moves it; nothing else does.
+///
+/// Its pose is that of a frame at [`ObstacleShape::pivot`], which has the axes of the world at time 0.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Its shape.
+    /// Its shape, where it is at time 0.
     pub shape: ObstacleShape,
-    /// How contacts with it answer.
+    /// How contacts with it answer. Friction and restitution see the velocity of its surface.
     pub surface: Surface,
+    /// What moves it, if anything does.
+    pub motion: Option<Carried>,
 }
 
 /// What segments can touch. The default is nothing, and costs nothing.
@@ -92,6 +97,10 @@ impl Contacts {
         for (i, obstacle) in self.obstacles.iter().enumerate() {
             obstacle.surface.validate("obstacle", i)?;
             obstacle.shape.validate(i)?;
+            if let Some(motion) = &obstacle.motion {
+                let begins = begins_at(&obstacle.first_pose(), &motion.at(0.0).pose);
+                begins.map_err(|mistake| ModelError::ObstacleMotion { index: i, mistake })?;
+            }
         }
         Ok(())
     }
@@ -112,7 +121,56 @@ impl Surface {
     }
 }
 
+impl Obstacle {
+    /// One that stands still.
+    pub fn new(shape: ObstacleShape, surface: Surface) -> Self {
+        Self { shape, surface, motion: None }
+    }
+
+    /// Its pose at `time` [s], and how fast it goes on from there.
+    pub fn at(&self, time: f64) -> MovingPose {
+        let still =
+            || MovingPose { pose: self.first_pose(), velocity: Vector3::zeros(), angular_velocity: Vector3::zeros() };
+        self.motion.as_ref().map_or_else(still, |motion| motion.at(time))
+    }
+
+    /// Its shape, where it is at `time` [s].
+    pub fn shape_at(&self, time: f64) -> ObstacleShape {
+        self.motion.as_ref().map_or(self.shape, |motion| self.shape.placed(&motion.at(time).pose))
+    }
+
+    /// Its pose at time 0.
+    fn first_pose(&self) -> Pose {
+        Pose { position: self.shape.pivot(), orientation: UnitQuaternion::identity() }
+    }
+}
+
 impl ObstacleShape {
+    /// The place that an obstacle's pose is of, and about which it turns [m]: a sphere's centre, a capsule's middle, the
+    /// given point of a plane.
+    pub fn pivot(&self) -> Vector3<f64> {
+        match *self {
+            ObstacleShape::HalfSpace { point, .. } => point,
+            ObstacleShape::Sphere { centre, .. } => centre,
+            ObstacleShape::Capsule { start, end, .. } => 0.5 * (start + end),
+        }
+    }
+
+    /// The shape, moved from the pose at its pivot with the axes of the world to `pose`.
+    pub fn placed(&self, pose: &Pose) -> Self {
+        let pivot = self.pivot();
+        let place = |x: Vector3<f64>| pose.position + pose.orientation * (x - pivot);
+        match *self {
+            ObstacleShape::HalfSpace { point, normal } => {
+                ObstacleShape::HalfSpace { point: place(point), normal: pose.orientation * normal }
+            }
+            ObstacleShape::Sphere { centre, radius } => ObstacleShape::Sphere { centre: place(centre), radius },
+            ObstacleShape::Capsule { start, end, radius } => {
+                ObstacleShape::Capsule { start: place(start), end: place(end), radius }
+            }
+        }
+    }
+
     /// What it is, in a word: "plane", "sphere" or "capsule".
     pub fn kind(&self) -> &'static str {
         match self {

@@ -2,7 +2,7 @@
 //!
 //! A [`Model`] holds [`Segment`]s (rigid cylinders), [`Joint`]s between them (a stretch-shear and a bend-twist constraint
 //! each, with compliance), ground anchors, loads, gravity, damping, air, and
-//! [`Motion`]s that drive what is held. A [`State`] holds what moves. An [`Assembly`]
+//! [`Motion`]s that drive what is held and obstacles. A [`State`] holds what moves. An [`Assembly`]
 //! builds both from rods with a centreline, branches and clamps; [`Model::joints_of`] says which joints a rod has.
 //!
 //! Formulas follow Kugelstadt, Deul and Bender, "Direct Position-Based Solver for Stiff Rods" (2018), which the
@@ -31,7 +31,7 @@ pub use contact::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
 pub use joint_force::{JointForce, curvature};
 pub use material::{Material, Section, Stretch};
 pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};
-pub use motion::{DriveError, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose};
+pub use motion::{Carried, DriveError, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose};
 pub use reaction::Reaction;
 pub use track::{Change, Changing, Track};
 pub use wind::{Gusts, Wind, WindNow};

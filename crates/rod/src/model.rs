@@ -222,6 +222,14 @@ pub enum ModelError {
         /// Why not.
         mistake: DriveError,
     },
+    /// A motion that its obstacle cannot follow.
+    #[error("the motion of obstacle {index}: {mistake}")]
+    ObstacleMotion {
+        /// Index into [`Contacts::obstacles`].
+        index: usize,
+        /// Why not.
+        mistake: DriveError,
+    },
     /// Two changes of the same load or of gravity.
     #[error("change {index}: change {other} is of the same")]
     Twice {

@@ -107,22 +107,40 @@ impl Driven {
 
     /// A body that is gripped at `time` [s] where it is then, at `pose`, and goes with the motion from there.
     pub fn gripped(body: Body, motion: Arc<Motion>, pose: &Pose, time: f64) -> Self {
-        let Pose { position, orientation } = motion.at(time).pose;
-        let back = orientation.inverse();
-        let grip = Pose { position: back * (pose.position - position), orientation: back * pose.orientation };
+        let grip = motion.grip(pose, time);
         Self { body, motion, grip }
     }
 
     /// Where the body is at `time` [s], and how fast it goes on from there.
     pub fn at(&self, time: f64) -> MovingPose {
-        let MovingPose { pose, velocity, angular_velocity } = self.motion.at(time);
-        let arm = pose.orientation * self.grip.position;
-        let orientation = pose.orientation * self.grip.orientation;
-        MovingPose {
-            pose: Pose { position: pose.position + arm, orientation },
-            velocity: velocity + angular_velocity.cross(&arm),
-            angular_velocity,
-        }
+        self.motion.carry(&self.grip, time)
+    }
+}
+
+/// The motion of an [`crate::Obstacle`], and where the obstacle is in the frame of its pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Carried {
+    /// The motion that it follows.
+    pub motion: Arc<Motion>,
+    /// Where it is in the frame of the motion's pose, as if it were gripped there.
+    pub grip: Pose,
+}
+
+impl Carried {
+    /// Of an obstacle whose pose is the motion's.
+    pub fn new(motion: Arc<Motion>) -> Self {
+        Self { motion, grip: Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() } }
+    }
+
+    /// Of an obstacle that is gripped at `time` [s] where it is then, at `pose`, and goes with the motion from there.
+    pub fn gripped(motion: Arc<Motion>, pose: &Pose, time: f64) -> Self {
+        let grip = motion.grip(pose, time);
+        Self { motion, grip }
+    }
+
+    /// Where the obstacle is at `time` [s], and how fast it goes on from there.
+    pub fn at(&self, time: f64) -> MovingPose {
+        self.motion.carry(&self.grip, time)
     }
 }
 
@@ -163,15 +181,19 @@ pub(crate) fn validate(model: &Model, state: &State) -> Result<(), ModelError> {
         if let Some(other) = drivers.insert(body, index) {
             return wrong(DriveError::Twice(other));
         }
-        let (here, begin) = (model.pose(body, state), driven.at(0.0).pose);
-        let distance = (begin.position - here.position).norm();
-        let angle = begin.orientation.angle_to(&here.orientation);
-        let is_there = distance <= SAME_PLACE * (1.0 + here.position.norm()) && angle <= 1e-6;
-        if !is_there {
-            return wrong(DriveError::Elsewhere { distance, angle });
+        if let Err(mistake) = begins_at(&model.pose(body, state), &driven.at(0.0).pose) {
+            return wrong(mistake);
         }
     }
     Ok(())
+}
+
+/// Checks that a motion begins where its body is.
+pub(crate) fn begins_at(here: &Pose, begin: &Pose) -> Result<(), DriveError> {
+    let distance = (begin.position - here.position).norm();
+    let angle = begin.orientation.angle_to(&here.orientation);
+    let is_there = distance <= SAME_PLACE * (1.0 + here.position.norm()) && angle <= 1e-6;
+    if is_there { Ok(()) } else { Err(DriveError::Elsewhere { distance, angle }) }
 }
 
 /// A pose with its velocities.
@@ -294,6 +316,26 @@ impl Motion {
             share * pair[0].turn.norm()
         });
         after + within.sum::<f64>()
+    }
+
+    /// Where a body at `pose` is in the frame of the motion's pose at `time` [s].
+    pub fn grip(&self, pose: &Pose, time: f64) -> Pose {
+        let Pose { position, orientation } = self.at(time).pose;
+        let back = orientation.inverse();
+        Pose { position: back * (pose.position - position), orientation: back * pose.orientation }
+    }
+
+    /// Where a body is at `time` [s] that goes with the motion as one rigid body, at `grip` in the frame of its pose, and
+    /// how fast it goes on from there.
+    pub fn carry(&self, grip: &Pose, time: f64) -> MovingPose {
+        let MovingPose { pose, velocity, angular_velocity } = self.at(time);
+        let arm = pose.orientation * grip.position;
+        let orientation = pose.orientation * grip.orientation;
+        MovingPose {
+            pose: Pose { position: pose.position + arm, orientation },
+            velocity: velocity + angular_velocity.cross(&arm),
+            angular_velocity,
+        }
     }
 
     /// Where it is at `time` [s], and how fast it goes on from there: at a keyframe, as in what comes after it.

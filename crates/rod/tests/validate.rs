@@ -63,7 +63,7 @@ fn a_plane_s_normal_is_of_unit_length() {
     let found = error(|model, _| {
         let normal = Unit::new_unchecked(Vector3::new(0.0, 0.0, 2.0));
         let shape = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal };
-        model.contacts.obstacles.push(Obstacle { shape, surface: Surface::default() });
+        model.contacts.obstacles.push(Obstacle::new(shape, Surface::default()));
     });
     assert_eq!(found, "obstacle 0: length of the normal = 2, but it must be 1 to within 1e-6");
 }

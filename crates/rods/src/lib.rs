@@ -75,10 +75,10 @@ pub mod state {
     pub use rod::{Body, DriveError, Joint, JointForce, Model, ModelError, Pose, Segment, State, curvature, measure};
 }
 
-/// What moves by itself: motions of what is held, loads and gravity over time; and what it takes to hold them.
+/// What moves by itself: motions of what is held and of obstacles, loads and gravity over time; and what it takes to hold them.
 pub mod motion {
     pub use rod::{
-        Change, Changing, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose, Reaction, Track,
+        Carried, Change, Changing, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose, Reaction, Track,
     };
 }
 
@@ -128,7 +128,7 @@ pub mod prelude {
         Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
         Stretch, Surface, Wind, shape,
     };
-    pub use crate::motion::{Driven, Interpolation, Keyframe, Motion, Reaction};
+    pub use crate::motion::{Carried, Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};
     pub use crate::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams, StepReport};
     pub use crate::state::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, measure};

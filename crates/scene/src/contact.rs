@@ -3,11 +3,12 @@
 use std::collections::HashSet;
 
 use nalgebra::{Unit, Vector3};
-use rod::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
+use rod::{Carried, Contacts, Friction, Obstacle, ObstacleShape, Pose, Surface};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
 use crate::format;
+use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
 
 /// What segments can touch, and the obstacles' names.
@@ -18,7 +19,7 @@ pub(crate) fn contacts(source: &Source, file: &format::File) -> Result<(Contacts
     let mut names = Vec::with_capacity(file.obstacles.len());
     let mut known = HashSet::new();
     for (i, entry) in file.obstacles.iter().enumerate() {
-        let format::Obstacle { name, shape, friction, restitution } = entry.get_ref();
+        let format::Obstacle { name, shape, friction, restitution, motion } = entry.get_ref();
         let own = name.as_ref().map_or_else(|| format!("obstacle-{i}"), |name| name.get_ref().clone());
         if !known.insert(own.clone()) {
             let span = name.as_ref().map_or(entry.span(), Spanned::span);
@@ -26,9 +27,24 @@ pub(crate) fn contacts(source: &Source, file: &format::File) -> Result<(Contacts
         }
         names.push(own);
         let surface = surface(source, friction, restitution)?;
-        contacts.obstacles.push(Obstacle { shape: obstacle_shape(source, shape)?, surface });
+        let mut obstacle = Obstacle::new(obstacle_shape(source, shape)?, surface);
+        if let Some(entry) = motion {
+            obstacle.motion = Some(carried(source, entry, &obstacle.at(0.0).pose)?);
+        }
+        contacts.obstacles.push(obstacle);
     }
     Ok((contacts, names))
+}
+
+/// The motion of an obstacle that is at `pose` at time 0.
+fn carried(source: &Source, entry: &Spanned<format::Motion>, pose: &Pose) -> Result<Carried> {
+    let own = entry.get_ref();
+    let places = [own.at.as_ref().map(Spanned::span), own.segment.as_ref().map(Spanned::span)];
+    if let Some(span) = places.into_iter().flatten().next() {
+        return source.wrong(span, "is a place on a rod; an obstacle moves as a whole, leave it out");
+    }
+    let motion = Prepared::new(source, entry)?.motion(source, entry, pose)?;
+    Ok(Carried::gripped(motion, pose, 0.0))
 }
 
 /// Centre and radius [m] of a sphere.

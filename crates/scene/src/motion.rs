@@ -1,4 +1,4 @@
-//! From an entry of `[[rods.motions]]` to a motion: lists in the scene, or columns of a CSV file.
+//! From an entry of `[[rods.motions]]`, or an obstacle's `motion`, to a motion: lists in the scene, or columns of a CSV file.
 
 use std::sync::Arc;
 
@@ -99,7 +99,7 @@ fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Nu
     let first_is_zero = |list: &Option<Spanned<Vec<format::Vector>>>| {
         let first = list.as_ref().and_then(|list| list.get_ref().first());
         match first.filter(|first| first.get_ref().0 != [0.0; 3]) {
-            Some(first) => source.must_be(first.span(), "[0, 0, 0]: a motion begins where the rod is"),
+            Some(first) => source.must_be(first.span(), "[0, 0, 0]: a motion begins where its body is"),
             None => Ok(()),
         }
     };

@@ -99,7 +99,7 @@ fn given(text: &str, file: &str) -> Result<Given> {
             if times.is_empty() {
                 for (what, first) in [("shift", place.filter(|_| shifts.is_some())), ("turn", turn)] {
                     if first.is_some_and(|first| first != Vector3::zeros()) {
-                        return Err(format!("the first {what} must be zero: a motion begins where the rod is"));
+                        return Err(format!("the first {what} must be zero: a motion begins where its body is"));
                     }
                 }
             }

@@ -53,7 +53,7 @@ mistakes! {
     overlap_is_yes_or_no: "[run]" => "contact.allow_overlap = \"yes\"\n[run]",
         "3: contact.allow_overlap = \"yes\", but it must be true or false";
     overlap_of_an_obstacle: END => "segments = 30\n[[obstacles]]\nshape.plane = {}\nallow_overlap = true\n",
-        "16: obstacles[0].allow_overlap is not a known key; expected one of `name`, `shape`, `friction`, `restitution`";
+        "16: obstacles[0].allow_overlap is not a known key; expected one of `name`, `shape`, `friction`, `restitution`, `motion`";
     time_step_zero: "dt_s = 0.02" => "dt_s = 0",
         "4: run.dt_s = 0, but it must be finite and > 0 [s]";
     no_steps: "dt_s = 0.02" => "steps = 0",

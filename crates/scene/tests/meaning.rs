@@ -93,12 +93,12 @@ fn contacts() {
     let contacts = everything().model.contacts;
     let friction = Friction { at_rest: 0.4, sliding: 0.3 };
     assert_eq!(contacts.between_segments, Some(Surface { friction, restitution: 0.1 }));
-    let [plane, ball, post] = contacts.obstacles[..] else { panic!("{contacts:?}") };
+    let [plane, ball, post] = &contacts.obstacles[..] else { panic!("{contacts:?}") };
     let point = Vector3::new(0.0, 0.0, -5.0);
     let half_space = ObstacleShape::HalfSpace { point, normal: Vector3::z_axis() };
-    assert_eq!(plane, Obstacle { shape: half_space, surface: Surface::default() });
+    assert_eq!(*plane, Obstacle::new(half_space, Surface::default()));
     let sphere = ObstacleShape::Sphere { centre: Vector3::new(0.0, 0.0, 9.0), radius: 1.0 };
-    assert_eq!(ball, Obstacle { shape: sphere, surface: Surface { friction: Friction::new(0.5), restitution: 0.2 } });
+    assert_eq!(*ball, Obstacle::new(sphere, Surface { friction: Friction::new(0.5), restitution: 0.2 }));
     let (start, end) = (Vector3::new(0.0, 9.0, 0.0), Vector3::new(0.0, 9.0, 1.0));
     assert_eq!(post.shape, ObstacleShape::Capsule { start, end, radius: 0.5 });
 

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use rayon::prelude::*;
-use rod::{Body, Model};
+use rod::{Body, Carried, Model};
 
 use crate::attempt::{begin, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
 use crate::connected_set::{ConnectedSet, Projector};
@@ -76,6 +76,11 @@ impl Lockstep {
             sum += set.counters;
         }
         sum
+    }
+
+    /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
+    pub(crate) fn drive_obstacle(&mut self, index: usize, motion: &Carried) -> bool {
+        self.stage.drive_obstacle(index, motion)
     }
 
     /// Advances over `interval`.
@@ -234,7 +239,7 @@ impl Steps for Lockstep {
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
         self.begin(interval, params, guessing);
         let guessed = self.is_guessed();
-        self.with_stage(|stage, sets, counters| stage.begin(sets, guessed, counters));
+        self.with_stage(|stage, sets, counters| stage.begin(sets, interval, guessed, counters));
         let mut contact = self.observe(params, 0);
         self.each(|set| {
             set.attempt.target = set.attempt.target.max(params.contact.rods_share * params.contact_tolerance);
@@ -273,7 +278,8 @@ impl Steps for Lockstep {
                 watch.mark(&mut set.counters.times.assemble);
             });
         }
-        self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged)
+        let own = self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged);
+        if self.stage.turns_too_far() { own.max(Status::OutOfIterations) } else { own }
     }
 
     fn is_guessed(&self) -> bool {

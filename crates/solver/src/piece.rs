@@ -1,6 +1,6 @@
 //! What a simulation steps as one piece, needing no other: a connected set, alike ones in lanes, or all that can touch.
 
-use rod::{Driven, JointForce, State};
+use rod::{Carried, Driven, JointForce, State};
 
 use crate::connected_set::ConnectedSet;
 use crate::counters::Counters;
@@ -64,6 +64,14 @@ impl Piece {
             Piece::Single(set) => set.drive(driven),
             Piece::Group(group) => group.drive(driven),
             Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.drive(driven)),
+        }
+    }
+
+    /// Lets a motion drive an obstacle; returns whether there is such an obstacle.
+    pub(crate) fn drive_obstacle(&mut self, index: usize, motion: &Carried) -> bool {
+        match self {
+            Piece::Lockstep(sets) => sets.drive_obstacle(index, motion),
+            Piece::Single(_) | Piece::Group(_) => false,
         }
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use rod::{Body, Driven, JointForce, Model, ModelError, State};
+use rod::{Body, Carried, Driven, JointForce, Model, ModelError, State};
 use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
@@ -80,6 +80,9 @@ pub enum SimulationError {
     /// A motion for what moves freely, or is not there.
     #[error("a motion for {0}, but only fixed segments and anchors of the model can be driven")]
     NotHeld(Body),
+    /// A motion for an obstacle that is not there.
+    #[error("a motion for obstacle {0}, but the model has no such obstacle")]
+    NoObstacle(usize),
 }
 
 /// Refuses a model with contacts for `what`, which knows none.
@@ -282,6 +285,20 @@ impl Simulation {
         }
         self.pieces.iter_mut().for_each(|piece| piece.drive(driven));
         Ok(())
+    }
+
+    /// Lets a motion drive an obstacle of the model from the next step on, whatever moved it before; its times are
+    /// [`Simulation::time`]'s. Where it is elsewhere than the obstacle is now, the obstacle jumps there within the next step;
+    /// [`Carried::gripped`] begins where the obstacle is ([`rod::Obstacle::at`]). A step in which it turns by more than 1 rad
+    /// is done in halves.
+    ///
+    /// # Errors
+    /// If there is no such obstacle.
+    pub fn drive_obstacle(&mut self, obstacle: usize, motion: &Carried) -> Result<(), SimulationError> {
+        match self.pieces.iter_mut().any(|piece| piece.drive_obstacle(obstacle, motion)) {
+            true => Ok(()),
+            false => Err(SimulationError::NoObstacle(obstacle)),
+        }
     }
 
     /// Counters summed over all connected sets.

@@ -16,7 +16,7 @@ fn too_many_contacts_are_said_and_no_step_is_halved() {
     assembly.rod(&RodSpec::new(nodes, radius, rubber));
     let (mut model, state) = assembly.finish();
     let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Unit::new_normalize(Vector3::z()) };
-    model.contacts.obstacles.push(Obstacle { shape: ground, surface: Surface::default() });
+    model.contacts.obstacles.push(Obstacle::new(ground, Surface::default()));
     for contact_projection in [ContactProjection::Coupled, ContactProjection::Alternating] {
         for most_blocks in [81, 80] {
             let mut settings = Settings::default();

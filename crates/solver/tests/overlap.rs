@@ -34,7 +34,7 @@ fn crossing(height: f64) -> (Model, State) {
 /// A rod on the x axis before an obstacle.
 fn beside(shape: ObstacleShape) -> (Model, State) {
     let (mut model, state) = rods(&[([0.0; 3], [1.0, 0.0, 0.0])]);
-    model.contacts.obstacles.push(Obstacle { shape, surface: Surface::default() });
+    model.contacts.obstacles.push(Obstacle::new(shape, Surface::default()));
     (model, state)
 }
 

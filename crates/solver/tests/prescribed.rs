@@ -102,7 +102,7 @@ fn among_contacts() {
     let (mut model, state) = turning(2);
     let surface = Surface { friction: rod::Friction::new(0.3), ..Surface::default() };
     let plane = ObstacleShape::HalfSpace { point: Vector3::z() * -0.5, normal: Unit::new_normalize(Vector3::z()) };
-    model.contacts.obstacles.push(Obstacle { shape: plane, surface });
+    model.contacts.obstacles.push(Obstacle::new(plane, surface));
     for (formulation, kind) in
         [(Formulation::XpbdGeometric, GuessKind::Zero), (Formulation::Newton, GuessKind::StepQuadratic)]
     {

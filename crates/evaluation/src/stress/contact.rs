@@ -27,7 +27,7 @@ fn touching(
     let surface = Surface { friction: Friction::new(friction), restitution: 0.0 };
     let half_space = |&(point, normal): &(Vector3<f64>, Vector3<f64>)| {
         let normal = Unit::new_normalize(normal);
-        Obstacle { shape: ObstacleShape::HalfSpace { point, normal }, surface }
+        Obstacle::new(ObstacleShape::HalfSpace { point, normal }, surface)
     };
     let obstacles = [(Vector3::zeros(), Vector3::z())].iter().chain(walls).map(half_space).collect();
     assembly.model_mut().contacts = Contacts { between_segments: Some(surface), obstacles, ..Contacts::default() };

@@ -5,7 +5,7 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
-use super::{Number, Vector};
+use super::{Motion, Number, Vector};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,6 +23,7 @@ pub(crate) struct Obstacle {
     pub(crate) shape: ObstacleShape,
     pub(crate) friction: Option<Spanned<Friction>>,
     pub(crate) restitution: Option<Number>,
+    pub(crate) motion: Option<Spanned<Motion>>,
 }
 
 #[derive(Deserialize)]

@@ -25,6 +25,7 @@ use crate::system::System;
 use crate::topology::Topology;
 
 pub(crate) use lanes::{copy_spatial, pick_spatial};
+pub(crate) use motion::{LARGEST_TURN, in_kernel};
 pub use split::split;
 pub(crate) use split::{Alike, split_alike};
 

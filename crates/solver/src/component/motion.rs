@@ -3,7 +3,7 @@
 //! What is fixed answers nothing, so that nothing corrects an error of its pose. It is therefore never carried on from
 //! step to step: each prediction places it anew, and no guess can move it.
 
-use rod::{Driven, MovingPose, Pose};
+use rod::{Driven, MovingPose};
 
 use super::lanes::{copy_pose, copy_spatial, pick_pose, vec3};
 use super::{BodyPose, Component};
@@ -44,7 +44,15 @@ impl Steady {
 
 /// By how much a body that is driven may turn in a step [rad]. Beyond a quarter of a turn the rods beside it can lose whole
 /// turns.
-const LARGEST_TURN: f64 = 1.0;
+pub(crate) const LARGEST_TURN: f64 = 1.0;
+
+/// A pose with its velocities (v, w).
+pub(crate) fn in_kernel(moving: &MovingPose) -> (BodyPose<f64>, Spatial<f64>) {
+    let orientation = &moving.pose.orientation;
+    let q = Quat { v: Vec3(vec3(&orientation.imag())), w: orientation.w };
+    let velocity = Spatial { linear: Vec3(vec3(&moving.velocity)), angular: Vec3(vec3(&moving.angular_velocity)) };
+    (BodyPose { x: Vec3(vec3(&moving.pose.position)), q }, velocity)
+}
 
 impl Motion {
     /// By how much it turns from one time to another [rad].
@@ -59,12 +67,7 @@ impl Motion {
     fn at(&self, time: f64) -> (BodyPose<f64>, Spatial<f64>) {
         match self {
             Motion::Steady(steady) => (steady.pose_at(time), steady.velocity),
-            Motion::Driven(driven) => {
-                let MovingPose { pose: Pose { position, orientation }, velocity, angular_velocity } = driven.at(time);
-                let q = Quat { v: Vec3(vec3(&orientation.imag())), w: orientation.w };
-                let velocity = Spatial { linear: Vec3(vec3(&velocity)), angular: Vec3(vec3(&angular_velocity)) };
-                (BodyPose { x: Vec3(vec3(&position)), q }, velocity)
-            }
+            Motion::Driven(driven) => in_kernel(&driven.at(time)),
         }
     }
 }

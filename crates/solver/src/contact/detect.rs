@@ -2,19 +2,25 @@
 
 use collision::{Aabb, SpatialHash};
 use nalgebra::Vector3;
-use rod::{Contacts, Model, ObstacleShape, Surface};
+use rod::{Carried, Model, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
 use super::geometry::{Contact, Feature, Partner, Shape, World};
+use super::obstacles::Placed;
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
+use crate::step::Interval;
 
 /// Finds the possible contacts of a step.
 pub(crate) struct Detector {
     shapes: Vec<Shape>,
-    contacts: Contacts,
+    between_segments: Option<Surface>,
+    allow_overlap: bool,
+    obstacles: Vec<Placed>,
+    /// Whether an obstacle turns too far in the step under way.
+    turns_too_far: bool,
     filter: PairFilter,
     params: ContactParams,
     hash: SpatialHash,
@@ -28,16 +34,48 @@ pub(crate) struct Detector {
 impl Detector {
     /// A detector for a model whose segments are found at `shapes`, of those pairs that pass the `filter`.
     pub(crate) fn new(model: &Model, shapes: Vec<Shape>, filter: PairFilter, params: ContactParams) -> Self {
-        let contacts = model.contacts.clone();
-        let is_bounded = |&i: &u32| contacts.obstacles[i as usize].shape.capsule().is_some();
-        let bounded = (0..contacts.obstacles.len() as u32).filter(is_bounded).collect();
-        let (hash, boxes, pairs) = (SpatialHash::new(), Vec::new(), Vec::new());
-        Self { shapes, contacts, filter, params, hash, boxes, bounded, pairs }
+        let obstacles: Vec<Placed> = model.contacts.obstacles.iter().map(Placed::new).collect();
+        let is_bounded = |&i: &u32| obstacles[i as usize].is_bounded();
+        let bounded = (0..obstacles.len() as u32).filter(is_bounded).collect();
+        Self {
+            shapes,
+            between_segments: model.contacts.between_segments,
+            allow_overlap: model.contacts.allow_overlap,
+            obstacles,
+            turns_too_far: false,
+            filter,
+            params,
+            hash: SpatialHash::new(),
+            boxes: Vec::new(),
+            bounded,
+            pairs: Vec::new(),
+        }
     }
 
     /// Everything that can touch.
     pub(crate) fn world(&self) -> World<'_> {
-        World { shapes: &self.shapes, obstacles: &self.contacts.obstacles }
+        World { shapes: &self.shapes, obstacles: &self.obstacles }
+    }
+
+    /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
+    pub(crate) fn drive(&mut self, index: usize, motion: &Carried) -> bool {
+        let found = self.obstacles.get_mut(index);
+        let exists = found.is_some();
+        found.into_iter().for_each(|obstacle| obstacle.drive(motion));
+        exists
+    }
+
+    /// Puts the obstacles where their motions have them over a step.
+    pub(crate) fn place_obstacles(&mut self, interval: Interval) {
+        self.turns_too_far = false;
+        for obstacle in &mut self.obstacles {
+            self.turns_too_far |= obstacle.place(interval);
+        }
+    }
+
+    /// Whether an obstacle turns too far in the step under way for it to be solved.
+    pub(crate) fn turns_too_far(&self) -> bool {
+        self.turns_too_far
     }
 
     /// Whether every segment is still within the box of the last search.
@@ -62,8 +100,8 @@ impl Detector {
         }
         out.clear();
         self.with_half_spaces(out);
-        let bounded = self.bounded.iter().filter_map(|&i| self.contacts.obstacles[i as usize].shape.capsule());
-        self.boxes.extend(bounded.map(|(ends, radius)| around(ends.into_iter(), radius)));
+        let bounded = self.bounded.iter().filter_map(|&i| self.obstacles[i as usize].way());
+        self.boxes.extend(bounded.map(|(ends, radius)| around(ends.into_iter().flatten(), radius)));
         if self.filter.has_pairs(self.bounded.len()) {
             self.hash.rebuild(&self.boxes);
             let mut pairs = std::mem::take(&mut self.pairs);
@@ -88,7 +126,7 @@ impl Detector {
             (Partner::Segment(b), ends(b), self.shapes[b as usize].radius.min(own.radius))
         } else {
             let index = self.bounded[(b - segments) as usize];
-            let Some((axis, _)) = self.contacts.obstacles[index as usize].shape.capsule() else { return };
+            let Some(([axis, _], _)) = self.obstacles[index as usize].way() else { return };
             (Partner::Obstacle(index), axis.map(|end| to_kernel(&end)), own.radius)
         };
         let friction = self.surface(partner).friction;
@@ -107,16 +145,13 @@ impl Detector {
     }
 
     fn with_half_spaces(&self, out: &mut Vec<Contact>) {
-        for (i, obstacle) in self.contacts.obstacles.iter().enumerate() {
-            let ObstacleShape::HalfSpace { point, normal } = &obstacle.shape else { continue };
+        for (i, obstacle) in self.obstacles.iter().enumerate().filter(|(_, obstacle)| !obstacle.is_bounded()) {
             for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
-                // The room's corner that lies deepest.
-                let corner = Vector3::from_fn(|k, _| if normal[k] > 0.0 { room.min[k] } else { room.max[k] });
-                if !shape.free || normal.dot(&(corner - point)) > 0.0 {
+                if !shape.free || obstacle.is_out_of_reach(room) {
                     continue;
                 }
                 let key = |end| (a as u32, Partner::Obstacle(i as u32), Feature::Own(end));
-                let contact = |end| Contact::new(key(end), obstacle.surface.friction, shape.radius);
+                let contact = |end| Contact::new(key(end), obstacle.surface().friction, shape.radius);
                 out.extend([0, 1].into_iter().filter(|&end| shape.ends[end as usize]).map(contact));
             }
         }
@@ -125,20 +160,20 @@ impl Detector {
     /// How a contact answers.
     pub(crate) fn surface(&self, partner: Partner) -> Surface {
         match partner {
-            Partner::Segment(_) => self.contacts.between_segments.unwrap_or_default(),
-            Partner::Obstacle(i) => self.contacts.obstacles[i as usize].surface,
+            Partner::Segment(_) => self.between_segments.unwrap_or_default(),
+            Partner::Obstacle(i) => self.obstacles[i as usize].surface(),
         }
     }
 
     /// Whether bodies may overlap at the start.
     pub(crate) fn allows_overlap(&self) -> bool {
-        self.contacts.allow_overlap
+        self.allow_overlap
     }
 
     /// Whether any surface bounces.
     pub(crate) fn bounces(&self) -> bool {
-        let all = self.contacts.obstacles.iter().map(|obstacle| obstacle.surface);
-        all.chain(self.contacts.between_segments).any(|surface| surface.restitution > 0.0)
+        let all = self.obstacles.iter().map(Placed::surface);
+        all.chain(self.between_segments).any(|surface| surface.restitution > 0.0)
     }
 }
 

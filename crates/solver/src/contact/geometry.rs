@@ -3,9 +3,10 @@
 use collision::closest;
 use collision::sweep::{MovingCapsule, crossing_normal, first_touch};
 use nalgebra::Vector3;
-use rod::{Friction, Obstacle, ObstacleShape};
+use rod::{Friction, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
+use super::obstacles::Placed;
 use crate::component::{BodyPose, Component};
 use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
@@ -108,7 +109,7 @@ pub(crate) struct Contact {
 /// Positions of all that can touch, in one step.
 pub(crate) struct World<'a> {
     pub(crate) shapes: &'a [Shape],
-    pub(crate) obstacles: &'a [Obstacle],
+    pub(crate) obstacles: &'a [Placed],
 }
 
 /// At which poses contacts are evaluated.
@@ -124,12 +125,12 @@ pub(crate) enum Poses {
 }
 
 /// A body as a contact sees it, at its start and now.
-struct Side {
-    start: BodyPose<f64>,
-    now: BodyPose<f64>,
-    ends: [Vec3<f64>; 2],
-    ends_before: [Vec3<f64>; 2],
-    radius: f64,
+pub(super) struct Side {
+    pub(super) start: BodyPose<f64>,
+    pub(super) now: BodyPose<f64>,
+    pub(super) ends: [Vec3<f64>; 2],
+    pub(super) ends_before: [Vec3<f64>; 2],
+    pub(super) radius: f64,
 }
 
 impl Side {
@@ -139,7 +140,8 @@ impl Side {
         Self { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius: shape.radius }
     }
 
-    fn fixed(ends: [Vec3<f64>; 2], radius: f64) -> Self {
+    /// What stands still.
+    pub(super) fn fixed(ends: [Vec3<f64>; 2], radius: f64) -> Self {
         let pose = BodyPose { x: ends[0], q: crate::kernel::math::Quat::identity() };
         Self { start: pose, now: pose, ends, ends_before: ends, radius }
     }
@@ -192,23 +194,21 @@ impl Contact {
                 let other = Side::of(shape, &components[shape.component as usize].component, poses);
                 self.between(&own, &other, feature, poses);
             }
-            Partner::Obstacle(obstacle) => match &world.obstacles[obstacle as usize].shape {
-                ObstacleShape::HalfSpace { point, normal } => {
+            Partner::Obstacle(index) => {
+                let obstacle = &world.obstacles[index as usize];
+                let other = obstacle.side(poses);
+                if let ObstacleShape::HalfSpace { point, normal } = obstacle.shape(poses) {
                     let end = match feature {
                         Feature::Own(1) => own.ends[1],
                         _ => own.ends[0],
                     };
                     let normal = to_kernel(normal);
                     let gap = normal.dot(end - to_kernel(point)) - own.radius;
-                    self.set(&own, None, normal, gap, end - normal * (own.radius + 0.5 * gap));
+                    self.set(&own, other.as_ref(), normal, gap, end - normal * (own.radius + 0.5 * gap));
+                } else if let Some(other) = other {
+                    self.between(&own, &other, feature, poses);
                 }
-                shape => {
-                    if let Some((ends, radius)) = shape.capsule() {
-                        let other = Side::fixed(ends.map(|end| to_kernel(&end)), radius);
-                        self.between(&own, &other, feature, poses);
-                    }
-                }
-            },
+            }
         }
     }
 

@@ -9,6 +9,7 @@ mod exclusion;
 mod geometry;
 mod impulses;
 mod newton;
+mod obstacles;
 mod overlap;
 mod problem;
 mod stage;

@@ -1,6 +1,6 @@
 //! The contacts' stage of an outer iteration: line 11 of Algorithm 1 (paper, section 3) and its collision constraints.
 
-use rod::{Model, Surface};
+use rod::{Carried, Model, Surface};
 
 use super::TooManyContacts;
 use super::coupling::{Coupling, components_of};
@@ -19,7 +19,7 @@ use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
-use crate::step::StepParams;
+use crate::step::{Interval, StepParams};
 
 /// All contacts of a simulation.
 pub(crate) struct Stage {
@@ -73,9 +73,26 @@ impl Stage {
         })
     }
 
-    /// Looks for the contacts of a step whose prediction is made. `presses`: whether those of the step before press from
-    /// the start, as they do where the momentum residual corrects it.
-    pub(crate) fn begin(&mut self, components: &[ConnectedSet], presses: bool, counters: &mut Counters) {
+    /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
+    pub(crate) fn drive_obstacle(&mut self, index: usize, motion: &Carried) -> bool {
+        self.detector.drive(index, motion)
+    }
+
+    /// Whether an obstacle turns too far in the step under way for it to be solved.
+    pub(crate) fn turns_too_far(&self) -> bool {
+        self.detector.turns_too_far()
+    }
+
+    /// Looks for the contacts of a step over `interval` whose prediction is made. `presses`: whether those of the step
+    /// before press from the start, as they do where the momentum residual corrects it.
+    pub(crate) fn begin(
+        &mut self,
+        components: &[ConnectedSet],
+        interval: Interval,
+        presses: bool,
+        counters: &mut Counters,
+    ) {
+        self.detector.place_obstacles(interval);
         self.detect(components, counters);
         let dt = components.first().map_or(0.0, |unit| unit.component.dt());
         let scale = if self.dt > 0.0 { (dt / self.dt).powi(2) } else { 0.0 };
@@ -184,7 +201,13 @@ impl Stage {
                 let shape = &world.shapes[i as usize];
                 components[shape.component as usize].component.velocities[shape.body as usize]
             };
-            let speed = -contact.relative(velocity).dot(contact.normal);
+            let mut meeting = contact.relative(velocity);
+            if let Partner::Obstacle(i) = contact.key.1
+                && let Some(surface) = world.obstacles[i as usize].velocity_at(contact.arms[1])
+            {
+                meeting -= surface;
+            }
+            let speed = -meeting.dot(contact.normal);
             if speed > self.slow * self.dt && contact.gap < speed * self.dt {
                 // An overlap that is let out must not leave at once.
                 let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };

@@ -1,8 +1,10 @@
 //! Motions that are made, not simulated: segments on a skeleton that sways.
 #![allow(dead_code)]
 
+use std::sync::Arc;
+
 use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{Body, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
+use rod::{Body, Carried, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
 use view::{Frame, Recorder, Run};
 
 /// A segment and how it hangs on its parent's end.
@@ -103,10 +105,15 @@ impl Motion {
 
     /// The motion recorded: so many frames a second [1/s] from time 0 on.
     pub(crate) fn record(&self, name: &str, frames: usize, rate: f64) -> Run {
+        self.record_at(name, frames, rate, |time| time)
+    }
+
+    /// The same, the rods as they are at other times.
+    pub(crate) fn record_at(&self, name: &str, frames: usize, rate: f64, of_rods: impl Fn(f64) -> f64) -> Run {
         let mut recorder = Recorder::new(name, 1.0 / rate, &self.model);
         for frame in 0..frames {
             let time = frame as f64 / rate;
-            let state = self.state(time);
+            let state = self.state(of_rods(time));
             let forces = if frame == 0 { Vec::new() } else { self.forces(&state, time) };
             let energy = self.energy(&state);
             let length_ratio = 1.0 + 2e-4 * (5.0 * time).sin();
@@ -138,7 +145,19 @@ pub(crate) fn helix(loose: f64) -> Motion {
             radius: 0.06,
         },
     ];
-    motion.model.contacts.obstacles = shapes.map(|shape| Obstacle { shape, surface }).into();
+    motion.model.contacts.obstacles = shapes.map(|shape| Obstacle::new(shape, surface)).into();
+    motion
+}
+
+/// [`helix`], with its ground, its ball and its bar on the move, about turning axes.
+pub(crate) fn driven() -> Motion {
+    let mut motion = helix(1.0);
+    for (k, obstacle) in motion.model.contacts.obstacles.iter_mut().enumerate() {
+        let (pose, k) = (obstacle.at(0.0).pose, k as f64);
+        let (v, w) = (Vector3::new(0.1, 0.2 * k, 0.05 * k), Vector3::new(0.3 * k, -0.2 * k, 0.5));
+        let way = rod::Motion::at_velocities(&pose, &[(0.0, v, w)]).expect("finite velocities");
+        obstacle.motion = Some(Carried::new(Arc::new(way)));
+    }
     motion
 }
 

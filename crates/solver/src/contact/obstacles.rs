@@ -1,0 +1,100 @@
+//! Obstacles over the step under way: where they are at its start and at its end.
+
+use collision::Aabb;
+use nalgebra::Vector3;
+use rod::{Carried, Obstacle, ObstacleShape, Surface};
+
+use super::convert::to_kernel;
+use super::geometry::{Poses, Side};
+use crate::component::{BodyPose, LARGEST_TURN, in_kernel};
+use crate::kernel::Spatial;
+use crate::kernel::math::Vec3;
+use crate::step::Interval;
+
+/// An obstacle at the start and at the end of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct Placed {
+    obstacle: Obstacle,
+    shapes: [ObstacleShape; 2],
+    /// What follows is of an obstacle that moves: its poses, and its velocities (v, w) at the start.
+    poses: [BodyPose<f64>; 2],
+    velocity: Spatial<f64>,
+}
+
+impl Placed {
+    /// An obstacle before the first step.
+    pub(crate) fn new(obstacle: &Obstacle) -> Self {
+        let (pose, velocity) = in_kernel(&obstacle.at(0.0));
+        Self { obstacle: obstacle.clone(), shapes: [obstacle.shape; 2], poses: [pose; 2], velocity }
+    }
+
+    /// Lets a motion drive it from the next step on.
+    pub(crate) fn drive(&mut self, motion: &Carried) {
+        self.obstacle.motion = Some(motion.clone());
+    }
+
+    /// Puts it where its motion has it over a step. Returns whether it turns too far in it.
+    pub(crate) fn place(&mut self, Interval { time, dt }: Interval) -> bool {
+        let Some(motion) = &self.obstacle.motion else { return false };
+        let ways = [time, time + dt].map(|time| motion.at(time));
+        self.shapes = ways.map(|way| self.obstacle.shape.placed(&way.pose));
+        let [(start, velocity), (end, _)] = ways.each_ref().map(in_kernel);
+        (self.poses, self.velocity) = ([start, end], velocity);
+        motion.motion.turned(time, time + dt) > LARGEST_TURN
+    }
+
+    /// Its shape.
+    pub(crate) fn shape(&self, poses: Poses) -> &ObstacleShape {
+        &self.shapes[usize::from(poses != Poses::Start)]
+    }
+
+    /// How contacts with it answer.
+    pub(crate) fn surface(&self) -> Surface {
+        self.obstacle.surface
+    }
+
+    /// Whether it has an end.
+    pub(crate) fn is_bounded(&self) -> bool {
+        self.obstacle.shape.capsule().is_some()
+    }
+
+    /// Ends of its axis at the start and at the end of the step [m], and its radius [m]; `None` for what has no end.
+    pub(crate) fn way(&self) -> Option<([[Vector3<f64>; 2]; 2], f64)> {
+        let [(start, radius), (end, _)] = [self.shapes[0].capsule()?, self.shapes[1].capsule()?];
+        Some(([start, end], radius))
+    }
+
+    /// Whether a box lies outside of a half-space, at both ends of the step.
+    pub(crate) fn is_out_of_reach(&self, room: &Aabb) -> bool {
+        let is_outside = |shape: &ObstacleShape| {
+            let ObstacleShape::HalfSpace { point, normal } = shape else { return false };
+            // The room's corner that lies deepest.
+            let corner = Vector3::from_fn(|k, _| if normal[k] > 0.0 { room.min[k] } else { room.max[k] });
+            normal.dot(&(corner - point)) > 0.0
+        };
+        is_outside(&self.shapes[1]) && (self.obstacle.motion.is_none() || is_outside(&self.shapes[0]))
+    }
+
+    /// It as a body that a contact sees; a half-space that stands still is none.
+    pub(super) fn side(&self, poses: Poses) -> Option<Side> {
+        let now = usize::from(poses != Poses::Start);
+        let ends_of = |k: usize| match self.shapes[k].capsule() {
+            Some((ends, radius)) => (ends.map(|end| to_kernel(&end)), radius),
+            None => ([self.poses[k].x; 2], 0.0),
+        };
+        let (ends, radius) = ends_of(now);
+        match &self.obstacle.motion {
+            Some(_) => {
+                let (ends_before, _) = ends_of(0);
+                Some(Side { start: self.poses[0], now: self.poses[now], ends, ends_before, radius })
+            }
+            None => self.is_bounded().then(|| Side::fixed(ends, radius)),
+        }
+    }
+
+    /// The velocity [m/s] of the place of its surface at `arm` from its pose, at the start of the step; `None` where it
+    /// stands still.
+    pub(crate) fn velocity_at(&self, arm: Vec3<f64>) -> Option<Vec3<f64>> {
+        self.obstacle.motion.as_ref().map(|_| self.velocity.linear + self.velocity.angular.cross(arm))
+    }
+}
