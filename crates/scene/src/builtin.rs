@@ -28,6 +28,7 @@ const FILES: &[(&str, &str)] = files![
     "helix-on-plane",
     "two-rods",
     "two-arms",
+    "suture",
     "knot",
     "small-cantilever",
     "elastica",
