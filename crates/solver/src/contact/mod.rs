@@ -6,12 +6,14 @@ mod convert;
 mod coupling;
 mod detect;
 mod exclusion;
+mod force;
 mod geometry;
 mod newton;
 mod overlap;
 mod problem;
 mod stage;
 
+pub use force::{ContactForce, Touched};
 pub use overlap::{Overlap, Overlapped};
 
 pub(crate) use exclusion::PairFilter;

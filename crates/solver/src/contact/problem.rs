@@ -15,6 +15,7 @@ use rod::Friction;
 use super::newton::Newton;
 use crate::contact_params::ContactParams;
 use crate::kernel::dispatch::vectorized;
+use crate::snapshot::Tape;
 
 pub(crate) type Row = [f64; 3];
 pub(crate) type Block3 = [Row; 3];
@@ -61,6 +62,11 @@ pub(crate) struct Pattern<'a> {
 }
 
 impl Problem {
+    /// Shows a tape what one solve leaves to the next.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.newton.tape(tape);
+    }
+
     /// Prepares a matrix of zeros in which contacts of one group are coupled. `groups_of` lists each contact's groups.
     pub(crate) fn reset(&mut self, pattern: &Pattern<'_>, groups_of: &[[u32; 2]]) {
         self.start.clear();
