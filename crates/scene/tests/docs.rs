@@ -6,7 +6,7 @@ const DOCS: &str = include_str!("../../../docs/scenes.md");
 const README: &str = include_str!("../../../README.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 34] = [
+const PROBES: [&str; 35] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -41,6 +41,7 @@ const PROBES: [&str; 34] = [
     "rods = [{ strands.zzz = 1 }]",
     "rods = [{ strands.on.zzz = 1 }]",
     "nets = [{ zzz = 1 }]",
+    "probes = [{ zzz = 1 }]",
 ];
 
 #[test]
@@ -73,7 +74,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 5);
+    assert_eq!(scenes, 6);
 }
 
 #[test]
