@@ -13,6 +13,7 @@ use solver::guess::InitialGuess;
 use solver::kernel::Spatial;
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
+use solver::snapshot::Tape;
 
 use crate::encoding::{Encode, mask_outputs};
 use crate::guess::Prediction;
@@ -153,6 +154,14 @@ impl Tensions {
         }
     }
 
+    /// Shows a tape all that is known between steps.
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.kept.iter_mut().for_each(|kept| tape.list(kept, Tape::vector));
+        tape.count(&mut self.known);
+        tape.number(&mut self.dt);
+        tape.flag(&mut self.takes_continued);
+    }
+
     /// Learns how a step ended.
     fn observe(&mut self, component: &Component<f64>, is_whole: bool) {
         if !is_whole {
@@ -231,5 +240,10 @@ impl InitialGuess for GnStepGuess {
         let is_whole = std::mem::take(&mut self.asked) <= 1;
         self.encoder.observe(component, is_whole);
         self.tensions.observe(component, is_whole);
+    }
+
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.encoder.turns.tape(tape);
+        self.tensions.tape(tape);
     }
 }

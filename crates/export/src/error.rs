@@ -33,8 +33,8 @@ pub enum ExportError {
         /// What stands there.
         path: PathBuf,
     },
-    /// The file is not a trajectory, or not the one that was written.
-    #[error("{} is damaged or not a trajectory: {reason}", path.display())]
+    /// The file is not what a run wrote, or not as it was written.
+    #[error("{} is damaged or not from a run: {reason}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

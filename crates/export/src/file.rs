@@ -31,7 +31,7 @@ pub(crate) fn is_temporary(file: &str, name: &str) -> bool {
 
 /// A new file with a name of its own in `directory`, for the file `name`, readable as the user's other files are; removed
 /// when dropped.
-fn temporary(directory: &Path, name: &str) -> io::Result<NamedTempFile> {
+pub(crate) fn temporary(directory: &Path, name: &str) -> io::Result<NamedTempFile> {
     let prefix = prefix(name);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);

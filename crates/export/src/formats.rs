@@ -13,7 +13,10 @@ mod centrelines;
 mod csv;
 mod glb;
 mod obj;
+mod probes;
 mod vtp;
+
+pub use probes::write_probes;
 
 /// A format of other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -9,6 +9,7 @@
 use solver::component::Component;
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::math::Vec3;
+use solver::snapshot::Tape;
 
 use crate::{Channel, Graph, put};
 
@@ -74,6 +75,13 @@ impl Turns {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.known = 0;
+    }
+
+    /// Shows a tape all that is known, for a guess that is asked to.
+    pub fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.kept.iter_mut().for_each(|kept| tape.list(kept, Tape::vector));
+        tape.count(&mut self.known);
+        tape.number(&mut self.dt);
     }
 
     /// Continues the turns by a step of `dt` [s]. What is known of other time steps is forgotten.

@@ -10,6 +10,7 @@
 //! Units are SI throughout. This crate knows no solver, no file format and no network.
 
 mod air;
+mod append;
 mod assembly;
 mod chain;
 mod contact;
@@ -19,6 +20,7 @@ mod material;
 pub mod measure;
 mod model;
 mod motion;
+mod probe;
 mod reaction;
 pub mod shape;
 mod track;
@@ -32,6 +34,7 @@ pub use joint_force::{JointForce, curvature};
 pub use material::{Material, Section, Stretch};
 pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};
 pub use motion::{Carried, DriveError, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose};
+pub use probe::{Probe, Quantity, Reading};
 pub use reaction::Reaction;
 pub use track::{Change, Changing, Track};
 pub use wind::{Gusts, Wind, WindNow};

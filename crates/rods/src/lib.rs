@@ -44,11 +44,23 @@
 //! [`Reaction`](motion::Reaction) is what holds it there. Without a motion a fixed segment keeps its velocity, which
 //! [`Simulation::set_velocities`](simulation::Simulation::set_velocities) may set before each step (example `moved_grip`).
 //!
+//! # Planning: forces of one's own, snapshots, many at once
+//!
+//! [`Simulation::set_load`](simulation::Simulation::set_load) and
+//! [`Simulation::set_gravity`](simulation::Simulation::set_gravity) change between two steps what acts from the next on; the
+//! model says where a load acts, with a force that may be zero at first.
+//! [`Simulation::snapshot`](simulation::Simulation::snapshot) takes all that the steps to come depend on, at a small part of
+//! the cost of a step, and [`Simulation::restore`](simulation::Simulation::restore) goes back there, to the last bit. A
+//! [`Batch`](simulation::Batch) steps many copies of a model together, alike rods in the lanes of vector registers, each with
+//! its own materials, state, motions and loads (example `plan_a_move`).
+//! [`Simulation::store_contact_forces`](simulation::Simulation::store_contact_forces) says what presses on what.
+//!
 //! # Examples
 //!
 //! `cargo run -p rods --example NAME`: `hang_a_cable` (assembly from code, equilibrium, tension at the grips),
 //! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip` (a grip whose
-//! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `numerical_damping` (how much energy
+//! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `plan_a_move`
+//! (64 motions of a grip at once), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy
 //! a swing loses to the time step).
 //!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
@@ -67,12 +79,15 @@ pub mod assembly {
 ///
 /// `docs/scenes.md` of the repository documents the format.
 pub mod scene {
-    pub use ::scene::{Builtin, RodInfo, RunDefaults, Scene, SceneError, builtin, builtins, load, parse};
+    pub use ::scene::{Builtin, Origin, RodInfo, RunDefaults, Scene, SceneError, builtin, builtins, load, parse};
 }
 
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
 pub mod state {
-    pub use rod::{Body, DriveError, Joint, JointForce, Model, ModelError, Pose, Segment, State, curvature, measure};
+    pub use rod::{
+        Body, DriveError, Joint, JointForce, Model, ModelError, Pose, Probe, Quantity, Reading, Segment, State,
+        curvature, measure,
+    };
 }
 
 /// What moves by itself: motions of what is held and of obstacles, loads and gravity over time; and what it takes to hold them.
@@ -84,12 +99,14 @@ pub mod motion {
 
 /// Stepping a model in time.
 pub mod simulation {
+    pub use solver::batch::Batch;
     pub use solver::counters::{Counters, StageTimes};
     pub use solver::formulation::{ContactProjection, Formulation};
     pub use solver::linear::solvers::SolverKind;
     pub use solver::simulation::{
-        ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError, StepReport,
+        ContactForce, ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError, StepReport, Touched,
     };
+    pub use solver::snapshot::Snapshot;
     pub use solver::step::{Status, StepParams};
 }
 
@@ -130,7 +147,10 @@ pub mod prelude {
     };
     pub use crate::motion::{Carried, Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};
-    pub use crate::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams, StepReport};
+    pub use crate::simulation::{
+        Batch, ContactForce, Formulation, Settings, Simulation, SimulationError, Snapshot, Status, StepParams,
+        StepReport, Touched,
+    };
     pub use crate::state::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, measure};
     pub use crate::statics::{self, StaticParams};
 }

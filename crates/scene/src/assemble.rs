@@ -9,10 +9,11 @@ use crate::builder::Builder;
 use crate::error::{Result, Source};
 use crate::motion::track;
 use crate::net::Net;
+use crate::origin::origin;
 use crate::refine::Refinement;
 use crate::shape::number_or;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, RunDefaults, Scene, contact, defaults, format, net, rods};
+use crate::{MAX_SEGMENTS, RunDefaults, Scene, contact, defaults, format, net, probe, rods};
 
 /// The scene that `file` describes, its segments cut into parts.
 pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement) -> Result<Scene> {
@@ -23,7 +24,9 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     let run = RunDefaults {
         dt: number_or(&file.run.dt_s, defaults::DT, |v| source.positive(v, "s"))?,
         steps: file.run.steps.as_ref().map_or(Ok(defaults::STEPS), |v| source.count(v, 1, 1_000_000_000))?,
+        every: file.run.every.as_ref().map_or(Ok(1), |v| source.count(v, 1, 1_000_000_000))?,
     };
+    let from = file.run.from.as_ref().map(|from| origin(source, from)).transpose()?;
     if file.rods.is_empty() && file.nets.is_empty() {
         return Err(source.invalid(0, "there must be at least one rod (`rods`) or net (`nets`)".to_owned()));
     }
@@ -60,6 +63,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     for join in &file.joins {
         builder.join(source, join)?;
     }
+    let probes = probe::probes(&mut builder, source, &file.probes)?;
 
     let Builder { assembly, rods, .. } = builder;
     let (model, state) = assembly.finish();
@@ -71,7 +75,8 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         let span = entry_at_fault(&model, &error).map_or(0..0, |rod| entry_of[rod].clone());
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
-    Ok(Scene { name: stem(source.file), description: file.description.clone(), model, state, run, rods, obstacles })
+    let (name, description) = (stem(source.file), file.description.clone());
+    Ok(Scene { name, description, model, state, run, rods, obstacles, probes, from })
 }
 
 fn air(source: &Source, air: &format::Air) -> Result<Air> {

@@ -102,9 +102,9 @@ impl Builder {
         self.assembly.join(a.0, a.1, b.0, b.1);
     }
 
-    /// Segment of the model and fraction of its length.
-    pub(crate) fn place(&self, source: &Source, place: &format::Place) -> Result<(usize, f64)> {
-        let Some(&rod) = self.by_name.get(place.rod.get_ref()) else {
+    /// The rod of a name.
+    pub(crate) fn rod(&self, source: &Source, name: &Spanned<String>) -> Result<&RodInfo> {
+        let Some(&rod) = self.by_name.get(name.get_ref()) else {
             const SHOWN: usize = 8;
             let mut known: Vec<_> = self.rods.iter().take(SHOWN).map(|rod| format!("`{}`", rod.name)).collect();
             if self.rods.len() > SHOWN {
@@ -114,9 +114,14 @@ impl Builder {
                 true => "the name of a rod that comes before it, and there is none".to_owned(),
                 false => format!("the name of a rod that comes before it: {}", known.join(", ")),
             };
-            return source.must_be(place.rod.span(), &allowed);
+            return source.must_be(name.span(), &allowed);
         };
-        let segments = &self.rods[rod].segments;
+        Ok(&self.rods[rod])
+    }
+
+    /// Segment of the model and fraction of its length.
+    pub(crate) fn place(&self, source: &Source, place: &format::Place) -> Result<(usize, f64)> {
+        let segments = &self.rod(source, &place.rod)?.segments;
         let count = self.refinement.count(segments);
         let index = place.segment.as_ref().map_or(Ok(count - 1), |segment| source.index(segment, count))?;
         let fraction = number_or(&place.fraction, 1.0, |v| check_fraction(source, v))?;

@@ -11,11 +11,13 @@ mod contact;
 mod list;
 mod many;
 mod motion;
+mod probe;
 
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use list::List;
 pub(crate) use many::{Net, Strands};
 pub(crate) use motion::{Interpolation, Motion, Quaternion};
+pub(crate) use probe::Probe;
 
 pub(crate) type Number = Spanned<f64>;
 pub(crate) type Count = Spanned<i64>;
@@ -42,6 +44,8 @@ pub(crate) struct File {
     pub(crate) nets: Vec<Spanned<Net>>,
     #[serde(default)]
     pub(crate) joins: Vec<Spanned<Join>>,
+    #[serde(default)]
+    pub(crate) probes: Vec<Spanned<Probe>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -49,6 +53,8 @@ pub(crate) struct File {
 pub(crate) struct Run {
     pub(crate) dt_s: Option<Number>,
     pub(crate) steps: Option<Count>,
+    pub(crate) every: Option<Count>,
+    pub(crate) from: Option<Spanned<String>>,
 }
 
 #[derive(Default, Deserialize)]

@@ -14,7 +14,7 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::Path;
 
-use rod::{Model, State};
+use rod::{Model, Probe, State};
 
 mod assemble;
 mod builder;
@@ -27,6 +27,8 @@ mod given;
 mod grips;
 mod motion;
 mod net;
+mod origin;
+mod probe;
 mod properties;
 mod random;
 mod refine;
@@ -39,6 +41,7 @@ mod tree;
 
 pub use builtin::{Builtin, builtin, builtin_refined, builtins};
 pub use error::SceneError;
+pub use origin::Origin;
 
 use refine::Refinement;
 
@@ -62,15 +65,21 @@ pub struct Scene {
     pub rods: Vec<RodInfo>,
     /// Names of the obstacles, in the model's order: the file's, or `obstacle-K` for the nameless `obstacles[K]`.
     pub obstacles: Vec<String>,
+    /// Where quantities are read.
+    pub probes: Vec<Probe>,
+    /// The frame of another run with which it begins, if not with `state`; reading it is up to who runs the scene.
+    pub from: Option<Origin>,
 }
 
-/// Time step and number of steps.
+/// Time step, number of steps, and which of them are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunDefaults {
     /// Time step [s].
     pub dt: f64,
     /// Number of steps.
     pub steps: usize,
+    /// Every so many steps a frame is kept, and the last one.
+    pub every: usize,
 }
 
 /// Where one rod of a scene is found in its model.

@@ -42,6 +42,7 @@ const PROBES: [&str; 35] = [
     "rods = [{ strands.zzz = 1 }]",
     "rods = [{ strands.on.zzz = 1 }]",
     "nets = [{ zzz = 1 }]",
+    "probes = [{ zzz = 1 }]",
 ];
 
 #[test]

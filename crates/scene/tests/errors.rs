@@ -31,9 +31,9 @@ const END: &str = "segments = 30\n";
 
 mistakes! {
     unknown_key: "dt_s" => "dt",
-        "4: run.dt is not a known key; expected `dt_s` or `steps`";
+        "4: run.dt is not a known key; expected one of `dt_s`, `steps`, `every`, `from`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`";
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`, `probes`";
     unknown_shape: "shape.straight" => "shape.strait",
         "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",

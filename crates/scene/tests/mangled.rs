@@ -41,6 +41,7 @@ fn check(text: &str) {
         Ok(scene) => {
             scene.model.validate(&scene.state).unwrap();
             assert!(scene.run.dt > 0.0 && scene.run.dt.is_finite() && scene.run.steps > 0);
+            assert!(scene.run.every > 0 && scene.probes.iter().all(|probe| probe.segment < scene.model.segments.len()));
         }
         Err(error) => {
             let error = error.to_string();

@@ -7,6 +7,7 @@ use catalogue::{GuessName, Sources};
 use clap::{Args, Parser, Subcommand};
 use dataset::Scenario;
 use export::Format;
+use scene::{Origin, Scene};
 use solver::formulation::{ContactProjection, Formulation};
 use solver::linear::precondition::PreconditionerKind;
 
@@ -95,34 +96,10 @@ pub(crate) struct SceneArgs {
 #[derive(Args, Debug)]
 pub(crate) struct BeginArgs {
     /// Begin with the positions and velocities that another run of the scene, or `simulate static`, has left in its folder:
-    /// with its last frame, or with FOLDER@K for frame K, counted from 0. Time begins anew.
+    /// with its last frame, or with FOLDER@K for frame K, counted from 0. Time begins anew. After a run with --snapshot,
+    /// FOLDER goes on with the same bits as if that run had not ended, and time goes on, too [default: the scene's].
     #[arg(long, value_name = "FOLDER[@K]")]
     pub(crate) from: Option<Origin>,
-}
-
-/// A frame of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Origin {
-    /// The run's folder.
-    pub(crate) folder: PathBuf,
-    /// Number of the frame; the last one if there is none.
-    pub(crate) frame: Option<usize>,
-}
-
-impl FromStr for Origin {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (folder, frame) = match text.rsplit_once('@') {
-            Some((folder, frame)) if !frame.contains(['/', '\\']) => {
-                let number =
-                    frame.parse().map_err(|_| format!("the frame {frame} must be a whole number from 0 on"))?;
-                (folder, Some(number))
-            }
-            _ => (text, None),
-        };
-        Ok(Self { folder: PathBuf::from(folder), frame })
-    }
 }
 
 #[derive(Args, Debug)]
@@ -173,12 +150,22 @@ pub(crate) struct RunArgs {
     /// Print the time of each stage of a step, too.
     #[arg(long)]
     pub(crate) times: bool,
+    /// Keep every N-th step's frame, and the last one, in all files [default: the scene's, else every one].
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    pub(crate) every: Option<usize>,
+    /// Write contacts.csv: what presses on what, where, and how hard, in every frame that is kept.
+    #[arg(long)]
+    pub(crate) contact_forces: bool,
+    /// Write snapshot.safetensors at the end of the run, after Ctrl-C too: all that is needed to go on (see --from).
+    #[arg(long)]
+    pub(crate) snapshot: bool,
     /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj.
     #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
     pub(crate) export: Vec<Format>,
-    /// Write the files to this folder: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json, and what --view,
-    /// --plot and --export ask for. The run has the folder to itself: what an earlier run wrote there is removed, other
-    /// files stay [default where one of the three is given: out/SCENE].
+    /// Write the files to this folder: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json, probes.csv if the
+    /// scene has probes, and what --view, --plot, --export, --contact-forces and --snapshot ask for. The run has the folder
+    /// to itself: what an earlier run wrote there is removed, other files stay [default where one of the five is given:
+    /// out/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -186,14 +173,23 @@ pub(crate) struct RunArgs {
 impl RunArgs {
     /// Whether any file is asked for.
     pub(crate) fn writes(&self) -> bool {
-        self.out.is_some() || self.view || self.plot || !self.export.is_empty()
+        let Self { view, plot, contact_forces, snapshot, .. } = *self;
+        self.out.is_some() || view || plot || contact_forces || snapshot || !self.export.is_empty()
     }
 
     /// The files that are asked for, of a run of this scene.
-    pub(crate) fn wanted(&self, scene: &str) -> Option<Wanted<'_>> {
-        let Self { view, plot, .. } = *self;
-        let directory = || self.out.clone().unwrap_or_else(|| Path::new(OUT).join(scene));
-        self.writes().then(|| Wanted { directory: directory(), view, plot, formats: &self.export })
+    pub(crate) fn wanted<'a>(&'a self, scene: &'a Scene) -> Option<Wanted<'a>> {
+        let Self { view, plot, contact_forces, snapshot, .. } = *self;
+        let directory = || self.out.clone().unwrap_or_else(|| Path::new(OUT).join(&scene.name));
+        self.writes().then(|| Wanted {
+            directory: directory(),
+            view,
+            plot,
+            contact_forces,
+            snapshot,
+            formats: &self.export,
+            probes: &scene.probes,
+        })
     }
 }
 
@@ -234,6 +230,10 @@ pub(crate) struct StaticArgs {
 
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| format!("it must be a whole number from 0 to {}", u64::MAX))
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "it must be a whole number from 1 on".to_owned())
 }
 
 fn predictions(text: &str) -> Result<usize, String> {

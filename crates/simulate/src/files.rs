@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result, anyhow};
 use export::{
-    Format, RunFolder, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_format, write_json,
-    write_snapshots,
+    Format, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_format,
+    write_json, write_probes, write_snapshots,
 };
+use rod::Probe;
 use scene::Scene;
 use serde::Serialize;
+use solver::simulation::{ContactForce, Touched};
 
+use crate::going_on::SNAPSHOT;
 use crate::plots;
 
 /// What every run with a folder writes.
@@ -17,6 +20,10 @@ pub(crate) const TRAJECTORY: &str = "trajectory.safetensors";
 const CENTRELINE: &str = "centreline.csv";
 const SNAPSHOTS: &str = "snapshots.svg";
 const SUMMARY: &str = "summary.json";
+const PROBES: &str = "probes.csv";
+const CONTACTS: &str = "contacts.csv";
+const CONTACT_COLUMNS: &str = "frame,time_s,segment,other,x_m,y_m,z_m,normal_x,normal_y,normal_z,\
+                               force_x_n,force_y_n,force_z_n,slip_x_m,slip_y_m,slip_z_m";
 /// A run as the player knows it, for `simulate view`, and the page that plays it.
 pub(crate) const RUN: &str = "view.json";
 pub(crate) const PAGE: &str = "view.html";
@@ -28,27 +35,45 @@ pub(crate) struct Wanted<'a> {
     pub(crate) view: bool,
     /// Whether plots are wanted.
     pub(crate) plot: bool,
+    /// Whether a table of contacts is wanted.
+    pub(crate) contact_forces: bool,
+    /// Whether a snapshot of the end is wanted.
+    pub(crate) snapshot: bool,
     /// Files for other programs.
     pub(crate) formats: &'a [Format],
+    /// Where quantities are read.
+    pub(crate) probes: &'a [Probe],
 }
 
 impl Wanted<'_> {
     /// The trajectory and what always stands beside it.
     pub(crate) fn plain(directory: &Path) -> Self {
-        Self { directory: directory.to_owned(), view: false, plot: false, formats: &[] }
+        Self {
+            directory: directory.to_owned(),
+            view: false,
+            plot: false,
+            contact_forces: false,
+            snapshot: false,
+            formats: &[],
+            probes: &[],
+        }
     }
 
     /// Whether the trajectory keeps what joints transmit.
     pub(crate) fn keeps_forces(&self) -> bool {
-        !self.formats.is_empty()
+        !self.formats.is_empty() || self.probes.iter().flat_map(|probe| &probe.quantities).any(|one| one.is_of_step())
     }
 
     /// All names, in the order in which they are written; folders of frames have a slash at the end.
     fn names(&self) -> Vec<&'static str> {
         let of_plots = plots::FILES.into_iter().filter(|_| self.plot);
         let of_view = [RUN, PAGE].into_iter().filter(|_| self.view);
+        let of_probes = [PROBES].into_iter().filter(|_| !self.probes.is_empty());
+        let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
+        let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
         let of_formats = self.formats.iter().flat_map(|format| format.outputs().iter().copied());
-        let beside = [SNAPSHOTS].into_iter().chain(of_plots).chain(of_view).chain([CENTRELINE]).chain(of_formats);
+        let tables = [CENTRELINE].into_iter().chain(of_probes).chain(of_contacts).chain(of_formats);
+        let beside = [SNAPSHOTS].into_iter().chain(of_snapshot).chain(of_plots).chain(of_view).chain(tables);
         [TRAJECTORY].into_iter().chain(beside).chain([SUMMARY]).collect()
     }
 }
@@ -58,6 +83,7 @@ pub(crate) struct Files<'a> {
     pub(crate) wanted: Wanted<'a>,
     folder: RunFolder,
     pub(crate) writer: TrajectoryWriter,
+    contacts: Option<TableWriter>,
 }
 
 /// What a run wrote.
@@ -97,16 +123,42 @@ struct Incomplete {
 }
 
 impl<'a> Files<'a> {
-    /// Takes the folder, with the forces of so many `joints` in the trajectory, and writes the first frame.
+    /// Takes the folder, with the forces of so many `joints` in the trajectory, and writes the first frame, at `time` [s].
     ///
     /// # Errors
     /// If the folder is in use or cannot be written to, or something that no run wrote is in the way.
-    pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, dt: f64, joints: usize) -> Result<Self> {
+    pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, dt: f64, joints: usize, time: f64) -> Result<Self> {
         let folder = RunFolder::take(&wanted.directory, &wanted.names())?;
         let info = TrajectoryInfo { scene: scene.name.clone(), dt };
         let mut writer = TrajectoryWriter::create(&wanted.directory, scene.state.len(), joints, info)?;
-        writer.push(&scene.state, &vec![rod::JointForce::default(); joints], 0.0)?;
-        Ok(Self { wanted, folder, writer })
+        writer.push(&scene.state, &vec![rod::JointForce::default(); joints], time)?;
+        let contacts = || TableWriter::create(&wanted.directory.join(CONTACTS), CONTACT_COLUMNS);
+        let contacts = wanted.contact_forces.then(contacts).transpose()?;
+        Ok(Self { wanted, folder, writer, contacts })
+    }
+
+    /// Adds what presses on what in the frame that was written last, at `time` [s].
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub(crate) fn add_contacts(&mut self, forces: &[ContactForce], time: f64) -> Result<()> {
+        let frame = self.writer.frames() - 1;
+        let Some(table) = &mut self.contacts else { return Ok(()) };
+        table.add(|writer| {
+            for ContactForce { segment, other, place, normal, force, slip } in forces {
+                write!(writer, "{frame},{time:?},{segment},")?;
+                match other {
+                    Touched::Segment(i) => write!(writer, "{i}")?,
+                    Touched::Obstacle(i) => write!(writer, "obstacle {i}")?,
+                }
+                for value in place.iter().chain(normal).chain(force).chain(slip) {
+                    write!(writer, ",{value:?}")?;
+                }
+                writeln!(writer)?;
+            }
+            Ok(())
+        })?;
+        Ok(())
     }
 
     /// Finishes the trajectory and writes what stands beside it; `more` writes plots and player. Where the disk has
@@ -125,7 +177,10 @@ impl<'a> Files<'a> {
             Some(refused) => Err(refused),
         };
         let (frames, refused) = match finished {
-            Ok(trajectory) => (frames_computed, self.write_beside(&trajectory, scene, more).err()),
+            Ok(trajectory) => {
+                let contacts = self.contacts.take().map_or(Ok(()), TableWriter::finish).map_err(Error::from);
+                (frames_computed, contacts.and_then(|()| self.write_beside(&trajectory, scene, more)).err())
+            }
             Err(refused) => (self.writer.salvage().map_or(0, |(_, frames)| frames), Some(refused)),
         };
         let names = self.wanted.names().into_iter().map(str::to_owned);
@@ -157,6 +212,9 @@ impl<'a> Files<'a> {
         write_snapshots(&directory.join(SNAPSHOTS), &mut reader, &scene.model)?;
         more(directory)?;
         write_centreline(&directory.join(CENTRELINE), &mut reader, segments)?;
+        if !self.wanted.probes.is_empty() {
+            write_probes(&directory.join(PROBES), &mut reader, &scene.model, self.wanted.probes)?;
+        }
         for &format in self.wanted.formats {
             write_format(format, directory, &mut reader, &scene.model)?;
         }

@@ -5,10 +5,12 @@ use chart::Conditions;
 use rod::{JointForce, Model, State};
 use scene::Scene;
 use serde::Serialize;
-use solver::simulation::Simulation;
+use solver::simulation::{ContactForce, Simulation};
+use solver::snapshot::Snapshot;
 use view::{Frame, Recorder};
 
 use crate::files::{self, Files, Wanted, Written};
+use crate::going_on::write_snapshot;
 use crate::plots;
 use crate::sample::{Sample, Sampler};
 
@@ -21,30 +23,42 @@ pub(crate) struct Keep<'a> {
     sampler: Option<Sampler>,
     /// What joints transmit, an entry each, where that is wanted; else empty.
     forces: Vec<JointForce>,
+    /// What presses on what in the last frame, where that is wanted.
+    contacts: Vec<ContactForce>,
+    /// Every so many steps a frame is kept.
+    every: usize,
 }
 
 impl<'a> Keep<'a> {
-    /// Takes the run's folder and the first frame. `label` names the run in the player.
-    pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, label: &str) -> Result<Self> {
-        let Scene { model, state, run, .. } = scene;
+    /// Takes the run's folder and the first frame, at `time` [s], when the scene's model is `model`. `label` names the run in
+    /// the player.
+    pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, model: &Model, label: &str, time: f64) -> Result<Self> {
+        let Scene { state, run, .. } = scene;
         let joints = |are_wanted: bool| if are_wanted { model.joints.len() } else { 0 };
         let (view, plot, keeps_forces) = (wanted.view, wanted.plot, wanted.keeps_forces());
         let mut keep = Self {
-            files: Files::open(wanted, scene, run.dt, joints(keeps_forces))?,
+            files: Files::open(wanted, scene, run.dt, joints(keeps_forces), time)?,
             player: view.then(|| Recorder::new(label, run.dt, model)),
             plots: plot.then(Vec::new),
             sampler: None,
             forces: vec![JointForce::default(); joints(view || keeps_forces)],
+            contacts: Vec::new(),
+            every: run.every,
         };
         if view || plot {
-            let (sampler, start) = Sampler::new(model, state, run.steps);
+            let (sampler, start) = Sampler::new(model, state, run.steps, run.every, time);
             keep.sampler = Some(sampler);
             keep.take(start, state);
         }
         Ok(keep)
     }
 
-    /// Takes the frame after so many steps; the `last` one in any case.
+    /// Whether the frame after so many steps is kept; the `last` one is.
+    pub(crate) fn wants(&self, step: usize, last: bool) -> bool {
+        last || step.is_multiple_of(self.every)
+    }
+
+    /// Takes the frame after so many steps, one that [`Keep::wants`].
     pub(crate) fn push(
         &mut self,
         model: &Model,
@@ -58,6 +72,10 @@ impl<'a> Keep<'a> {
         }
         let forces: &[JointForce] = if self.files.wanted.keeps_forces() { &self.forces } else { &[] };
         self.files.writer.push(state, forces, simulation.time())?;
+        if self.files.wanted.contact_forces {
+            simulation.store_contact_forces(&mut self.contacts);
+            self.files.add_contacts(&self.contacts, simulation.time())?;
+        }
         if let Some(sampler) = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step)) {
             let sample = sampler.sample(model, state, simulation, step);
             self.take(sample, state);
@@ -81,16 +99,25 @@ impl<'a> Keep<'a> {
         }
     }
 
-    /// Writes all files, or, where the disk has `refused` frames, what fits.
+    /// Whether a snapshot of the end is wanted.
+    pub(crate) fn wants_snapshot(&self) -> bool {
+        self.files.wanted.snapshot
+    }
+
+    /// Writes all files, with a snapshot if there is one, or, where the disk has `refused` frames, what fits.
     pub(crate) fn close(
         self,
         scene: &Scene,
         summary: &impl Serialize,
         conditions: &Conditions,
+        snapshot: Option<&Snapshot>,
         refused: Option<Error>,
     ) -> Result<Written> {
         let Self { files, player, plots, .. } = self;
         files.close(scene, summary, refused, |directory| {
+            if let Some(snapshot) = snapshot {
+                write_snapshot(directory, scene, snapshot)?;
+            }
             if let Some(samples) = &plots {
                 plots::write(directory, samples, conditions)?;
             }

@@ -5,6 +5,7 @@ mod cli;
 #[cfg(feature = "gn")]
 mod demo;
 mod files;
+mod going_on;
 mod keep;
 mod list;
 mod measured;

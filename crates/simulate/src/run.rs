@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Error, Result, bail};
 use catalogue::{Guess, GuessName, Training, plane};
 use chart::Conditions;
 use graph::{Normal, planar_normal};
@@ -22,13 +22,17 @@ use crate::cli::{RunArgs, SceneArgs};
 use crate::keep::Keep;
 use crate::measured::Measured;
 use crate::reached::Reached;
-use crate::scenes::{scene, settings, use_threads};
+use crate::scenes::{Begin, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use terminal::{Progress, say};
 
 /// Runs a scene, writes what was asked for, and prints the summary.
 pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
-    let scene = scene(scene_args)?;
+    let (mut scene, begin) = scene(scene_args)?;
+    scene.run.every = args.every.unwrap_or(scene.run.every);
+    if args.every.is_some() && !args.writes() {
+        bail!("--every says which frames are kept in files, but no file is asked for: give --out, for example");
+    }
     use_threads(scene_args)?;
     let mut settings = settings(scene_args);
     let Way { solver, guess: name, choice, chosen } = way(args, &scene, &settings.step)?;
@@ -52,11 +56,26 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         Some(SimulationError::Overlap(_)) => error.context(scene_args.scene.clone()),
         _ => error,
     })?;
+    if let Begin::Snapshot { snapshot, what } = &begin {
+        if simulation.restore(snapshot).is_err() {
+            bail!(
+                "{what}: the snapshot is of a run with another formulation, solver or guess; with the same flags a run \
+                 goes on from it, with FOLDER@K it begins anew with frame K"
+            );
+        }
+        simulation.store(&mut scene.state);
+    }
+    let (scene, time) = (scene, simulation.time());
+    let mut model = Cow::Borrowed(&scene.model);
+    if time > 0.0 {
+        set_time(&mut model, time);
+    }
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let label = label(&scene, &settings, name, args);
-    let wanted = args.wanted(&scene.name);
-    let mut keep = wanted.map(|wanted| Keep::open(wanted, &scene, &label)).transpose().context("--out")?;
+    let wanted = args.wanted(&scene);
+    let keep = wanted.map(|wanted| Keep::open(wanted, &scene, &model, &label, time));
+    let mut keep = keep.transpose().context("--out")?;
     if !quiet {
         say!(
             "{}: {} segments, {} joints, {} steps of {:?} s",
@@ -68,8 +87,9 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         )?;
     }
     let mut state = scene.state.clone();
-    let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
+    let mut measured = Measured::new(&model, &state, scene.run.steps);
     let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    let snapshot = keep.as_ref().is_some_and(Keep::wants_snapshot).then(|| simulation.snapshot());
     let summary = Summary::new(
         &scene,
         &settings,
@@ -89,7 +109,10 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         .with("machine", export::machine())
         .with("time step", format!("{:?} s", scene.run.dt));
     let refused = reached.refused.take();
-    let written = keep.map(|keep| keep.close(&scene, &summary, &conditions, refused)).transpose().context("--out");
+    let written = keep
+        .map(|keep| keep.close(&scene, &summary, &conditions, snapshot.as_ref(), refused))
+        .transpose()
+        .context("--out");
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;
     } else if !quiet {
@@ -159,24 +182,30 @@ fn go(
         steps += 1;
         last = !progress.advance() || steps == scene.run.steps || status.is_stuck();
         let measure = last || measured.wants(steps);
-        if !measure && keep.is_none() {
+        let keeps = keep.as_ref().is_some_and(|keep| keep.wants(steps, last));
+        if !measure && !keeps {
             continue;
         }
         simulation.store(&mut next);
-        if model.varies() {
-            model.to_mut().set_time(simulation.time());
-        }
+        set_time(&mut model, simulation.time());
         if !is_finite(&next) || (measure && !measured.observe(&model, &next)) {
             status = Status::NonFinite;
             break;
         }
         std::mem::swap(state, &mut next);
-        if let Some(keep) = keep {
+        if let Some(keep) = keep.as_mut().filter(|_| keeps) {
             refused = keep.push(&model, simulation, state, steps, last).err();
             last |= refused.is_some();
         }
     }
     Ok(Reached { steps, status, interrupted: progress.finish(), refused, wall })
+}
+
+/// Makes what of a model changes over time that of a time [s].
+fn set_time(model: &mut Cow<'_, Model>, time: f64) {
+    if model.varies() {
+        model.to_mut().set_time(time);
+    }
 }
 
 fn is_finite(state: &State) -> bool {

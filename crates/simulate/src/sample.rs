@@ -31,13 +31,15 @@ pub(crate) struct Sampler {
 }
 
 impl Sampler {
-    /// For a run of so many `steps` from `state`, with the sample of its start.
-    pub(crate) fn new(model: &Model, state: &State, steps: usize) -> (Self, Sample) {
+    /// For a run of so many `steps`, of which one in `kept` is kept, from `state` at `time` [s], with the sample of its
+    /// start.
+    pub(crate) fn new(model: &Model, state: &State, steps: usize, kept: usize, time: f64) -> (Self, Sample) {
         let first_length = length(model, state);
-        let sampler = Self { every: steps.div_ceil(MOST).max(1), first_length, step: 0, counters: Counters::default() };
+        let every = kept * (steps / kept).div_ceil(MOST).max(1);
+        let sampler = Self { every, first_length, step: 0, counters: Counters::default() };
         let energy = measure::energy(model, state);
         let stages_us = StageTimes::default().by_name().map(|(name, _)| (name, 0.0));
-        let start = Sample { time: 0.0, energy, length_ratio: 1.0, iterations: 0.0, stages_us };
+        let start = Sample { time, energy, length_ratio: 1.0, iterations: 0.0, stages_us };
         (sampler, start)
     }
 

@@ -6,48 +6,68 @@ use anyhow::{Context as _, Error, Result, anyhow, bail};
 use clap::CommandFactory;
 use export::TrajectoryReader;
 use scene::sampling::{Family, Parameters};
-use scene::{Scene, SceneError};
+use scene::{Origin, Scene, SceneError};
 use solver::simulation::Settings;
+use solver::snapshot::Snapshot;
 
-use crate::cli::{BeginArgs, Cli, Origin, SceneArgs};
+use crate::cli::{BeginArgs, Cli, SceneArgs};
 use crate::files::TRAJECTORY;
+use crate::going_on::read_snapshot;
+
+/// Where a run begins.
+pub(crate) enum Begin {
+    /// With the scene's state, which may be another run's frame.
+    Anew,
+    /// Where another run has ended.
+    Snapshot {
+        snapshot: Snapshot,
+        /// The folder that it is from, for errors.
+        what: String,
+    },
+}
 
 /// The scene that the arguments name, with their beginning, time step and number of steps put in.
-pub(crate) fn scene(args: &SceneArgs) -> Result<Scene> {
+pub(crate) fn scene(args: &SceneArgs) -> Result<(Scene, Begin)> {
     let mut scene = named(&args.scene, args.seed, args.index)?;
-    begin(&mut scene, &args.begin)?;
     scene.run.dt = args.dt.unwrap_or(scene.run.dt);
     scene.run.steps = args.steps.unwrap_or(scene.run.steps);
-    Ok(scene)
+    if let Some((what, Origin { folder, frame: None })) = origin(&scene, &args.begin)
+        && let Some(snapshot) = read_snapshot(folder, &scene, &what)?
+    {
+        return Ok((scene, Begin::Snapshot { snapshot, what }));
+    }
+    begin_with_frame(&mut scene, &args.begin)?;
+    Ok((scene, Begin::Anew))
+}
+
+/// The run from which the scene is to begin, if there is one: the flag's, else the scene's; with who asks for it, in words.
+fn origin<'a>(scene: &'a Scene, BeginArgs { from }: &'a BeginArgs) -> Option<(String, &'a Origin)> {
+    let (key, origin) = match (from, &scene.from) {
+        (Some(origin), _) => ("--from".to_owned(), origin),
+        (None, Some(origin)) => (format!("{}: run.from", scene.name), origin),
+        (None, None) => return None,
+    };
+    Some((format!("{key} {}", origin.folder.display()), origin))
 }
 
 /// Puts in the frame of another run from which the scene is to begin, if there is one.
-pub(crate) fn begin(scene: &mut Scene, BeginArgs { from }: &BeginArgs) -> Result<()> {
-    let Some(Origin { folder, frame }) = from else { return Ok(()) };
-    let path = folder.join(TRAJECTORY);
+pub(crate) fn begin_with_frame(scene: &mut Scene, begin: &BeginArgs) -> Result<()> {
+    let Some((what, Origin { folder, frame })) = origin(scene, begin) else { return Ok(()) };
+    let (path, frame) = (folder.join(TRAJECTORY), *frame);
     if !path.is_file() {
-        bail!("--from {}: it is no folder of a run; there is no {TRAJECTORY} in it", folder.display());
+        bail!("{what}: it is no folder of a run; there is no {TRAJECTORY} in it");
     }
-    let mut trajectory = TrajectoryReader::open(&path).context("--from")?;
+    let mut trajectory = TrajectoryReader::open(&path).with_context(|| what.clone())?;
     let (frames, segments) = (trajectory.frames(), trajectory.segments());
     if segments != scene.state.len() {
-        bail!(
-            "--from {}: the run has {segments} segments, but the scene {} has {}",
-            folder.display(),
-            scene.name,
-            scene.state.len()
-        );
+        bail!("{what}: the run has {segments} segments, but the scene {} has {}", scene.name, scene.state.len());
     }
     let frame = frame.unwrap_or(frames.saturating_sub(1));
     if frame >= frames {
-        bail!(
-            "--from {}: frame {frame}, but the run has the frames 0 to {}",
-            folder.display(),
-            frames.saturating_sub(1)
-        );
+        bail!("{what}: frame {frame}, but the run has the frames 0 to {}", frames.saturating_sub(1));
     }
-    trajectory.read_frame(frame, &mut scene.state).context("--from")?;
-    scene.model.validate(&scene.state).with_context(|| format!("--from {}", folder.display()))
+    trajectory.read_frame(frame, &mut scene.state).with_context(|| what.clone())?;
+    scene.model.validate(&scene.state).with_context(|| what.clone())
 }
 
 /// Names of random scenes.

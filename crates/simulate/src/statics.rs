@@ -38,9 +38,9 @@ struct Report {
 /// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
 pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
     let mut scene = scenes::named(&args.scene, args.seed, args.index)?;
-    scenes::begin(&mut scene, &args.begin)?;
+    scenes::begin_with_frame(&mut scene, &args.begin)?;
     let wanted = args.out.as_deref().map(Wanted::plain);
-    let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0)).transpose().context("--out")?;
+    let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;
     let params = StaticParams { tolerance: args.tolerance, ..StaticParams::default() };
     let mut state = scene.state.clone();
     let begin = Instant::now();

@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use common::{json, run, texts};
+use rod::Quantity;
 use roxmltree::Document;
 use safetensors::SafeTensors;
 use serde_json::Value;
@@ -41,7 +42,8 @@ fn read(folder: &Path, name: &str) -> String {
 fn every_file_and_every_column_is_documented() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path();
-    let flags = ["--view", "--plot", "--export", "csv,vtp,glb,obj", "--quiet", "--out", out.to_str().expect("UTF-8")];
+    let flags = ["--view", "--plot", "--export", "csv,vtp,glb,obj", "--contact-forces", "--snapshot", "--quiet"];
+    let flags = [&flags[..], &["--out", out.to_str().expect("UTF-8")]].concat();
     let output = run(&[&["helix", "--steps", "2"][..], &flags].concat());
     assert_eq!(texts(&output), (Some(0), "", ""));
 
@@ -68,6 +70,18 @@ fn every_file_and_every_column_is_documented() {
     assert_named("`segments.csv`", own.split(','));
     assert_named("`joints.csv`", header("joints.csv").split(','));
     assert_named("`reactions.csv`", header("reactions.csv").split(','));
+
+    let table = section("`probes.csv`");
+    assert_named("`probes.csv`", Quantity::ALL.map(Quantity::name));
+    for column in Quantity::ALL.iter().flat_map(|quantity| quantity.columns()) {
+        assert!(table.contains(&format!("`{column}`")), "{column}");
+    }
+    assert_named("`contacts.csv`", header("contacts.csv").split(','));
+    let snapshot = fs::read(out.join("snapshot.safetensors")).expect("a snapshot");
+    let (_, metadata) = SafeTensors::read_metadata(&snapshot).expect("a safetensors file");
+    for name in metadata.metadata().as_ref().expect("texts").keys() {
+        assert!(section("`snapshot.safetensors`").contains(&format!("`{name}`")), "{name}");
+    }
 
     let frame = read(out, "vtp/frame_0000.vtp");
     let frame = Document::parse(&frame).expect("XML");

@@ -9,6 +9,7 @@ use crate::guess::InitialGuess;
 use crate::linear::LinearSolver;
 use crate::projection::Predictor;
 use crate::retry::{self, Steps};
+use crate::snapshot::Tape;
 use crate::start::{NoGuess, Start};
 use crate::step::{Interval, Status, StepParams};
 
@@ -71,6 +72,19 @@ impl ConnectedSet {
 
     pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
         self.component.set_velocities(state, &self.members, 0, time);
+    }
+
+    /// Shows a tape the component and what its guess has learned; solvers and predictions have no memory.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.component.tape(tape);
+        match &mut self.projector {
+            Projector::Solve { guess: None, .. } => tape.size(0),
+            Projector::Solve { guess: Some(guess), .. } => {
+                tape.size(1);
+                guess.tape(tape);
+            }
+            Projector::Predict(_) => tape.size(2),
+        }
     }
 
     pub(crate) fn drive(&mut self, driven: &Driven) {

@@ -12,6 +12,7 @@ use crate::kernel::lane::{Lanes, Real};
 use crate::limits::GROUP;
 use crate::linear::direct::Direct;
 use crate::retry;
+use crate::snapshot::Tape;
 use crate::start::NoGuess;
 use crate::step::{Interval, Status, StepParams};
 use crate::topology::Topology;
@@ -67,6 +68,11 @@ impl Group {
         worst
     }
 
+    /// Shows its state to a tape.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.component.tape(tape);
+    }
+
     pub(crate) fn lanes(&self) -> usize {
         self.members.len()
     }
@@ -89,6 +95,10 @@ impl Group {
                 self.component.drive(lane, body, driven);
             }
         }
+    }
+
+    pub(crate) fn component_mut(&mut self) -> &mut Component<Lanes<GROUP>> {
+        &mut self.component
     }
 
     pub(crate) fn store(&self, state: &mut State) {

@@ -13,11 +13,14 @@
 //! - `component`: the state of a connected set of segments (or of alike ones, one a lane), and each stage of Algorithm 1 on
 //!   it. `guess`, `start`: where a step and its solves begin.
 //! - `step`: what a step is asked for and how it ends. `attempt`: one attempt at a step. `retry`: what becomes of attempts.
+//! - `snapshot`: what of all this the steps to come depend on.
 //! - `connected_set`: a component with its solver, its guess and its counters. `group`: alike sets in lanes. `contact`,
-//!   `lockstep`: contacts, and the sets that can touch. `piece`: any of the three, as `simulation` steps it.
+//!   `lockstep`: contacts, and the sets that can touch. `piece`: any of the three, as `simulation` steps it. `batch`: many simulations
+//!   as one.
 
 pub mod attempt;
 pub mod auto;
+pub mod batch;
 pub mod component;
 mod connected_set;
 mod contact;
@@ -34,6 +37,7 @@ mod piece;
 pub mod projection;
 mod retry;
 pub mod simulation;
+pub mod snapshot;
 pub mod start;
 pub mod statics;
 pub mod step;

@@ -2,18 +2,20 @@
 
 use std::cmp::Reverse;
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use rod::{Body, Carried, Model};
 
 use crate::attempt::{begin, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
 use crate::connected_set::{ConnectedSet, Projector};
-use crate::contact::{PairFilter, Shape, Stage, TooManyContacts};
+use crate::contact::{ContactForce, PairFilter, Shape, Stage, TooManyContacts};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
 use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::SolverError;
 use crate::retry::{self, Steps};
+use crate::snapshot::Tape;
 use crate::start::NoGuess;
 use crate::step::{Interval, Status, StepParams};
 
@@ -81,6 +83,23 @@ impl Lockstep {
     /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
     pub(crate) fn drive_obstacle(&mut self, index: usize, motion: &Carried) -> bool {
         self.stage.drive_obstacle(index, motion)
+    }
+
+    /// Shows all sets and the contacts that press to a tape.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.sets.iter_mut().for_each(|set| set.tape(tape));
+        self.stage.tape(tape);
+    }
+
+    /// Changes gravity [m/s^2], which says how fast bodies must meet to bounce.
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        self.sets.iter_mut().for_each(|set| set.component.set_gravity(gravity));
+        self.stage.set_gravity(gravity);
+    }
+
+    /// What presses on what at the end of the last step.
+    pub(crate) fn contact_forces(&self) -> impl Iterator<Item = ContactForce> {
+        self.stage.forces(&self.sets)
     }
 
     /// Advances over `interval`.

@@ -1,11 +1,14 @@
 //! What a simulation steps as one piece, needing no other: a connected set, alike ones in lanes, or all that can touch.
 
+use nalgebra::Vector3;
 use rod::{Carried, Driven, JointForce, State};
 
 use crate::connected_set::ConnectedSet;
+use crate::contact::ContactForce;
 use crate::counters::Counters;
 use crate::group::Group;
 use crate::lockstep::Lockstep;
+use crate::snapshot::Tape;
 use crate::step::{Interval, Status, StepParams};
 
 /// A piece of the simulation.
@@ -72,6 +75,43 @@ impl Piece {
         match self {
             Piece::Lockstep(sets) => sets.drive_obstacle(index, motion),
             Piece::Single(_) | Piece::Group(_) => false,
+        }
+    }
+
+    /// Changes a load of the model, if it is on one of these segments.
+    pub(crate) fn set_load(&mut self, index: usize, force: &Vector3<f64>, torque: &Vector3<f64>) {
+        match self {
+            Piece::Single(set) => set.component.set_load(index, force, torque),
+            Piece::Group(group) => group.component_mut().set_load(index, force, torque),
+            Piece::Lockstep(sets) => {
+                sets.sets.iter_mut().for_each(|set| set.component.set_load(index, force, torque));
+            }
+        }
+    }
+
+    /// Changes gravity [m/s^2].
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        match self {
+            Piece::Single(set) => set.component.set_gravity(gravity),
+            Piece::Group(group) => group.component_mut().set_gravity(gravity),
+            Piece::Lockstep(sets) => sets.set_gravity(gravity),
+        }
+    }
+
+    /// Adds what contacts give the segments.
+    pub(crate) fn store_contact_forces(&self, forces: &mut Vec<ContactForce>) {
+        if let Piece::Lockstep(sets) = self {
+            forces.extend(sets.contact_forces());
+        }
+    }
+
+    /// Shows a tape all that the next step depends on.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        tape.size(self.sets());
+        match self {
+            Piece::Single(set) => set.tape(tape),
+            Piece::Group(group) => group.tape(tape),
+            Piece::Lockstep(sets) => sets.tape(tape),
         }
     }
 

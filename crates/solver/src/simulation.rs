@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
-use rod::{Body, Carried, Driven, JointForce, Model, ModelError, State};
+use rod::{Body, Carried, Changing, Driven, JointForce, Model, ModelError, State};
 use thiserror::Error;
 
 use crate::component::{Alike, Component, Members, split, split_alike};
@@ -18,11 +19,12 @@ use crate::linear::solvers::SolverKind;
 use crate::lockstep::Lockstep;
 use crate::piece::Piece;
 use crate::projection::{Predictor, ProjectionFactory};
+use crate::snapshot::{Snapshot, Tape};
 use crate::statics::StaticParamsError;
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
 
-pub use crate::contact::{Overlap, Overlapped};
+pub use crate::contact::{ContactForce, Overlap, Overlapped, Touched};
 pub use crate::contact_params::{ContactParams, ContactParamsError};
 
 /// How to simulate.
@@ -83,6 +85,31 @@ pub enum SimulationError {
     /// A motion for an obstacle that is not there.
     #[error("a motion for obstacle {0}, but the model has no such obstacle")]
     NoObstacle(usize),
+    /// A load that is not there.
+    #[error("load {index} does not exist (the model has {count})")]
+    NoLoad {
+        /// The index asked for.
+        index: usize,
+        /// Loads that there are.
+        count: usize,
+    },
+    /// A load or gravity is set that the model changes over time.
+    #[error("{0} changes over time as the model says, and cannot be set")]
+    Changes(String),
+    /// A force, a torque or gravity that is not finite.
+    #[error("{0} must be finite")]
+    NotFinite(String),
+    /// A copy of a batch that cannot be simulated.
+    #[error("copy {index}: {source}")]
+    Copy {
+        /// Index of the copy.
+        index: usize,
+        /// Why not.
+        source: Box<SimulationError>,
+    },
+    /// A snapshot of something else.
+    #[error("the snapshot is of a simulation with another model, solver or guess")]
+    Snapshot,
 }
 
 /// Refuses a model with contacts for `what`, which knows none.
@@ -102,6 +129,10 @@ pub struct Simulation {
     held: Vec<bool>,
     /// Number of anchors.
     anchors: usize,
+    /// Whether the model changes a load over time, one a load.
+    loads_change: Vec<bool>,
+    /// Whether it changes gravity.
+    gravity_changes: bool,
     time: f64,
     /// What rounding has left out of the time [s]: a sum of many steps is as exact as one number can be.
     time_lost: f64,
@@ -197,7 +228,17 @@ impl Simulation {
             pieces.push(Piece::Lockstep(Box::new(Lockstep::new(model, singles, filter, &params)?)));
         }
         let held = model.segments.iter().map(|segment| segment.fixed).collect();
-        Ok(Self { pieces, params, held, anchors: model.anchors.len(), time: 0.0, time_lost: 0.0 })
+        let changes = |of: &[Changing]| model.changes.iter().any(|change| of.contains(&change.of));
+        Ok(Self {
+            pieces,
+            params,
+            held,
+            anchors: model.anchors.len(),
+            loads_change: (0..model.loads.len()).map(|i| changes(&[Changing::Force(i), Changing::Torque(i)])).collect(),
+            gravity_changes: changes(&[Changing::Gravity]),
+            time: 0.0,
+            time_lost: 0.0,
+        })
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
@@ -258,6 +299,83 @@ impl Simulation {
         for piece in &self.pieces {
             piece.store_joint_forces(forces);
         }
+    }
+
+    /// Copies what every contact that presses gives its segment at the end of the last step to `forces`, in place of what
+    /// was there; in the order of segments.
+    pub fn store_contact_forces(&self, forces: &mut Vec<ContactForce>) {
+        forces.clear();
+        for piece in &self.pieces {
+            piece.store_contact_forces(forces);
+        }
+    }
+
+    /// Changes a load of the model, by its index in [`Model::loads`], from the next step on: a force of one's own, which may
+    /// be another one before each step. Force [N] and torque [N m] are in world axes; the force acts where the model says.
+    ///
+    /// # Errors
+    /// If there is no such load, the model changes it over time, or a number is not finite.
+    pub fn set_load(&mut self, index: usize, force: Vector3<f64>, torque: Vector3<f64>) -> Result<(), SimulationError> {
+        let what = || format!("load {index}");
+        match self.loads_change.get(index) {
+            None => return Err(SimulationError::NoLoad { index, count: self.loads_change.len() }),
+            Some(true) => return Err(SimulationError::Changes(what())),
+            Some(false) => {}
+        }
+        if !force.iter().chain(&torque).all(|x| x.is_finite()) {
+            return Err(SimulationError::NotFinite(what()));
+        }
+        self.pieces.iter_mut().for_each(|piece| piece.set_load(index, &force, &torque));
+        Ok(())
+    }
+
+    /// Changes gravity [m/s^2] from the next step on.
+    ///
+    /// # Errors
+    /// If the model changes it over time, or a number is not finite.
+    pub fn set_gravity(&mut self, gravity: Vector3<f64>) -> Result<(), SimulationError> {
+        let what = || "gravity".to_owned();
+        if self.gravity_changes {
+            return Err(SimulationError::Changes(what()));
+        }
+        if !gravity.iter().all(|x| x.is_finite()) {
+            return Err(SimulationError::NotFinite(what()));
+        }
+        self.pieces.iter_mut().for_each(|piece| piece.set_gravity(&gravity));
+        Ok(())
+    }
+
+    /// All that the steps to come depend on, to go on from again and again with the same bits: see
+    /// [`Simulation::restore`]. Nothing changes; it is mutable because one walk writes snapshots and reads them.
+    pub fn snapshot(&mut self) -> Snapshot {
+        let mut snapshot = Snapshot::default();
+        self.snapshot_into(&mut snapshot);
+        snapshot
+    }
+
+    /// [`Simulation::snapshot`] in the place of an older one. It costs a small part of a step, and allocates nothing where
+    /// the older one was of this simulation and had as many contacts.
+    pub fn snapshot_into(&mut self, snapshot: &mut Snapshot) {
+        snapshot.write(|tape| self.tape(tape));
+    }
+
+    /// Goes back to a snapshot. What follows has the same bits as what followed then: poses, velocities, time, motions, loads,
+    /// gravity, contacts that press and what guesses have learned are those of the snapshot. Counters go on: they say what was
+    /// done in all. What [`Simulation::singles`] shows is still of the last solve.
+    ///
+    /// The snapshot may be of another simulation of the same model with the same solver and guesses.
+    ///
+    /// # Errors
+    /// [`SimulationError::Snapshot`] if the snapshot is of something else; then nothing has changed.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SimulationError> {
+        if snapshot.read(|tape| self.tape(tape)) { Ok(()) } else { Err(SimulationError::Snapshot) }
+    }
+
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        tape.number(&mut self.time);
+        tape.number(&mut self.time_lost);
+        tape.size(self.pieces.len());
+        self.pieces.iter_mut().for_each(|piece| piece.tape(tape));
     }
 
     /// Takes the velocities of `state`, which must be of the model's size: an impulse between two steps. Poses stay, and

@@ -4,7 +4,8 @@ mod common;
 
 use common::*;
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Gusts, Material, RodSpec, Wind, shape};
+use rod::{Air, Assembly, Gusts, Material, Model, RodSpec, Wind, shape};
+use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::kernel::Spatial;
@@ -12,6 +13,7 @@ use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
+use solver::topology::Topology;
 
 fn allocations(f: impl FnOnce()) -> u64 {
     allocation_counter::measure(f).count_total
@@ -54,6 +56,24 @@ fn guesses_do_not_allocate() {
             }
         });
         assert_eq!(count, 0, "{kind}");
+    }
+}
+
+#[test]
+fn snapshots_do_not_allocate_again() {
+    let (model, state) = tree();
+    for (formulation, kind, solver) in ways() {
+        let build = |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
+        let mut simulation = Simulation::new(&model, &state, &settings(formulation, solver), Some(&build)).unwrap();
+        for _ in 0..30 {
+            simulation.step(DT).unwrap();
+        }
+        let mut snapshot = simulation.snapshot();
+        let count = allocations(|| {
+            simulation.restore(&snapshot).unwrap();
+            simulation.snapshot_into(&mut snapshot);
+        });
+        assert_eq!(count, 0, "{formulation}, {kind}");
     }
 }
 

@@ -48,7 +48,8 @@ pub(super) fn write(
     Ok(vec![segments.publish()?, joints.publish()?, reactions.publish()?])
 }
 
-fn each_frame(
+/// Reads one frame after the other, with the model as it is then.
+pub(super) fn each_frame(
     trajectory: &mut TrajectoryReader,
     model: &Model,
     mut write: impl FnMut(usize, &Frame, &Model) -> io::Result<()>,

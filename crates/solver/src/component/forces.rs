@@ -18,6 +18,11 @@ pub(super) struct ChangingForce {
     track: Arc<Track>,
 }
 
+/// Whether a load turns its segment.
+fn turns(offset: f64, torque: &Vector3<f64>) -> bool {
+    *torque != Vector3::zeros() || offset != 0.0
+}
+
 /// What changes: loads by their places in the component.
 #[derive(Clone, Copy, Debug)]
 enum Force {
@@ -45,17 +50,29 @@ impl<T: Real> Component<T> {
                 let place = self.loads.len();
                 self.changing.extend(changes(Changing::Force(index)).map(change(Force::Load(place))));
                 self.changing.extend(changes(Changing::Torque(index)).map(change(Force::Torque(place))));
-                let turns = load.torque != Vector3::zeros()
-                    || load.offset != 0.0
-                    || changes(Changing::Torque(index)).next().is_some();
+                let turns = turns(load.offset, &load.torque) || changes(Changing::Torque(index)).next().is_some();
                 let zero = Vec3::zero();
-                let mut own = BodyLoad { body, offset: T::zero(), force: zero, torque: zero, turns };
+                let mut own = BodyLoad { index, lane, body, offset: T::zero(), force: zero, torque: zero, turns };
                 own.offset.set_lane(lane, load.offset);
                 put(&mut own.force, lane, vec3(&load.force));
                 put(&mut own.torque, lane, vec3(&load.torque));
                 self.loads.push(own);
             }
         }
+    }
+
+    /// Changes a load of the model, if it is on one of these segments: force [N] and torque [N m].
+    pub(crate) fn set_load(&mut self, index: usize, force: &Vector3<f64>, torque: &Vector3<f64>) {
+        for load in self.loads.iter_mut().filter(|load| load.index == index) {
+            put(&mut load.force, load.lane, vec3(force));
+            put(&mut load.torque, load.lane, vec3(torque));
+            load.turns = turns(load.offset.lane(load.lane), torque);
+        }
+    }
+
+    /// Changes gravity [m/s^2].
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        self.gravity = Vec3(vec3(gravity).map(T::splat));
     }
 
     /// Makes loads and gravity those of `time` [s].

@@ -82,6 +82,8 @@ impl<T: Real> JointConstants<T> {
 impl<T: Real> BodyLoad<T> {
     fn pick(&self, lane: usize) -> BodyLoad<f64> {
         BodyLoad {
+            index: self.index,
+            lane: 0,
             body: self.body,
             offset: self.offset.lane(lane),
             force: pick(self.force, lane),

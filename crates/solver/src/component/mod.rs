@@ -10,6 +10,7 @@ mod lanes;
 mod motion;
 mod predict;
 mod pushes;
+mod snapshot;
 mod split;
 mod state;
 mod update;
@@ -63,6 +64,10 @@ struct JointConstants<T> {
 /// Loads on a body.
 #[derive(Clone, Copy, Debug)]
 struct BodyLoad<T> {
+    /// Index of the load in the model.
+    index: usize,
+    /// The lane that feels it.
+    lane: usize,
     body: usize,
     offset: T,
     force: Vec3<T>,

@@ -3,6 +3,8 @@
 //! What is fixed answers nothing, so that nothing corrects an error of its pose. It is therefore never carried on from
 //! step to step: each prediction places it anew, and no guess can move it.
 
+use std::sync::Arc;
+
 use rod::{Driven, MovingPose};
 
 use super::lanes::{copy_pose, copy_spatial, pick_pose, vec3};
@@ -10,6 +12,7 @@ use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
+use crate::snapshot::Tape;
 
 /// Where a fixed segment or an anchor is at any time.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +20,7 @@ pub(super) enum Motion {
     /// Constant velocities from a pose on.
     Steady(Steady),
     /// A way of its own, which no velocity changes.
-    Driven(Box<Driven>),
+    Driven(Arc<Driven>),
 }
 
 /// Constant velocities from a pose on: `x0 + v (t - t0)`, `exp(w (t - t0)) q0`.
@@ -31,6 +34,12 @@ pub(super) struct Steady {
 }
 
 impl Steady {
+    /// No motion.
+    fn none() -> Self {
+        let origin = BodyPose { x: Vec3::zero(), q: Quat::identity() };
+        Self { since: 0.0, origin, velocity: Spatial::zero() }
+    }
+
     /// The pose at `time` [s].
     fn pose_at(&self, time: f64) -> BodyPose<f64> {
         let elapsed = time - self.since;
@@ -72,6 +81,26 @@ impl Motion {
     }
 }
 
+impl Motion {
+    /// Shows it to a tape.
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        let mut is_driven = matches!(self, Motion::Driven(_));
+        tape.flag(&mut is_driven);
+        if is_driven {
+            let mut driven = if let Motion::Driven(own) = self { Some(own.clone()) } else { None };
+            tape.motion(&mut driven);
+            *self = driven.map_or(Motion::Steady(Steady::none()), Motion::Driven);
+            return;
+        }
+        let mut steady = if let Motion::Steady(own) = self { *own } else { Steady::none() };
+        let Steady { since, origin, velocity } = &mut steady;
+        tape.number(since);
+        tape.pose(origin);
+        tape.spatial(velocity);
+        *self = Motion::Steady(steady);
+    }
+}
+
 /// A fixed segment or an anchor in motion.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Moved {
@@ -91,7 +120,7 @@ impl<T: Real> Component<T> {
     /// Lets a motion drive a body of a lane, which must be fixed, from the next step on.
     pub(crate) fn drive(&mut self, lane: usize, body: usize, driven: &Driven) {
         self.moved.retain(|moved| (moved.lane, moved.body) != (lane, body));
-        self.moved.push(Moved { lane, body, motion: Motion::Driven(Box::new(driven.clone())) });
+        self.moved.push(Moved { lane, body, motion: Motion::Driven(Arc::new(driven.clone())) });
     }
 
     /// Puts what moves by itself to its place at time 0, with its velocities there.
@@ -126,6 +155,19 @@ impl<T: Real> Component<T> {
     pub(crate) fn hold_still(&mut self) {
         for Moved { lane, body, .. } in self.moved.drain(..) {
             copy_spatial(&mut self.velocities[body], lane, &Spatial::<f64>::zero(), 0);
+        }
+    }
+
+    /// Shows all that moves by itself to a tape.
+    pub(super) fn tape_motions(&mut self, tape: &mut Tape<'_>) {
+        let mut count = self.moved.len();
+        tape.count(&mut count);
+        // A snapshot may have more or fewer.
+        self.moved.resize_with(count, || Moved { lane: 0, body: 0, motion: Motion::Steady(Steady::none()) });
+        for Moved { lane, body, motion } in &mut self.moved {
+            tape.count(lane);
+            tape.count(body);
+            motion.tape(tape);
         }
     }
 

@@ -11,6 +11,7 @@ use super::obstacles::Placed;
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
+use crate::snapshot::Tape;
 use crate::step::Interval;
 
 /// Finds the possible contacts of a step.
@@ -63,6 +64,11 @@ impl Detector {
         let exists = found.is_some();
         found.into_iter().for_each(|obstacle| obstacle.drive(motion));
         exists
+    }
+
+    /// Shows a tape what moves the obstacles.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        tape.list(&mut self.obstacles, |tape, obstacle| obstacle.tape(tape));
     }
 
     /// Puts the obstacles where their motions have them over a step.

@@ -11,6 +11,7 @@ use crate::component::{BodyPose, Component};
 use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
+use crate::snapshot::Tape;
 
 /// A segment that can touch something: where it is found, and its size.
 #[derive(Clone, Copy, Debug)]
@@ -106,6 +107,33 @@ pub(crate) struct Contact {
     pub(crate) doubled: bool,
 }
 
+/// A [`Key`] as words.
+fn words((segment, partner, feature): Key) -> [u64; 3] {
+    let partner = match partner {
+        Partner::Segment(i) => u64::from(i) << 1,
+        Partner::Obstacle(i) => u64::from(i) << 1 | 1,
+    };
+    let feature = match feature {
+        Feature::Nearest => 0,
+        Feature::Own(end) => 1 | u64::from(end) << 2,
+        Feature::Partners(end) => 2 | u64::from(end) << 2,
+    };
+    [u64::from(segment), partner, feature]
+}
+
+/// The inverse of [`words`].
+fn key([segment, partner, feature]: [u64; 3]) -> Key {
+    let index = (partner >> 1) as u32;
+    let partner = if partner & 1 == 0 { Partner::Segment(index) } else { Partner::Obstacle(index) };
+    let end = (feature >> 2) as u8;
+    let feature = match feature & 3 {
+        0 => Feature::Nearest,
+        1 => Feature::Own(end),
+        _ => Feature::Partners(end),
+    };
+    (segment as u32, partner, feature)
+}
+
 /// Positions of all that can touch, in one step.
 pub(crate) struct World<'a> {
     pub(crate) shapes: &'a [Shape],
@@ -181,6 +209,23 @@ impl Contact {
             radius,
             doubled: false,
         }
+    }
+
+    /// One that a tape will fill.
+    pub(crate) fn blank() -> Self {
+        Self::new((0, Partner::Obstacle(0), Feature::Nearest), Friction::default(), 0.0)
+    }
+
+    /// Shows a tape what the next step takes over from a contact that presses, and what is read off between steps.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        let mut own = words(self.key);
+        own.iter_mut().for_each(|word| tape.word(word));
+        self.key = key(own);
+        for vector in self.arms.iter_mut().chain([&mut self.normal, &mut self.slip, &mut self.impulse]) {
+            tape.vector(vector);
+        }
+        tape.number(&mut self.target);
+        self.frame = frame(self.normal);
     }
 
     /// Evaluates the contact at the components' poses.

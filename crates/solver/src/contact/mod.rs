@@ -6,6 +6,7 @@ mod convert;
 mod coupling;
 mod detect;
 mod exclusion;
+mod force;
 mod geometry;
 mod impulses;
 mod newton;
@@ -14,6 +15,7 @@ mod overlap;
 mod problem;
 mod stage;
 
+pub use force::{ContactForce, Touched};
 pub use overlap::{Overlap, Overlapped};
 
 pub(crate) use exclusion::PairFilter;

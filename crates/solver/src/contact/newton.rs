@@ -11,6 +11,7 @@ use faer::{MatMut, Par};
 
 use super::problem::{Problem, Row, length, natural_residual};
 use crate::contact_params::ContactParams;
+use crate::snapshot::Tape;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -59,6 +60,11 @@ struct Merit {
 }
 
 impl Newton {
+    /// Shows a tape what one solve leaves to the next.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        tape.number(&mut self.damping);
+    }
+
     /// Improves the problem's impulses as long as an iteration helps. Returns whether they are within `tolerance`.
     pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> bool {
         if self.damping == 0.0 {

@@ -9,6 +9,7 @@ use super::geometry::{Poses, Side};
 use crate::component::{BodyPose, LARGEST_TURN, in_kernel};
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
+use crate::snapshot::Tape;
 use crate::step::Interval;
 
 /// An obstacle at the start and at the end of a step.
@@ -31,6 +32,14 @@ impl Placed {
     /// Lets a motion drive it from the next step on.
     pub(crate) fn drive(&mut self, motion: &Carried) {
         self.obstacle.motion = Some(motion.clone());
+    }
+
+    /// Shows a tape what moves it.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        tape.obstacle_motion(&mut self.obstacle.motion);
+        if self.obstacle.motion.is_none() {
+            self.shapes = [self.obstacle.shape; 2];
+        }
     }
 
     /// Puts it where its motion has it over a step. Returns whether it turns too far in it.

@@ -1,11 +1,14 @@
 //! The contacts' stage of an outer iteration: line 11 of Algorithm 1 (paper, section 3) and its collision constraints.
 
+use nalgebra::Vector3;
 use rod::{Carried, Model, Surface};
 
 use super::TooManyContacts;
+use super::convert::to_nalgebra;
 use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
 use super::exclusion::PairFilter;
+use super::force::{ContactForce, Touched};
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::impulses;
 use super::newton::Newton;
@@ -19,6 +22,7 @@ use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
+use crate::snapshot::Tape;
 use crate::step::{Interval, StepParams};
 
 /// All contacts of a simulation.
@@ -68,7 +72,7 @@ impl Stage {
             responses,
             corrections: vec![Vec::new(); components.len()],
             dt: 0.0,
-            slow: 2.0 * model.gravity.norm(),
+            slow: slow(&model.gravity),
             params: params.contact,
         })
     }
@@ -81,6 +85,52 @@ impl Stage {
     /// Whether an obstacle turns too far in the step under way for it to be solved.
     pub(crate) fn turns_too_far(&self) -> bool {
         self.detector.turns_too_far()
+    }
+
+    /// Changes gravity [m/s^2].
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        self.slow = slow(gravity);
+    }
+
+    /// Shows a tape what the next step takes over: of contacts, those that press.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        let presses = |contact: &Contact| contact.impulse != Vec3::zero();
+        tape.size(self.responses.len());
+        tape.number(&mut self.dt);
+        tape.number(&mut self.slow);
+        self.newton.tape(tape);
+        self.detector.tape(tape);
+        let mut count = self.contacts.iter().filter(|contact| presses(contact)).count();
+        tape.count(&mut count);
+        if tape.is_reading() {
+            self.contacts.clear();
+            self.contacts.resize_with(count, Contact::blank);
+            self.contacts.iter_mut().for_each(|contact| contact.tape(tape));
+        } else {
+            self.contacts.iter_mut().filter(|contact| presses(contact)).for_each(|contact| contact.tape(tape));
+        }
+    }
+
+    /// What the contacts that press give the segments, in the order of their keys.
+    pub(crate) fn forces(&self, components: &[ConnectedSet]) -> impl Iterator<Item = ContactForce> {
+        let shapes = self.detector.world().shapes;
+        let per_dt2 = if self.dt > 0.0 { 1.0 / (self.dt * self.dt) } else { 0.0 };
+        self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()).map(move |contact| {
+            let (segment, partner, _) = contact.key;
+            let shape = &shapes[segment as usize];
+            let centre = components[shape.component as usize].component.poses[shape.body as usize].x;
+            ContactForce {
+                segment: segment as usize,
+                other: match partner {
+                    Partner::Segment(i) => Touched::Segment(i as usize),
+                    Partner::Obstacle(i) => Touched::Obstacle(i as usize),
+                },
+                place: to_nalgebra(centre + contact.arms[0]),
+                normal: to_nalgebra(contact.normal),
+                force: to_nalgebra(contact.impulse) * per_dt2,
+                slip: to_nalgebra(contact.slip),
+            }
+        })
     }
 
     /// Looks for the contacts of a step over `interval` whose prediction is made. `presses`: whether those of the step
@@ -363,6 +413,11 @@ impl Stage {
             contact.impulse = Vec3::zero();
         }
     }
+}
+
+/// Twice a gravitational acceleration [m/s^2]: see [`Stage::slow`].
+fn slow(gravity: &Vector3<f64>) -> f64 {
+    2.0 * gravity.norm()
 }
 
 /// Adds an impulse of a contact to both its bodies.

@@ -11,6 +11,7 @@
 use super::{InitialGuess, StepExtrapolation};
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
+use crate::snapshot::Tape;
 
 /// What an evaluation of constraints and residuals costs, in outer iterations, of which it is a part. A start takes one
 /// more than the prediction, and one that is dropped takes two.
@@ -111,5 +112,13 @@ impl InitialGuess for StepAdaptive {
         } else {
             self.parabola.pass_step();
         }
+    }
+
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        let Self { parabola, means, counts, is_pressed, done, guesses: _ } = self;
+        parabola.tape(tape);
+        means.iter_mut().for_each(|mean| tape.number(mean));
+        counts.iter_mut().chain(done).for_each(|count| tape.word(count));
+        tape.flag(is_pressed);
     }
 }

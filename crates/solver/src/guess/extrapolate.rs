@@ -5,6 +5,7 @@ use super::{InitialGuess, from_body_frame};
 use crate::component::Component;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
+use crate::snapshot::Tape;
 
 /// Starts linear solves from an extrapolation in body frames.
 #[derive(Clone, Debug)]
@@ -52,5 +53,9 @@ impl InitialGuess for Extrapolation {
 
     fn observe_step(&mut self, _: &Component<f64>) {
         self.history.accept();
+    }
+
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.history.tape(tape);
     }
 }

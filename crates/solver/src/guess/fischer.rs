@@ -12,6 +12,7 @@ use crate::component::Component;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::linear::operator::Operator;
+use crate::snapshot::Tape;
 use crate::system::System;
 use crate::topology::Topology;
 
@@ -126,5 +127,9 @@ impl InitialGuess for Fischer {
 
     fn observe_step(&mut self, _: &Component<f64>) {
         self.history.accept();
+    }
+
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.history.tape(tape);
     }
 }

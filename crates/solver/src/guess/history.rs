@@ -7,6 +7,7 @@
 use super::to_body_frame;
 use crate::component::Component;
 use crate::kernel::Spatial;
+use crate::snapshot::Tape;
 
 /// How many outer iterations of a step have a history of their own; later ones have none.
 pub(crate) const TRACKED_ITERATIONS: usize = 8;
@@ -55,6 +56,21 @@ impl Ring {
         } else {
             // The oldest entry was in that place.
             self.len = self.len.min(depth - 1);
+        }
+    }
+
+    /// Shows a tape the entries that count.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        let depth = self.entries.len();
+        tape.size(depth);
+        tape.size(self.entries[0].values.len());
+        tape.count(&mut self.newest);
+        tape.count(&mut self.len);
+        for age in 0..self.len {
+            let Entry { attempt, dt, values } = &mut self.entries[(self.newest + depth - age) % depth];
+            tape.word(attempt);
+            tape.number(dt);
+            values.iter_mut().for_each(|value| tape.spatial(value));
         }
     }
 
@@ -143,6 +159,16 @@ impl SolveHistory {
                 *value = to_body_frame(&component.system, joint, component.dlambda[joint]);
             }
         });
+    }
+
+    /// Shows all of it to a tape.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        let Self { rings, attempt, dt, is_open, is_accepted } = self;
+        rings.iter_mut().for_each(|ring| ring.tape(tape));
+        tape.word(attempt);
+        tape.number(dt);
+        tape.flag(is_open);
+        tape.flag(is_accepted);
     }
 
     /// A whole step was accepted.

@@ -15,6 +15,7 @@ mod step;
 
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
+use crate::snapshot::Tape;
 use crate::system::System;
 
 pub use adaptive::StepAdaptive;
@@ -69,6 +70,13 @@ pub trait InitialGuess: Send {
     /// Learns the end of an accepted step.
     fn observe_step(&mut self, component: &Component<f64>) {
         let _ = component;
+    }
+
+    /// Shows a tape all that it has learned, so that snapshots of the simulation keep it. The default is for a guess that
+    /// remembers nothing. Where one that does leaves this out, a simulation goes on from a snapshot as exactly as before,
+    /// but not with the same bits.
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        let _ = tape;
     }
 }
 

@@ -12,6 +12,7 @@ use super::history::Ring;
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
+use crate::snapshot::Tape;
 
 /// Starts whole steps from an extrapolation in body frames.
 #[derive(Clone, Debug)]
@@ -106,5 +107,10 @@ impl InitialGuess for StepExtrapolation {
                 *out = Spatial { linear: q_a.rotate_back(lambda.linear), angular: lambda.angular };
             }
         });
+    }
+
+    fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.ring.tape(tape);
+        tape.word(&mut self.steps);
     }
 }

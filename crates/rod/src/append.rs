@@ -1,0 +1,113 @@
+//! Several models and their states as one.
+
+use crate::{Body, Changing, Joint, Load, Model, Segment, State};
+
+impl Model {
+    /// Adds another model beside this one: its segments, joints, anchors, loads and motions, and what of its loads changes
+    /// over time, each after those that there are. What is of the world stays this model's: gravity and its changes, damping,
+    /// contacts, air.
+    pub fn append(&mut self, other: &Model) {
+        let rods = self.segments.iter().map(|segment| segment.rod + 1).max().unwrap_or(0);
+        let (segments, anchors, loads) = (self.segments.len(), self.anchors.len(), self.loads.len());
+        let moved = |body: Body| body.shifted(segments, anchors);
+        // Every field stands here, so that whoever adds one says what becomes of it.
+        let Model {
+            segments: _,
+            joints,
+            anchors: _,
+            loads: _,
+            motions,
+            changes,
+            gravity: _,
+            damping: _,
+            contacts: _,
+            air: _,
+            mistake,
+        } = other;
+        self.segments.extend(other.segments.iter().map(|own| Segment { rod: own.rod + rods, ..*own }));
+        self.joints.extend(joints.iter().map(|own| Joint { a: moved(own.a), b: moved(own.b), ..*own }));
+        self.anchors.extend(&other.anchors);
+        self.loads.extend(other.loads.iter().map(|own| Load { segment: own.segment + segments, ..*own }));
+        self.motions.extend(motions.iter().map(|own| {
+            let mut driven = own.clone();
+            driven.body = moved(own.body);
+            driven
+        }));
+        self.changes.extend(changes.iter().filter(|own| own.of != Changing::Gravity).map(|own| {
+            let mut change = own.clone();
+            change.of = match own.of {
+                Changing::Gravity => Changing::Gravity,
+                Changing::Force(i) => Changing::Force(i + loads),
+                Changing::Torque(i) => Changing::Torque(i + loads),
+            };
+            change
+        }));
+        if self.mistake.is_none() {
+            self.mistake.clone_from(mistake);
+        }
+    }
+}
+
+impl Body {
+    /// The body of a model that so many segments and anchors have been put in front of.
+    pub fn shifted(self, segments: usize, anchors: usize) -> Self {
+        match self {
+            Body::Segment(i) => Body::Segment(i + segments),
+            Body::Anchor(i) => Body::Anchor(i + anchors),
+        }
+    }
+}
+
+impl State {
+    /// Adds the entries of another state after those that there are.
+    pub fn append(&mut self, other: &State) {
+        self.positions.extend(&other.positions);
+        self.orientations.extend(&other.orientations);
+        self.velocities.extend(&other.velocities);
+        self.angular_velocities.extend(&other.angular_velocities);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::{Assembly, Change, Driven, Interpolation, Material, Motion, RodSpec, Track, measure, shape};
+
+    /// A rod of so many segments with all that an index can point to.
+    fn one(segments: usize, height: f64) -> (Model, State) {
+        let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let mut assembly = Assembly::new(Vector3::z() * -9.81);
+        let nodes = shape::straight(Vector3::z() * height, Vector3::x(), 1.0, segments);
+        let rod = assembly.rod(&RodSpec::new(nodes, 0.01, material));
+        assembly.clamp_start(&rod).fix(rod.end - 1);
+        let load = Load { segment: rod.start + 1, offset: 0.0, force: Vector3::y() * height, torque: Vector3::zeros() };
+        assembly.load(load);
+        let (mut model, state) = assembly.finish();
+        let motion = Motion::through(&[(0.0, model.anchors[0])], Interpolation::Linear).unwrap();
+        model.motions.push(Driven::new(Body::Anchor(0), Arc::new(motion)));
+        let track = Track::new(&[(0.0, Vector3::y() * height)], Interpolation::Linear).unwrap();
+        model.changes.push(Change { of: Changing::Force(0), track: Arc::new(track) });
+        (model, state)
+    }
+
+    #[test]
+    fn two_models_are_one_that_holds_both() {
+        let ((mut model, mut state), (second, second_state)) = (one(4, 1.0), one(6, 2.0));
+        let energies = [measure::energy(&model, &state), measure::energy(&second, &second_state)];
+        model.append(&second);
+        state.append(&second_state);
+        model.validate(&state).unwrap();
+        let together = measure::energy(&model, &state).total();
+        let sum = energies[0].total() + energies[1].total();
+        assert!((together - sum).abs() < 1e-12 * sum.abs(), "{together} J, {sum} J");
+        assert_eq!((model.segments[4].rod, model.loads[1].segment, model.anchors.len()), (1, 5, 2));
+        assert_eq!((model.motions[1].body, model.changes[1].of), (Body::Anchor(1), Changing::Force(1)));
+        let joints = model.joints_of(&(4..10));
+        assert_eq!(joints.len(), 6, "five between segments and the clamp");
+        assert_eq!(model.joints[joints[0]].a, Body::Anchor(1));
+    }
+}

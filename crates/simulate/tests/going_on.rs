@@ -1,0 +1,205 @@
+//! Runs that go on from a snapshot, frames that are kept, and what probes and contacts say.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{json, run, texts};
+use export::{Trajectory, read_trajectory};
+
+/// Runs that end well and say nothing.
+fn runs(arguments: &[&str]) {
+    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
+}
+
+/// The error of a run that bad input ends.
+fn refused(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    let (code, _, err) = texts(&output);
+    assert_eq!(code, Some(2), "{arguments:?}: {err}");
+    err.to_owned()
+}
+
+/// Names in a folder, as flags take them.
+fn names<const N: usize>(place: &Path, names: [&str; N]) -> [String; N] {
+    names.map(|name| place.join(name).to_str().expect("UTF-8").to_owned())
+}
+
+fn trajectory(folder: &str) -> Trajectory {
+    read_trajectory(&Path::new(folder).join("trajectory.safetensors")).expect("a trajectory")
+}
+
+/// A table's header and rows.
+fn table(folder: &str, name: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut reader = csv::Reader::from_path(Path::new(folder).join(name)).expect(name);
+    let strings = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect();
+    let header = strings(reader.headers().expect("a header"));
+    (header, reader.records().map(|record| strings(&record.expect("a row"))).collect())
+}
+
+#[test]
+fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_ended() {
+    // Wind; motions; guesses; contacts; conjugate gradients from the last solutions.
+    for scene in [
+        &["tree-20"][..],
+        &["two-arms"],
+        &["two-arms", "--formulation", "newton"],
+        &["helix-on-plane"],
+        &["helix", "--guess", "quadratic"],
+    ] {
+        let place = tempfile::tempdir().expect("a folder");
+        let [whole, first, second] = names(place.path(), ["whole", "first", "second"]);
+        runs(&[scene, &["--steps", "40", "--out", &whole]].concat());
+        runs(&[scene, &["--steps", "25", "--out", &first, "--snapshot"]].concat());
+        runs(&[scene, &["--steps", "15", "--out", &second, "--from", &first]].concat());
+        let [whole, first, second] = [whole, first, second].map(|folder| trajectory(&folder));
+        assert_eq!(first.states[..], whole.states[..26], "{scene:?}");
+        assert_eq!(second.states[..], whole.states[25..], "{scene:?}");
+        assert_eq!(second.time[..], whole.time[25..], "{scene:?}");
+    }
+}
+
+#[test]
+fn a_snapshot_of_something_else_is_refused_and_a_frame_is_not() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [first, second, file] = names(place.path(), ["first", "second", "helix.toml"]);
+    runs(&["helix", "--steps", "3", "--out", &first, "--snapshot"]);
+    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../scene/scenes/helix.toml")).expect("a scene");
+    fs::write(&file, format!("damping = {{ linear_per_s = 0.5 }}\n{text}")).expect("a file");
+    let frame = format!("{first}@3");
+
+    let error = refused(&[&file, "--from", &first]);
+    assert!(error.contains("snapshot.safetensors is of another model (helix) than the scene helix"), "{error}");
+    let error = refused(&["helix", "--formulation", "newton", "--from", &first]);
+    assert!(error.contains("the snapshot is of a run with another formulation, solver or guess"), "{error}");
+    for arguments in [[&file, "--from", &frame], ["helix", "--from", &frame]] {
+        runs(&[&arguments[..], &["--steps", "2", "--out", &second]].concat());
+        assert_eq!(trajectory(&second).states[0], trajectory(&first).states[3]);
+        assert_eq!(trajectory(&second).time[0], 0.0);
+    }
+
+    let snapshot = Path::new(&first).join("snapshot.safetensors");
+    let mut bytes = fs::read(&snapshot).expect("a snapshot");
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    fs::write(&snapshot, bytes).expect("a file");
+    let error = refused(&["helix", "--from", &first]);
+    assert!(error.contains("damaged") && error.contains("checksum"), "{error}");
+}
+
+#[test]
+fn every_n_th_frame_is_kept_and_the_last_one() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [whole, some] = names(place.path(), ["whole", "some"]);
+    runs(&["two-arms", "--steps", "10", "--out", &whole, "--export", "csv"]);
+    runs(&["two-arms", "--steps", "10", "--out", &some, "--export", "csv", "--view", "--plot", "--every", "4"]);
+    let [all, kept] = [&whole, &some].map(|folder| trajectory(folder));
+    let frames = [0, 4, 8, 10];
+    assert_eq!(kept.states, frames.map(|k| all.states[k].clone()));
+    assert_eq!(kept.time, frames.map(|k| all.time[k]));
+    assert_eq!(kept.forces, frames.map(|k| all.forces[k].clone()));
+    let (_, rows) = table(&some, "centreline.csv");
+    assert_eq!(rows.len(), 4 * all.states[0].len());
+    // What holds an anchor has no inertia: it is the same whatever frames are kept.
+    let reactions = |folder: &str, frame: &str| {
+        let (_, rows) = table(folder, "reactions.csv");
+        let rows = rows.into_iter().filter(|row| row[0] == frame && row[2].starts_with("anchor"));
+        rows.map(|row| row[2..].to_vec()).collect::<Vec<_>>()
+    };
+    assert_eq!(reactions(&some, "2"), reactions(&whole, "8"));
+    assert!(refused(&["helix", "--every", "2"]).contains("no file is asked for"));
+    assert!(refused(&["helix", "--every", "0", "--out", &some]).contains("it must be a whole number from 1 on"));
+}
+
+/// A rod that falls on the ground from a scene that asks for probes.
+const SCENE: &str = "run = { dt_s = 0.01, steps = 200, every = 50 }
+damping = { linear_per_s = 1 }
+
+[[obstacles]]
+shape.plane = {}
+friction = 0.5
+
+[[rods]]
+name = \"rod\"
+radius_m = 0.01
+density_kg_m3 = 1000
+youngs_modulus_pa = 1e8
+shape.straight = { start_m = [0, 0, 0.0101], length_m = 0.5, segments = 10 }
+
+[[rods]]
+name = \"held\"
+radius_m = 0.01
+density_kg_m3 = 1000
+youngs_modulus_pa = 1e9
+clamp = [\"start-face\"]
+shape.straight = { start_m = [0, 1, 0.5], length_m = 0.5, segments = 10 }
+
+[[probes]]
+name = \"tip\"
+rod = \"held\"
+at = \"end-face\"
+quantities = [\"position\", \"velocity\"]
+
+[[probes]]
+name = \"grip\"
+rod = \"held\"
+at = \"start-face\"
+quantities = [\"reaction\", \"tension\"]
+";
+
+#[test]
+fn probes_and_contacts_say_what_the_rods_weigh() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [file, out] = names(place.path(), ["scene.toml", "out"]);
+    fs::write(&file, SCENE).expect("a file");
+    runs(&[&file, "--out", &out, "--contact-forces"]);
+    let weight = 9.81 * 1000.0 * std::f64::consts::PI * 1e-4 * 0.5;
+    let number = |text: &str| text.parse::<f64>().expect(text);
+
+    let (header, rows) = table(&out, "probes.csv");
+    assert_eq!(header[..5], ["frame", "time_s", "tip.x_m", "tip.y_m", "tip.z_m"]);
+    assert_eq!(rows.iter().map(|row| number(&row[1])).collect::<Vec<_>>(), [0.0, 0.5, 1.0, 1.5, 2.0]);
+    let column = |name: &str| header.iter().position(|own| own == name).expect(name);
+    let up = column("grip.reaction_force_z_n");
+    assert_eq!(rows[0][up], "", "nothing is known before the first step");
+    let states = trajectory(&out).states;
+    for (row, state) in rows.iter().zip(&states) {
+        let end = state.positions[19] + state.axis(19) * 0.025;
+        assert!((number(&row[2]) - end.x).abs() < 1e-15 && (number(&row[4]) - end.z).abs() < 1e-15);
+    }
+    let borne = number(&rows[4][up]);
+    assert!((borne / weight - 1.0).abs() < 0.2, "the clamp bears {borne} N of {weight} N");
+
+    let (header, rows) = table(&out, "contacts.csv");
+    let [frame, other, up] =
+        ["frame", "other", "force_z_n"].map(|name| header.iter().position(|own| own == name).expect(name));
+    let last = rows.iter().filter(|row| row[frame] == "4");
+    let borne: f64 = last.map(|row| number(&row[up])).sum();
+    assert!((borne / weight - 1.0).abs() < 1e-3, "the ground bears {borne} N of {weight} N");
+    assert!(rows.iter().all(|row| row[other] == "obstacle 0" && row[frame] != "0"));
+}
+
+#[test]
+fn a_scene_says_where_it_begins_and_the_flag_wins() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [file, rest, first, out] = names(place.path(), ["hang.toml", "rest", "first", "out"]);
+    let rod = "[[rods]]\nclamp = [\"start-face\"]\nyoungs_modulus_pa = 1e9\n\
+               shape.straight = { length_m = 1, segments = 10 }\n";
+    fs::write(&file, rod).expect("a file");
+    assert_eq!(run(&["static", &file, "--out", &rest]).status.code(), Some(0));
+    runs(&[&file, "--steps", "5", "--out", &first]);
+    fs::write(&file, format!("run = {{ from = \"rest\", steps = 20 }}\n{rod}")).expect("a file");
+    runs(&[&file, "--out", &out]);
+    let [end, begun] = [&rest, &out].map(|folder| trajectory(folder).states);
+    assert_eq!(begun[0], end[1]);
+    let moved = begun[20].positions[9] - begun[0].positions[9];
+    assert!(moved.norm() < 1e-6, "it is at rest, and moved by {moved} m");
+    runs(&[&file, "--out", &out, "--from", &format!("{first}@2")]);
+    assert_eq!(trajectory(&out).states[0], trajectory(&first).states[2]);
+    assert_eq!(json(&[&file, "--steps", "1"])["status"], "converged");
+
+    fs::write(&file, format!("run.from = \"nowhere\"\n{rod}")).expect("a file");
+    let error = refused(&[&file]);
+    assert!(error.contains("hang: run.from ") && error.contains("it is no folder of a run"), "{error}");
+}

@@ -1,0 +1,70 @@
+//! What of a component a snapshot keeps.
+
+use super::{BodyLoad, Component};
+use crate::kernel::lane::Real;
+use crate::snapshot::Tape;
+
+impl<T: Real> Component<T> {
+    /// Shows a tape all that the next step begins with, and what is read off between steps.
+    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+        // Every field stands here, so that whoever adds one says whether it is kept.
+        let Self {
+            poses,
+            velocities,
+            lambda,
+            held,
+            given,
+            has_given,
+            loads,
+            gravity,
+            last_dt,
+            time,
+            dt,
+            solves,
+            evaluations,
+            used,
+            segments,
+            moved: _,
+            // A step makes these anew before it looks at them.
+            system: _,
+            start: _,
+            predicted: _,
+            dlambda: _,
+            scratch: _,
+            momentum: _,
+            pulls: _,
+            pulls_hold: _,
+            pushes: _,
+            pushed: _,
+            unsolved: _,
+            drag: _,
+            torques_wait: _,
+            // These stay the same; of air, a segment's inertia is each step's.
+            bodies: _,
+            joints: _,
+            changing: _,
+            damping: _,
+        } = self;
+        tape.size(T::LANES);
+        tape.size(*used);
+        tape.size(*segments);
+        tape.list(poses, Tape::pose);
+        tape.list(velocities, Tape::spatial);
+        tape.list(lambda, Tape::spatial);
+        tape.list(held, Tape::vector);
+        tape.list(given, Tape::real);
+        tape.flag(has_given);
+        tape.list(loads, |tape, BodyLoad { force, torque, turns, .. }| {
+            tape.vector(force);
+            tape.vector(torque);
+            tape.flag(turns);
+        });
+        tape.vector(gravity);
+        tape.real(last_dt);
+        tape.number(time);
+        tape.number(dt);
+        tape.word(solves);
+        tape.word(evaluations);
+        self.tape_motions(tape);
+    }
+}

@@ -1,0 +1,29 @@
+//! What presses on what, as one reads it off between steps.
+
+use nalgebra::Vector3;
+
+/// What a segment touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Touched {
+    /// Index into [`rod::Model::segments`], higher than that of the segment that touches it.
+    Segment(usize),
+    /// Index into [`rod::Contacts::obstacles`].
+    Obstacle(usize),
+}
+
+/// The force of a contact that presses, at the end of the last step (of its last part where that was done in halves).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactForce {
+    /// Index of the segment.
+    pub segment: usize,
+    /// What it touches.
+    pub other: Touched,
+    /// Place of the contact [m].
+    pub place: Vector3<f64>,
+    /// Unit vector from what is touched to the segment.
+    pub normal: Vector3<f64>,
+    /// Force on the segment, friction included [N]; the other body feels the opposite.
+    pub force: Vector3<f64>,
+    /// How far the surfaces have slipped past each other in the step, across the normal [m].
+    pub slip: Vector3<f64>,
+}

@@ -1,0 +1,124 @@
+//! Forces of contacts, as a program reads them off.
+
+mod common;
+
+use common::*;
+use nalgebra::Vector3;
+use rod::{Assembly, Contacts, Damping, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
+use solver::formulation::Formulation;
+use solver::linear::solvers::SolverKind;
+use solver::simulation::{ContactForce, Simulation, Touched};
+
+/// A rod on the ground, or two: the second lies across the first. The ground slopes by `slope`.
+fn lying(rods: usize, slope: f64, friction: f64) -> (Model, State) {
+    let normal = Vector3::new(-slope, 0.0, 1.0).normalize();
+    let along = Vector3::new(1.0, 0.0, slope).normalize();
+    let mut assembly = Assembly::new(GRAVITY);
+    for k in 0..rods {
+        let direction = if k == 0 { along } else { Vector3::y() };
+        let height = 0.0101 + 0.0202 * k as f64;
+        let nodes = shape::straight(direction * -0.25 + normal * height, direction, 0.5, 10);
+        assembly.rod(&RodSpec::new(nodes, 0.01, material(1e8, 1000.0)));
+    }
+    assembly.damping(Damping { linear: 1.0, angular: 1.0 });
+    let surface = Surface { friction: Friction::new(friction), restitution: 0.0 };
+    let shape = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: nalgebra::Unit::new_normalize(normal) };
+    assembly.model_mut().contacts = Contacts {
+        between_segments: (rods > 1).then_some(surface),
+        obstacles: vec![Obstacle { shape, surface }],
+        allow_overlap: false,
+    };
+    assembly.finish()
+}
+
+fn weight(model: &Model) -> f64 {
+    model.segments.iter().map(|segment| 9.81 * segment.mass()).sum()
+}
+
+/// The forces after so many steps, and the change of the momentum in the last one over its time [N].
+fn forces(model: &Model, state: &State, formulation: Formulation, steps: usize) -> (Vec<ContactForce>, Vector3<f64>) {
+    let mut simulation = Simulation::new(model, state, &settings(formulation, SolverKind::Direct), None).unwrap();
+    let (mut before, mut after, mut forces) = (state.clone(), state.clone(), Vec::new());
+    simulation.store_contact_forces(&mut forces);
+    assert!(forces.is_empty(), "before the first step");
+    for _ in 0..steps {
+        std::mem::swap(&mut before, &mut after);
+        simulation.step(DT).unwrap();
+        simulation.store(&mut after);
+    }
+    simulation.store_contact_forces(&mut forces);
+    let momentum = |state: &State| -> Vector3<f64> {
+        model.segments.iter().zip(&state.velocities).map(|(segment, v)| v * segment.mass()).sum()
+    };
+    // What damping takes is no force of contacts.
+    let kept = (-model.damping.linear * DT).exp();
+    (forces, (momentum(&after) - momentum(&before) * kept) / DT)
+}
+
+#[test]
+fn the_ground_bears_the_weight_of_what_rests_on_it() {
+    for formulation in Formulation::ALL {
+        let (model, state) = lying(1, 0.0, 0.5);
+        let (forces, _) = forces(&model, &state, formulation, 300);
+        let sum: Vector3<f64> = forces.iter().map(|contact| contact.force).sum();
+        // At rest nothing but the weight is left; contacts are solved to 1e-3 of the radius, which a falling body covers in
+        // no more than that of the force once velocities are damped away.
+        let weight = weight(&model);
+        assert!((sum - Vector3::z() * weight).norm() < 1e-3 * weight, "{formulation}: {sum} of {weight}");
+        for contact in &forces {
+            assert_eq!(contact.other, Touched::Obstacle(0));
+            assert!((contact.normal - Vector3::z()).norm() < 1e-12);
+            assert!(contact.place.z.abs() < 1e-3 * 0.01 + 1e-12, "{}", contact.place);
+            let along = (contact.place - state.positions[contact.segment]).x.abs();
+            assert!(along < 0.03, "{along} m from the centre of its segment");
+        }
+    }
+}
+
+#[test]
+fn forces_are_what_changes_the_momentum_at_any_time() {
+    // While it falls, hits and slides: to rounding errors, for contacts and joints push their bodies and nothing else.
+    for formulation in Formulation::ALL {
+        for (rods, steps) in [(1, 3), (1, 20), (2, 10), (2, 60)] {
+            let (model, mut state) = lying(rods, 0.2, 0.3);
+            state.velocities.iter_mut().for_each(|v| *v = Vector3::new(0.1, 0.3, -0.2));
+            let (forces, change) = forces(&model, &state, formulation, steps);
+            let ground = forces.iter().filter(|contact| matches!(contact.other, Touched::Obstacle(_)));
+            let sum: Vector3<f64> = ground.map(|contact| contact.force).sum();
+            let expected = change + Vector3::z() * weight(&model);
+            let apart = (sum - expected).norm() / weight(&model);
+            assert!(apart < 1e-8, "{formulation}, {rods} rods after {steps} steps: {sum} {expected}");
+        }
+    }
+}
+
+#[test]
+fn friction_holds_on_a_slope_and_slides_within_its_cone() {
+    for (friction, slides) in [(0.5, false), (0.1, true)] {
+        let (model, state) = lying(1, 0.2, friction);
+        let (forces, _) = forces(&model, &state, Formulation::Newton, 100);
+        assert!(!forces.is_empty());
+        let slip = forces.iter().map(|contact| contact.slip.norm()).fold(0.0, f64::max);
+        assert_eq!(slip > 1e-4, slides, "{slip} m in a step");
+        for ContactForce { normal, force, .. } in &forces {
+            let pressing = force.dot(normal);
+            let rubbing = (force - normal * pressing).norm();
+            assert!(pressing >= 0.0 && rubbing <= friction * pressing * (1.0 + 1e-6) + 1e-9, "{rubbing} {pressing}");
+        }
+        let pressing: f64 = forces.iter().map(|contact| contact.force.dot(&contact.normal)).sum();
+        let expected = weight(&model) / 1.04_f64.sqrt();
+        assert!((pressing / expected - 1.0).abs() < 1e-2, "{pressing} N of {expected} N");
+    }
+}
+
+#[test]
+fn a_rod_bears_the_one_that_lies_on_it() {
+    let (model, state) = lying(2, 0.0, 0.5);
+    let (forces, _) = forces(&model, &state, Formulation::XpbdGeometric, 300);
+    let between: Vec<_> = forces.iter().filter(|contact| matches!(contact.other, Touched::Segment(_))).collect();
+    assert!(!between.is_empty());
+    for contact in between {
+        // The lower rod's segments come first, and the one that lies on it pushes it down.
+        assert!(contact.segment < 10 && contact.force.z < 0.0 && contact.normal.z < 0.0, "{contact:?}");
+    }
+}
