@@ -8,13 +8,15 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 mod contact;
+mod curve;
 mod list;
 mod many;
 mod motion;
 
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
+pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;
-pub(crate) use many::{Net, Strands};
+pub(crate) use many::{Copies, Net, Strands};
 pub(crate) use motion::{Interpolation, Motion, Quaternion};
 
 pub(crate) type Number = Spanned<f64>;
@@ -42,6 +44,8 @@ pub(crate) struct File {
     pub(crate) nets: Vec<Spanned<Net>>,
     #[serde(default)]
     pub(crate) joins: Vec<Spanned<Join>>,
+    #[serde(default)]
+    pub(crate) copies: Vec<Spanned<Copies>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -97,8 +101,10 @@ pub(crate) struct Rod {
     #[serde(default)]
     pub(crate) stretch: Stretch,
     pub(crate) twist_deg: Option<Number>,
-    #[serde(default)]
-    pub(crate) rest: Rest,
+    pub(crate) rest: Option<Rest>,
+    pub(crate) strain: Option<Number>,
+    pub(crate) rest_length_m: Option<Number>,
+    pub(crate) tension_n: Option<Number>,
     pub(crate) branch_of: Option<Place>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
@@ -127,6 +133,8 @@ pub(crate) enum Shape {
     Ring(Ring),
     Polyline(Polyline),
     Knot(Knot),
+    Hung(Hung),
+    Curve(Curve),
 }
 
 #[derive(Deserialize)]
@@ -186,6 +194,17 @@ pub(crate) struct Knot {
     pub(crate) segments: Count,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Hung {
+    pub(crate) from_m: Option<Vector>,
+    pub(crate) to_m: Vector,
+    pub(crate) length_m: Number,
+    pub(crate) segments: Count,
+    pub(crate) start_direction: Option<Vector>,
+    pub(crate) end_direction: Option<Vector>,
+}
+
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Stretch {
@@ -196,10 +215,9 @@ pub(crate) enum Stretch {
     Compliance(Number),
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Rest {
-    #[default]
     Initial,
     Straight,
     #[serde(rename = "darboux_per_m")]
