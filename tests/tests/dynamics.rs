@@ -127,6 +127,50 @@ fn first_torsional_frequency() {
     });
 }
 
+/// A taut string between clamped faces, `n / 2 L sqrt(T / m)` with the mass m of a metre as it is stretched. What is left of its
+/// bending stiffness B raises that by `1 + 2 e + (4 + n^2 pi^2 / 2) e^2` with `e = sqrt(B / T) / L` (Fletcher and Rossing, The
+/// Physics of Musical Instruments, 2.18), here by 0.1 %. N segments lower it by some `(n pi / N)^2 / 24`, 3e-4 for n = 3; the
+/// time step's own share is taken out as in [`check_mode`].
+#[test]
+fn frequencies_of_a_taut_string() {
+    let (strain, segments) = (0.01, 120);
+    let beam = Beam { radius: 1e-4, ..Beam::rubber(segments) };
+    let stiffness = beam.material.youngs_modulus * rod::Section { radius: beam.radius }.area();
+    let tension = stiffness * strain;
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let straight = beam.spec(Vector3::zeros(), Vector3::x());
+    let string = assembly.rod(&RodSpec { stretch: rod::Stretch::Physical, strains: vec![strain], ..straight });
+    assembly.clamp_start(&string).clamp_end(&string);
+    let (model, state) = assembly.finish();
+    assert_eq!(model.anchors.iter().map(|anchor| anchor.position.x).collect::<Vec<_>>(), [0.0, 1.0]);
+
+    let (simulation, end) = run(&model, &state, &tight(), 1e-3, 1);
+    let mut forces = vec![rod::JointForce::default(); model.joints.len()];
+    simulation.store_joint_forces(&mut forces);
+    for (force, joint) in forces.iter().zip(&model.joints) {
+        let pull = force.tension(&model, &end, joint);
+        assert!((pull / tension - 1.0).abs() < 1e-6, "{pull} N instead of {tension} N");
+    }
+
+    for n in [1.0, 2.0, 3.0] {
+        let slow = n * PI * (tension * (1.0 + strain) / beam.line_density()).sqrt();
+        let e = (beam.bending() / tension).sqrt();
+        let exact = slow * (1.0 + 2.0 * e + (4.0 + 0.5 * (n * PI).powi(2)) * e * e);
+        let (mut state, small, dt) = (state.clone(), 1e-5 * exact, 0.02 / exact);
+        let phase = |i: usize| n * PI * (i as f64 + 0.5) / segments as f64;
+        for i in string.clone() {
+            state.velocities[i] = Vector3::z() * (small * phase(i).sin());
+            state.angular_velocities[i] = -Vector3::y() * (small * n * PI * phase(i).cos());
+        }
+        let found = oscillation(&model, &state, dt, 4, |state| {
+            state.positions.iter().enumerate().map(|(i, x)| phase(i).sin() * x.z).sum()
+        });
+        let error = (found.frequency * dt).tan() / dt / exact - 1.0;
+        println!("taut string, n = {n}: {error:.1e}");
+        assert!(error.abs() < 1e-3, "n = {n}: {error}");
+    }
+}
+
 /// A rigid bar that swings about its end: omega^2 = m g (l / 2) / (m l^2 / 3 + m r^2 / 4).
 #[test]
 fn compound_pendulum() {

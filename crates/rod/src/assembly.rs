@@ -8,6 +8,8 @@ use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{Air, Body, Damping, Joint, Load, Material, Model, ModelError, Pose, Section, Segment, State, Stretch};
 
+mod copies;
+
 /// The shape in which a rod has no bend-twist energy.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RestShape {
@@ -38,6 +40,10 @@ pub struct RodSpec {
     pub twist: f64,
     /// Shape without bend-twist energy.
     pub rest: RestShape,
+    /// Strain of every segment as it is drawn, or one value a segment: its own length is that between its nodes over
+    /// 1 + strain, and it lies in the middle of it, so that joints start with gaps. 0.1 is a rod drawn a tenth too long.
+    /// Mass and stiffness are those of its own length. Needs a [`Stretch`] that gives way.
+    pub strains: Vec<f64>,
 }
 
 impl RodSpec {
@@ -51,6 +57,7 @@ impl RodSpec {
             stretch: Stretch::ZERO_STRETCH,
             twist: 0.0,
             rest: RestShape::Initial,
+            strains: vec![0.0],
         }
     }
 
@@ -74,6 +81,8 @@ impl RodSpec {
         check("nodes", nodes, nodes >= 2, "2 or more".to_owned())?;
         let radii = self.radii.len();
         check("radii", radii, radii == 1 || radii == segments, format!("1, or one a segment ({segments})"))?;
+        let strains = self.strains.len();
+        check("strains", strains, strains == 1 || strains == segments, format!("1, or one a segment ({segments})"))?;
         if let RestShape::PerJoint(omegas) = &self.rest {
             let found = omegas.len();
             check("rest Darboux vectors", found, found == joints, format!("one a joint ({joints})"))?;
@@ -99,6 +108,8 @@ pub struct Assembly {
     rods: usize,
     /// Material and stretch of each segment, for the joints to come.
     made_of: Vec<(Material, Stretch)>,
+    /// Strain with which each segment was drawn.
+    strains: Vec<f64>,
 }
 
 impl Assembly {
@@ -121,8 +132,8 @@ impl Assembly {
 
     /// Adds a rod at rest (velocities zero) and returns the range of its segments; [`Model::joints_of`] gives its joints.
     ///
-    /// A mistake, and no segment, where `spec` has fewer than two nodes, radii that are neither one nor one a segment, or
-    /// rest vectors that are not one a joint.
+    /// A mistake, and no segment, where `spec` has fewer than two nodes, radii or strains that are neither one nor one a
+    /// segment, or rest vectors that are not one a joint.
     pub fn rod(&mut self, spec: &RodSpec) -> Range<usize> {
         let first = self.model.segments.len();
         if !self.succeeds(spec.validate(self.rods)) {
@@ -133,8 +144,10 @@ impl Assembly {
             nodes.extend(spec.nodes.first());
         }
         for (i, pose) in frames(&nodes, spec.twist).into_iter().enumerate() {
+            let strain = if spec.strains.len() == 1 { spec.strains[0] } else { spec.strains[i] };
+            self.strains.push(strain);
             self.model.segments.push(Segment {
-                length: (nodes[i + 1] - nodes[i]).norm(),
+                length: (nodes[i + 1] - nodes[i]).norm() / (1.0 + strain),
                 radius: if spec.radii.len() == 1 { spec.radii[0] } else { spec.radii[i] },
                 density: spec.material.density,
                 added_mass: 0.0,
@@ -163,6 +176,12 @@ impl Assembly {
             self.set_last_rest(rest);
         }
         first..first + count
+    }
+
+    /// Length [m] of a segment as it was drawn, between its nodes: its own, stretched by its strain. There must be such a
+    /// segment.
+    pub fn drawn_length(&self, segment: usize) -> f64 {
+        self.model.segments[segment].length * (1.0 + self.strains.get(segment).unwrap_or(&0.0))
     }
 
     /// Joins the start of `branch` (a range returned by [`Assembly::rod`]) to segment `parent`, at `fraction` of its
@@ -228,12 +247,12 @@ impl Assembly {
         self
     }
 
-    /// Joins the start face of an open rod to the ground over half a segment. A mistake where the range holds no segment.
+    /// Joins the start face of an open rod to the ground, where it is drawn, over half a segment. A mistake where the range holds no segment.
     pub fn clamp_start(&mut self, rod: &Range<usize>) -> &mut Self {
         self.clamp_face(rod, rod.start, -0.5)
     }
 
-    /// Joins the end face of an open rod to the ground over half a segment. A mistake where the range holds no segment.
+    /// Joins the end face of an open rod to the ground, where it is drawn, over half a segment. A mistake where the range holds no segment.
     pub fn clamp_end(&mut self, rod: &Range<usize>) -> &mut Self {
         self.clamp_face(rod, rod.end.saturating_sub(1), 0.5)
     }
@@ -315,7 +334,7 @@ impl Assembly {
         let has_neighbour = rod.len() > 1;
         let length = self.model.segments[segment].length;
         let pose = Pose {
-            position: self.state.positions[segment] + self.state.axis(segment) * (side * length),
+            position: self.state.positions[segment] + self.state.axis(segment) * (side * self.drawn_length(segment)),
             orientation: self.state.orientations[segment],
         };
         // The face's direction continues the curvature and the twist of the neighbouring joint over half a segment.
@@ -421,6 +440,37 @@ mod tests {
             );
             assert!((now - joint.rest_darboux).norm() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_strained_rod_pulls_alike_everywhere() {
+        let (tension, taper) = (3.0, vec![0.05, 0.04, 0.03, 0.02]);
+        let strains: Vec<f64> =
+            taper.iter().map(|&r| tension / (SOFT.youngs_modulus * Section { radius: r }.area())).collect();
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 4);
+        for closed in [false, true] {
+            let mut assembly = Assembly::new(Vector3::zeros());
+            let nodes = if closed { shape::ring(Vector3::zeros(), 1.0, 4) } else { nodes.clone() };
+            let (radii, strains) = (taper.clone(), strains.clone());
+            let spec = RodSpec { closed, radii, strains, stretch: Stretch::Physical, ..RodSpec::new(nodes, 0.0, SOFT) };
+            let rod = assembly.rod(&spec);
+            if !closed {
+                assembly.clamp_start(&rod).clamp_end(&rod);
+            }
+            let (model, state) = assembly.finish();
+            model.validate(&state).unwrap();
+            for joint in model.joints.iter().filter(|_| !closed) {
+                let pull = -crate::measure::stretch_gap(&model, &state, joint).x / joint.stretch_compliance;
+                assert!((pull / tension - 1.0).abs() < 1e-12, "{pull} N");
+            }
+            for (segment, strain) in model.segments.iter().zip(&spec.strains) {
+                let drawn = if closed { 2f64.sqrt() } else { 0.25 };
+                assert!((segment.length * (1.0 + strain) / drawn - 1.0).abs() < 1e-12);
+            }
+        }
+        let wrong = RodSpec { strains: vec![0.0; 3], ..RodSpec::new(nodes, 0.05, SOFT) };
+        let mut assembly = Assembly::new(Vector3::zeros());
+        assert!(assembly.rod(&wrong).is_empty() && assembly.finish().0.mistake.is_some());
     }
 
     #[test]

@@ -203,7 +203,7 @@ pub enum ModelError {
     /// A list of an assembly's step is too short or too long.
     #[error("{what} {index}: {found} {quantity}, but there must be {allowed}")]
     Count {
-        /// "rod", "branch" or "clamp".
+        /// "rod", "branch", "clamp" or "copy".
         what: &'static str,
         /// Index of the rod, or of the next joint.
         index: usize,

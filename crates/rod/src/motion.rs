@@ -293,6 +293,21 @@ impl Motion {
         Ok(motion)
     }
 
+    /// The same motion elsewhere: a point x of its way becomes `orientation * x + position`, all directions turn along.
+    pub fn moved(&self, by: &Pose) -> Self {
+        let turn = by.orientation;
+        let moved = |knot: &Knot| Knot {
+            time: knot.time,
+            position: turn * knot.position + by.position,
+            orientation: turn * knot.orientation,
+            turn: turn * knot.turn,
+            velocity: turn * knot.velocity,
+            rate: turn * knot.rate,
+        };
+        let knots = self.knots.iter().map(moved).collect();
+        Self { interpolation: self.interpolation, knots, after: self.after.map(|velocity| turn * velocity) }
+    }
+
     /// Times of the keyframes [s], ascending.
     pub fn times(&self) -> impl Iterator<Item = f64> {
         self.knots.iter().map(|knot| knot.time)

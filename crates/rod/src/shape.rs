@@ -6,8 +6,12 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::Pose;
 
+mod curve;
+mod hung;
 mod knot;
 
+pub use curve::resample;
+pub use hung::{HUNG_SEGMENTS, Hung};
 pub use knot::{KNOT_CLEARANCE, KNOT_ROPE, KNOT_SEGMENTS, knot};
 
 /// `segments + 1` nodes [m] on a line from `start` [m] along `direction` (any length but zero), `length` [m] long.

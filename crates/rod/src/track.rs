@@ -1,8 +1,9 @@
 //! Vectors that change over time: loads and gravity.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::motion::{finite, hermite, parabola_velocity};
 use crate::{Interpolation, KeyframeError, Model, ModelError};
@@ -59,6 +60,12 @@ impl Track {
         Ok(Self { interpolation, knots })
     }
 
+    /// The same track with all its vectors turned.
+    pub fn turned(&self, by: &UnitQuaternion<f64>) -> Self {
+        let turned = |knot: &Knot| Knot { time: knot.time, value: by * knot.value, rate: by * knot.rate };
+        Self { interpolation: self.interpolation, knots: self.knots.iter().map(turned).collect() }
+    }
+
     /// The vector at `time` [s].
     pub fn at(&self, time: f64) -> Vector3<f64> {
         let next = self.knots.partition_point(|knot| knot.time <= time + 1e-14 * time.abs());
@@ -75,7 +82,7 @@ impl Track {
 }
 
 /// What of a model changes over time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Changing {
     /// [`Model::gravity`] [m/s^2].
     Gravity,
@@ -120,13 +127,14 @@ impl Model {
 
 /// Checks that what changes is there, and that nothing changes in two ways.
 pub(crate) fn validate(model: &Model) -> Result<(), ModelError> {
+    let mut first = HashMap::new();
     for (index, change) in model.changes.iter().enumerate() {
         if let Changing::Force(to) | Changing::Torque(to) = change.of
             && to >= model.loads.len()
         {
             return Err(ModelError::Index { what: "change", index, target: "load", to, count: model.loads.len() });
         }
-        if let Some(other) = model.changes[..index].iter().position(|other| other.of == change.of) {
+        if let Some(other) = first.insert(change.of, index) {
             return Err(ModelError::Twice { index, other });
         }
     }

@@ -22,16 +22,13 @@ struct Hanging {
 }
 
 fn hang() -> Result<Hanging, Box<dyn Error>> {
-    // A parabola from grip to grip, nearly as long as the cable: length = span + 8/3 sag^2 / span.
-    let sag = (0.375 * SPAN * (LENGTH - SPAN)).sqrt();
-    let node = |i: usize| {
-        let x = i as f64 / SEGMENTS as f64;
-        Vector3::new(SPAN * x, 0.0, -4.0 * sag * x * (1.0 - x))
-    };
+    let (gravity, to) = (Vector3::new(0.0, 0.0, -9.81), Vector3::x() * SPAN);
+    let (from, start_direction, end_direction) = (Vector3::zeros(), None, None);
+    let catenary = shape::Hung { from, to, length: LENGTH, start_direction, end_direction, gravity };
+    let nodes = catenary.nodes(SEGMENTS).ok_or("the cable is too short")?;
     let rope = Material { youngs_modulus: 1e8, torsion_modulus: 4e7, density: 1200.0 };
-    let straight_at_rest =
-        RodSpec { rest: RestShape::Straight, ..RodSpec::new((0..=SEGMENTS).map(node).collect(), 0.01, rope) };
-    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+    let straight_at_rest = RodSpec { rest: RestShape::Straight, ..RodSpec::new(nodes, 0.01, rope) };
+    let mut assembly = Assembly::new(gravity);
     let cable = assembly.rod(&straight_at_rest);
     assembly.fix(cable.start).fix(cable.end - 1);
     let (model, mut state) = assembly.finish();

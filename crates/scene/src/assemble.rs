@@ -13,7 +13,7 @@ use crate::origin::origin;
 use crate::refine::Refinement;
 use crate::shape::number_or;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, RunDefaults, Scene, contact, defaults, format, net, probe, rods};
+use crate::{MAX_SEGMENTS, RunDefaults, Scene, contact, copies, defaults, format, net, probe, rods};
 
 /// The scene that `file` describes, its segments cut into parts.
 pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement) -> Result<Scene> {
@@ -60,7 +60,19 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         Net::new(source, entry, refinement)?.build(&mut builder, &name);
         entry_of.resize(builder.rods.len(), entry.span());
     }
-    for join in &file.joins {
+    let is_known = |builder: &Builder, place: &format::Place| builder.has(place.rod.get_ref());
+    let (joins, of_copies): (Vec<_>, Vec<_>) = file.joins.iter().partition(|join| {
+        let format::Join { a, b } = join.get_ref();
+        is_known(&builder, a) && is_known(&builder, b) || file.copies.is_empty()
+    });
+    for join in joins {
+        builder.join(source, join)?;
+    }
+    for entry in &file.copies {
+        copies::add(&mut builder, source, entry)?;
+        entry_of.resize(builder.rods.len(), entry.span());
+    }
+    for join in of_copies {
         builder.join(source, join)?;
     }
     let probes = probe::probes(&mut builder, source, &file.probes)?;

@@ -20,6 +20,8 @@ pub(crate) struct Builder {
     pub(crate) refinement: Refinement,
     pub(crate) assembly: Assembly,
     pub(crate) rods: Vec<RodInfo>,
+    /// Of each rod the one that it grows on.
+    pub(crate) parents: Vec<Option<usize>>,
     /// How long the scene is run [s].
     pub(crate) end: f64,
     by_name: HashMap<String, usize>,
@@ -28,7 +30,7 @@ pub(crate) struct Builder {
 impl Builder {
     /// A builder without rods, whose segments will be cut into parts.
     pub(crate) fn new(refinement: Refinement, assembly: Assembly, end: f64) -> Self {
-        Self { refinement, assembly, rods: Vec::new(), end, by_name: HashMap::new() }
+        Self { refinement, assembly, rods: Vec::new(), parents: Vec::new(), end, by_name: HashMap::new() }
     }
 
     pub(crate) fn segment(&mut self, i: usize) -> Segment {
@@ -39,9 +41,9 @@ impl Builder {
         self.assembly.state_mut().orientations[i]
     }
 
-    /// Place [m] at a fraction of a segment's length.
+    /// Place [m] at a fraction of a segment's length, as it is drawn.
     pub(crate) fn point(&mut self, i: usize, fraction: f64) -> Vector3<f64> {
-        let length = self.segment(i).length;
+        let length = self.assembly.drawn_length(i);
         let state = self.assembly.state_mut();
         state.positions[i] + state.axis(i) * ((fraction - 0.5) * length)
     }
@@ -55,7 +57,7 @@ impl Builder {
         span: Range<usize>,
     ) -> Result<String> {
         let name = given.as_ref().map_or(default, |name| name.get_ref().clone());
-        match self.by_name.contains_key(&name) {
+        match self.has(&name) {
             true => source.must_be(given.as_ref().map_or(span, Spanned::span), "a name that no other rod has"),
             false => Ok(name),
         }
@@ -67,9 +69,26 @@ impl Builder {
         if let Some((segment, fraction)) = branch_of {
             self.assembly.branch(segment, fraction, &segments);
         }
-        self.by_name.insert(name.clone(), self.rods.len());
-        self.rods.push(RodInfo { name, segments: segments.clone(), closed: spec.closed });
+        let parent = branch_of.map(|(segment, _)| self.segment(segment).rod);
+        self.register(RodInfo { name, segments: segments.clone(), closed: spec.closed }, parent);
         segments
+    }
+
+    /// Puts down a rod that the assembly has, by its name.
+    pub(crate) fn register(&mut self, rod: RodInfo, parent: Option<usize>) {
+        self.by_name.insert(rod.name.clone(), self.rods.len());
+        self.rods.push(rod);
+        self.parents.push(parent);
+    }
+
+    /// Whether there is a rod of that name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.by_name.contains_key(name)
+    }
+
+    /// Number of segments so far.
+    pub(crate) fn segments(&self) -> usize {
+        self.rods.last().map_or(0, |rod| rod.segments.end)
     }
 
     /// Fixes all parts of the file's segment `index` of a rod.
@@ -105,16 +124,7 @@ impl Builder {
     /// The rod of a name.
     pub(crate) fn rod(&self, source: &Source, name: &Spanned<String>) -> Result<&RodInfo> {
         let Some(&rod) = self.by_name.get(name.get_ref()) else {
-            const SHOWN: usize = 8;
-            let mut known: Vec<_> = self.rods.iter().take(SHOWN).map(|rod| format!("`{}`", rod.name)).collect();
-            if self.rods.len() > SHOWN {
-                known.push("...".to_owned());
-            }
-            let allowed = match known.is_empty() {
-                true => "the name of a rod that comes before it, and there is none".to_owned(),
-                false => format!("the name of a rod that comes before it: {}", known.join(", ")),
-            };
-            return source.must_be(name.span(), &allowed);
+            return source.must_be(name.span(), &self.known_rods("the name of a rod that comes before it"));
         };
         Ok(&self.rods[rod])
     }
@@ -126,6 +136,19 @@ impl Builder {
         let index = place.segment.as_ref().map_or(Ok(count - 1), |segment| source.index(segment, count))?;
         let fraction = number_or(&place.fraction, 1.0, |v| check_fraction(source, v))?;
         Ok(self.refinement.place(segments, index, fraction))
+    }
+
+    /// What is asked for, and some of the names that there are.
+    pub(crate) fn known_rods(&self, asked: &str) -> String {
+        const SHOWN: usize = 8;
+        let mut known: Vec<_> = self.rods.iter().take(SHOWN).map(|rod| format!("`{}`", rod.name)).collect();
+        if self.rods.len() > SHOWN {
+            known.push("...".to_owned());
+        }
+        match known.is_empty() {
+            true => format!("{asked}, and there is none"),
+            false => format!("{asked}: {}", known.join(", ")),
+        }
     }
 }
 

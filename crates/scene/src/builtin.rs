@@ -44,6 +44,8 @@ const FILES: &[(&str, &str)] = files![
     "tip-mass",
     "free-spin",
     "clamped-ends",
+    "hung-cable",
+    "plucked-string",
     "all-clamped",
     "heavy-ring",
     "branch",

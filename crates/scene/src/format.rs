@@ -8,14 +8,16 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 mod contact;
+mod curve;
 mod list;
 mod many;
 mod motion;
 mod probe;
 
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
+pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;
-pub(crate) use many::{Net, Strands};
+pub(crate) use many::{Copies, Net, Strands};
 pub(crate) use motion::{Interpolation, Motion, Quaternion};
 pub(crate) use probe::Probe;
 
@@ -46,6 +48,8 @@ pub(crate) struct File {
     pub(crate) joins: Vec<Spanned<Join>>,
     #[serde(default)]
     pub(crate) probes: Vec<Spanned<Probe>>,
+    #[serde(default)]
+    pub(crate) copies: Vec<Spanned<Copies>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -103,8 +107,10 @@ pub(crate) struct Rod {
     #[serde(default)]
     pub(crate) stretch: Stretch,
     pub(crate) twist_deg: Option<Number>,
-    #[serde(default)]
-    pub(crate) rest: Rest,
+    pub(crate) rest: Option<Rest>,
+    pub(crate) strain: Option<Number>,
+    pub(crate) rest_length_m: Option<Number>,
+    pub(crate) tension_n: Option<Number>,
     pub(crate) branch_of: Option<Place>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
@@ -133,6 +139,8 @@ pub(crate) enum Shape {
     Ring(Ring),
     Polyline(Polyline),
     Knot(Knot),
+    Hung(Hung),
+    Curve(Curve),
 }
 
 #[derive(Deserialize)]
@@ -192,6 +200,17 @@ pub(crate) struct Knot {
     pub(crate) segments: Count,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Hung {
+    pub(crate) from_m: Option<Vector>,
+    pub(crate) to_m: Vector,
+    pub(crate) length_m: Number,
+    pub(crate) segments: Count,
+    pub(crate) start_direction: Option<Vector>,
+    pub(crate) end_direction: Option<Vector>,
+}
+
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Stretch {
@@ -202,10 +221,9 @@ pub(crate) enum Stretch {
     Compliance(Number),
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Rest {
-    #[default]
     Initial,
     Straight,
     #[serde(rename = "darboux_per_m")]

@@ -105,7 +105,7 @@ impl Grips {
             return Ok(());
         }
         let (places, end) = (self.places(builder), builder.end);
-        let whole: f64 = self.segments.clone().map(|i| builder.segment(i).length).sum();
+        let whole: f64 = self.segments.clone().map(|i| builder.assembly.drawn_length(i)).sum();
         let motions = &builder.assembly.model_mut().motions;
         let own = |place: &Place| self.driven.iter().find(|(body, ..)| *body == place.body);
         let pairs = places.windows(2).map(|pair| (&pair[0], &pair[1], pair[1].along - pair[0].along));
@@ -140,13 +140,13 @@ impl Grips {
         let mut places = Vec::new();
         let mut along = 0.0;
         for i in self.segments.clone() {
-            let segment = builder.segment(i);
-            if segment.fixed {
+            let length = builder.assembly.drawn_length(i);
+            if builder.segment(i).fixed {
                 let position = pose(builder, Body::Segment(i)).position;
                 let velocity = builder.assembly.state_mut().velocities[i];
-                places.push(Place { body: Body::Segment(i), along: along + 0.5 * segment.length, position, velocity });
+                places.push(Place { body: Body::Segment(i), along: along + 0.5 * length, position, velocity });
             }
-            along += segment.length;
+            along += length;
         }
         for &(face, anchor) in &self.faces {
             let position = pose(builder, Body::Anchor(anchor)).position;

@@ -12,6 +12,7 @@ use crate::grips::Grips;
 use crate::motion::{Prepared, track};
 use crate::refine::mean;
 use crate::shape::number_or;
+use crate::strain::strains;
 use crate::strands::Strands;
 use crate::tree::Growth;
 use crate::{MAX_SEGMENTS, format, properties};
@@ -91,26 +92,29 @@ fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Op
     let shape = rod.shape.get_ref();
     let closed = shape.closed();
     if let (Some(_), Some(start)) = (branch_of, shape.start()) {
-        return source.wrong(start.span(), "a branch starts on its parent; leave `start_m` out");
+        return source.wrong(start.span(), "a branch starts on its parent; leave it out");
     }
     if let (true, Some(place)) = (closed, &rod.branch_of) {
         return source.wrong(place.rod.span(), "a closed rod cannot be a branch; use `joins`");
     }
     let at = branch_of.map(|(segment, fraction)| builder.point(segment, fraction));
     let material = properties::material(source, &rod.youngs_modulus_pa, &rod.torsion_modulus_pa, &rod.density_kg_m3)?;
-    let nodes = shape.nodes(source, rod.shape.span(), at, builder.refinement)?;
+    let gravity = builder.assembly.model_mut().gravity;
+    let nodes = shape.nodes(source, rod.shape.span(), at, gravity, builder.refinement)?;
     let parts = if closed { nodes.len() } else { nodes.len() - 1 };
     let segments = builder.refinement.count(&(0..parts));
     let twist = properties::twist(source, &rod.twist_deg, closed, segments)?;
     let longest = nodes.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max);
-    Ok(RodSpec {
+    let mut spec = RodSpec {
         closed,
         radii: properties::radii(source, &rod.radius_m, parts)?,
         stretch: properties::stretch(source, &rod.stretch, builder.refinement)?,
         twist: builder.refinement.twist(twist, segments),
-        rest: properties::rest(source, &rod.rest, longest)?,
+        rest: properties::rest(source, rod.rest.as_ref().unwrap_or(shape.rest()), longest)?,
         ..RodSpec::new(nodes, 0.0, material)
-    })
+    };
+    spec.strains = strains(source, rod, &spec)?;
+    Ok(spec)
 }
 
 fn add_load(

@@ -7,7 +7,7 @@ use rod::shape;
 
 use crate::MAX_SEGMENTS;
 use crate::error::{Result, Source, short};
-use crate::format::{Arc, Helix, Knot, Number, Polyline, Ring, Shape, Straight, Vector};
+use crate::format::{Arc, Helix, Hung, Knot, Number, Polyline, Rest, Ring, Shape, Straight, Vector};
 use crate::refine::Refinement;
 
 /// Least and largest distance between neighbouring nodes [m].
@@ -21,6 +21,8 @@ impl Shape {
             | Shape::Helix(Helix { segments, .. })
             | Shape::Arc(Arc { segments, .. })
             | Shape::Knot(Knot { segments, .. }) => (segments, 1),
+            Shape::Hung(Hung { segments, .. }) => (segments, shape::HUNG_SEGMENTS),
+            Shape::Curve(curve) => return curve.count(source),
             Shape::Ring(Ring { segments, .. }) => (segments, 3),
             Shape::Polyline(polyline) => return polyline.segments(source),
         };
@@ -31,7 +33,16 @@ impl Shape {
         match self {
             Shape::Ring(_) => true,
             Shape::Polyline(polyline) => polyline.closed,
-            Shape::Straight(_) | Shape::Helix(_) | Shape::Arc(_) | Shape::Knot(_) => false,
+            Shape::Curve(curve) => curve.closed,
+            Shape::Straight(_) | Shape::Helix(_) | Shape::Arc(_) | Shape::Knot(_) | Shape::Hung(_) => false,
+        }
+    }
+
+    /// The shape without bend-twist energy where none is given: a cable hangs by its weight and was made straight.
+    pub(crate) fn rest(&self) -> &Rest {
+        match self {
+            Shape::Hung(_) => &Rest::Straight,
+            _ => &Rest::Initial,
         }
     }
 
@@ -42,16 +53,19 @@ impl Shape {
             | Shape::Helix(Helix { start_m, .. })
             | Shape::Arc(Arc { start_m, .. })
             | Shape::Knot(Knot { start_m, .. }) => start_m.as_ref(),
-            Shape::Ring(_) | Shape::Polyline(_) => None,
+            Shape::Hung(Hung { from_m, .. }) => from_m.as_ref(),
+            Shape::Ring(_) | Shape::Polyline(_) | Shape::Curve(_) => None,
         }
     }
 
-    /// Nodes [m] of the segments' parts; `at` [m] is where a branch begins. `span` is the shape's place in the text.
+    /// Nodes [m] of the segments' parts; `at` [m] is where a branch begins, `gravity` [m/s^2] what a cable hangs by. `span`
+    /// is the shape's place in the text.
     pub(crate) fn nodes(
         &self,
         source: &Source,
         span: Range<usize>,
         at: Option<Vector3<f64>>,
+        gravity: Vector3<f64>,
         refinement: Refinement,
     ) -> Result<Vec<Vector3<f64>>> {
         let count = self.segments(source)? * refinement.0;
@@ -73,6 +87,8 @@ impl Shape {
             }
             Shape::Arc(s) => s.nodes(source, start(&s.start_m)?, count)?,
             Shape::Knot(s) => s.nodes(source, start(&s.start_m)?, count)?,
+            Shape::Hung(s) => s.nodes(source, start(&s.from_m)?, gravity, count)?,
+            Shape::Curve(s) => s.nodes(source, at, refinement, count)?,
             Shape::Ring(s) => {
                 let centre = s.centre_m.as_ref().map_or(Ok(Vector3::zeros()), |key| source.vector(key, "m"))?;
                 shape::ring(centre, source.positive(&s.radius_m, "m")?, count)

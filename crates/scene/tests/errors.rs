@@ -33,9 +33,9 @@ mistakes! {
     unknown_key: "dt_s" => "dt",
         "4: run.dt is not a known key; expected one of `dt_s`, `steps`, `every`, `from`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`, `probes`";
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`, `probes`, `copies`";
     unknown_shape: "shape.straight" => "shape.strait",
-        "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`";
+        "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`, `hung`, `curve`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
         "11: rods[0].shape: it must hold exactly one key";
     missing_key: "segments = 30" => "",
@@ -113,7 +113,7 @@ mistakes! {
     unknown_rod: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"trunk\" }\nshape.straight = { length_m = 1, segments = 2 }\n",
         "16: rods[1].branch_of.rod = \"trunk\", but it must be the name of a rod that comes before it: `a`";
     branch_with_a_start: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"a\" }\nshape.straight = { start_m = [0, 0, 0], length_m = 1, segments = 2 }\n",
-        "17: rods[1].shape.straight.start_m: a branch starts on its parent; leave `start_m` out";
+        "17: rods[1].shape.straight.start_m: a branch starts on its parent; leave it out";
     fraction_beyond_the_end: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"a\", fraction = 1.5 }\nshape.straight = { length_m = 1, segments = 2 }\n",
         "16: rods[1].branch_of.fraction = 1.5, but it must be 0 (the segment's start) to 1 (its end)";
     name_twice: END => "segments = 30\n\n[[rods]]\nname = \"a\"\nshape.ring = { radius_m = 1, segments = 5 }\n",

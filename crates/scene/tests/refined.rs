@@ -59,9 +59,11 @@ fn assert_same(scene: &Scene, fine: &Scene, k: usize) {
         assert_eq!((&rod.name, rod.closed), (&cut.name, cut.closed));
         assert_eq!(k * rod.segments.start..k * rod.segments.end, cut.segments, "{name}");
     }
-    assert!(measure::worst_gap(&fine.model, &fine.state) < 1e-6, "{name}");
-    // A knot is laid with chords of one length, so that its nodes are not those of longer chords.
-    let nodes_stay = name != "knot";
+    let gaps = [scene, fine].map(|scene| measure::worst_gap(&scene.model, &scene.state));
+    assert!((gaps[0] - gaps[1]).abs() < 1e-6, "{name}: {gaps:?}");
+    // A knot and a chain are laid with segments of one length, so that their nodes are not those of longer segments. A
+    // strained rod's segments do not fill the way between its nodes.
+    let nodes_stay = !["knot", "hung-cable", "plucked-string"].contains(&name.as_str());
     for (i, segment) in model.segments.iter().enumerate() {
         let parts = &fine.model.segments[k * i..k * (i + 1)];
         assert!(parts.iter().all(|part| part.fixed == segment.fixed && part.rod == segment.rod), "{name}");

@@ -1,4 +1,4 @@
-//! The keys of what makes many rods of one entry: strands and nets.
+//! The keys of what makes many rods of one entry: strands, nets and copies.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -32,4 +32,15 @@ pub(crate) struct Net {
     pub(crate) density_kg_m3: Option<Number>,
     #[serde(default)]
     pub(crate) stretch: Stretch,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Copies {
+    pub(crate) rods: Spanned<Vec<Spanned<String>>>,
+    pub(crate) shifts_m: Option<Spanned<Vec<Vector>>>,
+    pub(crate) turns_deg: Option<Spanned<Vec<Vector>>>,
+    pub(crate) about_m: Option<Vector>,
+    pub(crate) count: Option<Spanned<List<Count, 3>>>,
+    pub(crate) spacing_m: Option<Vector>,
 }
