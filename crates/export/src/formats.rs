@@ -13,6 +13,7 @@ mod centrelines;
 mod csv;
 mod glb;
 mod obj;
+mod solids;
 mod vtp;
 
 /// A format of other programs.

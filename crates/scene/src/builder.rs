@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, RodSpec, Segment};
+use rod::{Assembly, Pose, RigidBody, RodSpec, Segment};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
@@ -14,6 +14,22 @@ use crate::{RodInfo, format};
 
 /// How far apart two joined places may lie, in units of the shorter segment.
 const JOIN_TOLERANCE: f64 = 0.01;
+
+/// A place that joints hold on to.
+#[derive(Clone, Copy)]
+pub(crate) enum Spot {
+    /// At a fraction of the length of a segment of a rod.
+    Rod(usize, f64),
+    /// At a place in the frame of a rigid body, by its segment [m]; `None` where none is given.
+    Body(usize, Option<Vector3<f64>>),
+}
+
+impl format::Place {
+    /// Place in the text of the name that it gives; nowhere if it gives none.
+    pub(crate) fn named(&self) -> Range<usize> {
+        self.rod.as_ref().or(self.body.as_ref()).map_or(0..0, Spanned::span)
+    }
+}
 
 /// The rods built so far.
 pub(crate) struct Builder {
@@ -46,6 +62,17 @@ impl Builder {
         state.positions[i] + state.axis(i) * ((fraction - 0.5) * length)
     }
 
+    /// Place [m] of a spot; on a body that gives none, its centre of mass.
+    pub(crate) fn place_of(&mut self, spot: Spot) -> Vector3<f64> {
+        match spot {
+            Spot::Rod(segment, fraction) => self.point(segment, fraction),
+            Spot::Body(body, at) => {
+                let state = self.assembly.state_mut();
+                state.positions[body] + state.orientations[body] * at.unwrap_or_default()
+            }
+        }
+    }
+
     /// `given` or `default`, if no rod has that name yet; `span` is the entry's place in the text.
     pub(crate) fn new_name(
         &self,
@@ -72,6 +99,14 @@ impl Builder {
         segments
     }
 
+    /// Adds a rigid body and returns its segment.
+    pub(crate) fn add_body(&mut self, name: String, body: RigidBody, pose: Pose) -> usize {
+        let segment = self.assembly.body(body, pose);
+        self.by_name.insert(name.clone(), self.rods.len());
+        self.rods.push(RodInfo { name, segments: segment..segment + 1, closed: false });
+        segment
+    }
+
     /// Fixes all parts of the file's segment `index` of a rod.
     pub(crate) fn fix(&mut self, rod: &Range<usize>, index: usize) {
         for part in self.refinement.parts(rod, index) {
@@ -81,7 +116,15 @@ impl Builder {
 
     pub(crate) fn join(&mut self, source: &Source, join: &Spanned<format::Join>) -> Result<()> {
         let format::Join { a, b } = join.get_ref();
-        let ((a, fraction_a), (b, fraction_b)) = (self.place(source, a)?, self.place(source, b)?);
+        let spots = [self.spot(source, a)?, self.spot(source, b)?];
+        let ((a, fraction_a), (b, fraction_b)) = match spots {
+            [Spot::Rod(a, fraction_a), Spot::Rod(b, fraction_b)] => ((a, fraction_a), (b, fraction_b)),
+            [Spot::Rod(segment, fraction), Spot::Body(body, at)]
+            | [Spot::Body(body, at), Spot::Rod(segment, fraction)] => {
+                return self.join_body(source, join, (segment, fraction), (body, at));
+            }
+            _ => return source.wrong(join.span(), "one of `a` and `b` must be a `rod`"),
+        };
         if a == b {
             return source.wrong(join.span(), "`a` and `b` are the same segment");
         }
@@ -97,29 +140,101 @@ impl Builder {
         Ok(())
     }
 
+    /// Joins a segment to a rigid body: where it is, or at a place that is given.
+    fn join_body(
+        &mut self,
+        source: &Source,
+        join: &Spanned<format::Join>,
+        (segment, fraction): (usize, f64),
+        (body, at): (usize, Option<Vector3<f64>>),
+    ) -> Result<()> {
+        let point = self.point(segment, fraction);
+        let state = self.assembly.state_mut();
+        let here = state.orientations[body].inverse() * (point - state.positions[body]);
+        let gap = at.map_or(0.0, |at| (here - at).norm());
+        let most = JOIN_TOLERANCE * self.refinement.0 as f64 * self.segment(segment).length;
+        if gap > most {
+            let (gap, most) = (short(gap), short(most));
+            let message = format!(
+                "`a` and `b` are {gap} m apart, but places to be joined must meet within {most} m; without `at_m` the body is \
+                 held where the rod is"
+            );
+            return source.wrong(join.span(), &message);
+        }
+        self.assembly.attach(segment, fraction, body, &at.unwrap_or(here));
+        Ok(())
+    }
+
     /// Joins two segments at fractions of their lengths, as [`Assembly::join`].
     pub(crate) fn join_at(&mut self, a: (usize, f64), b: (usize, f64)) {
         self.assembly.join(a.0, a.1, b.0, b.1);
     }
 
-    /// Segment of the model and fraction of its length.
-    pub(crate) fn place(&self, source: &Source, place: &format::Place) -> Result<(usize, f64)> {
-        let Some(&rod) = self.by_name.get(place.rod.get_ref()) else {
-            const SHOWN: usize = 8;
-            let mut known: Vec<_> = self.rods.iter().take(SHOWN).map(|rod| format!("`{}`", rod.name)).collect();
-            if self.rods.len() > SHOWN {
-                known.push("...".to_owned());
+    /// What a place in the file says.
+    pub(crate) fn spot(&mut self, source: &Source, place: &Spanned<format::Place>) -> Result<Spot> {
+        let format::Place { rod, segment, fraction, body, at_m } = place.get_ref();
+        let along = [segment.as_ref().map(Spanned::span), fraction.as_ref().map(Spanned::span)];
+        match (rod, body) {
+            (Some(_), None) if at_m.is_some() => {
+                source.wrong(at_m.as_ref().map_or(0..0, Spanned::span), "goes with `body`, not with `rod`")
             }
-            let allowed = match known.is_empty() {
-                true => "the name of a rod that comes before it, and there is none".to_owned(),
-                false => format!("the name of a rod that comes before it: {}", known.join(", ")),
-            };
-            return source.must_be(place.rod.span(), &allowed);
-        };
+            (Some(rod), None) => {
+                self.on_rod(source, rod, segment, fraction).map(|(i, fraction)| Spot::Rod(i, fraction))
+            }
+            (None, Some(body)) => match along.into_iter().flatten().next() {
+                Some(span) => source.wrong(span, "goes with `rod`, not with `body`"),
+                None => {
+                    let index = self.named(source, body, true)?;
+                    let at = at_m.as_ref().map(|at| source.vector(at, "m")).transpose()?;
+                    Ok(Spot::Body(self.rods[index].segments.start, at))
+                }
+            },
+            (None, None) => source.wrong(place.span(), "missing key `rod` (or `body`)"),
+            (Some(_), Some(body)) => source.wrong(body.span(), "give either `rod` or `body`, not both"),
+        }
+    }
+
+    /// Index of the rod, or of the rigid body, of a name.
+    fn named(&mut self, source: &Source, name: &Spanned<String>, body: bool) -> Result<usize> {
+        let segments = &self.assembly.model_mut().segments;
+        let is_it = |rod: &RodInfo| segments.get(rod.segments.start).is_some_and(|own| own.body.is_some()) == body;
+        match self.by_name.get(name.get_ref()) {
+            Some(&index) if is_it(&self.rods[index]) => Ok(index),
+            _ => {
+                const SHOWN: usize = 8;
+                let mut known: Vec<_> = self
+                    .rods
+                    .iter()
+                    .filter(|rod| is_it(rod))
+                    .take(SHOWN + 1)
+                    .map(|rod| format!("`{}`", rod.name))
+                    .collect();
+                if known.len() > SHOWN {
+                    known[SHOWN] = "...".to_owned();
+                }
+                let what = if body { "the name of a body" } else { "the name of a rod that comes before it" };
+                let allowed = match known.is_empty() {
+                    true => format!("{what}, and there is none"),
+                    false => format!("{what}: {}", known.join(", ")),
+                };
+                source.must_be(name.span(), &allowed)
+            }
+        }
+    }
+
+    /// Segment of the model and fraction of its length.
+    fn on_rod(
+        &mut self,
+        source: &Source,
+        rod: &Spanned<String>,
+        segment: &Option<format::Count>,
+        fraction: &Option<format::Number>,
+    ) -> Result<(usize, f64)> {
+        let rod = self.named(source, rod, false)?;
         let segments = &self.rods[rod].segments;
         let count = self.refinement.count(segments);
-        let index = place.segment.as_ref().map_or(Ok(count - 1), |segment| source.index(segment, count))?;
-        let fraction = number_or(&place.fraction, 1.0, |v| check_fraction(source, v))?;
+        let index = segment.as_ref().map_or(Ok(count - 1), |segment| source.index(segment, count))?;
+        let fraction = number_or(fraction, 1.0, |v| check_fraction(source, v))?;
         Ok(self.refinement.place(segments, index, fraction))
     }
 }

@@ -28,6 +28,7 @@ const FILES: &[(&str, &str)] = files![
     "helix-on-plane",
     "two-rods",
     "two-arms",
+    "crane",
     "knot",
     "small-cantilever",
     "elastica",

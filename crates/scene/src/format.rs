@@ -7,11 +7,13 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
+mod body;
 mod contact;
 mod list;
 mod many;
 mod motion;
 
+pub(crate) use body::{Body, BodyShape};
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use list::List;
 pub(crate) use many::{Net, Strands};
@@ -36,6 +38,8 @@ pub(crate) struct File {
     #[serde(default)]
     pub(crate) obstacles: Vec<Spanned<Obstacle>>,
     pub(crate) air: Option<Air>,
+    #[serde(default)]
+    pub(crate) bodies: Vec<Spanned<Body>>,
     #[serde(default)]
     pub(crate) rods: Vec<Spanned<Rod>>,
     #[serde(default)]
@@ -99,7 +103,7 @@ pub(crate) struct Rod {
     pub(crate) twist_deg: Option<Number>,
     #[serde(default)]
     pub(crate) rest: Rest,
-    pub(crate) branch_of: Option<Place>,
+    pub(crate) branch_of: Option<Spanned<Place>>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
     #[serde(default)]
@@ -222,13 +226,15 @@ pub(crate) enum Face {
     EndFace,
 }
 
-/// A place on a rod's axis.
+/// A place on a rod's axis, or on a rigid body.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Place {
-    pub(crate) rod: Spanned<String>,
+    pub(crate) rod: Option<Spanned<String>>,
     pub(crate) segment: Option<Count>,
     pub(crate) fraction: Option<Number>,
+    pub(crate) body: Option<Spanned<String>>,
+    pub(crate) at_m: Option<Vector>,
 }
 
 #[derive(Deserialize)]
@@ -286,8 +292,8 @@ pub(crate) struct Tree {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Join {
-    pub(crate) a: Place,
-    pub(crate) b: Place,
+    pub(crate) a: Spanned<Place>,
+    pub(crate) b: Spanned<Place>,
 }
 
 /// One radius for the whole rod, or a linear taper.
