@@ -132,6 +132,9 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
     if !model.motions.is_empty() || !model.changes.is_empty() {
         return Err(wrong("a motion or a load over time, which a stored model would not hold".to_owned()));
     }
+    if model.segments.iter().any(|segment| segment.body.is_some()) {
+        return Err(wrong("a rigid body, which a stored model would not hold".to_owned()));
+    }
     let samples = Arc::new(Mutex::new(Samples::default()));
     let build = |_: &Model, members: &Members, topology: &Topology| -> Option<Box<dyn InitialGuess>> {
         Some(Box::new(Recorder {

@@ -151,6 +151,7 @@ impl Shard {
             added_mass,
             fixed: flags[0] != 0,
             rod: flags[1] as usize,
+            body: None,
         };
         let flags: Vec<u32> = self.u32s(Name::SegmentFlags, from.segments..to.segments).collect();
         let constants = self.arrays(Name::Segments, from.segments..to.segments);
@@ -187,6 +188,7 @@ impl Shard {
                 twist_compliance: twist,
                 youngs_modulus: youngs,
                 torsion_modulus: torsion,
+                mount: None,
             });
         }
         let gravity = self.arrays::<3>(Name::Gravity, k..k + 1).next().map(Vector3::from).unwrap_or_default();

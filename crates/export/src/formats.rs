@@ -14,6 +14,7 @@ mod csv;
 mod glb;
 mod obj;
 mod probes;
+mod solids;
 mod vtp;
 
 pub use probes::write_probes;

@@ -25,6 +25,7 @@ mod results;
 mod revision;
 mod run_folder;
 mod sealed;
+mod silhouette;
 mod snapshots;
 mod table;
 mod tensor;

@@ -8,6 +8,7 @@ use nalgebra::{Vector2, Vector3};
 use rod::{Model, ObstacleShape, State};
 
 use crate::file::write_atomically;
+use crate::silhouette::draw_bodies;
 use crate::{ExportError, TrajectoryReader};
 
 /// Most times shown.
@@ -106,8 +107,9 @@ fn draw(scene: &str, frames: &[(f64, State)], model: &Model) -> String {
         draw_obstacle(&mut svg, &view, &obstacle.shape);
     }
     let [from, to] = COLOURS;
-    // As thick as the first segment, but to be seen.
-    let thickness = segments.first().map_or(0.0, |s| 2.0 * s.radius * view.scale).clamp(1.2, 30.0);
+    // As thick as the first segment of a rod, but to be seen.
+    let thickness =
+        segments.iter().find(|s| s.body.is_none()).map_or(0.0, |s| 2.0 * s.radius * view.scale).clamp(1.2, 30.0);
     for (k, (_, state)) in frames.iter().enumerate() {
         let share = k as f64 / (frames.len() - 1).max(1) as f64;
         let [r, g, b] = [0, 1, 2].map(|c| (from[c] + share * (to[c] - from[c])) as u8);
@@ -115,8 +117,11 @@ fn draw(scene: &str, frames: &[(f64, State)], model: &Model) -> String {
             let half = state.axis(i) * (0.5 * segment.length);
             polyline([view.place(&(state.positions[i] - half)), view.place(&(state.positions[i] + half))])
         };
-        let path: String = segments.iter().enumerate().map(line).collect();
-        stroke(&mut svg, &path, &format!("rgb({r},{g},{b})"), thickness);
+        let path: String =
+            segments.iter().enumerate().filter(|(_, segment)| segment.body.is_none()).map(line).collect();
+        let colour = format!("rgb({r},{g},{b})");
+        stroke(&mut svg, &path, &colour, thickness);
+        draw_bodies(&mut svg, model, state, &colour, |place| view.place(place));
     }
     let metre = nice_length(0.2 * width / view.scale);
     let digits = (-metre.log10().floor()).max(0.0) as usize;

@@ -2,11 +2,14 @@
 
 use std::ops::Range;
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
-use crate::{Air, Body, Damping, Joint, Load, Material, Model, ModelError, Pose, Section, Segment, State, Stretch};
+use crate::{
+    Air, Body, Damping, Joint, Load, Material, Model, ModelError, Mount, Pose, RigidBody, Section, Segment, State,
+    Stretch,
+};
 
 mod copies;
 
@@ -153,6 +156,7 @@ impl Assembly {
                 added_mass: 0.0,
                 fixed: false,
                 rod: self.rods,
+                body: None,
             });
             self.made_of.push((spec.material, spec.stretch));
             self.state.positions.push(pose.position);
@@ -219,6 +223,10 @@ impl Assembly {
                     self.model.anchors[k].orientation *= roll;
                     joint.rest_darboux = roll.inverse() * joint.rest_darboux;
                 }
+                _ if joint.mount.is_some() => {
+                    joint.mount.iter_mut().for_each(|mount| mount.frame_b *= roll);
+                    joint.rest_darboux = roll.inverse() * joint.rest_darboux;
+                }
                 // Joined to another rod, at rest as it is.
                 _ => joint.rest_darboux = self.current_darboux(joint),
             }
@@ -236,6 +244,36 @@ impl Assembly {
         let mut joint = self.joint([(a, fraction_a), (b, fraction_b)], &[half(), half()]);
         joint.rest_darboux = self.current_darboux(&joint);
         self.model.joints.push(joint);
+        self
+    }
+
+    /// Adds a rigid body at `pose`, at rest (velocities zero), and returns the index of its segment.
+    pub fn body(&mut self, body: RigidBody, pose: Pose) -> usize {
+        self.model.segments.push(Segment::of_body(body, self.rods));
+        self.rods += 1;
+        // A body makes no joints: the rods that are joined to it do.
+        let none = Material { youngs_modulus: 0.0, torsion_modulus: 0.0, density: 0.0 };
+        self.made_of.push((none, Stretch::ZERO_STRETCH));
+        self.state.positions.push(pose.position);
+        self.state.orientations.push(pose.orientation);
+        self.state.velocities.push(Vector3::zeros());
+        self.state.angular_velocities.push(Vector3::zeros());
+        self.model.segments.len() - 1
+    }
+
+    /// Joins a segment, at a fraction of its length (0 the start, 1 the end), to a rigid body at a `place` in the body's frame
+    /// [m], at the angle they have now. The joint is made of the segment's material and bends over half of it, as a clamped
+    /// face. A mistake where there is no such segment.
+    pub fn attach(&mut self, segment: usize, fraction: f64, body: usize, place: &Vector3<f64>) -> &mut Self {
+        if !self.has_segments("joint", &[segment, body]) {
+            return self;
+        }
+        let offset = (fraction - 0.5) * self.model.segments[segment].length;
+        let ends = [(Body::Segment(segment), offset), (Body::Segment(body), place.z)];
+        let joint = self.composed(ends, &[self.half(segment)], segment);
+        let [q_a, q_b] = [segment, body].map(|i| self.state.orientations[i]);
+        let mount = Mount { across: [Vector2::zeros(), place.xy()], frame_b: q_b.inverse() * q_a };
+        self.model.joints.push(Joint { mount: Some(mount), ..joint });
         self
     }
 
@@ -386,13 +424,14 @@ impl Assembly {
             twist_compliance: sum(&|section| section.torsional_stiffness(&material)) / length.powi(2),
             youngs_modulus: material.youngs_modulus,
             torsion_modulus: material.torsion_modulus,
+            mount: None,
         }
     }
 
     fn current_darboux(&self, joint: &Joint) -> Vector3<f64> {
         let q_a = self.model.pose(joint.a, &self.state).orientation;
         let q_b = self.model.pose(joint.b, &self.state).orientation;
-        darboux(&q_a, &q_b, joint.length)
+        darboux(&q_a, &joint.frame_b(&q_b), joint.length)
     }
 
     fn set_last_rest(&mut self, rest: Vector3<f64>) {

@@ -54,9 +54,13 @@ impl Model {
     }
 }
 
-/// The segment of `body` and which of its ends, 0 the start or 1 the end, is `offset` [m] from its centre.
+/// The segment of `body` and which of its ends, 0 the start or 1 the end, is `offset` [m] from its centre. A rigid body has
+/// no ends.
 pub fn end_of(model: &Model, body: Body, offset: f64) -> Option<(usize, usize)> {
     let Body::Segment(segment) = body else { return None };
+    if model.segments[segment].body.is_some() {
+        return None;
+    }
     let length = model.segments[segment].length;
     let is_at = |side: f64| (offset - side * length).abs() <= TOLERANCE * length;
     [-0.5, 0.5].into_iter().position(is_at).map(|end| (segment, end))

@@ -23,7 +23,7 @@ impl Default for JointForce {
 
 impl JointForce {
     /// Of a joint's multipliers over dt^2 (Kugelstadt et al. 2018): `lambda_s` in world axes [N] and `lambda_b` in the frame
-    /// of body a [N m^2]. `a` and `b` are the bodies' orientations, `length` is the joint's [m].
+    /// of body a [N m^2]. `a` is the body's orientation, `b` that of [`Joint::frame_b`], `length` is the joint's [m].
     ///
     /// `J^T lambda` is the force `lambda_s` on body a and the torque `-(s lambda_b + u x lambda_b) / l`, (s, u) being the
     /// relative rotation `conj(q_a) q_b`.
@@ -40,13 +40,15 @@ impl JointForce {
     /// The bend-twist multiplier over dt^2 [N m^2]: the inverse of [`Self::of_multipliers`].
     fn lambda_b(&self, model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
         let [a, b] = [joint.a, joint.b].map(|body| model.pose(body, state).orientation);
-        let ((s, u), m) = (relative_rotation(&a, &b), self.moment);
+        let ((s, u), m) = (relative_rotation(&a, &joint.frame_b(&b)), self.moment);
         (m * s - u.cross(&m) + u * (u.dot(&m) / s)) * -joint.length
     }
 
     /// Pull along the axis d3 of body a [N]; negative where the joint is pressed.
     pub fn tension(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
-        self.force.dot(&axis(model, state, joint))
+        // Of a rod and a rigid body the rod comes first, also where the body is at its start.
+        let sign = if joint.mount.is_some() && joint.offset_a < 0.0 { -1.0 } else { 1.0 };
+        self.force.dot(&axis(model, state, joint)) * sign
     }
 
     /// How far the joint is from its constraints, `max(|C_s + alpha~ lambda_s| / l, |C_b + alpha~ lambda_b| l)`: the gap in
@@ -66,7 +68,7 @@ impl JointForce {
 /// Curvature of the rod at a joint [1/m]: the Darboux vector without its twist.
 pub fn curvature(model: &Model, state: &State, joint: &Joint) -> f64 {
     let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
-    darboux(&a.orientation, &b.orientation, joint.length).xy().norm()
+    darboux(&a.orientation, &joint.frame_b(&b.orientation), joint.length).xy().norm()
 }
 
 /// Axis d3 of a joint's body a.

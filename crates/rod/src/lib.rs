@@ -1,6 +1,6 @@
 //! Elastic rods and trees of rods, as data: what a solver needs to know and nothing of how it solves.
 //!
-//! A [`Model`] holds [`Segment`]s (rigid cylinders), [`Joint`]s between them (a stretch-shear and a bend-twist constraint
+//! A [`Model`] holds [`Segment`]s (rigid cylinders, or a [`RigidBody`] each), [`Joint`]s between them (a stretch-shear and a bend-twist constraint
 //! each, with compliance), ground anchors, loads, gravity, damping, air, and
 //! [`Motion`]s that drive what is held and obstacles. A [`State`] holds what moves. An [`Assembly`]
 //! builds both from rods with a centreline, branches and clamps; [`Model::joints_of`] says which joints a rod has.
@@ -18,10 +18,12 @@ pub mod darboux;
 mod joint_force;
 mod material;
 pub mod measure;
+mod mesh;
 mod model;
 mod motion;
 mod probe;
 mod reaction;
+mod rigid;
 pub mod shape;
 mod track;
 mod wind;
@@ -32,9 +34,11 @@ pub use chain::{Successor, end_of, successors};
 pub use contact::{Contacts, Friction, Obstacle, ObstacleShape, Surface};
 pub use joint_force::{JointForce, curvature};
 pub use material::{Material, Section, Stretch};
+pub use mesh::Mesh;
 pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, State};
 pub use motion::{Carried, DriveError, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose};
 pub use probe::{Probe, Quantity, Reading};
 pub use reaction::Reaction;
+pub use rigid::{BodyShape, Mount, RigidBody};
 pub use track::{Change, Changing, Track};
 pub use wind::{Gusts, Wind, WindNow};

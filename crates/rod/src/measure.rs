@@ -28,6 +28,9 @@ impl Energy {
 
 /// `I w` [kg m^2/s] of a segment at orientation `q`, for any world vector `w`.
 pub(crate) fn apply_inertia(segment: &Segment, q: &UnitQuaternion<f64>, w: &Vector3<f64>) -> Vector3<f64> {
+    if let Some(body) = &segment.body {
+        return q * (q.inverse() * w).component_mul(&body.inertia);
+    }
     let axis = q * Vector3::z();
     let along = axis * axis.dot(w);
     (w - along) * segment.transverse_inertia() + along * segment.axial_inertia()
@@ -36,15 +39,15 @@ pub(crate) fn apply_inertia(segment: &Segment, q: &UnitQuaternion<f64>, w: &Vect
 /// Gap C_s [m] between the connectors of a joint.
 pub fn stretch_gap(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
     let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
-    let connector_a = a.position + a.orientation * Vector3::z() * joint.offset_a;
-    let connector_b = b.position + b.orientation * Vector3::z() * joint.offset_b;
+    let connector_a = a.position + joint.arm_a(&a.orientation);
+    let connector_b = b.position + joint.arm_b(&b.orientation);
     connector_a - connector_b
 }
 
 /// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's body a.
 pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
     let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
-    darboux(&a.orientation, &b.orientation, joint.length) - joint.rest_darboux
+    darboux(&a.orientation, &joint.frame_b(&b.orientation), joint.length) - joint.rest_darboux
 }
 
 /// Energies of a state. Torques have no potential and are left out; a compliance of zero stores no energy.

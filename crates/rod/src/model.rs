@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::motion::{self, DriveError};
-use crate::{Air, Change, Contacts, Driven, track};
+use crate::{Air, Change, Contacts, Driven, Mount, RigidBody, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Pose {
     pub orientation: UnitQuaternion<f64>,
 }
 
-/// A rigid cylinder: one node of the paper's graph (section 3.1).
+/// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Length l [m].
@@ -33,11 +33,24 @@ pub struct Segment {
     pub fixed: bool,
     /// Index of the rod that the segment belongs to; below the number of segments.
     pub rod: usize,
+    /// Makes it a rigid body of its own mass, inertia and shape. Length, radius and density are then those of a cylinder
+    /// of about its size and mass.
+    pub body: Option<RigidBody>,
 }
 
 impl Segment {
+    /// A rigid body that moves freely, as the only segment of `rod`.
+    pub fn of_body(body: RigidBody, rod: usize) -> Self {
+        let (length, radius) = body.size();
+        let density = body.mass / (std::f64::consts::PI * radius.powi(2) * length);
+        Self { length, radius, density, added_mass: 0.0, fixed: false, rod, body: Some(body) }
+    }
+
     /// Mass m = rho pi r^2 l [kg], without the added mass.
     pub fn own_mass(&self) -> f64 {
+        if let Some(body) = &self.body {
+            return body.mass;
+        }
         self.density * std::f64::consts::PI * self.radius.powi(2) * self.length
     }
 
@@ -46,14 +59,29 @@ impl Segment {
         self.own_mass() + self.added_mass
     }
 
-    /// Moment of inertia across the axis, m (3 r^2 + l^2) / 12 [kg m^2].
+    /// Moment of inertia across the axis, m (3 r^2 + l^2) / 12 [kg m^2]; of a rigid body the mean of its two.
     pub fn transverse_inertia(&self) -> f64 {
+        if let Some(body) = &self.body {
+            return 0.5 * (body.inertia.x + body.inertia.y);
+        }
         self.own_mass() * (3.0 * self.radius.powi(2) + self.length.powi(2)) / 12.0
     }
 
     /// Moment of inertia about the axis, m r^2 / 2 [kg m^2].
     pub fn axial_inertia(&self) -> f64 {
+        if let Some(body) = &self.body {
+            return body.inertia.z;
+        }
         self.own_mass() * self.radius.powi(2) / 2.0
+    }
+
+    /// Half the length of the axis and the radius [m] of the capsule with which it touches others; `None` of a rigid body
+    /// that touches nothing.
+    pub fn capsule(&self) -> Option<(f64, f64)> {
+        match &self.body {
+            None => Some((0.5 * self.length, self.radius)),
+            Some(body) => body.shape.capsule().filter(|_| body.touches),
+        }
     }
 }
 
@@ -78,7 +106,8 @@ impl fmt::Display for Body {
 /// A stretch-shear and a bend-twist constraint between two bodies: one edge of the paper's graph (section 3.1).
 ///
 /// With connectors at `offset_a` and `offset_b` along the axes,
-/// `C_s = x_a + offset_a d3_a - x_b - offset_b d3_b` and `C_b = (2 / l) Im(conj(q_a) q_b) - Omega_0`.
+/// `C_s = x_a + offset_a d3_a - x_b - offset_b d3_b` and `C_b = (2 / l) Im(conj(q_a) q_b) - Omega_0`. On rigid bodies
+/// [`Joint::mount`] adds places across the axes, and a frame that stands in for that of b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// First body; the Darboux vector and the bend-twist multiplier are expressed in its frame.
@@ -105,6 +134,30 @@ pub struct Joint {
     pub youngs_modulus: f64,
     /// Torsion modulus T of the joint's material [Pa] (an edge feature of the paper's graph).
     pub torsion_modulus: f64,
+    /// How it holds on to rigid bodies; `None` between rods.
+    pub mount: Option<Mount>,
+}
+
+impl Joint {
+    /// From the centre of body a, which is oriented so, to its connector [m].
+    pub fn arm_a(&self, q_a: &UnitQuaternion<f64>) -> Vector3<f64> {
+        self.arm(q_a, self.offset_a, 0)
+    }
+
+    /// From the centre of body b, which is oriented so, to its connector [m].
+    pub fn arm_b(&self, q_b: &UnitQuaternion<f64>) -> Vector3<f64> {
+        self.arm(q_b, self.offset_b, 1)
+    }
+
+    fn arm(&self, q: &UnitQuaternion<f64>, offset: f64, end: usize) -> Vector3<f64> {
+        let along = q * Vector3::z() * offset;
+        self.mount.map_or(along, |mount| along + q * mount.across[end].push(0.0))
+    }
+
+    /// The joint's frame on body b, which is oriented so.
+    pub fn frame_b(&self, q_b: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+        self.mount.map_or(*q_b, |mount| q_b * mount.frame_b)
+    }
 }
 
 /// A load on one segment, in world axes.
@@ -301,6 +354,17 @@ impl Model {
             positive("segment", i, "density", s.density)?;
             positive("segment", i, "axial inertia", s.axial_inertia())?;
             not_negative("segment", i, "added mass", s.added_mass)?;
+            if let Some(body) = &s.body {
+                positive("segment", i, "mass", body.mass)?;
+                body.shape.sizes().into_iter().try_for_each(|(name, size)| positive("segment", i, name, size))?;
+                body.inertia.iter().try_for_each(|&moment| positive("segment", i, "moment of inertia", moment))?;
+                not_negative("segment", i, "drag area", body.drag_area)?;
+                let (most, sum) = (body.inertia.max(), body.inertia.sum());
+                if most > (sum - most) * (1.0 + 1e-9) {
+                    let (quantity, allowed) = ("largest moment of inertia", "no more than the sum of the other two");
+                    return Err(ModelError::Value { what: "segment", index: i, quantity, value: most, allowed });
+                }
+            }
         }
         for (i, j) in self.joints.iter().enumerate() {
             self.validate_joint(i, j)?;
@@ -311,6 +375,11 @@ impl Model {
             not_negative("joint", i, "shear compliance", j.shear_compliance)?;
             not_negative("joint", i, "bend compliance", j.bend_compliance)?;
             not_negative("joint", i, "twist compliance", j.twist_compliance)?;
+            if let Some(Mount { across: [a, b], frame_b }) = &j.mount {
+                finite("joint", i, "place", &[a.x, a.y, b.x, b.y])?;
+                finite("joint", i, "orientation", frame_b.as_vector().as_slice())?;
+                unit("joint", i, "norm of the orientation", frame_b.as_vector().norm())?;
+            }
         }
         for (i, a) in self.anchors.iter().enumerate() {
             finite("anchor", i, "position", a.position.as_slice())?;

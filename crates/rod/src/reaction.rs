@@ -29,19 +29,18 @@ impl Reaction {
         let mut anchors: Vec<Self> = (0..model.anchors.len()).map(|i| zero(Body::Anchor(i))).collect();
         let mut segments: Vec<Self> = (0..model.segments.len()).map(|i| zero(Body::Segment(i))).collect();
         for (joint, given) in model.joints.iter().zip(forces) {
-            let a = model.pose(joint.a, after);
-            let moment = a.orientation * given.moment;
-            let mut add = |body: Body, offset: f64, sign: f64| {
+            let [a, b] = [joint.a, joint.b].map(|body| model.pose(body, after).orientation);
+            let moment = a * given.moment;
+            let mut add = |body: Body, arm: Vector3<f64>, sign: f64| {
                 let own = match body {
                     Body::Segment(i) => &mut segments[i],
                     Body::Anchor(i) => &mut anchors[i],
                 };
-                let arm = model.pose(body, after).orientation * Vector3::z() * offset;
                 own.force -= given.force * sign;
                 own.moment -= (arm.cross(&given.force) + moment) * sign;
             };
-            add(joint.a, joint.offset_a, 1.0);
-            add(joint.b, joint.offset_b, -1.0);
+            add(joint.a, joint.arm_a(&a), 1.0);
+            add(joint.b, joint.arm_b(&b), -1.0);
         }
         for load in &model.loads {
             let own = &mut segments[load.segment];

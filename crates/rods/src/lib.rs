@@ -36,6 +36,12 @@
 //!    joint transmits. [`measure`](state::measure) has energies, momenta and lengths.
 //! 4. **Which joint is which.** [`Model::joints_of`](state::Model::joints_of) gives a rod's joints in order along it.
 //!
+//! # Rigid bodies
+//!
+//! [`Assembly::body`](assembly::Assembly::body) adds a [`RigidBody`](assembly::RigidBody) of any inertia: a weight, a hook, a
+//! hand. [`Assembly::attach`](assembly::Assembly::attach) joins a segment to it at any place. A body is a segment of the
+//! model and the state like those of rods, so that it can be fixed, driven, loaded and measured as they are.
+//!
 //! # Grips that move
 //!
 //! A fixed segment or a clamped face follows a [`Motion`](motion::Motion): keyframes or velocities, in the model from the
@@ -67,11 +73,11 @@
 
 pub use nalgebra;
 
-/// Building a model and its first state: rods, clamps, loads, air, contacts.
+/// Building a model and its first state: rods, rigid bodies, clamps, loads, air, contacts.
 pub mod assembly {
     pub use rod::{
-        Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
-        Section, Stretch, Surface, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, Load, Material, Mesh, Mount, Obstacle,
+        ObstacleShape, RestShape, RigidBody, RodSpec, Section, Stretch, Surface, Wind, shape,
     };
 }
 
@@ -142,8 +148,8 @@ pub mod prelude {
     pub use nalgebra::{UnitQuaternion, Vector3};
 
     pub use crate::assembly::{
-        Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
-        Stretch, Surface, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape,
+        RestShape, RigidBody, RodSpec, Stretch, Surface, Wind, shape,
     };
     pub use crate::motion::{Carried, Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};

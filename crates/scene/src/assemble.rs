@@ -13,7 +13,7 @@ use crate::origin::origin;
 use crate::refine::Refinement;
 use crate::shape::number_or;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, RunDefaults, Scene, contact, copies, defaults, format, net, probe, rods};
+use crate::{MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, format, net, probe, rods};
 
 /// The scene that `file` describes, its segments cut into parts.
 pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement) -> Result<Scene> {
@@ -27,8 +27,9 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         every: file.run.every.as_ref().map_or(Ok(1), |v| source.count(v, 1, 1_000_000_000))?,
     };
     let from = file.run.from.as_ref().map(|from| origin(source, from)).transpose()?;
-    if file.rods.is_empty() && file.nets.is_empty() {
-        return Err(source.invalid(0, "there must be at least one rod (`rods`) or net (`nets`)".to_owned()));
+    if file.rods.is_empty() && file.nets.is_empty() && file.bodies.is_empty() {
+        let message = "there must be at least one rod (`rods`), net (`nets`) or rigid body (`bodies`)";
+        return Err(source.invalid(0, message.to_owned()));
     }
     check_size(source, file, refinement)?;
     let (contacts, obstacles) = contact::contacts(source, file)?;
@@ -38,6 +39,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     if let Some(air) = &file.air {
         assembly.air(self::air(source, air)?);
     }
+    let in_contact = !contacts.is_empty();
     assembly.model_mut().contacts = contacts;
     if let Some(gravity) = &file.gravity_over_time {
         if let Some(constant) = &file.gravity_m_s2 {
@@ -51,6 +53,10 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     let mut builder = Builder::new(refinement, assembly, run.dt * run.steps as f64);
     // Place in the text of the entry that each rod comes from.
     let mut entry_of = Vec::new();
+    for (i, body) in file.bodies.iter().enumerate() {
+        bodies::add(&mut builder, source, i, body, in_contact)?;
+        entry_of.resize(builder.rods.len(), body.span());
+    }
     for (i, rod) in file.rods.iter().enumerate() {
         rods::add(&mut builder, source, i, rod)?;
         entry_of.resize(builder.rods.len(), rod.span());
@@ -60,10 +66,12 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         Net::new(source, entry, refinement)?.build(&mut builder, &name);
         entry_of.resize(builder.rods.len(), entry.span());
     }
-    let is_known = |builder: &Builder, place: &format::Place| builder.has(place.rod.get_ref());
+    let is_known = |builder: &Builder, place: &format::Place| {
+        place.rod.as_ref().or(place.body.as_ref()).is_none_or(|name| builder.has(name.get_ref()))
+    };
     let (joins, of_copies): (Vec<_>, Vec<_>) = file.joins.iter().partition(|join| {
         let format::Join { a, b } = join.get_ref();
-        is_known(&builder, a) && is_known(&builder, b) || file.copies.is_empty()
+        is_known(&builder, a.get_ref()) && is_known(&builder, b.get_ref()) || file.copies.is_empty()
     });
     for join in joins {
         builder.join(source, join)?;
@@ -118,7 +126,7 @@ fn wind(source: &Source, wind: &format::Wind) -> Result<Wind> {
 
 /// Checks all counts, so that no later stage allocates more than [`MAX_SEGMENTS`] need.
 fn check_size(source: &Source, file: &format::File, refinement: Refinement) -> Result<()> {
-    let mut total: usize = 0;
+    let mut total: usize = file.bodies.len();
     let mut add = |what: &str, span: Range<usize>, segments: usize| {
         total = total.saturating_add(segments.saturating_mul(refinement.0));
         if total > MAX_SEGMENTS {

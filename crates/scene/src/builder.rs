@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, RodSpec, Segment};
+use rod::{Assembly, Pose, RigidBody, RodSpec, Segment};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
@@ -14,6 +14,22 @@ use crate::{RodInfo, format};
 
 /// How far apart two joined places may lie, in units of the shorter segment.
 const JOIN_TOLERANCE: f64 = 0.01;
+
+/// A place that joints hold on to.
+#[derive(Clone, Copy)]
+pub(crate) enum Spot {
+    /// At a fraction of the length of a segment of a rod.
+    Rod(usize, f64),
+    /// At a place in the frame of a rigid body, by its segment [m]; `None` where none is given.
+    Body(usize, Option<Vector3<f64>>),
+}
+
+impl format::Place {
+    /// Place in the text of the name that it gives; nowhere if it gives none.
+    pub(crate) fn named(&self) -> Range<usize> {
+        self.rod.as_ref().or(self.body.as_ref()).map_or(0..0, Spanned::span)
+    }
+}
 
 /// The rods built so far.
 pub(crate) struct Builder {
@@ -46,6 +62,17 @@ impl Builder {
         let length = self.assembly.drawn_length(i);
         let state = self.assembly.state_mut();
         state.positions[i] + state.axis(i) * ((fraction - 0.5) * length)
+    }
+
+    /// Place [m] of a spot; on a body that gives none, its centre of mass.
+    pub(crate) fn place_of(&mut self, spot: Spot) -> Vector3<f64> {
+        match spot {
+            Spot::Rod(segment, fraction) => self.point(segment, fraction),
+            Spot::Body(body, at) => {
+                let state = self.assembly.state_mut();
+                state.positions[body] + state.orientations[body] * at.unwrap_or_default()
+            }
+        }
     }
 
     /// `given` or `default`, if no rod has that name yet; `span` is the entry's place in the text.
@@ -91,6 +118,13 @@ impl Builder {
         self.rods.last().map_or(0, |rod| rod.segments.end)
     }
 
+    /// Adds a rigid body and returns its segment.
+    pub(crate) fn add_body(&mut self, name: String, body: RigidBody, pose: Pose) -> usize {
+        let segment = self.assembly.body(body, pose);
+        self.register(RodInfo { name, segments: segment..segment + 1, closed: false }, None);
+        segment
+    }
+
     /// Fixes all parts of the file's segment `index` of a rod.
     pub(crate) fn fix(&mut self, rod: &Range<usize>, index: usize) {
         for part in self.refinement.parts(rod, index) {
@@ -100,7 +134,15 @@ impl Builder {
 
     pub(crate) fn join(&mut self, source: &Source, join: &Spanned<format::Join>) -> Result<()> {
         let format::Join { a, b } = join.get_ref();
-        let ((a, fraction_a), (b, fraction_b)) = (self.place(source, a)?, self.place(source, b)?);
+        let spots = [self.spot(source, a)?, self.spot(source, b)?];
+        let ((a, fraction_a), (b, fraction_b)) = match spots {
+            [Spot::Rod(a, fraction_a), Spot::Rod(b, fraction_b)] => ((a, fraction_a), (b, fraction_b)),
+            [Spot::Rod(segment, fraction), Spot::Body(body, at)]
+            | [Spot::Body(body, at), Spot::Rod(segment, fraction)] => {
+                return self.join_body(source, join, (segment, fraction), (body, at));
+            }
+            _ => return source.wrong(join.span(), "one of `a` and `b` must be a `rod`"),
+        };
         if a == b {
             return source.wrong(join.span(), "`a` and `b` are the same segment");
         }
@@ -116,39 +158,106 @@ impl Builder {
         Ok(())
     }
 
+    /// Joins a segment to a rigid body: where it is, or at a place that is given.
+    fn join_body(
+        &mut self,
+        source: &Source,
+        join: &Spanned<format::Join>,
+        (segment, fraction): (usize, f64),
+        (body, at): (usize, Option<Vector3<f64>>),
+    ) -> Result<()> {
+        let point = self.point(segment, fraction);
+        let state = self.assembly.state_mut();
+        let here = state.orientations[body].inverse() * (point - state.positions[body]);
+        let gap = at.map_or(0.0, |at| (here - at).norm());
+        let most = JOIN_TOLERANCE * self.refinement.0 as f64 * self.segment(segment).length;
+        if gap > most {
+            let (gap, most) = (short(gap), short(most));
+            let message = format!(
+                "`a` and `b` are {gap} m apart, but places to be joined must meet within {most} m; without `at_m` the body is \
+                 held where the rod is"
+            );
+            return source.wrong(join.span(), &message);
+        }
+        self.assembly.attach(segment, fraction, body, &at.unwrap_or(here));
+        Ok(())
+    }
+
     /// Joins two segments at fractions of their lengths, as [`Assembly::join`].
     pub(crate) fn join_at(&mut self, a: (usize, f64), b: (usize, f64)) {
         self.assembly.join(a.0, a.1, b.0, b.1);
     }
 
     /// The rod of a name.
-    pub(crate) fn rod(&self, source: &Source, name: &Spanned<String>) -> Result<&RodInfo> {
-        let Some(&rod) = self.by_name.get(name.get_ref()) else {
-            return source.must_be(name.span(), &self.known_rods("the name of a rod that comes before it"));
-        };
-        Ok(&self.rods[rod])
+    pub(crate) fn rod(&mut self, source: &Source, name: &Spanned<String>) -> Result<&RodInfo> {
+        let index = self.named(source, name, false)?;
+        Ok(&self.rods[index])
+    }
+
+    /// What a place in the file says.
+    pub(crate) fn spot(&mut self, source: &Source, place: &Spanned<format::Place>) -> Result<Spot> {
+        let format::Place { rod, segment, fraction, body, at_m } = place.get_ref();
+        let along = [segment.as_ref().map(Spanned::span), fraction.as_ref().map(Spanned::span)];
+        match (rod, body) {
+            (Some(_), None) if at_m.is_some() => {
+                source.wrong(at_m.as_ref().map_or(0..0, Spanned::span), "goes with `body`, not with `rod`")
+            }
+            (Some(rod), None) => {
+                self.on_rod(source, rod, segment, fraction).map(|(i, fraction)| Spot::Rod(i, fraction))
+            }
+            (None, Some(body)) => match along.into_iter().flatten().next() {
+                Some(span) => source.wrong(span, "goes with `rod`, not with `body`"),
+                None => {
+                    let index = self.named(source, body, true)?;
+                    let at = at_m.as_ref().map(|at| source.vector(at, "m")).transpose()?;
+                    Ok(Spot::Body(self.rods[index].segments.start, at))
+                }
+            },
+            (None, None) => source.wrong(place.span(), "missing key `rod` (or `body`)"),
+            (Some(_), Some(body)) => source.wrong(body.span(), "give either `rod` or `body`, not both"),
+        }
+    }
+
+    /// Index of the rod, or of the rigid body, of a name.
+    fn named(&mut self, source: &Source, name: &Spanned<String>, body: bool) -> Result<usize> {
+        let segments = &self.assembly.model_mut().segments;
+        let is_it = |rod: &RodInfo| segments.get(rod.segments.start).is_some_and(|own| own.body.is_some()) == body;
+        match self.by_name.get(name.get_ref()) {
+            Some(&index) if is_it(&self.rods[index]) => Ok(index),
+            _ => {
+                let what = if body { "the name of a body" } else { "the name of a rod that comes before it" };
+                source.must_be(name.span(), &known_names(what, self.rods.iter().filter(|rod| is_it(rod))))
+            }
+        }
     }
 
     /// Segment of the model and fraction of its length.
-    pub(crate) fn place(&self, source: &Source, place: &format::Place) -> Result<(usize, f64)> {
-        let segments = &self.rod(source, &place.rod)?.segments;
+    fn on_rod(
+        &mut self,
+        source: &Source,
+        rod: &Spanned<String>,
+        segment: &Option<format::Count>,
+        fraction: &Option<format::Number>,
+    ) -> Result<(usize, f64)> {
+        let rod = self.named(source, rod, false)?;
+        let segments = &self.rods[rod].segments;
         let count = self.refinement.count(segments);
-        let index = place.segment.as_ref().map_or(Ok(count - 1), |segment| source.index(segment, count))?;
-        let fraction = number_or(&place.fraction, 1.0, |v| check_fraction(source, v))?;
+        let index = segment.as_ref().map_or(Ok(count - 1), |segment| source.index(segment, count))?;
+        let fraction = number_or(fraction, 1.0, |v| check_fraction(source, v))?;
         Ok(self.refinement.place(segments, index, fraction))
     }
+}
 
-    /// What is asked for, and some of the names that there are.
-    pub(crate) fn known_rods(&self, asked: &str) -> String {
-        const SHOWN: usize = 8;
-        let mut known: Vec<_> = self.rods.iter().take(SHOWN).map(|rod| format!("`{}`", rod.name)).collect();
-        if self.rods.len() > SHOWN {
-            known.push("...".to_owned());
-        }
-        match known.is_empty() {
-            true => format!("{asked}, and there is none"),
-            false => format!("{asked}: {}", known.join(", ")),
-        }
+/// What is asked for, and some of the names that there are.
+pub(crate) fn known_names<'a>(asked: &str, rods: impl Iterator<Item = &'a RodInfo>) -> String {
+    const SHOWN: usize = 8;
+    let mut known: Vec<_> = rods.take(SHOWN + 1).map(|rod| format!("`{}`", rod.name)).collect();
+    if known.len() > SHOWN {
+        known[SHOWN] = "...".to_owned();
+    }
+    match known.is_empty() {
+        true => format!("{asked}, and there is none"),
+        false => format!("{asked}: {}", known.join(", ")),
     }
 }
 

@@ -29,6 +29,7 @@ const FILES: &[(&str, &str)] = files![
     "two-rods",
     "two-arms",
     "suture",
+    "crane",
     "knot",
     "small-cantilever",
     "elastica",

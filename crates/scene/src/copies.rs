@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rod::Pose;
 use toml::Spanned;
 
-use crate::builder::Builder;
+use crate::builder::{Builder, known_names};
 use crate::error::{Result, Source};
 use crate::{MAX_SEGMENTS, RodInfo, format};
 
@@ -56,7 +56,7 @@ fn originals(builder: &Builder, source: &Source, own: &format::Copies) -> Result
             }
         }
         if !found {
-            return source.must_be(name.span(), &builder.known_rods("the name of a rod or a net"));
+            return source.must_be(name.span(), &known_names("the name of a rod, a net or a body", builder.rods.iter()));
         }
     }
     // A branch comes after what it grows on.

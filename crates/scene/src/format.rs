@@ -7,6 +7,7 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
+mod body;
 mod contact;
 mod curve;
 mod list;
@@ -14,6 +15,7 @@ mod many;
 mod motion;
 mod probe;
 
+pub(crate) use body::{Body, BodyShape};
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;
@@ -40,6 +42,8 @@ pub(crate) struct File {
     #[serde(default)]
     pub(crate) obstacles: Vec<Spanned<Obstacle>>,
     pub(crate) air: Option<Air>,
+    #[serde(default)]
+    pub(crate) bodies: Vec<Spanned<Body>>,
     #[serde(default)]
     pub(crate) rods: Vec<Spanned<Rod>>,
     #[serde(default)]
@@ -111,7 +115,7 @@ pub(crate) struct Rod {
     pub(crate) strain: Option<Number>,
     pub(crate) rest_length_m: Option<Number>,
     pub(crate) tension_n: Option<Number>,
-    pub(crate) branch_of: Option<Place>,
+    pub(crate) branch_of: Option<Spanned<Place>>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
     #[serde(default)]
@@ -246,13 +250,15 @@ pub(crate) enum Face {
     EndFace,
 }
 
-/// A place on a rod's axis.
+/// A place on a rod's axis, or on a rigid body.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Place {
-    pub(crate) rod: Spanned<String>,
+    pub(crate) rod: Option<Spanned<String>>,
     pub(crate) segment: Option<Count>,
     pub(crate) fraction: Option<Number>,
+    pub(crate) body: Option<Spanned<String>>,
+    pub(crate) at_m: Option<Vector>,
 }
 
 #[derive(Deserialize)]
@@ -310,8 +316,8 @@ pub(crate) struct Tree {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Join {
-    pub(crate) a: Place,
-    pub(crate) b: Place,
+    pub(crate) a: Spanned<Place>,
+    pub(crate) b: Spanned<Place>,
 }
 
 /// One radius for the whole rod, or a linear taper.

@@ -17,6 +17,7 @@ use std::path::Path;
 use rod::{Model, Probe, State};
 
 mod assemble;
+mod bodies;
 mod builder;
 mod builtin;
 mod columns;
@@ -66,7 +67,7 @@ pub struct Scene {
     pub state: State,
     /// How it is run unless the user says otherwise.
     pub run: RunDefaults,
-    /// The rods, in the order of their segments; [`rod::Segment::rod`] points here.
+    /// The bodies and the rods, in the order of their segments; [`rod::Segment::rod`] points here.
     pub rods: Vec<RodInfo>,
     /// Names of the obstacles, in the model's order: the file's, or `obstacle-K` for the nameless `obstacles[K]`.
     pub obstacles: Vec<String>,
@@ -87,11 +88,12 @@ pub struct RunDefaults {
     pub every: usize,
 }
 
-/// Where one rod of a scene is found in its model.
+/// Where one rod of a scene is found in its model; or one rigid body, which is a rod of one segment there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RodInfo {
     /// Name: the file's, `rod-K` for the nameless `rods[K]`, or `NAME/K` for the K-th branch grown on a tree's trunk or
-    /// the K-th strand. A net's ropes are `NAME/x-K` and `NAME/y-K`, and the nameless `nets[K]` is `net-K`.
+    /// the K-th strand. A net's ropes are `NAME/x-K` and `NAME/y-K`, and the nameless `nets[K]` is `net-K`; the nameless
+    /// `bodies[K]` is `body-K`.
     pub name: String,
     /// Its segments in the model.
     pub segments: Range<usize>,

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rod::{Body, Change, Changing, Load, RodSpec};
 use toml::Spanned;
 
-use crate::builder::{Builder, check_fraction};
+use crate::builder::{Builder, Spot, check_fraction};
 use crate::error::{Result, Source};
 use crate::grips::Grips;
 use crate::motion::{Prepared, track};
@@ -21,7 +21,7 @@ use crate::{MAX_SEGMENTS, format, properties};
 pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
     let rod = entry.get_ref();
     let name = builder.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
-    let branch_of = rod.branch_of.as_ref().map(|place| builder.place(source, place)).transpose()?;
+    let branch_of = rod.branch_of.as_ref().map(|place| builder.spot(source, place)).transpose()?;
     let spec = spec(builder, source, rod, branch_of)?;
     let motions = rod.motions.iter().map(|motion| Prepared::new(source, motion)).collect::<Result<Vec<_>>>()?;
     let Some(strands) = &rod.strands else { return build(builder, source, entry, name, &spec, branch_of, &motions) };
@@ -39,11 +39,17 @@ fn build(
     entry: &Spanned<format::Rod>,
     name: String,
     spec: &RodSpec,
-    branch_of: Option<(usize, f64)>,
+    branch_of: Option<Spot>,
     motions: &[Prepared],
 ) -> Result<()> {
     let rod = entry.get_ref();
-    let segments = builder.add_rod(name, spec, branch_of);
+    let segments = match branch_of {
+        Some(Spot::Rod(segment, fraction)) => builder.add_rod(name, spec, Some((segment, fraction))),
+        _ => builder.add_rod(name, spec, None),
+    };
+    if let Some(Spot::Body(body, at)) = branch_of {
+        builder.assembly.attach(segments.start, 0.0, body, &at.unwrap_or_default());
+    }
     let count = builder.refinement.count(&segments);
     if spec.closed && !rod.clamp.is_empty() {
         return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
@@ -88,16 +94,16 @@ fn build(
     Ok(())
 }
 
-fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Option<(usize, f64)>) -> Result<RodSpec> {
+fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Option<Spot>) -> Result<RodSpec> {
     let shape = rod.shape.get_ref();
     let closed = shape.closed();
     if let (Some(_), Some(start)) = (branch_of, shape.start()) {
         return source.wrong(start.span(), "a branch starts on its parent; leave it out");
     }
     if let (true, Some(place)) = (closed, &rod.branch_of) {
-        return source.wrong(place.rod.span(), "a closed rod cannot be a branch; use `joins`");
+        return source.wrong(place.get_ref().named(), "a closed rod cannot be a branch; use `joins`");
     }
-    let at = branch_of.map(|(segment, fraction)| builder.point(segment, fraction));
+    let at = branch_of.map(|spot| builder.place_of(spot));
     let material = properties::material(source, &rod.youngs_modulus_pa, &rod.torsion_modulus_pa, &rod.density_kg_m3)?;
     let gravity = builder.assembly.model_mut().gravity;
     let nodes = shape.nodes(source, rod.shape.span(), at, gravity, builder.refinement)?;
@@ -124,8 +130,7 @@ fn add_load(
     segments: &Range<usize>,
     closed: bool,
 ) -> Result<()> {
-    let format::Load { at, segment, fraction, force_n, torque_n_m, times_s, forces_n, torques_n_m, interpolation } =
-        load.get_ref();
+    let format::Load { at, segment, fraction, .. } = load.get_ref();
     let (segment, fraction) = match (at, segment) {
         (Some(at), None) if closed => return source.wrong(at.span(), "a closed rod has no end faces"),
         (Some(at), None) => {
@@ -144,6 +149,19 @@ fn add_load(
         }
         _ => return source.wrong(load.span(), "give either `at` or `segment`"),
     };
+    let offset = (fraction - 0.5) * builder.segment(segment).length;
+    add_forces(builder, source, load, segment, offset)
+}
+
+/// Lets an entry's forces and torques act on a segment, at a place along its axis [m].
+pub(crate) fn add_forces(
+    builder: &mut Builder,
+    source: &Source,
+    load: &Spanned<format::Load>,
+    segment: usize,
+    offset: f64,
+) -> Result<()> {
+    let format::Load { force_n, torque_n_m, times_s, forces_n, torques_n_m, interpolation, .. } = load.get_ref();
     let changes = [forces_n, torques_n_m].into_iter().flatten().next();
     match (times_s, changes) {
         (Some(times), None) => return source.wrong(times.span(), "goes with `forces_n` or `torques_n_m`"),
@@ -163,7 +181,6 @@ fn add_load(
     }
     let vector =
         |value: &Option<format::Vector>, unit| value.as_ref().map_or(Ok(Vector3::zeros()), |v| source.vector(v, unit));
-    let offset = (fraction - 0.5) * builder.segment(segment).length;
     let (mut force, mut torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
     let index = builder.assembly.model_mut().loads.len();
     if let Some(times) = times_s {

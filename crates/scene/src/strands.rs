@@ -54,7 +54,7 @@ impl Strands {
             return source.wrong(span, "strands start on their sphere and point outwards; leave it out");
         }
         if let Some(place) = &rod.branch_of {
-            return source.wrong(place.rod.span(), "strands start on their sphere; leave `branch_of` out");
+            return source.wrong(place.get_ref().named(), "strands start on their sphere; leave `branch_of` out");
         }
         let (centre, radius) = sphere(source, &strands.on)?;
         let gap = number_or(&strands.gap_m, 0.0, |v| source.not_negative(v, "m"))?;

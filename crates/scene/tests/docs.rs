@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../README.md");
 const RECIPES: &str = include_str!("../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 38] = [
+const PROBES: [&str; 46] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -47,6 +47,13 @@ const PROBES: [&str; 38] = [
     "nets = [{ zzz = 1 }]",
     "probes = [{ zzz = 1 }]",
     "copies = [{ zzz = 1 }]",
+    "bodies = [{ zzz = 1 }]",
+    "bodies = [{ shape.zzz = 1 }]",
+    "bodies = [{ shape.sphere.zzz = 1 }]",
+    "bodies = [{ shape.capsule.zzz = 1 }]",
+    "bodies = [{ shape.box.zzz = 1 }]",
+    "bodies = [{ motions = [{ zzz = 1 }] }]",
+    "joins = [{ a.zzz = 1 }]",
 ];
 
 #[test]
@@ -58,7 +65,7 @@ fn every_key_is_documented_and_tried() {
         keys.extend(known.split('`').skip(1).step_by(2).map(str::to_owned));
     }
     assert!(keys.len() > 50, "{keys:?}");
-    let everything = include_str!("everything.toml");
+    let everything = concat!(include_str!("everything.toml"), include_str!("bodies.toml"));
     // The file has constant gravity, which does not go with the other.
     for key in
         keys.iter().filter(|key| !["zero", "initial", "gravity_over_time", "values_m_s2"].contains(&key.as_str()))
@@ -79,7 +86,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 7);
+    assert_eq!(scenes, 10);
 }
 
 /// Every recipe is a scene; the tables that it names stand below it.

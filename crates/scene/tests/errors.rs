@@ -33,7 +33,7 @@ mistakes! {
     unknown_key: "dt_s" => "dt",
         "4: run.dt is not a known key; expected one of `dt_s`, `steps`, `every`, `from`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `rods`, `nets`, `joins`, `probes`, `copies`";
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `probes`, `copies`";
     unknown_shape: "shape.straight" => "shape.strait",
         "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`, `hung`, `curve`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
@@ -42,8 +42,8 @@ mistakes! {
         "11: rods[0].shape.straight: missing key `segments`";
     missing_shape: END => "segments = 30\n\n[[rods]]\nname = \"b\"\n",
         "15: rods[1]: missing key `shape`";
-    no_rods: BASE => "", "1: there must be at least one rod (`rods`) or net (`nets`)";
-    empty_rods: BASE => "rods = []", "1: there must be at least one rod (`rods`) or net (`nets`)";
+    no_rods: BASE => "", "1: there must be at least one rod (`rods`), net (`nets`) or rigid body (`bodies`)";
+    empty_rods: BASE => "rods = []", "1: there must be at least one rod (`rods`), net (`nets`) or rigid body (`bodies`)";
     one_table_for_a_list: "[[rods]]" => "[rods]",
         "6: rods is a table, but it must be a list: [...], or one [[...]] for each table in it";
     syntax: "dt_s = 0.02" => "dt_s = 0.02 s", "4: not valid TOML: string values must be quoted, expected literal string";

@@ -12,6 +12,7 @@ static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
     let small = files.into_iter().filter(|path| !path.ends_with("long-chain.toml") && !path.ends_with("tree.toml"));
     let mut texts: Vec<String> = small.map(|path| std::fs::read_to_string(path).unwrap()).collect();
     texts.push(include_str!("everything.toml").to_owned());
+    texts.push(include_str!("bodies.toml").to_owned());
     texts
 });
 

@@ -43,13 +43,16 @@ impl Lockstep {
         for (component, set) in sets.iter_mut().enumerate() {
             for (body, &index) in set.members.segments.iter().enumerate() {
                 let segment = &model.segments[index];
+                let capsule = segment.capsule();
+                // What touches nothing has no ends, and a filter keeps it from all others. A sphere has one.
+                let (half, radius) = capsule.unwrap_or((0.0, segment.radius));
                 shapes[index] = Shape {
                     component: component as u32,
                     body: body as u32,
-                    half: 0.5 * segment.length,
-                    radius: segment.radius,
+                    half,
+                    radius,
                     free: !segment.fixed,
-                    ends: [true; 2],
+                    ends: [capsule.is_some(), half > 0.0],
                 };
             }
             let bodies = set.component.poses.len();
@@ -59,6 +62,7 @@ impl Lockstep {
         for joint in &model.joints {
             // The thicker of two ends that meet stands for both.
             if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)
+                && joint.mount.is_none()
                 && let (Some(end_a), Some(end_b)) = (shapes[a].end_at(joint.offset_a), shapes[b].end_at(joint.offset_b))
             {
                 let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));

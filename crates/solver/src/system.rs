@@ -142,6 +142,9 @@ pub struct System<T> {
     pub bodies: Vec<BodyTerms<T>>,
     /// One entry a joint.
     pub joints: Vec<JointTerms<T>>,
+    /// Arms of the connectors of bodies a and b across the axes, in world axes [m], one entry a joint; empty where all lie on
+    /// the axes, as those of rods do. What follows has `z d` for the arm; with these it is `z d` and they.
+    pub across: Vec<[Vec3<T>; 2]>,
 }
 
 impl<T: Real> System<T> {
@@ -165,7 +168,7 @@ impl<T: Real> System<T> {
             rhs: Spatial::zero(),
         };
         let (bodies, joints) = (vec![body; topology.bodies()], vec![joint; topology.joints.len()]);
-        Self { topology, bodies, joints }
+        Self { topology, bodies, joints, across: Vec::new() }
     }
 
     /// Adds `J^T lambda` (world rows: a force and a torque on each body) of joint `j` to `impulse`, one entry a body.
@@ -180,6 +183,10 @@ impl<T: Real> System<T> {
         let on_b = &mut impulse[b as usize];
         on_b.linear -= f;
         on_b.angular -= self.bodies[b as usize].axis.cross(f) * zb - torque;
+        if let Some([at_a, at_b]) = self.across.get(j) {
+            impulse[a as usize].angular += at_a.cross(f);
+            impulse[b as usize].angular -= at_b.cross(f);
+        }
     }
 
     /// `M^-1 impulse` of a body: its correction (dx, dphi).
@@ -196,8 +203,12 @@ impl<T: Real> System<T> {
         let [za, zb] = self.joints[j].offsets;
         let (on_a, on_b) = (corrections[a as usize], corrections[b as usize]);
         // -z [d]x dphi = z dphi x d.
-        let at_a = on_a.linear + on_a.angular.cross(self.bodies[a as usize].axis) * za;
-        let at_b = on_b.linear + on_b.angular.cross(self.bodies[b as usize].axis) * zb;
+        let mut at_a = on_a.linear + on_a.angular.cross(self.bodies[a as usize].axis) * za;
+        let mut at_b = on_b.linear + on_b.angular.cross(self.bodies[b as usize].axis) * zb;
+        if let Some([across_a, across_b]) = self.across.get(j) {
+            at_a += on_a.angular.cross(*across_a);
+            at_b += on_b.angular.cross(*across_b);
+        }
         Spatial { linear: at_a - at_b, angular: on_b.angular - on_a.angular }
     }
 }

@@ -1,7 +1,7 @@
 //! Rods in the lanes of vector registers move like rods alone, to the last bit.
 
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Gusts, Material, Model, RodSpec, State, Wind};
+use rod::{Air, Assembly, BodyShape, Gusts, Material, Model, Pose, RigidBody, RodSpec, State, Wind};
 use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation};
 
@@ -26,6 +26,24 @@ fn add(assembly: &mut Assembly, k: usize, segments: usize, branched: bool) {
     assembly.state_mut().velocities[rod.end - 1] = Vector3::new(0.0, t, 1.0);
 }
 
+/// Adds a rod with a box at its end, or with another segment there.
+fn add_weighted(assembly: &mut Assembly, k: usize) {
+    let first = assembly.state_mut().len();
+    add(assembly, k, 6, false);
+    let end = assembly.state_mut().len() - 1;
+    let (position, orientation) = (assembly.state_mut().positions[end], assembly.state_mut().orientations[first]);
+    if k % 3 == 0 {
+        let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 300.0 };
+        let last = assembly.rod(&RodSpec::new(vec![position, position + Vector3::y()], 0.01, material));
+        assembly.join(end, 1.0, last.start, 0.0);
+    } else {
+        let body = RigidBody::new(BodyShape::Box { sides: Vector3::new(0.1, 0.2, 0.1 * k as f64) }, 0.5);
+        let body = assembly.body(body, Pose { position, orientation });
+        assembly.attach(end, 1.0, body, &Vector3::new(0.05, -0.1, 0.02 * k as f64));
+        assembly.state_mut().angular_velocities[body] = Vector3::new(1.0, k as f64, -2.0);
+    }
+}
+
 /// A storm, or no air at all.
 fn airs() -> [Option<Air>; 2] {
     let gusts = Gusts { strength: 0.5, length: 1.0, time: 0.5, seed: 1 };
@@ -47,27 +65,36 @@ fn run(model: &Model, mut state: State, formulation: Formulation) -> State {
 #[test]
 fn rods_in_lanes_have_the_bits_of_rods_alone() {
     for (segments, branched) in [(2, false), (5, false), (6, false), (30, false), (12, true)] {
-        for air in airs() {
-            for formulation in Formulation::ALL {
-                let mut together = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-                (0..ALIKE).for_each(|k| add(&mut together, k, segments, branched));
-                together.model_mut().air.clone_from(&air);
-                let (model, state) = together.finish();
-                let together = run(&model, state, formulation);
-                let mut offset = 0;
-                for k in 0..ALIKE {
-                    let mut alone = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-                    add(&mut alone, k, segments, branched);
-                    alone.model_mut().air.clone_from(&air);
-                    let (model, state) = alone.finish();
-                    let alone = run(&model, state, formulation);
-                    let own = offset..offset + alone.len();
-                    offset = own.end;
-                    assert_eq!(together.positions[own.clone()], alone.positions, "rod {k} of {segments} segments");
-                    assert_eq!(together.orientations[own.clone()], alone.orientations);
-                    assert_eq!(together.velocities[own.clone()], alone.velocities);
-                    assert_eq!(together.angular_velocities[own], alone.angular_velocities);
-                }
+        are_as_alone(|assembly, k| add(assembly, k, segments, branched));
+    }
+}
+
+#[test]
+fn rigid_bodies_in_lanes_have_the_bits_of_those_alone_beside_rods_without() {
+    are_as_alone(add_weighted);
+}
+
+fn are_as_alone(add: impl Fn(&mut Assembly, usize)) {
+    for air in airs() {
+        for formulation in Formulation::ALL {
+            let mut together = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+            (0..ALIKE).for_each(|k| add(&mut together, k));
+            together.model_mut().air.clone_from(&air);
+            let (model, state) = together.finish();
+            let together = run(&model, state, formulation);
+            let mut offset = 0;
+            for k in 0..ALIKE {
+                let mut alone = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+                add(&mut alone, k);
+                alone.model_mut().air.clone_from(&air);
+                let (model, state) = alone.finish();
+                let alone = run(&model, state, formulation);
+                let own = offset..offset + alone.len();
+                offset = own.end;
+                assert_eq!(together.positions[own.clone()], alone.positions, "rod {k} of {} segments", alone.len());
+                assert_eq!(together.orientations[own.clone()], alone.orientations);
+                assert_eq!(together.velocities[own.clone()], alone.velocities);
+                assert_eq!(together.angular_velocities[own], alone.angular_velocities);
             }
         }
     }

@@ -7,6 +7,7 @@
 //! What is kept is meant for the eye: positions to [`Run::position_precision`], orientations to
 //! [`ORIENTATION_PRECISION`], what colours show to 8 bits. Exact numbers are in the trajectory (crate `export`).
 
+mod body;
 mod channel;
 mod coarse;
 mod decoded;

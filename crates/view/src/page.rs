@@ -11,13 +11,14 @@ const HTML: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
 
 /// The program, in the order in which its parts use each other.
-const SCRIPT: [&str; 14] = [
+const SCRIPT: [&str; 15] = [
     include_str!("page/text.js"),
     include_str!("page/vectors.js"),
     include_str!("page/motion.js"),
     include_str!("page/colours.js"),
     include_str!("page/shaders.js"),
     include_str!("page/meshes.js"),
+    include_str!("page/bodies.js"),
     include_str!("page/tubes.js"),
     include_str!("page/scenery.js"),
     include_str!("page/camera.js"),

@@ -9,6 +9,7 @@ use flate2::write::ZlibEncoder;
 use nalgebra::Vector3;
 use rod::{Body, JointForce, Model, State, curvature, successors};
 
+use crate::body::Bodies;
 use crate::channel::{Channel, Range};
 use crate::obstacle::Obstacle;
 use crate::run::{Format, Lattice, ORIENTATION, Run, Segments};
@@ -178,6 +179,7 @@ impl Recorder {
             name: self.name,
             dt: self.dt,
             segments: drawn(&self.model),
+            bodies: Bodies::new(&self.model),
             obstacles: self.model.contacts.obstacles.iter().map(|o| Obstacle::from(&o.shape)).collect(),
             time: self.time,
             energy: self.energy,

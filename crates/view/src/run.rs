@@ -8,6 +8,7 @@ use flate2::read::ZlibDecoder;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::body::Bodies;
 use crate::channel::{Channel, Range};
 use crate::obstacle::Obstacle;
 use crate::{DecodeError, Decoded, track};
@@ -37,6 +38,9 @@ pub struct Run {
     pub(crate) dt: f64,
     pub(crate) segments: Segments,
     pub(crate) obstacles: Vec<Obstacle>,
+    /// Rigid bodies; left out where there are none.
+    #[serde(default, skip_serializing_if = "Bodies::is_empty")]
+    pub(crate) bodies: Bodies,
     /// Time of each frame [s], ascending.
     pub(crate) time: Vec<f64>,
     /// Of each frame: energy [J], length ratio, iterations; `None` where it was not finite.
@@ -180,6 +184,7 @@ impl Run {
         all("lattice", finite && *step >= 0.0 && *precision >= 0.0, "all must be finite, step and precision >= 0")?;
         all("lattice.bytes", matches!(bytes, 2 | 3), "it must be 2 or 3")?;
         self.obstacles.iter().try_for_each(Obstacle::validate)?;
+        self.bodies.validate(segments)?;
         self.ranges.iter().try_for_each(Range::validate)
     }
 }

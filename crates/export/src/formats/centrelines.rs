@@ -98,6 +98,11 @@ impl Centrelines {
         }
         lines
     }
+
+    /// The first segment of a chain.
+    pub(super) fn first(&self, chain: &Chain) -> usize {
+        self.nodes[chain.nodes.start].after.unwrap_or_default()
+    }
 }
 
 impl Node {

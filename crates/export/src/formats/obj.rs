@@ -7,17 +7,18 @@ use rod::Model;
 
 use super::Frame;
 use super::centrelines::Centrelines;
+use super::solids::Solid;
 use crate::folder::Folder;
 use crate::{ExportError, TrajectoryReader};
 
 /// Writes `obj/frame_0000.obj` and so on: vertices are the nodes [m], with all digits, and each rod is an object of one
-/// polyline, which ends where it began if the rod is closed.
+/// polyline, which ends where it began if the rod is closed. A rigid body is an object of triangles.
 pub(super) fn write(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
     model: &Model,
 ) -> Result<Vec<PathBuf>, ExportError> {
-    let lines = Centrelines::new(model);
+    let (lines, solids) = (Centrelines::new(model), Solid::all(model));
     let folder = Folder::stage(&directory.join("obj"), trajectory.frames(), "obj")?;
     let mut frame = Frame::default();
     for index in 0..trajectory.frames() {
@@ -28,13 +29,24 @@ pub(super) fn write(
                 let x = node.position(model, &frame.state);
                 writeln!(writer, "v {:?} {:?} {:?}", x.x, x.y, x.z)?;
             }
-            for chain in &lines.chains {
+            for chain in lines.chains.iter().filter(|chain| model.segments[lines.first(chain)].body.is_none()) {
                 write!(writer, "o rod_{}\nl", chain.rod)?;
                 let first = chain.closed.then_some(chain.nodes.start);
                 for node in chain.nodes.clone().chain(first) {
                     write!(writer, " {}", node + 1)?;
                 }
                 writeln!(writer)?;
+            }
+            let mut first = lines.nodes.len() + 1;
+            for solid in &solids {
+                writeln!(writer, "o body_{}", model.segments[solid.segment].rod)?;
+                for x in solid.places(&frame.state) {
+                    writeln!(writer, "v {:?} {:?} {:?}", x.x, x.y, x.z)?;
+                }
+                for [a, b, c] in solid.mesh.triangles.iter().map(|triangle| triangle.map(|i| first + i as usize)) {
+                    writeln!(writer, "f {a} {b} {c}")?;
+                }
+                first += solid.mesh.positions.len();
             }
             Ok(())
         })?;

@@ -1,5 +1,6 @@
 //! Exports read back by readers of others: every number, every frame.
 
+mod bodies;
 mod errors;
 mod glb;
 mod lines;

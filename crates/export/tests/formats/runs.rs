@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use export::{Format, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_format};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, JointForce, Material, Model, RodSpec, State, shape};
+use rod::{Assembly, BodyShape, JointForce, Material, Model, Pose, RigidBody, RodSpec, State, shape};
 
 /// Time step of all runs [s].
 const DT: f64 = 0.02;
@@ -125,6 +125,20 @@ pub(crate) fn runs() -> Vec<Run> {
         single(3, false),
         hairpin(),
     ]
+}
+
+/// A ball, a box and a hidden body, and a rod of 2 segments between the first two.
+pub(crate) fn weighted(frames: usize) -> Run {
+    let mut assembly = assembly();
+    let at = |x: f64| Pose { position: Vector3::new(x, 0.5, 0.0), orientation: UnitQuaternion::identity() };
+    let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.25 }, 2.0), at(-0.25));
+    let sides = Vector3::new(0.2, 0.4, 0.6);
+    let block = assembly.body(RigidBody::new(BodyShape::Box { sides }, 3.0), at(1.1));
+    assembly.body(RigidBody::hidden(1.0, Vector3::repeat(0.1)), at(5.0));
+    let rod = assembly.rod(&line(Vector3::new(0.0, 0.5, 0.0), Vector3::x(), 1.0, 2, 0.05));
+    assembly.attach(rod.start, 0.0, ball, &Vector3::new(0.25, 0.0, 0.0));
+    assembly.attach(rod.end - 1, 1.0, block, &Vector3::new(-0.1, 0.0, 0.0));
+    Run::new("weighted", assembly, frames, true)
 }
 
 /// A straight rod of one radius along y, 5 segments, without forces.

@@ -8,7 +8,8 @@
 
 use rod::{Air, Model};
 
-use super::lanes::{get, put, vec3};
+use super::lanes::{get, pick, put, vec3};
+use super::rigid::Rigid;
 use super::{Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -45,7 +46,9 @@ impl<T: Real> Drag<T> {
             let Some(members) = sets.get(lane).or(sets.first()) else { continue };
             for (body, &index) in bodies.iter_mut().zip(&members.segments) {
                 let segment = &model.segments[index];
-                let profile = air.density * segment.radius * segment.length;
+                // Rigid bodies have a drag of their own.
+                let exposed = if segment.body.is_some() { 0.0 } else { segment.length };
+                let profile = air.density * segment.radius * exposed;
                 body.mass.set_lane(lane, segment.mass());
                 body.transverse.set_lane(lane, segment.transverse_inertia());
                 body.normal.set_lane(lane, profile * air.normal_drag);
@@ -139,6 +142,28 @@ impl<T: Real> Component<T> {
                 linear: (force * constants.inverse_mass - late) * h,
                 angular: pose.q.rotate_back(torque) * (h * free),
             };
+        }
+        if !self.rigid.is_empty() {
+            self.drag_on_rigid(time, dt);
+        }
+    }
+
+    /// The drag on rigid bodies, at their centres and the same from all sides.
+    fn drag_on_rigid(&mut self, time: f64, dt: f64) {
+        let Self { drag: Some(drag), bodies, poses, velocities, rigid, scratch, gravity, .. } = self else { return };
+        let Drag { air, impulses, .. } = drag.as_mut();
+        let wind = air.wind.at(time + dt);
+        for &Rigid { lane, body, mass, drag_area, .. } in rigid.iter() {
+            let coefficient = 0.5 * air.density * drag_area;
+            let (velocity, gravity) = (pick(velocities[body].linear, lane), pick(*gravity, lane));
+            let relative = Vec3(vec3(&wind.velocity(&get(poses[body].x, lane)))) - velocity;
+            let slope = coefficient * relative.norm_squared().sqrt();
+            let pull = gravity * mass + pick(scratch[body].linear, lane);
+            let added = 2.0 * dt * slope.max(fallen(coefficient, pull.norm_squared().sqrt(), mass, dt));
+            let inverse_mass = 1.0 / (mass + added);
+            bodies[body].inverse_mass.set_lane(lane, inverse_mass);
+            let change = (relative * (slope * inverse_mass) - gravity * (added * inverse_mass)) * dt;
+            put(&mut impulses[body].linear, lane, change.0);
         }
     }
 }

@@ -44,6 +44,9 @@ impl<T: Real> Component<T> {
                 Sym3::identity(across) + Sym3::outer(axis, along - across)
             };
         }
+        if !self.rigid.is_empty() || !self.mounts.is_empty() {
+            self.evaluate_rigid(geometric);
+        }
     }
 
     /// Sums `z lambda_s` (and dt^2 z F of the loads) per body, the force by which its axis is pulled.
@@ -65,6 +68,9 @@ impl<T: Real> Component<T> {
         for load in &self.loads {
             self.pulls[load.body] += load.force * (load.offset * dt2);
         }
+        if !self.rigid.is_empty() {
+            self.gather_rigid_pulls();
+        }
         self.pulls_hold = true;
     }
 
@@ -77,6 +83,7 @@ impl<T: Real> Component<T> {
         for (pull, held) in self.pulls.iter_mut().zip(&self.held) {
             *pull = *held * dt2;
         }
+        self.expect_rigid_pulls(dt);
         self.pulls_hold = true;
     }
 
@@ -96,8 +103,13 @@ impl<T: Real> Component<T> {
             let (axis_a, axis_b) = (self.system.bodies[a].axis, self.system.bodies[b].axis);
             let constants = &self.joints[k];
             let lambda = self.lambda[k];
-            let gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
-            let relative = (first.q.conj() * second.q).upper();
+            let mut gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
+            let mut frame_b = second.q;
+            if let (Some(across), Some(mount)) = (self.system.across.get(k), self.mounts.get(k)) {
+                gap = gap + across[0] - across[1];
+                frame_b = frame_b * mount.frame_b;
+            }
+            let relative = (first.q.conj() * frame_b).upper();
             // Away from a half turn, where G loses a direction; the residual stays exact.
             terms.s = relative.w.max(T::splat(1e-6));
             terms.t = first.q.rotate(relative.v);
@@ -143,6 +155,9 @@ impl<T: Real> Component<T> {
             let dx = (predicted.x - pose.x) * constants.free + impulse.linear * constants.inverse_mass;
             let dphi = self.system.bodies[i].inverse_inertia.apply(impulse.angular - turning);
             self.momentum[i] = Spatial { linear: dx, angular: dphi };
+        }
+        if !self.rigid.is_empty() {
+            self.momentum_of_rigid();
         }
         self.add_momentum(worst);
     }

@@ -128,6 +128,7 @@ impl<T: Real> Component<T> {
 
     /// One lane as a component of its own.
     pub(crate) fn extract_lane(&self, lane: usize) -> Component<f64> {
+        let (rigid, mounts) = self.pick_rigid(lane);
         let mut out = Component {
             system: System::new(self.system.topology.clone()),
             poses: self.poses.iter().map(|pose| pick_pose(pose, lane)).collect(),
@@ -152,6 +153,8 @@ impl<T: Real> Component<T> {
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
             changing: self.changing.iter().filter(|own| own.lane == lane).map(|own| own.alone()).collect(),
+            rigid,
+            mounts,
             drag: self.drag.as_ref().map(|drag| Box::new(drag.pick(lane))),
             solves: self.solves,
             evaluations: self.evaluations,
@@ -167,6 +170,7 @@ impl<T: Real> Component<T> {
             terms.offsets = own.offsets.map(|z| z.lane(lane));
             terms.length = own.length.lane(lane);
         }
+        out.system.across = vec![[Vec3::zero(); 2]; out.mounts.len()];
         out
     }
 
@@ -187,6 +191,7 @@ impl<T: Real> Component<T> {
         for (given, own) in self.given.iter_mut().zip(&from.given) {
             given.set_lane(lane, *own);
         }
+        self.insert_rigid(lane, &from.rigid);
         self.has_given |= from.has_given;
         self.last_dt.set_lane(lane, from.last_dt);
     }

@@ -10,6 +10,7 @@ mod lanes;
 mod motion;
 mod predict;
 mod pushes;
+mod rigid;
 mod snapshot;
 mod split;
 mod state;
@@ -169,6 +170,10 @@ pub struct Component<T> {
     loads: Vec<BodyLoad<T>>,
     /// Loads and gravity that change over time.
     changing: Vec<forces::ChangingForce>,
+    /// Rigid bodies that move freely.
+    rigid: Vec<rigid::Rigid>,
+    /// How joints hold on to rigid bodies, one entry a joint; empty where none does.
+    mounts: Vec<rigid::Mount<T>>,
     /// The air, if there is any.
     drag: Option<Box<drag::Drag<T>>>,
     /// Whether the loads' torques have yet to enter a linear system of this step.
@@ -224,6 +229,8 @@ impl<T: Real> Component<T> {
             joints: vec![joint; joints],
             loads: Vec::new(),
             changing: Vec::new(),
+            rigid: Vec::new(),
+            mounts: Vec::new(),
             drag: model.air.as_ref().map(|air| Box::new(drag::Drag::new(air, model, sets))),
             torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
@@ -236,6 +243,7 @@ impl<T: Real> Component<T> {
         for lane in 0..T::LANES {
             if let Some(members) = sets.get(lane).or(sets.first()) {
                 component.fill_lane(model, members, lane);
+                component.add_rigid(model, members, lane);
                 component.set_state(state, members, lane);
                 for driven in &model.motions {
                     if let Some(body) = members.body(driven.body) {

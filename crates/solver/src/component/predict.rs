@@ -65,6 +65,9 @@ impl<T: Real> Component<T> {
             self.predicted[i] = BodyPose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
         }
         self.unsolved = unsolved;
+        if !self.rigid.is_empty() {
+            self.turn_rigid(last_half, decay[1].lane(0));
+        }
         for i in self.segments..self.poses.len() {
             self.predicted[i] = self.poses[i];
             self.start[i] = self.poses[i];

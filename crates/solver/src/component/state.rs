@@ -76,6 +76,7 @@ impl<T: Real> Component<T> {
         for (k, &index) in members.joints.iter().enumerate() {
             let [lambda_s, lambda_b] = [self.lambda[k].linear, self.lambda[k].angular].map(|x| get(x, lane) * share);
             let [a, b] = self.system.topology.joints[k].map(|body| get_quat(self.poses[body as usize].q, lane));
+            let b = self.mounts.get(k).map_or(b, |mount| b * get_quat(mount.frame_b, lane));
             let length = self.system.joints[k].length.lane(lane);
             forces[index] = JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], length);
         }

@@ -83,6 +83,7 @@ impl<T: Real> Component<T> {
                 let new = Spatial { linear: *pull * per_dt2, angular: Vec3::zero() };
                 *held = select(active, new, Spatial { linear: *held, angular: Vec3::zero() }).linear;
             }
+            self.keep_rigid_pulls(active);
         }
     }
 

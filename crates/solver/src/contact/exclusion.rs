@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 use std::f64::consts::FRAC_PI_2;
 
-use rod::{Body, Model};
+use rod::{Body, Model, Segment};
 
 /// Which pairs of a model's bodies can touch: its segments in order, then its obstacles that have an end.
 #[derive(Debug)]
@@ -13,16 +13,36 @@ pub(crate) struct PairFilter {
     free: Vec<bool>,
     /// Pairs of segments that never touch; `None` where no segments touch each other.
     excluded: Option<Exclusion>,
+    /// Of each segment that is a rigid body, whether it touches rods and obstacles; empty where there is none.
+    bodies: Vec<Option<bool>>,
 }
 
 impl PairFilter {
     pub(crate) fn new(model: &Model) -> Self {
         let free = model.segments.iter().map(|segment| !segment.fixed).collect();
-        Self { free, excluded: model.contacts.between_segments.map(|_| Exclusion::new(model)) }
+        let body = |segment: &Segment| segment.body.map(|_| segment.capsule().is_some());
+        let bodies = if model.segments.iter().any(|segment| segment.body.is_some()) {
+            model.segments.iter().map(body).collect()
+        } else {
+            Vec::new()
+        };
+        Self { free, excluded: model.contacts.between_segments.map(|_| Exclusion::new(model)), bodies }
+    }
+
+    /// Whether two that are rigid bodies, or one of them, can touch: bodies do not touch each other, and some touch nothing.
+    fn bodies_touch(&self, a: u32, b: u32) -> bool {
+        let body = |i: u32| self.bodies.get(i as usize).copied().flatten();
+        match (body(a), body(b)) {
+            (Some(_), Some(_)) => false,
+            (one, other) => one.or(other).unwrap_or(true),
+        }
     }
 
     /// Whether bodies `a` < `b` can touch.
     pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
+        if !self.bodies.is_empty() && !self.bodies_touch(a, b) {
+            return false;
+        }
         let is_free = |i: u32| self.free.get(i as usize).copied();
         match (is_free(a), is_free(b)) {
             (Some(first), None) => first,

@@ -109,7 +109,8 @@ pub(crate) fn refuse_overlaps(
     for (index, obstacle) in model.contacts.obstacles.iter().enumerate() {
         let other = Overlapped::Obstacle { index, kind: obstacle.shape.kind() };
         if let ObstacleShape::HalfSpace { point, normal } = &obstacle.shape {
-            for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| !model.segments[i].fixed) {
+            let touches = |i: usize| !model.segments[i].fixed && model.segments[i].capsule().is_some();
+            for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| touches(i)) {
                 let height = normal.dot(&(own.start - point)).min(normal.dot(&(own.end - point)));
                 see(i, other, own.radius - height, own.radius);
             }
@@ -139,8 +140,9 @@ pub(crate) fn refuse_overlaps(
     worst.map_or(Ok(()), |worst| Err(Overlap { pairs, ..worst }))
 }
 
-/// A segment's capsule.
+/// A segment's capsule; that of a rigid body that touches nothing is of no use.
 fn capsule(model: &Model, state: &State, i: usize) -> Capsule {
-    let arm = state.axis(i) * (0.5 * model.segments[i].length);
-    Capsule { start: state.positions[i] - arm, end: state.positions[i] + arm, radius: model.segments[i].radius }
+    let (half, radius) = model.segments[i].capsule().unwrap_or((0.0, model.segments[i].radius));
+    let arm = state.axis(i) * half;
+    Capsule { start: state.positions[i] - arm, end: state.positions[i] + arm, radius }
 }

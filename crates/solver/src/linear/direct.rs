@@ -42,34 +42,59 @@ fn end<T: Real>(system: &System<T>, joint: u32, body: u32) -> (f64, T) {
     if system.topology.joints[joint as usize][0] == body { (1.0, terms.offsets[0]) } else { (-1.0, terms.offsets[1]) }
 }
 
+/// `[r]x W` and `[r]x W [r]x^T` of a joint's body a (`end` 0) or b (1), with the arm r of its connector: `z P` and `z^2 S`
+/// with P = [d]x W and S = [d]x W [d]x^T where the connector lies on the axis.
+#[inline(always)]
+fn lever<T: Real>(system: &System<T>, joint: u32, end: usize) -> ([[T; 3]; 3], Sym3<T>) {
+    let body = &system.bodies[system.topology.joints[joint as usize][end] as usize];
+    let z = system.joints[joint as usize].offsets[end];
+    if let Some(across) = system.across.get(joint as usize) {
+        let arm = body.axis * z + across[end];
+        let p = body.inverse_inertia.crossed(arm);
+        return (p, Sym3::crossed_twice(p, arm));
+    }
+    let p = body.inverse_inertia.crossed(body.axis);
+    let s = Sym3::crossed_twice(p, body.axis);
+    (map_rows(p, |row| row * z), s * (z * z))
+}
+
 /// D of a joint, in world rows.
 ///
-/// With P = [d]x W and S = [d]x W [d]x^T of each body: stretch-stretch `sum (1/m) I + z^2 S + alpha~_s`, stretch-bend
-/// `sum z P`, bend-bend `sum W + alpha~_b`.
+/// With the arms r of each body: stretch-stretch `sum (1/m) I + [r]x W [r]x^T + alpha~_s`, stretch-bend `sum [r]x W`,
+/// bend-bend `sum W + alpha~_b`.
 #[inline(always)]
 pub fn joint_diagonal<T: Real>(system: &System<T>, joint: u32) -> Block<T> {
     let terms = &system.joints[joint as usize];
     let [a, b] = system.topology.joints[joint as usize].map(|body| &system.bodies[body as usize]);
-    let [za, zb] = terms.offsets;
-    let (pa, pb) = (a.inverse_inertia.crossed(a.axis), b.inverse_inertia.crossed(b.axis));
-    let (sa, sb) = (Sym3::crossed_twice(pa, a.axis), Sym3::crossed_twice(pb, b.axis));
-    let stretch = Sym3::identity(a.inverse_mass + b.inverse_mass)
-        + sa * (za * za)
-        + sb * (zb * zb)
-        + terms.stretch_compliance(a.axis);
+    let ((pa, sa), (pb, sb)) = (lever(system, joint, 0), lever(system, joint, 1));
+    let stretch = Sym3::identity(a.inverse_mass + b.inverse_mass) + sa + sb + terms.stretch_compliance(a.axis);
     let bend = a.inverse_inertia + b.inverse_inertia + terms.bend_compliance(a.axis);
-    let mixed = sum(map_rows(pa, |row| row * za), map_rows(pb, |row| row * zb));
+    let mixed = sum(pa, pb);
     assemble(stretch.full(), mixed, transposed(mixed), bend.full())
 }
 
 /// The block that couples two joints through body `via`: rows of `joint`, columns of `other`.
 ///
-/// `sigma sigma' [ (1/m) I + z z' S, z P; z' P^T, W ]`.
+/// `sigma sigma' [ (1/m) I + z z' S, z P; z' P^T, W ]`, or with arms r and r' off the axis
+/// `sigma sigma' [ (1/m) I + [r]x W [r']x^T, [r]x W; ([r']x W)^T, W ]`.
 #[inline(always)]
 pub fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: u32) -> Block<T> {
     let body = &system.bodies[via as usize];
     let ((sigma, z), (sigma_other, z_other)) = (end(system, joint, via), end(system, other, via));
     let sign = T::splat(sigma * sigma_other);
+    if !system.across.is_empty() {
+        let arm = |joint: u32, z: T| {
+            let is_a = system.topology.joints[joint as usize][0] == via;
+            body.axis * z + system.across[joint as usize][usize::from(!is_a)]
+        };
+        let (arm, arm_other) = (arm(joint, z), arm(other, z_other));
+        let p = body.inverse_inertia.crossed(arm);
+        let shift = sum(Sym3::identity(body.inverse_mass).full(), map_rows(p, |row| arm_other.cross(row)));
+        let [stretch, mixed, turned, bend] =
+            [shift, p, transposed(body.inverse_inertia.crossed(arm_other)), body.inverse_inertia.full()]
+                .map(|part| map_rows(part, |row| row * sign));
+        return assemble(stretch, mixed, turned, bend);
+    }
     let p = body.inverse_inertia.crossed(body.axis);
     let s = Sym3::crossed_twice(p, body.axis);
     let stretch = Sym3::identity(body.inverse_mass * sign) + s * (z * z_other * sign);
@@ -102,12 +127,17 @@ impl<'a, T: Real> View<'a, T> {
         let [za, zb] = joint.offsets;
         let inner_is_a = system.topology.joints[node.joint as usize][0] == node.inner;
         let (a, sign, z_outer, z_inner) = if inner_is_a { (inner, 1.0, zb, za) } else { (outer, -1.0, za, zb) };
+        let mut arms = [outer.axis * z_outer, inner.axis * z_inner];
+        if let Some([at_a, at_b]) = system.across.get(node.joint as usize) {
+            let [at_outer, at_inner] = if inner_is_a { [at_b, at_a] } else { [at_a, at_b] };
+            arms = [arms[0] + *at_outer, arms[1] + *at_inner];
+        }
         View {
             joint,
             orientation_a: a.orientation,
             axis_a: a.axis,
             sign: T::splat(sign),
-            arms: [outer.axis * z_outer, inner.axis * z_inner],
+            arms,
             inner: (inner.inverse_mass, inner.inverse_inertia),
         }
     }
@@ -354,10 +384,10 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
     use std::sync::Arc;
 
-    use nalgebra::{DMatrix, DVector, Vector3};
+    use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
     use rand::{Rng, RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
-    use rod::{Assembly, Material, RodSpec};
+    use rod::{Assembly, BodyShape, Material, Pose, RigidBody, RodSpec};
 
     use super::*;
     use crate::component::{Component, split};
@@ -423,6 +453,33 @@ mod tests {
         assembly
     }
 
+    /// The same with rigid bodies here and there: at the ends of rods, between two of them, in the middle of one.
+    fn with_bodies(seed: u64) -> Assembly {
+        let rng = &mut ChaCha8Rng::seed_from_u64(1000 + seed);
+        let mut assembly = assembly(seed);
+        let segments = assembly.state_mut().len();
+        for _ in 0..rng.random_range(1..4) {
+            let count = assembly.state_mut().len();
+            let sides = random(rng, 0.1).abs().add_scalar(0.05);
+            let position = random(rng, 0.5);
+            let orientation = UnitQuaternion::from_scaled_axis(random(rng, 3.0));
+            let body = RigidBody::new(BodyShape::Box { sides }, rng.random_range(0.1..10.0));
+            let body = assembly.body(body, Pose { position, orientation });
+            let segment = if rng.random() { segments - 1 } else { rng.random_range(0..segments) };
+            assembly.attach(segment, rng.random_range(0.0..1.0), body, &random(rng, 0.1));
+            for _ in 0..rng.random_range(0..3) {
+                let length = rng.random_range(1..5);
+                let rod = rod(&mut assembly, position, length, rng);
+                assembly.attach(rod.start, 0.0, body, &random(rng, 0.1));
+            }
+            let state = assembly.state_mut();
+            for k in count..state.len() {
+                (state.velocities[k], state.angular_velocities[k]) = (random(rng, 1.0), random(rng, 5.0));
+            }
+        }
+        assembly
+    }
+
     /// `A x` in world rows, from the parts of the system.
     fn apply(system: &System<f64>, x: &[Spatial<f64>]) -> Vec<Spatial<f64>> {
         let mut impulses = vec![Spatial::zero(); system.bodies.len()];
@@ -468,6 +525,15 @@ mod tests {
 
     #[test]
     fn chains_trees_and_stars_agree_with_a_dense_solve() {
+        agree_with_a_dense_solve(assembly);
+    }
+
+    #[test]
+    fn rods_with_rigid_bodies_agree_with_a_dense_solve() {
+        agree_with_a_dense_solve(with_bodies);
+    }
+
+    fn agree_with_a_dense_solve(assembly: impl Fn(u64) -> Assembly) {
         let mut kinds = [0; 4];
         for seed in 0..60 {
             let (model, state) = assembly(seed).finish();

@@ -61,6 +61,8 @@ impl Response {
         for (own, joint) in self.system.joints.iter_mut().zip(&system.joints) {
             *own = splat_joint(joint);
         }
+        self.system.across.clear();
+        self.system.across.extend(system.across.iter().map(|ends| ends.map(splat_vec)));
         if let Factor::Looped(looped) = &mut self.solver {
             // What cannot be factored answers as if there were no joints; the solve beside it says so.
             let _ = looped.factor(system);

@@ -136,8 +136,10 @@ pub fn dense_matrix(system: &System<f64>) -> DMatrix<f64> {
         let r_a = rotation(system.bodies[a].orientation);
         let u = r_a.transpose() * v(terms.t);
         let g = (Matrix3::identity() * terms.s - u.cross_matrix()) * r_a.transpose() / terms.length;
-        for (body, sigma, z) in [(a, 1.0, terms.offsets[0]), (b, -1.0, terms.offsets[1])] {
-            let arm = v(system.bodies[body].axis).cross_matrix() * (-sigma * z);
+        for (end, (body, sigma, z)) in [(a, 1.0, terms.offsets[0]), (b, -1.0, terms.offsets[1])].into_iter().enumerate()
+        {
+            let across = system.across.get(k).map_or(Vector3::zeros(), |ends| v(ends[end]));
+            let arm = (v(system.bodies[body].axis) * z + across).cross_matrix() * -sigma;
             j.fixed_view_mut::<3, 3>(6 * k, 6 * body).copy_from(&(Matrix3::identity() * sigma));
             j.fixed_view_mut::<3, 3>(6 * k, 6 * body + 3).copy_from(&arm);
             j.fixed_view_mut::<3, 3>(6 * k + 3, 6 * body + 3).copy_from(&(g * -sigma));

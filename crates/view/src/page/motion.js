@@ -35,6 +35,7 @@ class Motion {
     this.time = run.time;
     this.frames = run.time.length;
     this.obstacles = run.obstacles;
+    this.bodies = run.bodies ?? { segment: [], surface: [], surfaces: [] };
     this.ranges = run.ranges;
     this.curves = { energy: run.energy, length_ratio: run.length_ratio, iterations: run.iterations };
     this.length = run.segments.length;

@@ -24,6 +24,8 @@ class Renderer {
     const { gl, motions } = this;
     this.tubeProgram = compiled(gl, TUBE_VERTEX, TUBE_FRAGMENT);
     this.shadowProgram = compiled(gl, withShadow(TUBE_VERTEX), SHADOW_FRAGMENT);
+    this.bodyProgram = compiled(gl, BODY_VERTEX, TUBE_FRAGMENT);
+    this.bodyShadowProgram = compiled(gl, withShadow(BODY_VERTEX), SHADOW_FRAGMENT);
     this.planeProgram = compiled(gl, PLANE_VERTEX, PLANE_FRAGMENT);
     this.runs = motions.map((motion) => new RunTubes(gl, motion, this.centre));
     this.scenery = new Scenery(gl, motions, this.box, this.centre, this.camera.radius);
@@ -73,11 +75,12 @@ class Renderer {
       gl.viewport(left, bottom, width, height);
       const view = this.camera.view(width / height);
       view.pixel = (0.9 * this.ratio * 2 * SLOPE) / height;
-      this.#picture(picture.map((run) => this.runs[run].tubes), view, stripe);
+      const runs = picture.map((run) => this.runs[run]);
+      this.#picture(runs.map((run) => run.tubes), runs.map((run) => run.bodies), view, stripe);
     });
   }
 
-  #picture(tubes, view, stripe) {
+  #picture(tubes, bodies, view, stripe) {
     const { gl, scenery, theme } = this;
     const solids = scenery.solid ? [...tubes, scenery.solid] : tubes;
     const { ground } = scenery;
@@ -93,11 +96,17 @@ class Renderer {
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
-    const shadow = this.#use(this.shadowProgram, view);
-    gl.uniform4f(shadow.plane, ...ground.normal, ground.offset);
-    gl.uniform4f(shadow.middle, ...scenery.foot(ground), scenery.extent);
-    gl.uniform4f(shadow.shadow, ...theme.colour.shadow, 0.32 * strength);
+    const shadows = (program) => {
+      const shadow = this.#use(program, view);
+      gl.uniform4f(shadow.plane, ...ground.normal, ground.offset);
+      gl.uniform4f(shadow.middle, ...scenery.foot(ground), scenery.extent);
+      gl.uniform4f(shadow.shadow, ...theme.colour.shadow, 0.32 * strength);
+      return shadow;
+    };
+    shadows(this.shadowProgram);
     for (const set of solids) set.draw();
+    const bodyShadow = shadows(this.bodyShadowProgram);
+    for (const set of bodies) set.draw(bodyShadow);
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.BLEND);
 
@@ -108,6 +117,9 @@ class Renderer {
     for (const set of tubes) set.draw();
     gl.uniform1f(tube.stripe, 0);
     if (scenery.solid) scenery.solid.draw();
+    const body = this.#use(this.bodyProgram, view);
+    gl.uniform3fv(body.eye, view.eye);
+    for (const set of bodies) set.draw(body);
 
     gl.enable(gl.BLEND);
     gl.depthMask(false);

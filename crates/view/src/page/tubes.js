@@ -70,6 +70,7 @@ class RunTubes {
     this.poses = new Float64Array(7 * motion.segments);
     this.ends = new Float64Array(6 * motion.segments);
     this.previous = new Int32Array(motion.segments).fill(-1);
+    this.bodies = new RunBodies(gl, motion.bodies);
     motion.next.forEach((next, i) => {
       if (next !== null) this.previous[next] = i;
     });
@@ -81,6 +82,12 @@ class RunTubes {
       shapes[4 * i + 1] = after === null ? radius[i] : (radius[i] + radius[after]) / 2;
       shapes[4 * i + 2] = before < 0 ? 1 : 0;
       shapes[4 * i + 3] = after === null ? 1 : 0;
+    }
+    // Rigid bodies are no tubes: what would be one is a point in their middle.
+    this.half = motion.length.map((length) => length / 2);
+    for (const i of motion.bodies.segment) {
+      this.half[i] = 0;
+      shapes.fill(0, 4 * i, 4 * i + 4);
     }
     this.tubes.setShapes(shapes);
   }
@@ -94,7 +101,7 @@ class RunTubes {
       motion.readPosition(frame, i, poses, p);
       motion.readOrientation(frame, i, poses, p + 3);
       const [x, y, z, w] = [poses[p + 3], poses[p + 4], poses[p + 5], poses[p + 6]];
-      const half = motion.length[i] / 2;
+      const half = this.half[i];
       const axis0 = 2 * (x * z + w * y) * half;
       const axis1 = 2 * (y * z - w * x) * half;
       const axis2 = (1 - 2 * (x * x + y * y)) * half;
@@ -116,6 +123,7 @@ class RunTubes {
       if (along < 0) for (let k = 3; k < 7; k++) floats[at + 7 + k] *= -1;
       words[at + 14] = colouring(frame, i);
     }
+    this.bodies.update(poses, (segment) => words[WORDS * segment + 14]);
     this.tubes.upload();
   }
 

@@ -30,7 +30,15 @@ impl Motion {
 
     fn bone(&mut self, rod: usize, length: f64, radius: f64, bone: Bone) -> usize {
         let i = self.bones.len();
-        self.model.segments.push(Segment { length, radius, density: 1000.0, added_mass: 0.0, fixed: i == 0, rod });
+        self.model.segments.push(Segment {
+            length,
+            radius,
+            density: 1000.0,
+            added_mass: 0.0,
+            fixed: i == 0,
+            rod,
+            body: None,
+        });
         if let Some(parent) = bone.parent {
             let offset_a = 0.5 * self.model.segments[parent].length;
             self.model.joints.push(Joint {
@@ -46,6 +54,7 @@ impl Motion {
                 twist_compliance: 1e-3,
                 youngs_modulus: 1e6,
                 torsion_modulus: 1e6,
+                mount: None,
             });
         }
         self.bones.push(bone);

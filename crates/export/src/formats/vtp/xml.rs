@@ -36,7 +36,7 @@ impl Array {
     }
 }
 
-/// Lines of two points each, with data.
+/// Lines of two points each, and triangles, with data.
 pub(super) struct Piece {
     /// Places of the points, three components.
     pub(super) points: Array,
@@ -44,6 +44,8 @@ pub(super) struct Piece {
     pub(super) connectivity: Array,
     /// End of each line in `connectivity`.
     pub(super) offsets: Array,
+    /// Points of each triangle, and their ends there.
+    pub(super) triangles: (Array, Array),
     pub(super) point_data: Vec<Array>,
     pub(super) cell_data: Vec<Array>,
 }
@@ -52,20 +54,24 @@ impl Piece {
     /// Writes the file.
     pub(super) fn write(&self, writer: &mut impl Write) -> io::Result<()> {
         let points = self.points.bytes.len() / (3 * size_of::<f64>());
-        let cells = self.offsets.bytes.len() / size_of::<i64>();
+        let cells = |offsets: &Array| offsets.bytes.len() / size_of::<i64>();
+        let (cells, triangles) = (cells(&self.offsets), cells(&self.triangles.1));
         write!(
             writer,
             "<?xml version=\"1.0\"?>\n\
              <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
              <PolyData>\n<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{cells}\" \
-             NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n"
+             NumberOfStrips=\"0\" NumberOfPolys=\"{triangles}\">\n"
         )?;
-        let groups: [(&str, Vec<&Array>); 4] = [
+        let mut groups: Vec<(&str, Vec<&Array>)> = vec![
             ("PointData", self.point_data.iter().collect()),
             ("CellData", self.cell_data.iter().collect()),
             ("Points", vec![&self.points]),
             ("Lines", vec![&self.connectivity, &self.offsets]),
         ];
+        if triangles > 0 {
+            groups.push(("Polys", vec![&self.triangles.0, &self.triangles.1]));
+        }
         let mut offset = 0;
         for (element, arrays) in &groups {
             writeln!(writer, "<{element}>")?;

@@ -47,6 +47,11 @@ impl Frozen {
                 let (across, along) = (1.0 / segment.transverse_inertia(), 1.0 / segment.axial_inertia());
                 terms.inverse_mass = 1.0 / segment.mass();
                 terms.inverse_inertia = Sym3::identity(across) + Sym3::outer(terms.axis, along - across);
+                if let Some(rigid) = &segment.body {
+                    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vec3);
+                    let along = |k: usize| Sym3::outer(terms.orientation.rotate(axes[k]), 1.0 / rigid.inertia[k]);
+                    terms.inverse_inertia = along(0) + along(1) + along(2);
+                }
             }
         }
         let mut frames = Vec::with_capacity(topology.joints.len());
@@ -55,12 +60,21 @@ impl Frozen {
             let relative = rest_rotation(joint);
             let [a, b] = topology.joints[k].map(|body| body as usize);
             // A fixed body a may hold on to several joints that do not agree with it; its joint's frame does.
-            let q_a = if topology.fixed[a] { orientations[b] * relative.conj() } else { orientations[a] };
+            let q_a =
+                if topology.fixed[a] { orientations[b] * frame_b(joint) * relative.conj() } else { orientations[a] };
             frames.push(q_a);
             terms.offsets = [joint.offset_a, joint.offset_b];
             terms.length = joint.length;
             terms.s = relative.w.max(1e-6);
             terms.t = q_a.rotate(relative.v);
+        }
+        let mounts = || members.joints.iter().map(|&k| model.joints[k].mount);
+        if mounts().any(|mount| mount.is_some()) {
+            let across = |(mount, ends): (Option<rod::Mount>, &[u32; 2])| {
+                let places = mount.map_or([Vec3::zero(); 2], |mount| mount.across.map(|at| Vec3([at.x, at.y, 0.0])));
+                [0, 1].map(|end| orientations[ends[end] as usize].rotate(places[end]))
+            };
+            rest.across = mounts().zip(&topology.joints).map(across).collect();
         }
         Ok(Self { rest, frames, factor, is_factored: false })
     }
@@ -128,7 +142,12 @@ fn own_quat(q: &UnitQuaternion<f64>) -> Quat<f64> {
     Quat { v: Vec3([q.i, q.j, q.k]), w: q.w }
 }
 
-/// conj(q_a) q_b of a joint at rest.
+/// The joint's frame on its body b, in the frame of b.
+fn frame_b(joint: &rod::Joint) -> Quat<f64> {
+    joint.mount.map_or(Quat::identity(), |mount| own_quat(&mount.frame_b))
+}
+
+/// conj(q_a) q_b of a joint at rest, q_b being its frame on b.
 fn rest_rotation(joint: &rod::Joint) -> Quat<f64> {
     own_quat(&rod::darboux::rotation_of(&joint.rest_darboux, joint.length))
 }
@@ -151,7 +170,8 @@ fn rest_orientations(model: &Model, members: &Members, topology: &Topology) -> V
         while let Some((body, q)) = open.pop() {
             for &k in &incident[body] {
                 let [a, b] = topology.joints[k].map(|end| end as usize);
-                let relative = rest_rotation(&model.joints[members.joints[k]]);
+                let joint = &model.joints[members.joints[k]];
+                let relative = rest_rotation(joint) * frame_b(joint).conj();
                 let (other, turned) = if a == body { (b, q * relative) } else { (a, q * relative.conj()) };
                 if found[other].is_none() {
                     found[other] = Some(turned);

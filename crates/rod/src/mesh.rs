@@ -1,0 +1,146 @@
+//! Surfaces of rigid bodies as triangles, for drawing.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::Vector3;
+
+use crate::BodyShape;
+
+/// Vertices about the axis of a round shape, and from its equator to a pole.
+const SIDES: usize = 32;
+const RINGS: usize = 8;
+
+/// A closed surface in a body's frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Places of the vertices [m]; at an edge of the shape there is one for each of its faces.
+    pub positions: Vec<Vector3<f64>>,
+    /// Unit normals out of the body, one a vertex.
+    pub normals: Vec<Vector3<f64>>,
+    /// Vertices of each triangle, counterclockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl BodyShape {
+    /// Its surface, with vertices on it; nothing where hidden.
+    pub fn mesh(&self) -> Mesh {
+        match *self {
+            BodyShape::Hidden => Mesh::default(),
+            BodyShape::Sphere { radius } => Mesh::round(&capped(radius, 0.0)),
+            BodyShape::Capsule { radius, length } => Mesh::round(&capped(radius, 0.5 * length)),
+            BodyShape::Cylinder { radius, length } => {
+                let end = |side: f64| {
+                    [(0.0, FRAC_PI_2), (radius, FRAC_PI_2), (radius, 0.0)].map(|(r, latitude)| Profile {
+                        radius: r,
+                        height: 0.5 * length * side,
+                        latitude: latitude * side,
+                    })
+                };
+                let [top, bottom] = [end(1.0), end(-1.0)];
+                Mesh::round(&bottom.into_iter().chain(top.into_iter().rev()).collect::<Vec<_>>())
+            }
+            BodyShape::Box { sides } => Mesh::of_box(&(sides * 0.5)),
+        }
+    }
+}
+
+/// A place on the outline of a round shape, and the latitude of the normal there [rad].
+struct Profile {
+    radius: f64,
+    height: f64,
+    latitude: f64,
+}
+
+/// Outline of a sphere whose halves are pulled apart along the axis, from below.
+fn capped(radius: f64, half: f64) -> Vec<Profile> {
+    let at = |k: usize, side: f64| {
+        let latitude = FRAC_PI_2 * side * k as f64 / RINGS as f64;
+        Profile { radius: radius * latitude.cos(), height: half * side + radius * latitude.sin(), latitude }
+    };
+    let first = usize::from(half == 0.0);
+    (0..=RINGS).rev().map(|k| at(k, -1.0)).chain((first..=RINGS).map(|k| at(k, 1.0))).collect()
+}
+
+impl Mesh {
+    /// The surface that an outline makes, turned about the axis.
+    fn round(outline: &[Profile]) -> Self {
+        let mut mesh = Self::default();
+        for (k, Profile { radius, height, latitude }) in outline.iter().enumerate() {
+            for side in 0..=SIDES {
+                let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
+                let outwards = Vector3::new(cos, sin, 0.0);
+                mesh.positions.push(outwards * *radius + Vector3::z() * *height);
+                mesh.normals.push(outwards * latitude.cos() + Vector3::z() * latitude.sin());
+                if k > 0 && side > 0 {
+                    let here = (k * (SIDES + 1) + side) as u32;
+                    let below = here - SIDES as u32 - 1;
+                    mesh.quad([below - 1, below, here, here - 1]);
+                }
+            }
+        }
+        mesh
+    }
+
+    fn of_box(half: &Vector3<f64>) -> Self {
+        let mut mesh = Self::default();
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]) {
+            let normal = Vector3::ith(axis, side);
+            let u = Vector3::ith((axis + 1) % 3, 1.0);
+            let v = normal.cross(&u);
+            let first = mesh.positions.len() as u32;
+            for corner in [-u - v, u - v, u + v, v - u] {
+                mesh.positions.push((corner + normal).component_mul(half));
+                mesh.normals.push(normal);
+            }
+            mesh.quad([first, first + 1, first + 2, first + 3]);
+        }
+        mesh
+    }
+
+    /// Two triangles of four corners, without those that have no area.
+    fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
+        for triangle in [[a, b, c], [a, c, d]] {
+            let [p, q, r] = triangle.map(|i| self.positions.get(i as usize).copied().unwrap_or_default());
+            if p != q && q != r && r != p {
+                self.triangles.push(triangle);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Volume enclosed by the triangles, by the divergence theorem: positive where they look outwards.
+    fn volume(mesh: &Mesh) -> f64 {
+        let of = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        mesh.triangles.iter().map(of).sum()
+    }
+
+    #[test]
+    fn meshes_enclose_the_shapes_and_look_outwards() {
+        let (radius, length) = (0.3, 0.8);
+        let shapes = [
+            (BodyShape::Sphere { radius }, 0.02),
+            (BodyShape::Capsule { radius, length }, 0.02),
+            (BodyShape::Cylinder { radius, length }, 0.01),
+            (BodyShape::Box { sides: Vector3::new(0.2, 0.5, 1.1) }, 1e-12),
+        ];
+        for (shape, error) in shapes {
+            let mesh = shape.mesh();
+            let short = 1.0 - volume(&mesh) / shape.volume();
+            assert!((-1e-12..error).contains(&short), "{shape:?}: {short}");
+            for triangle in &mesh.triangles {
+                let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+                let normal = (b - a).cross(&(c - a));
+                assert!(triangle.iter().all(|&i| mesh.normals[i as usize].dot(&normal) > 0.0), "{shape:?}");
+            }
+            assert!(mesh.normals.iter().all(|normal| (normal.norm() - 1.0).abs() < 1e-12));
+        }
+        assert_eq!(BodyShape::Hidden.mesh(), Mesh::default());
+    }
+}

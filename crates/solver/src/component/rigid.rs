@@ -1,0 +1,319 @@
+//! Rigid bodies: three moments of inertia of their own, and joints that hold them off their axes.
+//!
+//! The stages go over all bodies as over symmetric tops that are held on their axes; what is here then sets right what is not
+//! so. Without a rigid body the lists are empty.
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use rod::Model;
+
+use super::lanes::{pick, pick_pose, put, vec3};
+use super::{Component, Members};
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Sym3, Vec3};
+
+/// How a joint holds on to rigid bodies: zero and none where it holds none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mount<T> {
+    /// Places of the connectors across the axes of bodies a and b, in their frames [m].
+    across: [Vec3<T>; 2],
+    /// The joint's frame on body b, in the frame of b.
+    pub(super) frame_b: Quat<T>,
+}
+
+/// A rigid body that moves freely, in one lane.
+#[derive(Clone, Debug)]
+pub(super) struct Rigid {
+    pub(super) lane: usize,
+    pub(super) body: usize,
+    pub(super) mass: f64,
+    /// Drag coefficient times area [m^2].
+    pub(super) drag_area: f64,
+    /// Moments of inertia about its own axes [kg m^2].
+    inertia: Vec3<f64>,
+    /// Joints that hold it, each with the sign of its multiplier and the connector's place in the body's frame [m].
+    held_by: Vec<(usize, f64, Vec3<f64>)>,
+    /// `sum f r^T` over all that pulls it, f [N s^2] in world axes and r in the body's frame: one vector an axis of the
+    /// body. Of a force on the axis alone the third is the pull of a segment.
+    pull: [Vec3<f64>; 3],
+    /// The same as forces at the end of the last step [N m].
+    held: [Vec3<f64>; 3],
+}
+
+impl<T: Real> Mount<T> {
+    fn none() -> Self {
+        Self { across: [Vec3::zero(); 2], frame_b: Quat::identity() }
+    }
+
+    fn pick(&self, lane: usize) -> Mount<f64> {
+        let frame_b = Quat { v: pick(self.frame_b.v, lane), w: self.frame_b.w.lane(lane) };
+        Mount { across: self.across.map(|place| pick(place, lane)), frame_b }
+    }
+}
+
+impl Rigid {
+    /// Inertia times `x`, both in the body's frame.
+    fn times_inertia(&self, x: Vec3<f64>) -> Vec3<f64> {
+        Vec3([0, 1, 2].map(|k| self.inertia.0[k] * x.0[k]))
+    }
+
+    /// W, the inverse of the inertia with the geometric stiffness of its pulls, if that counts.
+    fn inverse_inertia(&self, q: Quat<f64>, geometric: bool) -> Sym3<f64> {
+        let axes = axes(q);
+        let mut inertia = Sym3::zero();
+        for (axis, moment) in axes.into_iter().zip(self.inertia.0) {
+            inertia = inertia + Sym3::outer(axis, moment);
+        }
+        if geometric && self.pull != [Vec3::zero(); 3] {
+            // K = sum (f.r) I - sym(f r^T), without its negative part.
+            let mut stiffness = Sym3::zero();
+            for (pull, axis) in self.pull.into_iter().zip(axes) {
+                stiffness = stiffness + Sym3::identity(pull.dot(axis)) + Sym3::sym_outer(pull, -axis);
+            }
+            inertia = inertia + positive_part(stiffness);
+        }
+        inertia.inverse()
+    }
+}
+
+/// The axes of a body's frame in the world.
+fn axes(q: Quat<f64>) -> [Vec3<f64>; 3] {
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| q.rotate(Vec3(axis)))
+}
+
+/// A symmetric matrix without its negative eigenvalues; zero where it is not finite.
+fn positive_part(m: Sym3<f64>) -> Sym3<f64> {
+    let full = m.full();
+    let matrix = Matrix3::from_fn(|r, c| full[r][c]);
+    let mut positive = Sym3::zero();
+    if let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, 100) {
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            positive = positive + Sym3::outer(Vec3([vector[0], vector[1], vector[2]]), value.max(0.0));
+        }
+    }
+    positive
+}
+
+/// Most iterations of Newton's method for a free turn.
+const ITERATIONS: usize = 30;
+
+/// Relative rotation, in the body's frame, of the free motion with angular momentum `m` over the time `2 half`, which goes
+/// on with `u` (about the sine of half the angle) where there is none: `s I u + u x I u = half m`, as of a symmetric top
+/// (`Component::predict`).
+fn free_turn(body: &Rigid, m: Vec3<f64>, u: Vec3<f64>, half: f64) -> Quat<f64> {
+    let inertia = Vector3::from(body.inertia.0);
+    let target = Vector3::from(m.0) * half;
+    let start = Vector3::from(u.0);
+    let scalar = |u: &Vector3<f64>| (1.0 - u.norm_squared()).max(0.0).sqrt();
+    let plain = Quat { v: u, w: scalar(&start) };
+    let mut u = start * (0.99 / start.norm()).min(1.0);
+    let size = inertia.max();
+    for _ in 0..ITERATIONS {
+        let s = scalar(&u);
+        let turning = u.component_mul(&inertia);
+        let defect = turning * s + u.cross(&turning) - target;
+        if defect.norm() <= 4.0 * f64::EPSILON * size * u.norm() {
+            return Quat { v: Vec3(u.into()), w: s };
+        }
+        let slope = Matrix3::from_diagonal(&(inertia * s)) - turning * u.transpose() / s
+            + u.cross_matrix() * Matrix3::from_diagonal(&inertia)
+            - turning.cross_matrix();
+        let Some(inverse) = slope.try_inverse() else { return plain };
+        let next = u - inverse * defect;
+        let change = (next - u).norm();
+        u = next * (0.999 / next.norm()).min(1.0);
+        if change <= 4.0 * f64::EPSILON * u.norm() && u.norm() < 0.99 {
+            return Quat { v: Vec3(u.into()), w: scalar(&u) };
+        }
+    }
+    plain
+}
+
+impl<T: Real> Component<T> {
+    /// Takes in a model's rigid bodies and how its joints hold them, in one lane.
+    pub(super) fn add_rigid(&mut self, model: &Model, members: &Members, lane: usize) {
+        let joints = || members.joints.iter().map(|&k| &model.joints[k]);
+        if joints().any(|joint| joint.mount.is_some()) && self.mounts.is_empty() {
+            self.mounts = vec![Mount::none(); self.joints.len()];
+            self.system.across = vec![[Vec3::zero(); 2]; self.joints.len()];
+        }
+        for (own, mount) in self.mounts.iter_mut().zip(joints().map(|joint| joint.mount)) {
+            let Some(mount) = mount else { continue };
+            for (own, place) in own.across.iter_mut().zip(mount.across) {
+                put(own, lane, [place.x, place.y, 0.0]);
+            }
+            put(&mut own.frame_b.v, lane, vec3(&mount.frame_b.imag()));
+            own.frame_b.w.set_lane(lane, mount.frame_b.w);
+        }
+        for (body, &index) in members.segments.iter().enumerate() {
+            let segment = &model.segments[index];
+            let Some(rigid) = segment.body.filter(|_| !segment.fixed) else { continue };
+            let mut held_by = Vec::new();
+            for (k, (joint, ends)) in joints().zip(&self.system.topology.joints).enumerate() {
+                let across = joint.mount.map_or([Default::default(); 2], |mount| mount.across);
+                for (end, (sign, along)) in [(1.0, joint.offset_a), (-1.0, joint.offset_b)].into_iter().enumerate() {
+                    if ends[end] as usize == body {
+                        held_by.push((k, sign, Vec3([across[end].x, across[end].y, along])));
+                    }
+                }
+            }
+            let none = [Vec3::zero(); 3];
+            let inertia = Vec3(vec3(&rigid.inertia));
+            let (mass, drag_area) = (segment.mass(), rigid.drag_area);
+            self.rigid.push(Rigid { lane, body, mass, drag_area, inertia, held_by, pull: none, held: none });
+        }
+    }
+
+    /// Rigid bodies and mounts of one lane, for a component of its own.
+    pub(super) fn pick_rigid(&self, lane: usize) -> (Vec<Rigid>, Vec<Mount<f64>>) {
+        let own = self.rigid.iter().filter(|rigid| rigid.lane == lane);
+        let alone = own.map(|rigid| Rigid { lane: 0, ..rigid.clone() }).collect();
+        (alone, self.mounts.iter().map(|mount| mount.pick(lane)).collect())
+    }
+
+    /// Takes what one lane's rigid bodies were pulled by from a component of its own.
+    pub(super) fn insert_rigid(&mut self, lane: usize, from: &[Rigid]) {
+        for (own, from) in self.rigid.iter_mut().filter(|rigid| rigid.lane == lane).zip(from) {
+            own.held = from.held;
+        }
+    }
+
+    /// The general tops' free rotation; `last_half` is half the last step, `kept` what damping leaves of an angular momentum.
+    pub(super) fn turn_rigid(&mut self, last_half: T, kept: f64) {
+        for k in 0..self.rigid.len() {
+            let Rigid { lane, body, .. } = self.rigid[k];
+            let (rate, last_half) = self.variable(body, last_half);
+            let rigid = &self.rigid[k];
+            let (q, half) = (pick_pose(&self.start[body], lane).q, last_half.lane(lane));
+            let w = q.rotate_back(pick(rate, lane));
+            let u = w * half;
+            let s = (1.0 - u.norm_squared()).max(0.0).sqrt();
+            let turning = rigid.times_inertia(w);
+            let mut m = (turning * s - u.cross(turning)) * kept;
+            if let Some(drag) = &self.drag {
+                m += pick(drag.impulses[body].angular, lane);
+            }
+            let half = 0.5 * self.dt;
+            let q = (q * free_turn(rigid, m, w * half, half)).normalized();
+            let predicted = &mut self.predicted[body].q;
+            put(&mut predicted.v, lane, q.v.0);
+            predicted.w.set_lane(lane, q.w);
+        }
+    }
+
+    /// Places of the connectors across the axes, and the rigid bodies' inverse inertia, at the current poses.
+    pub(super) fn evaluate_rigid(&mut self, geometric: bool) {
+        for (k, mount) in self.mounts.iter().enumerate() {
+            let ends = self.system.topology.joints[k];
+            for ((arm, place), body) in self.system.across[k].iter_mut().zip(mount.across).zip(ends) {
+                *arm = self.poses[body as usize].q.rotate(place);
+            }
+        }
+        for rigid in &self.rigid {
+            let q = pick_pose(&self.poses[rigid.body], rigid.lane).q;
+            let inverse = rigid.inverse_inertia(q, geometric);
+            for (own, x) in self.system.bodies[rigid.body].inverse_inertia.0.iter_mut().zip(inverse.0) {
+                own.set_lane(rigid.lane, x);
+            }
+        }
+    }
+
+    /// The rigid bodies' corrections that the momentum residual asks for.
+    pub(super) fn momentum_of_rigid(&mut self) {
+        for rigid in &self.rigid {
+            let (body, lane) = (rigid.body, rigid.lane);
+            let (pose, predicted) = (pick_pose(&self.poses[body], lane), pick_pose(&self.predicted[body], lane));
+            let phi = (pose.q * predicted.q.conj()).upper().v * 2.0;
+            let turning = pose.q.rotate(rigid.times_inertia(pose.q.rotate_back(phi)));
+            let inverse = Sym3(self.system.bodies[body].inverse_inertia.0.map(|x| x.lane(lane)));
+            let dphi = inverse.apply(pick(self.scratch[body].angular, lane) - turning);
+            put(&mut self.momentum[body].angular, lane, dphi.0);
+        }
+    }
+
+    /// Sums what pulls the rigid bodies: the multipliers of their joints, and loads times dt^2.
+    pub(super) fn gather_rigid_pulls(&mut self) {
+        let Self { rigid, lambda, loads, dt, .. } = self;
+        for Rigid { lane, body, held_by, pull, .. } in rigid {
+            *pull = [Vec3::zero(); 3];
+            for &(joint, sign, place) in held_by.iter() {
+                let force = pick(lambda[joint].linear, *lane) * sign;
+                for (pull, along) in pull.iter_mut().zip(place.0) {
+                    *pull += force * along;
+                }
+            }
+            for load in loads.iter().filter(|load| load.body == *body) {
+                pull[2] += pick(load.force, *lane) * (load.offset.lane(*lane) * *dt * *dt);
+            }
+        }
+    }
+
+    /// The pulls with which a step of `dt` [s] begins: see `Component::expect_pulls`.
+    pub(super) fn expect_rigid_pulls(&mut self, dt: f64) {
+        for rigid in &mut self.rigid {
+            rigid.pull = rigid.held.map(|held| held * (dt * dt));
+        }
+    }
+
+    /// Keeps the pulls at the end of a step, in the lanes where `active` >= 0.
+    pub(super) fn keep_rigid_pulls(&mut self, active: T) {
+        let per_dt2 = 1.0 / (self.dt * self.dt);
+        for rigid in self.rigid.iter_mut().filter(|rigid| active.lane(rigid.lane) >= 0.0) {
+            rigid.held = rigid.pull.map(|pull| pull * per_dt2);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn body(inertia: [f64; 3]) -> Rigid {
+        let none = [Vec3::zero(); 3];
+        let (inertia, held_by) = (Vec3(inertia), Vec::new());
+        Rigid { lane: 0, body: 0, mass: 1.0, drag_area: 0.0, inertia, held_by, pull: none, held: none }
+    }
+
+    #[test]
+    fn a_general_top_turns_with_the_momentum_that_it_was_made_of() {
+        for inertia in [[1.0, 2.0, 2.5], [0.3, 0.31, 0.01], [1.0, 1.0, 1.0]] {
+            let body = body(inertia);
+            for axis in [Vec3([0.6, 0.8, 0.0]), Vec3([0.48, -0.6, 0.64])] {
+                for angle in [0.0_f64, 1e-8, 0.1, 0.7, 1.2] {
+                    let u = axis * (0.5 * angle).sin();
+                    let turning = body.times_inertia(u);
+                    let s = (1.0 - u.norm_squared()).sqrt();
+                    let m = turning * s - u.cross(turning);
+                    let turn = free_turn(&body, m, u, 1.0);
+                    let turning = body.times_inertia(turn.v);
+                    let found = turning * turn.w + turn.v.cross(turning);
+                    assert!((found - m).norm_squared().sqrt() <= 1e-15, "{inertia:?} {axis:?} {angle}");
+                    assert!((turn.v.norm_squared() + turn.w * turn.w - 1.0).abs() < 1e-15);
+                }
+            }
+        }
+    }
+
+    /// A pull along the z axis alone gives the stiffness of a segment.
+    #[test]
+    fn the_stiffness_of_a_pull_has_no_negative_part() {
+        let q = Quat { v: Vec3([0.1, -0.3, 0.2]), w: 0.9 }.normalized();
+        let mut rigid = body([1.0, 2.0, 2.5]);
+        let bare = rigid.inverse_inertia(q, false).inverse();
+        for f in [Vec3([0.3, -0.2, 5.0]), Vec3([1.0, 2.0, -3.0]), Vec3([0.0, 1.0, 0.0])] {
+            for place in [Vec3([0.0, 0.0, 0.4]), Vec3([0.5, -0.2, 0.1])] {
+                rigid.pull = place.0.map(|along| f * along);
+                let stiffness = rigid.inverse_inertia(q, true).inverse() + bare * -1.0;
+                // K has the eigenvalues f.r and (f.r +- |f| |r|) / 2; what is left are those above 0.
+                let arm = q.rotate(place);
+                let (along, size) = (f.dot(arm), (f.norm_squared() * arm.norm_squared()).sqrt());
+                let trace: f64 = [along, 0.5 * (along + size), 0.5 * (along - size)].map(|x| x.max(0.0)).iter().sum();
+                let [xx, yy, zz, ..] = stiffness.0;
+                assert!((xx + yy + zz - trace).abs() < 1e-12 * size.max(1.0), "{f:?} {place:?}");
+                // The bisector of f and r keeps its own.
+                let bisector = f * (1.0 / f.norm_squared().sqrt()) - arm * (1.0 / arm.norm_squared().sqrt());
+                let image = stiffness.apply(bisector) - bisector * (0.5 * (along + size));
+                assert!(image.norm_squared().sqrt() < 1e-12 * size.max(1.0), "{f:?} {place:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Rigid bodies as they stand in a run's JSON.
+
+use rod::Model;
+use serde::{Deserialize, Serialize};
+
+use crate::DecodeError;
+
+/// The surfaces of a model's rigid bodies; bodies of the same shape share one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Bodies {
+    /// Segments that are rigid bodies.
+    segment: Vec<usize>,
+    /// Which of the surfaces each has.
+    surface: Vec<usize>,
+    surfaces: Vec<Surface>,
+}
+
+/// Triangles in a body's frame; none where nothing is to be seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Surface {
+    /// Places [m] and unit normals of the vertices, three numbers each.
+    positions: Vec<f32>,
+    normals: Vec<f32>,
+    /// Vertices of each triangle.
+    triangles: Vec<u16>,
+}
+
+impl Bodies {
+    /// Those of `model`.
+    pub(crate) fn new(model: &Model) -> Self {
+        let mut bodies = Self::default();
+        let mut shapes = Vec::new();
+        for (segment, own) in model.segments.iter().enumerate() {
+            let Some(body) = &own.body else { continue };
+            let known = shapes.iter().position(|shape| *shape == body.shape);
+            bodies.segment.push(segment);
+            bodies.surface.push(known.unwrap_or(shapes.len()));
+            if known.is_none() {
+                shapes.push(body.shape);
+                let mesh = body.shape.mesh();
+                let floats = |vectors: &[nalgebra::Vector3<f64>]| {
+                    vectors.iter().flat_map(|v| [v.x as f32, v.y as f32, v.z as f32]).collect()
+                };
+                bodies.surfaces.push(Surface {
+                    positions: floats(&mesh.positions),
+                    normals: floats(&mesh.normals),
+                    triangles: mesh.triangles.as_flattened().iter().map(|&i| i as u16).collect(),
+                });
+            }
+        }
+        bodies
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.segment.is_empty()
+    }
+
+    /// Checks that they are bodies of a run of so many `segments`.
+    pub(crate) fn validate(&self, segments: usize) -> Result<(), DecodeError> {
+        let fits = |surface: &Surface| {
+            let Surface { positions, normals, triangles } = surface;
+            let vertices = positions.len() / 3;
+            positions.len() == 3 * vertices
+                && normals.len() == positions.len()
+                && positions.iter().chain(normals).all(|x| x.is_finite())
+                && triangles.len() % 3 == 0
+                && triangles.iter().all(|&vertex| usize::from(vertex) < vertices)
+        };
+        let is_known = self.segment.len() == self.surface.len()
+            && self.segment.iter().all(|&segment| segment < segments)
+            && self.surface.iter().all(|&surface| surface < self.surfaces.len());
+        if is_known && self.surfaces.iter().all(fits) {
+            return Ok(());
+        }
+        Err(DecodeError::new("bodies", "each must be a segment with a surface of triangles"))
+    }
+}
