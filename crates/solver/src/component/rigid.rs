@@ -10,6 +10,7 @@ use super::lanes::{pick, pick_pose, put, vec3};
 use super::{Component, Members};
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::snapshot::Tape;
 
 /// How a joint holds on to rigid bodies: zero and none where it holds none.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +52,11 @@ impl<T: Real> Mount<T> {
 }
 
 impl Rigid {
+    /// Shows a tape with which pulls the next step begins.
+    pub(super) fn tape(&mut self, tape: &mut Tape<'_>) {
+        self.held.iter_mut().for_each(|held| tape.vector(held));
+    }
+
     /// Inertia times `x`, both in the body's frame.
     fn times_inertia(&self, x: Vec3<f64>) -> Vec3<f64> {
         Vec3([0, 1, 2].map(|k| self.inertia.0[k] * x.0[k]))

@@ -25,6 +25,7 @@ impl<T: Real> Component<T> {
             used,
             segments,
             moved: _,
+            rigid,
             // A step makes these anew before it looks at them.
             system: _,
             start: _,
@@ -42,6 +43,7 @@ impl<T: Real> Component<T> {
             // These stay the same; of air, a segment's inertia is each step's.
             bodies: _,
             joints: _,
+            mounts: _,
             changing: _,
             damping: _,
         } = self;
@@ -59,6 +61,7 @@ impl<T: Real> Component<T> {
             tape.vector(torque);
             tape.flag(turns);
         });
+        tape.list(rigid, |tape, body| body.tape(tape));
         tape.vector(gravity);
         tape.real(last_dt);
         tape.number(time);
