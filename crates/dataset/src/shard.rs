@@ -187,6 +187,7 @@ impl Shard {
                 twist_compliance: twist,
                 youngs_modulus: youngs,
                 torsion_modulus: torsion,
+                freedom: rod::Freedom::None,
             });
         }
         let gravity = self.arrays::<3>(Name::Gravity, k..k + 1).next().map(Vector3::from).unwrap_or_default();

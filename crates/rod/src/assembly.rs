@@ -6,7 +6,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
-use crate::{Air, Body, Damping, Joint, Load, Material, Model, ModelError, Pose, Section, Segment, State, Stretch};
+use crate::{
+    Air, Body, Damping, Freedom, Joint, Load, Material, Model, ModelError, Pose, Section, Segment, State, Stretch,
+};
 
 /// The shape in which a rod has no bend-twist energy.
 #[derive(Clone, Debug, PartialEq)]
@@ -367,6 +369,7 @@ impl Assembly {
             twist_compliance: sum(&|section| section.torsional_stiffness(&material)) / length.powi(2),
             youngs_modulus: material.youngs_modulus,
             torsion_modulus: material.torsion_modulus,
+            freedom: Freedom::None,
         }
     }
 

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::motion::{self, DriveError};
-use crate::{Air, Change, Contacts, Driven, track};
+use crate::{Air, Change, Contacts, Driven, Freedom, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,6 +105,8 @@ pub struct Joint {
     pub youngs_modulus: f64,
     /// Torsion modulus T of the joint's material [Pa] (an edge feature of the paper's graph).
     pub torsion_modulus: f64,
+    /// Which turns it leaves free.
+    pub freedom: Freedom,
 }
 
 /// A load on one segment, in world axes.
@@ -140,8 +142,11 @@ pub struct Model {
     pub anchors: Vec<Pose>,
     /// Loads; constant unless [`Model::changes`] names them.
     pub loads: Vec<Load>,
-    /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is.
+    /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is. One with times
+    /// takes hold of its body and lets it go again.
     pub motions: Vec<Driven>,
+    /// Anchors that hold nothing, open grips: their joints transmit nothing, and they go with the faces that they may hold.
+    pub open: Vec<usize>,
     /// Loads and gravity that change over time.
     pub changes: Vec<Change>,
     /// Gravitational acceleration [m/s^2]; constant unless [`Model::changes`] names it.
@@ -308,6 +313,9 @@ impl Model {
             finite("anchor", i, "position", a.position.as_slice())?;
             finite("anchor", i, "orientation", a.orientation.as_vector().as_slice())?;
             unit("anchor", i, "norm of the orientation", a.orientation.as_vector().norm())?;
+        }
+        for &to in &self.open {
+            self.check_body("open", to, Body::Anchor(to))?;
         }
         for (i, l) in self.loads.iter().enumerate() {
             if l.segment >= self.segments.len() {

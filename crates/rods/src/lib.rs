@@ -44,11 +44,20 @@
 //! [`Reaction`](motion::Reaction) is what holds it there. Without a motion a fixed segment keeps its velocity, which
 //! [`Simulation::set_velocities`](simulation::Simulation::set_velocities) may set before each step (example `moved_grip`).
 //!
+//! # Grips that attach and release
+//!
+//! Between two steps [`Simulation::attach`](simulation::Simulation::attach) takes hold of a segment where it is, or closes an
+//! open grip ([`Model::open`](state::Model::open)) on its end face, and
+//! [`Simulation::release`](simulation::Simulation::release) lets it go. A [`Driven`](motion::Driven) with times does both by
+//! itself. [`Simulation::store_model`](simulation::Simulation::store_model) tells the model what is held now, which energies
+//! and reactions ask for. [`Model::pin`](state::Model::pin), [`Model::hinge`](state::Model::hinge) and
+//! [`Model::soften`](state::Model::soften) make pinned ends, hinges and springs.
+//!
 //! # Examples
 //!
 //! `cargo run -p rods --example NAME`: `hang_a_cable` (assembly from code, equilibrium, tension at the grips),
 //! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip` (a grip whose
-//! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `numerical_damping` (how much energy
+//! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `pick_and_place` (a gripper takes a cable along and lets it go), `numerical_damping` (how much energy
 //! a swing loses to the time step).
 //!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
@@ -72,7 +81,10 @@ pub mod scene {
 
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
 pub mod state {
-    pub use rod::{Body, DriveError, Joint, JointForce, Model, ModelError, Pose, Segment, State, curvature, measure};
+    pub use rod::{
+        Body, DriveError, Freedom, Joint, JointForce, Model, ModelError, Pose, Segment, Springs, State, curvature,
+        measure,
+    };
 }
 
 /// What moves by itself: motions of what is held, loads and gravity over time; and what it takes to hold them.

@@ -72,15 +72,8 @@ impl Builder {
         segments
     }
 
-    /// Fixes all parts of the file's segment `index` of a rod.
-    pub(crate) fn fix(&mut self, rod: &Range<usize>, index: usize) {
-        for part in self.refinement.parts(rod, index) {
-            self.assembly.fix(part);
-        }
-    }
-
     pub(crate) fn join(&mut self, source: &Source, join: &Spanned<format::Join>) -> Result<()> {
-        let format::Join { a, b } = join.get_ref();
+        let format::Join { a, b, joint } = join.get_ref();
         let ((a, fraction_a), (b, fraction_b)) = (self.place(source, a)?, self.place(source, b)?);
         if a == b {
             return source.wrong(join.span(), "`a` and `b` are the same segment");
@@ -94,7 +87,19 @@ impl Builder {
             return source.wrong(join.span(), &message);
         }
         self.join_at((a, fraction_a), (b, fraction_b));
+        self.free_last_joint(*joint);
         Ok(())
+    }
+
+    /// Lets the joint made last turn freely where `hold` says so: as a ball, or about the axis of its first segment.
+    pub(crate) fn free_last_joint(&mut self, hold: format::Hold) {
+        let model = self.assembly.model_mut();
+        let last = model.joints.len().saturating_sub(1);
+        match hold {
+            format::Hold::Rigid => {}
+            format::Hold::Ball => model.pin(last),
+            format::Hold::Hinge => model.hinge(last, &Vector3::z()),
+        }
     }
 
     /// Joins two segments at fractions of their lengths, as [`Assembly::join`].

@@ -15,7 +15,7 @@ mod motion;
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use list::List;
 pub(crate) use many::{Net, Strands};
-pub(crate) use motion::{Interpolation, Motion, Quaternion};
+pub(crate) use motion::{Grip, Hold, Interpolation, Motion, Quaternion};
 
 pub(crate) type Number = Spanned<f64>;
 pub(crate) type Count = Spanned<i64>;
@@ -100,6 +100,7 @@ pub(crate) struct Rod {
     #[serde(default)]
     pub(crate) rest: Rest,
     pub(crate) branch_of: Option<Place>,
+    pub(crate) branch_joint: Option<Spanned<Hold>>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
     #[serde(default)]
@@ -108,6 +109,8 @@ pub(crate) struct Rod {
     pub(crate) angular_velocity_rad_s: Option<Vector>,
     #[serde(default)]
     pub(crate) velocities: Vec<Velocity>,
+    #[serde(default)]
+    pub(crate) grips: Vec<Spanned<Grip>>,
     #[serde(default)]
     pub(crate) motions: Vec<Spanned<Motion>>,
     #[serde(default)]
@@ -288,6 +291,8 @@ pub(crate) struct Tree {
 pub(crate) struct Join {
     pub(crate) a: Place,
     pub(crate) b: Place,
+    #[serde(default)]
+    pub(crate) joint: Hold,
 }
 
 /// One radius for the whole rod, or a linear taper.

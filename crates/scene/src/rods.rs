@@ -43,6 +43,12 @@ fn build(
 ) -> Result<()> {
     let rod = entry.get_ref();
     let segments = builder.add_rod(name, spec, branch_of);
+    if let Some(joint) = &rod.branch_joint {
+        if branch_of.is_none() {
+            return source.wrong(joint.span(), "goes with `branch_of`");
+        }
+        builder.free_last_joint(*joint.get_ref());
+    }
     let count = builder.refinement.count(&segments);
     if spec.closed && !rod.clamp.is_empty() {
         return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
@@ -55,7 +61,10 @@ fn build(
         grips.clamp(builder, *clamp.get_ref());
     }
     for segment in &rod.fixed_segments {
-        builder.fix(&segments, source.index(segment, count)?);
+        grips.fix(builder, source.index(segment, count)?);
+    }
+    for grip in &rod.grips {
+        grips.hold(builder, source, grip, spec.closed)?;
     }
     for (motion, prepared) in rod.motions.iter().zip(motions) {
         grips.drive(builder, source, (motion, prepared), spec.closed)?;

@@ -6,7 +6,7 @@ const DOCS: &str = include_str!("../../../docs/scenes.md");
 const README: &str = include_str!("../../../README.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 34] = [
+const PROBES: [&str; 35] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -26,6 +26,7 @@ const PROBES: [&str; 34] = [
     "rods = [{ branch_of.zzz = 1 }]",
     "rods = [{ velocities = [{ zzz = 1 }] }]",
     "rods = [{ motions = [{ zzz = 1 }] }]",
+    "rods = [{ grips = [{ zzz = 1 }] }]",
     "rods = [{ masses = [{ zzz = 1 }] }]",
     "rods = [{ loads = [{ zzz = 1 }] }]",
     "rods = [{ tree.zzz = 1 }]",
@@ -73,7 +74,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 5);
+    assert_eq!(scenes, 6);
 }
 
 #[test]

@@ -28,7 +28,7 @@ use terminal::{Progress, say};
 
 /// Runs a scene, writes what was asked for, and prints the summary.
 pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
-    let scene = scene(scene_args)?;
+    let mut scene = scene(scene_args)?;
     use_threads(scene_args)?;
     let mut settings = settings(scene_args);
     let Way { solver, guess: name, choice, chosen } = way(args, &scene, &settings.step)?;
@@ -70,6 +70,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&scene.model, &state, scene.run.steps);
     let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    if scene.model.has_timed_grips() {
+        // Where grips have taken hold, which the files need, is known now.
+        let mut told = scene.model.clone();
+        simulation.store_model(&mut told);
+        scene.model.motions = told.motions;
+    }
     let summary = Summary::new(
         &scene,
         &settings,
@@ -164,7 +170,7 @@ fn go(
         }
         simulation.store(&mut next);
         if model.varies() {
-            model.to_mut().set_time(simulation.time());
+            simulation.store_model(model.to_mut());
         }
         if !is_finite(&next) || (measure && !measured.observe(&model, &next)) {
             status = Status::NonFinite;

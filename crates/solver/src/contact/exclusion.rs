@@ -21,6 +21,11 @@ impl PairFilter {
         Self { free, excluded: model.contacts.between_segments.map(|_| Exclusion::new(model)) }
     }
 
+    /// Notes whether a segment moves freely from now on.
+    pub(crate) fn set_free(&mut self, segment: usize, free: bool) {
+        self.free[segment] = free;
+    }
+
     /// Whether bodies `a` < `b` can touch.
     pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
         let is_free = |i: u32| self.free.get(i as usize).copied();

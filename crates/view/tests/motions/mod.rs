@@ -44,6 +44,7 @@ impl Motion {
                 twist_compliance: 1e-3,
                 youngs_modulus: 1e6,
                 torsion_modulus: 1e6,
+                freedom: rod::Freedom::None,
             });
         }
         self.bones.push(bone);
