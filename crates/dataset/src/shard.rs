@@ -189,6 +189,7 @@ impl Shard {
                 youngs_modulus: youngs,
                 torsion_modulus: torsion,
                 mount: None,
+                freedom: rod::Freedom::None,
             });
         }
         let gravity = self.arrays::<3>(Name::Gravity, k..k + 1).next().map(Vector3::from).unwrap_or_default();

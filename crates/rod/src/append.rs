@@ -1,6 +1,9 @@
 //! Several models and their states as one.
 
-use crate::{Body, Changing, Joint, Load, Model, Segment, State};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::{Body, Changing, Driven, Joint, Load, Model, Motion, Segment, State};
 
 impl Model {
     /// Adds another model beside this one: its segments, joints, anchors, loads and motions, and what of its loads changes
@@ -17,6 +20,7 @@ impl Model {
             anchors: _,
             loads: _,
             motions,
+            open,
             changes,
             gravity: _,
             damping: _,
@@ -28,10 +32,13 @@ impl Model {
         self.joints.extend(joints.iter().map(|own| Joint { a: moved(own.a), b: moved(own.b), ..*own }));
         self.anchors.extend(&other.anchors);
         self.loads.extend(other.loads.iter().map(|own| Load { segment: own.segment + segments, ..*own }));
+        self.open.extend(open.iter().map(|anchor| anchor + anchors));
+        // What one motion drives goes on as one rigid body: each model keeps motions of its own.
+        let mut own_motions = HashMap::new();
         self.motions.extend(motions.iter().map(|own| {
-            let mut driven = own.clone();
-            driven.body = moved(own.body);
-            driven
+            let of = own_motions.entry(Arc::as_ptr(&own.motion));
+            let motion: &mut Arc<Motion> = of.or_insert_with(|| Arc::new(own.motion.as_ref().clone()));
+            Driven { body: moved(own.body), motion: motion.clone(), ..own.clone() }
         }));
         self.changes.extend(changes.iter().filter(|own| own.of != Changing::Gravity).map(|own| {
             let mut change = own.clone();

@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{
-    Air, Body, Damping, Joint, Load, Material, Model, ModelError, Mount, Pose, RigidBody, Section, Segment, State,
+    Air, Body, Damping, Freedom, Joint, Load, Material, Model, ModelError, Mount, Pose, RigidBody, Section, Segment, State,
     Stretch,
 };
 
@@ -425,6 +425,7 @@ impl Assembly {
             youngs_modulus: material.youngs_modulus,
             torsion_modulus: material.torsion_modulus,
             mount: None,
+            freedom: Freedom::None,
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::darboux::{darboux, relative_rotation};
 use crate::measure::{bend_strain, stretch_gap};
-use crate::{Joint, Model, State};
+use crate::{Freedom, Joint, Model, State};
 
 /// What a joint transmits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,16 +44,23 @@ impl JointForce {
         (m * s - u.cross(&m) + u * (u.dot(&m) / s)) * -joint.length
     }
 
-    /// Pull along the axis d3 of body a [N]; negative where the joint is pressed.
+    /// Pull along the axis d3 of body a [N], behind a hinge along that of body b; negative where the joint is pressed.
     pub fn tension(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
+        if let Freedom::Hinge { .. } = joint.freedom {
+            let axis = model.pose(joint.b, state).orientation * Vector3::z();
+            return self.force.dot(&axis) * if joint.offset_b > 0.0 { -1.0 } else { 1.0 };
+        }
         // Of a rod and a rigid body the rod comes first, also where the body is at its start.
         let sign = if joint.mount.is_some() && joint.offset_a < 0.0 { -1.0 } else { 1.0 };
         self.force.dot(&axis(model, state, joint)) * sign
     }
 
     /// How far the joint is from its constraints, `max(|C_s + alpha~ lambda_s| / l, |C_b + alpha~ lambda_b| l)`: the gap in
-    /// lengths of the joint, or the angle [rad].
+    /// lengths of the joint, or the angle [rad]. An open one has none.
     pub fn residual(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
+        if model.is_open(joint) {
+            return 0.0;
+        }
         let axis = axis(model, state, joint);
         let along = axis * axis.dot(&self.force);
         let across = self.force - along;
@@ -65,8 +72,11 @@ impl JointForce {
     }
 }
 
-/// Curvature of the rod at a joint [1/m]: the Darboux vector without its twist.
+/// Curvature of the rod at a joint [1/m]: the Darboux vector without its twist; zero where the joint turns freely or is open.
 pub fn curvature(model: &Model, state: &State, joint: &Joint) -> f64 {
+    if joint.freedom != Freedom::None || model.is_open(joint) {
+        return 0.0;
+    }
     let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
     darboux(&a.orientation, &joint.frame_b(&b.orientation), joint.length).xy().norm()
 }

@@ -4,7 +4,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::darboux::darboux;
-use crate::{Body, Joint, Model, Segment, State};
+use crate::{Body, Freedom, Joint, Model, Segment, State};
 
 /// Energies [J].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,10 +44,15 @@ pub fn stretch_gap(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> 
     connector_a - connector_b
 }
 
-/// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's body a.
+/// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's body a; zero about axes that it leaves free.
 pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
     let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
-    darboux(&a.orientation, &joint.frame_b(&b.orientation), joint.length) - joint.rest_darboux
+    let strain = darboux(&a.orientation, &joint.frame_b(&b.orientation), joint.length) - joint.rest_darboux;
+    match joint.freedom {
+        Freedom::None => strain,
+        Freedom::Ball => Vector3::zeros(),
+        Freedom::Hinge { .. } => Vector3::new(strain.x, strain.y, 0.0),
+    }
 }
 
 /// Energies of a state. Torques have no potential and are left out; a compliance of zero stores no energy.
@@ -66,7 +71,7 @@ pub fn energy(model: &Model, state: &State) -> Energy {
         energy.external -= load.force.dot(&(state.positions[load.segment] + state.axis(load.segment) * load.offset));
     }
     let quotient = |value: f64, compliance: f64| if compliance > 0.0 { value / compliance } else { 0.0 };
-    for joint in &model.joints {
+    for joint in model.joints.iter().filter(|joint| !model.is_open(joint)) {
         let gap = stretch_gap(model, state, joint);
         let along = gap.dot(&(model.pose(joint.a, state).orientation * Vector3::z())).powi(2);
         energy.stretch += 0.5 * quotient(along, joint.stretch_compliance)
@@ -100,7 +105,7 @@ pub fn rod_lengths(model: &Model, state: &State) -> Vec<f64> {
     for segment in &model.segments {
         lengths[segment.rod] += segment.length;
     }
-    for joint in &model.joints {
+    for joint in model.joints.iter().filter(|joint| !model.is_open(joint)) {
         let rod_of = |body| match body {
             Body::Segment(i) => Some(model.segments[i].rod),
             Body::Anchor(_) => None,
@@ -122,7 +127,7 @@ pub fn length_drift(model: &Model, state: &State, first: &[f64]) -> f64 {
 /// Largest gap between two connectors, in units of the joint's length.
 pub fn worst_gap(model: &Model, state: &State) -> f64 {
     let relative = |joint: &Joint| stretch_gap(model, state, joint).norm() / joint.length;
-    model.joints.iter().map(relative).fold(0.0, f64::max)
+    model.joints.iter().filter(|joint| !model.is_open(joint)).map(relative).fold(0.0, f64::max)
 }
 
 fn free(model: &Model) -> impl Iterator<Item = (usize, &Segment)> {

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::motion::{self, DriveError};
-use crate::{Air, Change, Contacts, Driven, Mount, RigidBody, track};
+use crate::{Air, Change, Contacts, Driven, Freedom, Mount, RigidBody, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,6 +136,8 @@ pub struct Joint {
     pub torsion_modulus: f64,
     /// How it holds on to rigid bodies; `None` between rods.
     pub mount: Option<Mount>,
+    /// Which turns it leaves free.
+    pub freedom: Freedom,
 }
 
 impl Joint {
@@ -154,9 +156,14 @@ impl Joint {
         self.mount.map_or(along, |mount| along + q * mount.across[end].push(0.0))
     }
 
-    /// The joint's frame on body b, which is oriented so.
+    /// The joint's frame on body b, which is oriented so: what enters its Darboux vector. Behind a hinge it is without the
+    /// orientation at rest.
     pub fn frame_b(&self, q_b: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-        self.mount.map_or(*q_b, |mount| q_b * mount.frame_b)
+        let mounted = self.mount.map_or(*q_b, |mount| q_b * mount.frame_b);
+        match self.freedom {
+            Freedom::Hinge { rest } => mounted * rest.inverse(),
+            Freedom::None | Freedom::Ball => mounted,
+        }
     }
 }
 
@@ -193,8 +200,11 @@ pub struct Model {
     pub anchors: Vec<Pose>,
     /// Loads; constant unless [`Model::changes`] names them.
     pub loads: Vec<Load>,
-    /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is.
+    /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is. One with times
+    /// takes hold of its body and lets it go again.
     pub motions: Vec<Driven>,
+    /// Anchors that hold nothing, open grips: their joints transmit nothing, and they go with the faces that they may hold.
+    pub open: Vec<usize>,
     /// Loads and gravity that change over time.
     pub changes: Vec<Change>,
     /// Gravitational acceleration [m/s^2]; constant unless [`Model::changes`] names it.
@@ -385,6 +395,9 @@ impl Model {
             finite("anchor", i, "position", a.position.as_slice())?;
             finite("anchor", i, "orientation", a.orientation.as_vector().as_slice())?;
             unit("anchor", i, "norm of the orientation", a.orientation.as_vector().norm())?;
+        }
+        for &to in &self.open {
+            self.check_body("open", to, Body::Anchor(to))?;
         }
         for (i, l) in self.loads.iter().enumerate() {
             if l.segment >= self.segments.len() {

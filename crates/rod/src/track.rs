@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::motion::{finite, hermite, parabola_velocity};
-use crate::{Interpolation, KeyframeError, Model, ModelError};
+use crate::{Body, Interpolation, KeyframeError, Model, ModelError};
 
 /// A vector over time, given at some times. Before the first it is the first, after the last the last.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,11 +102,24 @@ pub struct Change {
 }
 
 impl Model {
-    /// Makes anchors, loads and gravity those of `time` [s], so that energies and joints are measured as they are then.
+    /// Makes anchors, loads and gravity those of `time` [s], and what is held what was in the step that ended then, so that
+    /// energies and joints are measured as they are then. What a motion takes hold of on the way is where it says only when
+    /// the simulation has told where that was (`Simulation::store_model`).
     pub fn set_time(&mut self, time: f64) {
-        for driven in &self.motions {
-            if let crate::Body::Anchor(i) = driven.body {
-                self.anchors[i] = driven.at(time).pose;
+        for driven in self.motions.iter().filter(|driven| driven.is_timed()) {
+            match driven.body {
+                Body::Segment(i) => self.segments[i].fixed = false,
+                Body::Anchor(i) if !self.open.contains(&i) => self.open.push(i),
+                Body::Anchor(_) => {}
+            }
+        }
+        for driven in self.motions.iter().filter(|driven| driven.held_until(time)) {
+            match driven.body {
+                Body::Segment(i) => self.segments[i].fixed = true,
+                Body::Anchor(i) => {
+                    self.anchors[i] = driven.at(time).pose;
+                    self.open.retain(|open| *open != i);
+                }
             }
         }
         for Change { of, track } in &self.changes {
@@ -119,9 +132,15 @@ impl Model {
         }
     }
 
-    /// Whether anything of it changes over time: anchors, loads or gravity.
+    /// Whether any of its motions takes hold or lets go on the way.
+    pub fn has_timed_grips(&self) -> bool {
+        self.motions.iter().any(crate::Driven::is_timed)
+    }
+
+    /// Whether anything of it changes over time: anchors, what is held, loads or gravity.
     pub fn varies(&self) -> bool {
-        !self.changes.is_empty() || self.motions.iter().any(|driven| matches!(driven.body, crate::Body::Anchor(_)))
+        let varies = |driven: &crate::Driven| driven.is_timed() || matches!(driven.body, Body::Anchor(_));
+        !self.changes.is_empty() || self.motions.iter().any(varies)
     }
 }
 

@@ -61,11 +61,21 @@
 //! its own materials, state, motions and loads (example `plan_a_move`).
 //! [`Simulation::store_contact_forces`](simulation::Simulation::store_contact_forces) says what presses on what.
 //!
+//! # Grips that attach and release
+//!
+//! Between two steps [`Simulation::attach`](simulation::Simulation::attach) takes hold of a segment where it is, or closes an
+//! open grip ([`Model::open`](state::Model::open)) on its end face, and
+//! [`Simulation::release`](simulation::Simulation::release) lets it go. A [`Driven`](motion::Driven) with times does both by
+//! itself. [`Simulation::store_model`](simulation::Simulation::store_model) tells the model what is held now, which energies
+//! and reactions ask for. [`Model::pin`](state::Model::pin), [`Model::hinge`](state::Model::hinge) and
+//! [`Model::soften`](state::Model::soften) make pinned ends, hinges and springs.
+//!
 //! # Examples
 //!
 //! `cargo run -p rods --example NAME`: `hang_a_cable` (assembly from code, equilibrium, tension at the grips),
 //! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip` (a grip whose
-//! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `plan_a_move`
+//! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `pick_and_place` (a gripper takes a cable
+//! along and lets it go), `plan_a_move`
 //! (64 motions of a grip at once), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy
 //! a swing loses to the time step).
 //!
@@ -91,8 +101,8 @@ pub mod scene {
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
 pub mod state {
     pub use rod::{
-        Body, DriveError, Joint, JointForce, Model, ModelError, Pose, Probe, Quantity, Reading, Segment, State,
-        curvature, measure,
+        Body, DriveError, Freedom, Joint, JointForce, Model, ModelError, Pose, Probe, Quantity, Reading, Segment, Springs,
+        State, curvature, measure,
     };
 }
 

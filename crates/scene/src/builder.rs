@@ -125,20 +125,16 @@ impl Builder {
         segment
     }
 
-    /// Fixes all parts of the file's segment `index` of a rod.
-    pub(crate) fn fix(&mut self, rod: &Range<usize>, index: usize) {
-        for part in self.refinement.parts(rod, index) {
-            self.assembly.fix(part);
-        }
-    }
-
     pub(crate) fn join(&mut self, source: &Source, join: &Spanned<format::Join>) -> Result<()> {
-        let format::Join { a, b } = join.get_ref();
+        let format::Join { a, b, joint } = join.get_ref();
         let spots = [self.spot(source, a)?, self.spot(source, b)?];
         let ((a, fraction_a), (b, fraction_b)) = match spots {
             [Spot::Rod(a, fraction_a), Spot::Rod(b, fraction_b)] => ((a, fraction_a), (b, fraction_b)),
             [Spot::Rod(segment, fraction), Spot::Body(body, at)]
             | [Spot::Body(body, at), Spot::Rod(segment, fraction)] => {
+                if *joint != format::Hold::Rigid {
+                    return source.wrong(join.span(), "a joint with a body is rigid; leave `joint` out");
+                }
                 return self.join_body(source, join, (segment, fraction), (body, at));
             }
             _ => return source.wrong(join.span(), "one of `a` and `b` must be a `rod`"),
@@ -155,6 +151,7 @@ impl Builder {
             return source.wrong(join.span(), &message);
         }
         self.join_at((a, fraction_a), (b, fraction_b));
+        self.free_last_joint(*joint);
         Ok(())
     }
 
@@ -181,6 +178,17 @@ impl Builder {
         }
         self.assembly.attach(segment, fraction, body, &at.unwrap_or(here));
         Ok(())
+    }
+
+    /// Lets the joint made last turn freely where `hold` says so: as a ball, or about the axis of its first segment.
+    pub(crate) fn free_last_joint(&mut self, hold: format::Hold) {
+        let model = self.assembly.model_mut();
+        let last = model.joints.len().saturating_sub(1);
+        match hold {
+            format::Hold::Rigid => {}
+            format::Hold::Ball => model.pin(last),
+            format::Hold::Hinge => model.hinge(last, &Vector3::z()),
+        }
     }
 
     /// Joins two segments at fractions of their lengths, as [`Assembly::join`].

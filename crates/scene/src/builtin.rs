@@ -36,6 +36,7 @@ const FILES: &[(&str, &str)] = files![
     "heavy-cantilever",
     "roll-up",
     "bend-45",
+    "pendulum",
     "torsion-bar",
     "euler-buckling",
     "michell-ring",

@@ -20,7 +20,7 @@ pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;
 pub(crate) use many::{Copies, Net, Strands};
-pub(crate) use motion::{Interpolation, Motion, Quaternion};
+pub(crate) use motion::{Grip, Hold, Interpolation, Motion, Quaternion};
 pub(crate) use probe::Probe;
 
 pub(crate) type Number = Spanned<f64>;
@@ -116,6 +116,7 @@ pub(crate) struct Rod {
     pub(crate) rest_length_m: Option<Number>,
     pub(crate) tension_n: Option<Number>,
     pub(crate) branch_of: Option<Spanned<Place>>,
+    pub(crate) branch_joint: Option<Spanned<Hold>>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
     #[serde(default)]
@@ -124,6 +125,8 @@ pub(crate) struct Rod {
     pub(crate) angular_velocity_rad_s: Option<Vector>,
     #[serde(default)]
     pub(crate) velocities: Vec<Velocity>,
+    #[serde(default)]
+    pub(crate) grips: Vec<Spanned<Grip>>,
     #[serde(default)]
     pub(crate) motions: Vec<Spanned<Motion>>,
     #[serde(default)]
@@ -318,6 +321,8 @@ pub(crate) struct Tree {
 pub(crate) struct Join {
     pub(crate) a: Spanned<Place>,
     pub(crate) b: Spanned<Place>,
+    #[serde(default)]
+    pub(crate) joint: Hold,
 }
 
 /// One radius for the whole rod, or a linear taper.

@@ -1,59 +1,190 @@
-//! What holds a rod: clamps, fixed segments, and the motions that drive them.
+//! What holds a rod: clamps, fixed segments, grips, and the motions that drive them.
+
+mod reach;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rod::{Body, Driven, Pose};
+use rod::{Body, Driven, Pose, Springs};
 use toml::Spanned;
 
 use crate::builder::Builder;
-use crate::error::{Result, Source, short};
-use crate::format::{self, Clamp};
+use crate::error::{Result, Source};
+use crate::format::{self, Clamp, Hold};
 use crate::motion::Prepared;
 
-/// By how much of its length a rod may be stretched between two places that are held.
-const STRETCH: f64 = 0.1;
+/// From when until when [s] something is held that has no times.
+const ALWAYS: (f64, f64) = (0.0, f64::INFINITY);
 
 /// What holds one rod.
 pub(crate) struct Grips {
     segments: Range<usize>,
-    /// Anchors of the faces that are clamped.
-    faces: Vec<(Clamp, usize)>,
-    /// Bodies that are driven, each with the index of its motion in the model and its entry's place in the text.
-    driven: Vec<(Body, usize, Range<usize>)>,
+    /// End faces that have an anchor.
+    faces: Vec<Face>,
+    /// What `clamp` and `fixed_segments` hold, for the whole run.
+    clamped: Vec<Body>,
+    /// Motions of the model, and grips with times.
+    owners: Vec<Owner>,
+}
+
+/// An end face that something can hold.
+struct Face {
+    clamp: Clamp,
+    anchor: usize,
+    joint: usize,
+    /// Whether an entry has said how it is held.
+    is_shaped: bool,
+}
+
+/// What an entry holds and for how long.
+struct Owner {
+    body: Body,
+    /// Index of its motion in the model.
+    motion: usize,
+    from: f64,
+    until: f64,
+    /// The entry's place in the text.
+    entry: Range<usize>,
+}
+
+impl Owner {
+    fn is_timed(&self) -> bool {
+        self.from > 0.0 || self.until < f64::INFINITY
+    }
 }
 
 impl Grips {
     /// Of a rod that nothing holds yet.
     pub(crate) fn new(segments: &Range<usize>) -> Self {
-        Self { segments: segments.clone(), faces: Vec::new(), driven: Vec::new() }
+        Self { segments: segments.clone(), faces: Vec::new(), clamped: Vec::new(), owners: Vec::new() }
     }
 
-    /// Holds an end, if it is not held already. Returns what is held there: the parts of a segment, or an anchor.
-    pub(crate) fn clamp(&mut self, builder: &mut Builder, clamp: Clamp) -> Vec<Body> {
-        let count = builder.refinement.count(&self.segments);
+    /// Holds an end for the whole run.
+    pub(crate) fn clamp(&mut self, builder: &mut Builder, clamp: Clamp) {
+        let bodies = self.end(builder, clamp);
+        self.close(builder, &bodies);
+        self.clamped.extend(bodies);
+    }
+
+    /// Fixes a segment of the file for the whole run.
+    pub(crate) fn fix(&mut self, builder: &mut Builder, index: usize) {
+        let bodies = self.parts(builder, index);
+        self.close(builder, &bodies);
+        self.clamped.extend(bodies);
+    }
+
+    /// What can be held of an end: the parts of a segment, or an anchor with a joint to the face.
+    fn end(&mut self, builder: &mut Builder, clamp: Clamp) -> Vec<Body> {
         match clamp {
-            Clamp::StartSegment => self.fix(builder, 0),
-            Clamp::EndSegment => self.fix(builder, count - 1),
-            Clamp::StartFace | Clamp::EndFace => {
-                if let Some((_, anchor)) = self.faces.iter().find(|(face, _)| *face == clamp) {
-                    return vec![Body::Anchor(*anchor)];
-                }
-                match clamp {
-                    Clamp::StartFace => builder.assembly.clamp_start(&self.segments),
-                    _ => builder.assembly.clamp_end(&self.segments),
-                };
-                let anchor = builder.assembly.model_mut().anchors.len() - 1;
-                self.faces.push((clamp, anchor));
-                vec![Body::Anchor(anchor)]
-            }
+            Clamp::StartSegment => self.parts(builder, 0),
+            Clamp::EndSegment => self.parts(builder, builder.refinement.count(&self.segments) - 1),
+            Clamp::StartFace | Clamp::EndFace => vec![Body::Anchor(self.face(builder, clamp).anchor)],
         }
     }
 
-    /// Fixes a segment of the file; returns its parts.
-    fn fix(&self, builder: &mut Builder, index: usize) -> Vec<Body> {
-        builder.fix(&self.segments, index);
+    /// An end face, with an anchor that holds it.
+    fn face(&mut self, builder: &mut Builder, clamp: Clamp) -> &mut Face {
+        let known = self.faces.iter().position(|face| face.clamp == clamp);
+        let place = known.unwrap_or_else(|| {
+            match clamp {
+                Clamp::StartFace => builder.assembly.clamp_start(&self.segments),
+                _ => builder.assembly.clamp_end(&self.segments),
+            };
+            let model = builder.assembly.model_mut();
+            let (anchor, joint) = (model.anchors.len() - 1, model.joints.len() - 1);
+            self.faces.push(Face { clamp, anchor, joint, is_shaped: false });
+            self.faces.len() - 1
+        });
+        &mut self.faces[place]
+    }
+
+    /// Parts of a segment of the file.
+    fn parts(&self, builder: &Builder, index: usize) -> Vec<Body> {
         builder.refinement.parts(&self.segments, index).map(Body::Segment).collect()
+    }
+
+    /// What an entry names: an end, or a segment.
+    fn named(
+        &mut self,
+        builder: &mut Builder,
+        source: &Source,
+        entry: Range<usize>,
+        (at, segment): (&Option<Spanned<Clamp>>, &Option<format::Count>),
+        closed: bool,
+    ) -> Result<Vec<Body>> {
+        match (at, segment) {
+            (Some(at), None) if closed => source.wrong(at.span(), "a closed rod has no ends; give `segment`"),
+            (Some(at), None) => Ok(self.end(builder, *at.get_ref())),
+            (None, Some(segment)) => {
+                let index = source.index(segment, builder.refinement.count(&self.segments))?;
+                Ok(self.parts(builder, index))
+            }
+            _ => source.wrong(entry, "give either `at` or `segment`"),
+        }
+    }
+
+    /// Holds a place as an entry of `[[rods.grips]]` says: without times for the whole run, or as long as its motion does.
+    pub(crate) fn hold(
+        &mut self,
+        builder: &mut Builder,
+        source: &Source,
+        entry: &Spanned<format::Grip>,
+        closed: bool,
+    ) -> Result<()> {
+        let own = entry.get_ref();
+        let bodies = self.named(builder, source, entry.span(), (&own.at, &own.segment), closed)?;
+        self.shape(builder, source, entry)?;
+        let times = times(source, &own.from_s, &own.until_s)?;
+        if times != ALWAYS {
+            for body in bodies {
+                let motion = Arc::new(rod::Motion::resting(&pose(builder, body)));
+                let driven = Driven { moves_along: true, ..Driven::new(body, motion) };
+                self.own(builder, source, entry.span(), driven.between(times.0, times.1))?;
+            }
+            return Ok(());
+        }
+        self.close(builder, &bodies);
+        self.clamped.extend(bodies.into_iter().filter(|body| matches!(body, Body::Segment(_))));
+        Ok(())
+    }
+
+    /// Makes the joint of an end face what an entry says: a ball joint, a hinge, springs.
+    fn shape(&mut self, builder: &mut Builder, source: &Source, entry: &Spanned<format::Grip>) -> Result<()> {
+        let format::Grip { at, joint, axis, stiffness_n_m, stiffness_n_m_rad, .. } = entry.get_ref();
+        let hold = joint.as_ref().map_or(Hold::Rigid, |joint| *joint.get_ref());
+        if let (Some(axis), true) = (axis, hold != Hold::Hinge) {
+            return source.wrong(axis.span(), "goes with `joint = \"hinge\"`");
+        }
+        let stiffness = [stiffness_n_m, stiffness_n_m_rad];
+        let spans = stiffness.into_iter().flatten().map(|list| list.0[0].span());
+        let Some(span) = joint.iter().map(Spanned::span).chain(spans).next() else { return Ok(()) };
+        let face = match at.as_ref().map(|at| *at.get_ref()) {
+            Some(clamp @ (Clamp::StartFace | Clamp::EndFace)) => self.face(builder, clamp),
+            _ => return source.wrong(span, "goes with end faces: a segment that is fixed does not yield"),
+        };
+        if std::mem::replace(&mut face.is_shaped, true) {
+            return source.wrong(entry.span(), "another entry says how this place is held");
+        }
+        let (joint, anchor) = (face.joint, face.anchor);
+        let value = |list: &Option<format::List<format::Number, 2>>| -> Result<[f64; 2]> {
+            let Some(list) = list else { return Ok([f64::INFINITY; 2]) };
+            let positive = |value: &format::Number| source.number(value, |v| v > 1e-9, "> 1e-9, or inf");
+            Ok([positive(&list.0[0])?, positive(&list.0[1])?])
+        };
+        let springs = Springs { force: value(stiffness_n_m)?, moment: value(stiffness_n_m_rad)? };
+        let axis = axis.as_ref().map(|axis| source.direction(axis)).transpose()?;
+        let model = builder.assembly.model_mut();
+        match hold {
+            Hold::Rigid => {}
+            Hold::Ball => model.pin(joint),
+            Hold::Hinge => {
+                let own = model.anchors[anchor].orientation * Vector3::z();
+                model.hinge(joint, &axis.unwrap_or(own));
+            }
+        }
+        model.soften(joint, &springs);
+        Ok(())
     }
 
     /// Lets an entry's motion drive what it names, which it holds, too.
@@ -64,109 +195,87 @@ impl Grips {
         (entry, prepared): (&Spanned<format::Motion>, &Prepared),
         closed: bool,
     ) -> Result<()> {
-        let format::Motion { at, segment, .. } = entry.get_ref();
-        let bodies = match (at, segment) {
-            (Some(at), None) if closed => return source.wrong(at.span(), "a closed rod has no ends; give `segment`"),
-            (Some(at), None) => self.clamp(builder, *at.get_ref()),
-            (None, Some(segment)) => {
-                let index = source.index(segment, builder.refinement.count(&self.segments))?;
-                self.fix(builder, index)
-            }
-            _ => return source.wrong(entry.span(), "give either `at` or `segment`"),
-        };
+        let own = entry.get_ref();
+        let bodies = self.named(builder, source, entry.span(), (&own.at, &own.segment), closed)?;
+        let times = times(source, &own.from_s, &own.until_s)?;
         let poses: Vec<Pose> = bodies.iter().map(|body| pose(builder, *body)).collect();
         let centre: Vector3<f64> = poses.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / poses.len() as f64;
         let whole = Pose { position: centre, orientation: poses[0].orientation };
         let motion = prepared.motion(source, entry, &whole)?;
         for (body, pose) in bodies.into_iter().zip(&poses) {
-            if self.drives(body) {
-                return source.wrong(entry.span(), "another motion drives the same place");
+            let driven =
+                Driven { moves_along: prepared.moves_along(), ..Driven::gripped(body, motion.clone(), pose, 0.0) };
+            self.own(builder, source, entry.span(), driven.between(times.0, times.1))?;
+        }
+        Ok(())
+    }
+
+    /// Adds a motion to the model, and holds what it drives from the start where it does so.
+    fn own(&mut self, builder: &mut Builder, source: &Source, entry: Range<usize>, driven: Driven) -> Result<()> {
+        let Driven { body, from, until, .. } = driven;
+        if driven.is_timed() && self.clamped.contains(&body) {
+            let message = "this place is held for the whole run (`clamp`, `fixed_segments` or `grips` without times); leave \
+                           that out, or `from_s` and `until_s` here";
+            return source.wrong(entry, message);
+        }
+        let mut others = self.owners.iter().filter(|other| other.body == body);
+        if let Some(other) = others.find(|other| other.from < until && from < other.until) {
+            if !driven.is_timed() && !other.is_timed() {
+                return source.wrong(entry, "another motion drives the same place");
             }
-            self.driven.push((body, builder.assembly.model_mut().motions.len(), entry.span()));
-            let driven = Driven::gripped(body, motion.clone(), pose, 0.0);
+            let until = |time: f64| if time.is_finite() { format!("until {time} s") } else { "for ever".to_owned() };
+            let message = format!(
+                "it holds this place from {from} s {}, but another entry holds it from {} s {}",
+                until(driven.until),
+                other.from,
+                until(other.until)
+            );
+            return source.wrong(entry, &message);
+        }
+        let is_held = self.owners.iter().any(|other| other.body == body && other.from <= 0.0);
+        if from <= 0.0 {
+            self.close(builder, &[body]);
             if let Body::Segment(i) = body {
                 let (state, begin) = (builder.assembly.state_mut(), driven.at(0.0));
                 (state.velocities[i], state.angular_velocities[i]) = (begin.velocity, begin.angular_velocity);
             }
-            builder.assembly.model_mut().motions.push(driven);
+        } else if let (Body::Anchor(anchor), false) = (body, is_held) {
+            let open = &mut builder.assembly.model_mut().open;
+            open.retain(|other| *other != anchor);
+            open.push(anchor);
         }
+        let motions = &mut builder.assembly.model_mut().motions;
+        self.owners.push(Owner { body, motion: motions.len(), from, until, entry });
+        motions.push(driven);
         Ok(())
     }
 
-    /// Whether a motion drives a body.
-    pub(crate) fn drives(&self, body: Body) -> bool {
-        self.driven.iter().any(|(other, ..)| *other == body)
-    }
-
-    /// Checks that no two places of the rod are held further apart than the rod between them is long, at the times of all
-    /// keyframes and at the end of the run.
-    pub(crate) fn check_reach(&self, builder: &mut Builder, source: &Source, closed: bool) -> Result<()> {
-        if self.driven.is_empty() {
-            return Ok(());
-        }
-        let (places, end) = (self.places(builder), builder.end);
-        let whole: f64 = self.segments.clone().map(|i| builder.assembly.drawn_length(i)).sum();
-        let motions = &builder.assembly.model_mut().motions;
-        let own = |place: &Place| self.driven.iter().find(|(body, ..)| *body == place.body);
-        let pairs = places.windows(2).map(|pair| (&pair[0], &pair[1], pair[1].along - pair[0].along));
-        let around = places.first().zip(places.last()).filter(|_| closed && places.len() > 1);
-        let pairs = pairs.chain(around.map(|(first, last)| (last, first, whole - last.along + first.along)));
-        for (first, second, length) in pairs {
-            let drivers = [first, second].map(own);
-            let Some((.., entry)) = drivers.into_iter().flatten().last() else { continue };
-            let driven = drivers.map(|driver| driver.map(|(_, index, _)| &motions[*index]));
-            let at = |place: &Place, driven: Option<&Driven>, time: f64| match driven {
-                Some(driven) => driven.at(time).pose.position,
-                None => place.position + place.velocity * time,
-            };
-            for time in driven.iter().flatten().flat_map(|driven| driven.motion.times()).chain([end]) {
-                let distance = (at(first, driven[0], time) - at(second, driven[1], time)).norm();
-                if distance > (1.0 + STRETCH) * length {
-                    let message = format!(
-                        "at {time} s two places that are held are {} m apart, but there are only {} m of the rod between \
-                         them",
-                        short(distance),
-                        short(length)
-                    );
-                    return source.wrong(entry.clone(), &message);
+    /// Holds bodies from the start.
+    fn close(&self, builder: &mut Builder, bodies: &[Body]) {
+        for body in bodies {
+            match *body {
+                Body::Segment(i) => {
+                    builder.assembly.fix(i);
                 }
+                Body::Anchor(anchor) => builder.assembly.model_mut().open.retain(|other| *other != anchor),
             }
         }
-        Ok(())
     }
 
-    /// All places of the rod that are held, in their order along it.
-    fn places(&self, builder: &mut Builder) -> Vec<Place> {
-        let mut places = Vec::new();
-        let mut along = 0.0;
-        for i in self.segments.clone() {
-            let length = builder.assembly.drawn_length(i);
-            if builder.segment(i).fixed {
-                let position = pose(builder, Body::Segment(i)).position;
-                let velocity = builder.assembly.state_mut().velocities[i];
-                places.push(Place { body: Body::Segment(i), along: along + 0.5 * length, position, velocity });
-            }
-            along += length;
-        }
-        for &(face, anchor) in &self.faces {
-            let position = pose(builder, Body::Anchor(anchor)).position;
-            let along = if face == Clamp::StartFace { 0.0 } else { along };
-            places.push(Place { body: Body::Anchor(anchor), along, position, velocity: Vector3::zeros() });
-        }
-        places.sort_by(|a, b| a.along.total_cmp(&b.along));
-        places
+    /// Whether a motion drives a body from the start.
+    pub(crate) fn drives(&self, body: Body) -> bool {
+        self.owners.iter().any(|owner| owner.body == body && owner.from <= 0.0)
     }
 }
 
-/// A place of a rod that is held.
-struct Place {
-    body: Body,
-    /// Length of the rod before it [m].
-    along: f64,
-    /// Where it is at the start [m].
-    position: Vector3<f64>,
-    /// With which it goes on where nothing drives it [m/s].
-    velocity: Vector3<f64>,
+/// From when until when [s] an entry holds what it names.
+fn times(source: &Source, from: &Option<format::Number>, until: &Option<format::Number>) -> Result<(f64, f64)> {
+    let begin = from.as_ref().map_or(Ok(ALWAYS.0), |from| source.not_negative(from, "s"))?;
+    match until {
+        None => Ok((begin, ALWAYS.1)),
+        Some(until) if until.get_ref().is_finite() && *until.get_ref() > begin => Ok((begin, *until.get_ref())),
+        Some(until) => source.must_be(until.span(), &format!("finite and later than {begin} [s], when it takes hold")),
+    }
 }
 
 fn pose(builder: &mut Builder, body: Body) -> Pose {

@@ -45,6 +45,11 @@ impl Prepared {
         Ok(prepared)
     }
 
+    /// Whether it is the body's own way: of one that a grip takes hold of later it begins where the body is then.
+    pub(crate) fn moves_along(&self) -> bool {
+        !matches!(self.given.way, Way::Positions(_))
+    }
+
     /// The motion of what begins at `pose`; `entry` is what was read.
     pub(crate) fn motion(&self, source: &Source, entry: &Spanned<format::Motion>, pose: &Pose) -> Result<Arc<Motion>> {
         if let Some(shared) = &self.shared {

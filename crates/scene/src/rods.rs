@@ -50,6 +50,12 @@ fn build(
     if let Some(Spot::Body(body, at)) = branch_of {
         builder.assembly.attach(segments.start, 0.0, body, &at.unwrap_or_default());
     }
+    if let Some(joint) = &rod.branch_joint {
+        match branch_of {
+            Some(Spot::Rod(..)) => builder.free_last_joint(*joint.get_ref()),
+            _ => return source.wrong(joint.span(), "goes with `branch_of` a rod"),
+        }
+    }
     let count = builder.refinement.count(&segments);
     if spec.closed && !rod.clamp.is_empty() {
         return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
@@ -62,7 +68,10 @@ fn build(
         grips.clamp(builder, *clamp.get_ref());
     }
     for segment in &rod.fixed_segments {
-        builder.fix(&segments, source.index(segment, count)?);
+        grips.fix(builder, source.index(segment, count)?);
+    }
+    for grip in &rod.grips {
+        grips.hold(builder, source, grip, spec.closed)?;
     }
     for (motion, prepared) in rod.motions.iter().zip(motions) {
         grips.drive(builder, source, (motion, prepared), spec.closed)?;

@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../README.md");
 const RECIPES: &str = include_str!("../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 46] = [
+const PROBES: [&str; 47] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -27,6 +27,7 @@ const PROBES: [&str; 46] = [
     "rods = [{ branch_of.zzz = 1 }]",
     "rods = [{ velocities = [{ zzz = 1 }] }]",
     "rods = [{ motions = [{ zzz = 1 }] }]",
+    "rods = [{ grips = [{ zzz = 1 }] }]",
     "rods = [{ masses = [{ zzz = 1 }] }]",
     "rods = [{ loads = [{ zzz = 1 }] }]",
     "rods = [{ tree.zzz = 1 }]",
@@ -86,7 +87,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 10);
+    assert_eq!(scenes, 11);
 }
 
 /// Every recipe is a scene; the tables that it names stand below it.

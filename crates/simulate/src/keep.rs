@@ -78,6 +78,9 @@ impl<'a> Keep<'a> {
         }
         if let Some(sampler) = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step)) {
             let sample = sampler.sample(model, state, simulation, step);
+            if let (Some(player), true) = (&mut self.player, model.has_timed_grips()) {
+                player.take_grips(model);
+            }
             self.take(sample, state);
         }
         Ok(())

@@ -89,6 +89,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
     let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    if scene.model.has_timed_grips() {
+        // Where grips have taken hold, which the files need, is known now.
+        let mut told = scene.model.clone();
+        simulation.store_model(&mut told);
+        scene.model.motions = told.motions;
+    }
     let snapshot = keep.as_ref().is_some_and(Keep::wants_snapshot).then(|| simulation.snapshot());
     let summary = Summary::new(
         &scene,
@@ -187,7 +193,9 @@ fn go(
             continue;
         }
         simulation.store(&mut next);
-        set_time(&mut model, simulation.time());
+        if model.varies() {
+            simulation.store_model(model.to_mut());
+        }
         if !is_finite(&next) || (measure && !measured.observe(&model, &next)) {
             status = Status::NonFinite;
             break;

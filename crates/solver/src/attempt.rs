@@ -136,6 +136,7 @@ pub(crate) fn solve<T: Real>(
         watch.mark(&mut counters.times.guess);
     }
     let info = solver.solve(&component.system, has_start, &mut component.dlambda);
+    component.drop_free();
     watch.mark(&mut counters.times.solve);
     if guess.exists() {
         guess.observe_solve(component, iteration);

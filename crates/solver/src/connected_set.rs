@@ -1,17 +1,21 @@
 //! One connected set of segments with what projects its constraints.
 
-use rod::{Driven, State};
+use std::sync::Arc;
+
+use rod::{Body, Pose, State};
 
 use crate::attempt::{Attempt, attempt, count_step, finish};
-use crate::component::{Component, Members, Residuals};
+use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::guess::InitialGuess;
 use crate::linear::LinearSolver;
+use crate::linear::solvers::{SolverError, SolverKind};
 use crate::projection::Predictor;
 use crate::retry::{self, Steps};
 use crate::snapshot::Tape;
 use crate::start::{NoGuess, Start};
 use crate::step::{Interval, Status, StepParams};
+use crate::topology::Topology;
 
 /// What projects the constraints in an outer iteration (line 9 of Algorithm 1).
 pub(crate) enum Projector {
@@ -87,10 +91,35 @@ impl ConnectedSet {
         }
     }
 
-    pub(crate) fn drive(&mut self, driven: &Driven) {
-        if let Some(body) = self.members.body(driven.body) {
-            self.component.drive(0, body, driven);
+    /// Pose of a body of the model, if it is one of these.
+    pub(crate) fn pose(&mut self, body: Body) -> Option<Pose> {
+        self.members.body(body).map(|body| self.component.pose(0, body))
+    }
+
+    /// Holds a body of the model, drives it or lets it go, if it is one of these: returns whether it is. A segment that the
+    /// connectivity takes for fixed couples its joints from then on, for which the `solver` is made anew. A guess stays: what
+    /// it knows of the last steps costs iterations at worst.
+    ///
+    /// # Errors
+    /// If the factor would be too large.
+    pub(crate) fn change(&mut self, body: Body, change: Change<'_>, solver: SolverKind) -> Result<bool, SolverError> {
+        let Some(own) = self.members.body(body) else { return Ok(false) };
+        if let (Body::Segment(_), Change::LetGo) = (body, change)
+            && self.component.system.topology.fixed[own]
+        {
+            let old = &self.component.system.topology;
+            let mut fixed = old.fixed.clone();
+            fixed[own] = false;
+            let topology = Topology::new(old.joints.clone(), fixed);
+            if let (Projector::Solve { solver: old, .. }, Some(new)) =
+                (&mut self.projector, solver.factored(&topology)?)
+            {
+                *old = new;
+            }
+            self.component.system.topology = Arc::new(topology);
         }
+        self.component.change(0, own, change);
+        Ok(true)
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use rod::{Driven, JointForce, Model, State};
+use rod::{Body, JointForce, Model, Pose, State};
 
 use crate::attempt::{attempt, count_step, finish};
-use crate::component::{Component, Members};
+use crate::component::{Change, Component, Members};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::Counters;
 use crate::kernel::lane::{Lanes, Real};
@@ -89,12 +89,42 @@ impl Group {
         }
     }
 
-    pub(crate) fn drive(&mut self, driven: &Driven) {
-        for (lane, members) in self.members.iter().enumerate() {
-            if let Some(body) = members.body(driven.body) {
-                self.component.drive(lane, body, driven);
-            }
+    /// Pose of a body of the model, if it is one of these.
+    pub(crate) fn pose(&mut self, body: Body) -> Option<Pose> {
+        let (lane, body) = self.place(body)?;
+        Some(self.component.pose(lane, body))
+    }
+
+    /// Holds a body of the model, drives it or lets it go, if it is one of these: returns whether it is.
+    pub(crate) fn change(&mut self, body: Body, change: Change<'_>) -> bool {
+        let place = self.place(body);
+        if let Some((lane, body)) = place {
+            self.component.change(lane, body, change);
         }
+        place.is_some()
+    }
+
+    /// Whether a body of the model is one of these that the connectivity of all lanes takes for fixed.
+    pub(crate) fn is_fixed_in_all(&self, body: Body) -> bool {
+        let fixed = &self.component.system.topology.fixed;
+        matches!(body, Body::Segment(_)) && self.place(body).is_some_and(|(_, body)| fixed[body])
+    }
+
+    /// The sets of all lanes one by one, with the same bits from then on; the first has the counters of all.
+    pub(crate) fn apart(self) -> impl Iterator<Item = ConnectedSet> {
+        let Self { component, members, mut counters, .. } = self;
+        members.into_iter().enumerate().map(move |(lane, members)| {
+            let single = component.extract_lane(lane);
+            let solver = Box::new(Direct::for_tree(&single.system.topology));
+            let mut set = ConnectedSet::new(single, members, Projector::Solve { solver, guess: None });
+            set.counters = std::mem::take(&mut counters);
+            set
+        })
+    }
+
+    /// Lane and body of a body of the model.
+    fn place(&self, body: Body) -> Option<(usize, usize)> {
+        self.members.iter().enumerate().find_map(|(lane, members)| Some((lane, members.body(body)?)))
     }
 
     pub(crate) fn component_mut(&mut self) -> &mut Component<Lanes<GROUP>> {

@@ -7,13 +7,14 @@ use rayon::prelude::*;
 use rod::{Body, Carried, Model};
 
 use crate::attempt::{begin, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
+use crate::component::Change;
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{ContactForce, PairFilter, Shape, Stage, TooManyContacts};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
 use crate::limits::PARALLEL_SEGMENTS;
-use crate::linear::solvers::SolverError;
+use crate::linear::solvers::{SolverError, SolverKind};
 use crate::retry::{self, Steps};
 use crate::snapshot::Tape;
 use crate::start::NoGuess;
@@ -106,6 +107,24 @@ impl Lockstep {
         self.stage.forces(&self.sets)
     }
 
+    /// Holds a body of the model, drives it or lets it go, if it is one of these: returns whether it is. Contacts stay as
+    /// they are, with their impulses.
+    ///
+    /// # Errors
+    /// If the factor of its set would be too large.
+    pub(crate) fn change(&mut self, body: Body, change: Change<'_>, solver: SolverKind) -> Result<bool, SolverError> {
+        for (component, set) in self.sets.iter_mut().enumerate() {
+            if set.change(body, change, solver)? {
+                if let Body::Segment(i) = body {
+                    self.stage.set_free(i, matches!(change, Change::LetGo));
+                    self.stage.renew_response(component, set)?;
+                }
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// Advances over `interval`.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
         let status = retry::advance(self, interval, 0, params);
@@ -157,6 +176,7 @@ impl Lockstep {
                 component.answer_pushes();
                 let has_start = solver.uses_start();
                 let info = solver.solve(&component.system, has_start, &mut component.dlambda);
+                component.drop_free();
                 watch.mark(&mut counters.times.contact);
                 count_solve(component, &info, 1, has_start, counters);
             }

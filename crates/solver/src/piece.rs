@@ -1,12 +1,14 @@
 //! What a simulation steps as one piece, needing no other: a connected set, alike ones in lanes, or all that can touch.
 
 use nalgebra::Vector3;
-use rod::{Carried, Driven, JointForce, State};
+use rod::{Body, Carried, JointForce, Pose, State};
 
+use crate::component::Change;
 use crate::connected_set::ConnectedSet;
 use crate::contact::ContactForce;
 use crate::counters::Counters;
 use crate::group::Group;
+use crate::linear::solvers::{SolverError, SolverKind};
 use crate::lockstep::Lockstep;
 use crate::snapshot::Tape;
 use crate::step::{Interval, Status, StepParams};
@@ -61,12 +63,25 @@ impl Piece {
         }
     }
 
-    /// Lets a motion drive a held body, if it is one of these.
-    pub(crate) fn drive(&mut self, driven: &Driven) {
+    /// Pose of a body of the model, if it is one of these; of an open grip where it would close now.
+    pub(crate) fn pose(&mut self, body: Body) -> Option<Pose> {
         match self {
-            Piece::Single(set) => set.drive(driven),
-            Piece::Group(group) => group.drive(driven),
-            Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.drive(driven)),
+            Piece::Single(set) => set.pose(body),
+            Piece::Group(group) => group.pose(body),
+            Piece::Lockstep(sets) => sets.sets.iter_mut().find_map(|set| set.pose(body)),
+        }
+    }
+
+    /// Holds a body of the model, drives it or lets it go, if it is one of these: returns whether it is. `solver` is what
+    /// solves the sets that are stepped one by one.
+    ///
+    /// # Errors
+    /// If the factor of the set would be too large.
+    pub(crate) fn change(&mut self, body: Body, change: Change<'_>, solver: SolverKind) -> Result<bool, SolverError> {
+        match self {
+            Piece::Single(set) => set.change(body, change, solver),
+            Piece::Group(group) => Ok(group.change(body, change)),
+            Piece::Lockstep(sets) => sets.change(body, change, solver),
         }
     }
 

@@ -1,13 +1,15 @@
 //! Many connected sets of segments, stepped side by side: the entry point of this crate.
 
+mod holds;
+
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rod::{Body, Carried, Changing, Driven, JointForce, Model, ModelError, State};
+use rod::{Body, Carried, Changing, JointForce, Model, ModelError, State};
 use thiserror::Error;
 
-use crate::component::{Alike, Component, Members, split, split_alike};
+use crate::component::{Alike, Component, Members, has_loose, split, split_alike};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{PairFilter, refuse_overlaps};
 use crate::counters::Counters;
@@ -110,6 +112,20 @@ pub enum SimulationError {
     /// A snapshot of something else.
     #[error("the snapshot is of a simulation with another model, solver or guess")]
     Snapshot,
+    /// What is not held, or is not there, is to be let go.
+    #[error("{0} is not held, and so cannot be released")]
+    NothingToRelease(Body),
+    /// What is held already, or is not there, is to be taken hold of.
+    #[error("{0} is no free segment and no open anchor of the model, and so cannot be attached")]
+    NothingToAttach(Body),
+    /// Free joints where nothing knows of them.
+    #[error("{0} knows no ball joints, hinges and grips that open, but the model has some")]
+    Loose(String),
+}
+
+/// Refuses a model with joints that leave something free for `what`, which knows none.
+fn without_loose(model: &Model, what: &str) -> Result<(), SimulationError> {
+    if has_loose(model) { Err(SimulationError::Loose(what.to_owned())) } else { Ok(()) }
 }
 
 /// Refuses a model with contacts for `what`, which knows none.
@@ -125,10 +141,13 @@ pub(crate) fn without_contacts(model: &Model, what: &'static str) -> Result<(), 
 pub struct Simulation {
     pieces: Vec<Piece>,
     params: StepParams,
+    solver: SolverKind,
     /// Whether a segment is fixed, one a segment.
     held: Vec<bool>,
-    /// Number of anchors.
-    anchors: usize,
+    /// Whether an anchor is open, one an anchor.
+    open: Vec<bool>,
+    /// The model's grips with times.
+    schedule: Vec<holds::Scheduled>,
     /// Whether the model changes a load over time, one a load.
     loads_change: Vec<bool>,
     /// Whether it changes gravity.
@@ -160,6 +179,9 @@ impl Simulation {
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
         settings.step.validate()?;
+        if let SolverKind::Cg(_) = settings.solver {
+            without_loose(model, &format!("solver {}", settings.solver))?;
+        }
         let touches = !model.contacts.is_empty();
         let grouping = settings.solver == SolverKind::Direct && !touches;
         let mut pieces = Vec::new();
@@ -182,7 +204,7 @@ impl Simulation {
                 singles.push(ConnectedSet::new(component, members, Projector::Solve { solver, guess }));
             }
         }
-        Self::of(model, state, pieces, singles, settings.step)
+        Self::of(model, state, pieces, singles, settings)
     }
 
     /// A simulation whose constraint projections are predicted instead of solved: the paper's end-to-end comparison.
@@ -200,6 +222,7 @@ impl Simulation {
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
         params.validate()?;
+        without_loose(model, "a prediction in place of solves")?;
         let single = |(members, topology): (Members, Topology)| {
             let projection = projection(model, &members, &topology);
             let component = Component::new(model, state, Arc::new(topology), &[&members]);
@@ -208,7 +231,8 @@ impl Simulation {
         };
         let singles = split(model).into_iter().map(single).collect();
         let contact_projection = ContactProjection::Alternating;
-        Self::of(model, state, Vec::new(), singles, StepParams { contact_projection, max_halvings: 0, ..*params })
+        let step = StepParams { contact_projection, max_halvings: 0, ..*params };
+        Self::of(model, state, Vec::new(), singles, &Settings { step, solver: SolverKind::Direct })
     }
 
     /// A simulation of these pieces and sets, which go in step where they can touch.
@@ -217,7 +241,7 @@ impl Simulation {
         state: &State,
         mut pieces: Vec<Piece>,
         singles: Vec<ConnectedSet>,
-        params: StepParams,
+        &Settings { step: params, solver }: &Settings,
     ) -> Result<Self, SimulationError> {
         params.contact.validate()?;
         if model.contacts.is_empty() {
@@ -232,8 +256,10 @@ impl Simulation {
         Ok(Self {
             pieces,
             params,
+            solver,
             held,
-            anchors: model.anchors.len(),
+            open: (0..model.anchors.len()).map(|anchor| model.open.contains(&anchor)).collect(),
+            schedule: holds::schedule(model),
             loads_change: (0..model.loads.len()).map(|i| changes(&[Changing::Force(i), Changing::Torque(i)])).collect(),
             gravity_changes: changes(&[Changing::Gravity]),
             time: 0.0,
@@ -242,13 +268,16 @@ impl Simulation {
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
-    /// number of threads.
+    /// number of threads. Before it, the model's grips take hold and let go whose time has come: see [`rod::Driven`].
     ///
     /// # Errors
-    /// If `dt` is not finite and positive.
+    /// If `dt` is not finite and positive, or the factor of a set with a segment that is let go would be too large.
     pub fn step(&mut self, dt: f64) -> Result<StepReport, SimulationError> {
         if !(dt.is_finite() && dt > 0.0) {
             return Err(SimulationError::TimeStep(dt));
+        }
+        if !self.schedule.is_empty() {
+            self.keep_schedule()?;
         }
         let params = self.params;
         let interval = Interval { time: self.time, dt };
@@ -363,7 +392,9 @@ impl Simulation {
     /// gravity, contacts that press and what guesses have learned are those of the snapshot. Counters go on: they say what was
     /// done in all. What [`Simulation::singles`] shows is still of the last solve.
     ///
-    /// The snapshot may be of another simulation of the same model with the same solver and guesses.
+    /// The snapshot may be of another simulation of the same model with the same solver and guesses. What was held then is held
+    /// again, what was free is let go. A segment that was fixed all along, and was released since without a grip of the model,
+    /// couples its joints otherwise than then: such a snapshot is of something else.
     ///
     /// # Errors
     /// [`SimulationError::Snapshot`] if the snapshot is of something else; then nothing has changed.
@@ -374,6 +405,7 @@ impl Simulation {
     fn tape(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.time);
         tape.number(&mut self.time_lost);
+        self.tape_holds(tape);
         tape.size(self.pieces.len());
         self.pieces.iter_mut().for_each(|piece| piece.tape(tape));
     }
@@ -385,24 +417,6 @@ impl Simulation {
         for piece in &mut self.pieces {
             piece.set_velocities(state, self.time);
         }
-    }
-
-    /// Lets a motion drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its
-    /// times are [`Simulation::time`]'s. Where it is elsewhere than the body is now, the body jumps there within the next
-    /// step; [`Driven::gripped`] begins where the body is. A step in which it turns by more than 1 rad is done in halves.
-    ///
-    /// # Errors
-    /// If there is no such body, or it is free.
-    pub fn drive(&mut self, driven: &Driven) -> Result<(), SimulationError> {
-        let is_held = match driven.body {
-            Body::Segment(i) => self.held.get(i).copied().unwrap_or_default(),
-            Body::Anchor(i) => i < self.anchors,
-        };
-        if !is_held {
-            return Err(SimulationError::NotHeld(driven.body));
-        }
-        self.pieces.iter_mut().for_each(|piece| piece.drive(driven));
-        Ok(())
     }
 
     /// Lets a motion drive an obstacle of the model from the next step on, whatever moved it before; its times are

@@ -65,10 +65,8 @@ impl StepGuess<f64> for Box<dyn InitialGuess> {
         let mut poses = std::mem::take(&mut component.predicted);
         let mut lambda = std::mem::take(&mut component.lambda);
         let given = self.as_mut().start_step(component, &mut poses, &mut lambda);
-        for ((pose, predicted), is_fixed) in
-            poses.iter_mut().zip(&component.poses).zip(&component.system.topology.fixed)
-        {
-            if *is_fixed {
+        for (body, (pose, predicted)) in poses.iter_mut().zip(&component.poses).enumerate() {
+            if component.is_fixed(body, 0) {
                 *pose = *predicted;
             }
         }

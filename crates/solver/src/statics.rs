@@ -87,6 +87,7 @@ fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: 
         }
         component.evaluate(Formulation::Newton);
         let info = solver.solve(&component.system, false, &mut component.dlambda);
+        component.drop_free();
         if info.status != LinearStatus::Solved {
             // With loops and a long step the compliances are too small a share of the matrix to make it definite.
             component.roll_back();

@@ -112,7 +112,7 @@ fn falling(k: usize) -> (Model, State) {
     let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
     assembly.model_mut().contacts = Contacts {
         between_segments: Some(surface),
-        obstacles: vec![Obstacle { shape: ground, surface }],
+        obstacles: vec![Obstacle::new(ground, surface)],
         allow_overlap: false,
     };
     assembly.finish()

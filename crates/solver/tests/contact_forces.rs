@@ -25,7 +25,7 @@ fn lying(rods: usize, slope: f64, friction: f64) -> (Model, State) {
     let shape = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: nalgebra::Unit::new_normalize(normal) };
     assembly.model_mut().contacts = Contacts {
         between_segments: (rods > 1).then_some(surface),
-        obstacles: vec![Obstacle { shape, surface }],
+        obstacles: vec![Obstacle::new(shape, surface)],
         allow_overlap: false,
     };
     assembly.finish()

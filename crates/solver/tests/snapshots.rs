@@ -150,7 +150,7 @@ fn heap() -> (Model, State) {
     let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
     assembly.model_mut().contacts = Contacts {
         between_segments: Some(surface),
-        obstacles: vec![Obstacle { shape: ground, surface }],
+        obstacles: vec![Obstacle::new(ground, surface)],
         allow_overlap: false,
     };
     let (model, mut state) = assembly.finish();

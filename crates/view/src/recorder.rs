@@ -74,6 +74,11 @@ impl Recorder {
         }
     }
 
+    /// Takes over from the run's `model` where its grips have taken hold, before the frames after that.
+    pub fn take_grips(&mut self, model: &Model) {
+        self.model.motions.clone_from(&model.motions);
+    }
+
     /// Adds a frame; the first is the start. Its state must have the model's segments. A time that is not finite or goes
     /// back is taken as that of the frame before.
     ///

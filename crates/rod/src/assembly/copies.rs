@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::Assembly;
-use crate::{Body, Change, Changing, Driven, Joint, Load, Pose};
+use crate::{Body, Change, Changing, Driven, Joint, Load, Motion, Pose};
 
 /// What is copied besides segments, by its place in the model.
 #[derive(Default)]
@@ -121,6 +121,8 @@ impl Assembly {
             Body::Segment(i) => Body::Segment(segment(i)),
             Body::Anchor(k) => Body::Anchor(anchors + k),
         };
+        let is_open: Vec<bool> = own.anchors.iter().map(|k| model.open.contains(k)).collect();
+        model.open.extend((0..own.anchors.len()).filter(|&k| is_open[k]).map(|k| anchors + k));
         for &k in &own.anchors {
             let Pose { position, orientation } = model.anchors[k];
             let copy = Pose { position: turn * position + place.position, orientation: turn * orientation };
@@ -132,8 +134,12 @@ impl Assembly {
             let copy = Load { segment: segment(on), force: turn * force, torque: turn * torque, ..model.loads[k] };
             model.loads.push(copy);
         }
+        // What one motion drives goes on as one rigid body, in a copy as well.
+        let mut moved = HashMap::new();
         for driven in &own.motions {
-            let motion = Arc::new(driven.motion.moved(place));
+            let motion: &Arc<Motion> =
+                moved.entry(Arc::as_ptr(&driven.motion)).or_insert_with(|| Arc::new(driven.motion.moved(place)));
+            let motion = motion.clone();
             model.motions.push(Driven { body: body(driven.body), motion, ..driven.clone() });
         }
         for Change { of, track } in &own.changes {
@@ -152,7 +158,7 @@ mod tests {
     use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
-    use crate::{Interpolation, Keyframe, Material, Motion, RodSpec, Track, measure, shape};
+    use crate::{Interpolation, Keyframe, Material, RodSpec, Track, measure, shape};
 
     #[test]
     fn a_copy_is_its_original_moved_and_turned() {

@@ -1,4 +1,4 @@
-//! Motions, as serde reads them.
+//! Motions and grips, as serde reads them.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -22,6 +22,32 @@ pub(crate) struct Motion {
     pub(crate) velocities_m_s: Option<Spanned<Vec<Vector>>>,
     pub(crate) angular_velocities_rad_s: Option<Spanned<Vec<Vector>>>,
     pub(crate) interpolation: Option<Spanned<Interpolation>>,
+    pub(crate) from_s: Option<Number>,
+    pub(crate) until_s: Option<Number>,
+}
+
+/// How and when a place is held.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Grip {
+    pub(crate) at: Option<Spanned<Clamp>>,
+    pub(crate) segment: Option<Count>,
+    pub(crate) from_s: Option<Number>,
+    pub(crate) until_s: Option<Number>,
+    pub(crate) joint: Option<Spanned<Hold>>,
+    pub(crate) axis: Option<Vector>,
+    pub(crate) stiffness_n_m: Option<List<Number, 2>>,
+    pub(crate) stiffness_n_m_rad: Option<List<Number, 2>>,
+}
+
+/// What a joint holds.
+#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Hold {
+    #[default]
+    Rigid,
+    Ball,
+    Hinge,
 }
 
 #[derive(Clone, Copy, Deserialize)]

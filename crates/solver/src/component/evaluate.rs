@@ -11,8 +11,17 @@ impl<T: Real> Component<T> {
     /// system of this outer iteration (line 9 of Algorithm 1, its left half).
     #[inline(always)]
     pub fn evaluate(&mut self, formulation: Formulation) -> Residuals<T> {
+        if !self.loose.is_empty() {
+            self.follow_faces();
+        }
         self.evaluate_bodies(formulation);
+        if !self.loose.is_empty() {
+            self.free_rows();
+        }
         let mut residuals = self.evaluate_joints();
+        if !self.loose.is_empty() {
+            self.turn_hinges();
+        }
         if formulation.momentum() {
             self.evaluate_momentum(&mut residuals);
         } else if self.torques_wait {
@@ -89,6 +98,7 @@ impl<T: Real> Component<T> {
 
     /// The multipliers, if there are any yet, are a guess for the step's end: from here on the pulls are theirs.
     pub(crate) fn expect_multipliers(&mut self) {
+        self.drop_free_multipliers();
         let is_zero = |x: &Spatial<T>| (0..T::LANES).all(|lane| x.dot(*x).lane(lane) == 0.0);
         self.pulls_hold &= self.lambda.iter().all(is_zero);
     }

@@ -98,13 +98,12 @@ impl<T: Real> Component<T> {
         for (body, &index) in self.bodies.iter_mut().zip(&members.segments) {
             let segment = &model.segments[index];
             body.length.set_lane(lane, segment.length);
-            if !segment.fixed {
-                body.inverse_mass.set_lane(lane, 1.0 / segment.mass());
-                body.transverse.set_lane(lane, segment.transverse_inertia());
-                body.axial.set_lane(lane, segment.axial_inertia());
-                body.free.set_lane(lane, 1.0);
-            }
+            body.inverse_mass.set_lane(lane, 1.0 / segment.mass());
+            body.transverse.set_lane(lane, segment.transverse_inertia());
+            body.axial.set_lane(lane, segment.axial_inertia());
+            body.free.set_lane(lane, 1.0);
         }
+        self.fix(model, members, lane);
         for (k, &index) in members.joints.iter().enumerate() {
             let joint = &model.joints[index];
             let constants = &mut self.joints[k];
@@ -118,6 +117,7 @@ impl<T: Real> Component<T> {
             terms.offsets[1].set_lane(lane, joint.offset_b);
             terms.length.set_lane(lane, joint.length);
         }
+        self.add_loose(model, members, lane);
         for (pose, &index) in self.poses[members.segments.len()..].iter_mut().zip(&members.anchors) {
             let anchor = &model.anchors[index];
             put(&mut pose.x, lane, vec3(&anchor.position));
@@ -135,7 +135,7 @@ impl<T: Real> Component<T> {
             start: self.start.iter().map(|pose| pick_pose(pose, lane)).collect(),
             predicted: self.predicted.iter().map(|pose| pick_pose(pose, lane)).collect(),
             velocities: self.velocities.iter().map(|v| pick_spatial(v, lane)).collect(),
-            lambda: vec![Spatial::zero(); self.lambda.len()],
+            lambda: self.lambda.iter().map(|lambda| pick_spatial(lambda, lane)).collect(),
             dlambda: vec![Spatial::zero(); self.lambda.len()],
             scratch: vec![Spatial::zero(); self.scratch.len()],
             momentum: Vec::new(),
@@ -146,6 +146,13 @@ impl<T: Real> Component<T> {
             given: self.given.iter().map(|given| given.lane(lane)).collect(),
             has_given: self.has_given,
             moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),
+            loose: self.loose.iter().filter(|loose| loose.lane == lane).map(|loose| loose.alone()).collect(),
+            resting: self
+                .resting
+                .iter()
+                .filter(|resting| resting.lane == lane)
+                .map(|resting| resting.alone())
+                .collect(),
             unsolved: 0.0,
             used: 1,
             pulls_hold: false,

@@ -6,7 +6,9 @@
 mod drag;
 mod evaluate;
 mod forces;
+mod hold;
 mod lanes;
+mod loose;
 mod motion;
 mod predict;
 mod pushes;
@@ -26,7 +28,9 @@ use crate::kernel::math::{Quat, Vec3};
 use crate::system::System;
 use crate::topology::Topology;
 
+pub(crate) use hold::Change;
 pub(crate) use lanes::{copy_spatial, pick_spatial};
+pub(crate) use loose::has_loose;
 pub(crate) use motion::{LARGEST_TURN, in_kernel};
 pub use split::split;
 pub(crate) use split::{Alike, split_alike};
@@ -163,6 +167,10 @@ pub struct Component<T> {
     has_given: bool,
     /// The fixed segments and anchors that move.
     moved: Vec<motion::Moved>,
+    /// Joints that leave something free.
+    loose: Vec<loose::Loose>,
+    /// Inertia of the fixed segments.
+    resting: Vec<hold::Resting>,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
     pulls_hold: bool,
     bodies: Vec<BodyConstants<T>>,
@@ -220,6 +228,8 @@ impl<T: Real> Component<T> {
             given: vec![T::splat(-1.0); bodies],
             has_given: false,
             moved: Vec::new(),
+            loose: Vec::new(),
+            resting: Vec::new(),
             solves: 0,
             evaluations: 0,
             unsolved: zero,
@@ -245,7 +255,7 @@ impl<T: Real> Component<T> {
                 component.fill_lane(model, members, lane);
                 component.add_rigid(model, members, lane);
                 component.set_state(state, members, lane);
-                for driven in &model.motions {
+                for driven in model.motions.iter().filter(|driven| driven.begins_by(0.0)) {
                     if let Some(body) = members.body(driven.body) {
                         component.drive(lane, body, driven);
                     }

@@ -110,6 +110,11 @@ pub(super) struct Moved {
 }
 
 impl Moved {
+    /// Whether it is of a lane's body.
+    pub(super) fn is_of(&self, lane: usize, body: usize) -> bool {
+        (self.lane, self.body) == (lane, body)
+    }
+
     /// The same of a component of its own.
     pub(super) fn alone(&self) -> Self {
         Self { lane: 0, ..self.clone() }
@@ -119,7 +124,7 @@ impl Moved {
 impl<T: Real> Component<T> {
     /// Lets a motion drive a body of a lane, which must be fixed, from the next step on.
     pub(crate) fn drive(&mut self, lane: usize, body: usize, driven: &Driven) {
-        self.moved.retain(|moved| (moved.lane, moved.body) != (lane, body));
+        self.moved.retain(|moved| !moved.is_of(lane, body));
         self.moved.push(Moved { lane, body, motion: Motion::Driven(Arc::new(driven.clone())) });
     }
 

@@ -21,7 +21,7 @@ pub(super) struct Mount<T> {
     pub(super) frame_b: Quat<T>,
 }
 
-/// A rigid body that moves freely, in one lane.
+/// A rigid body, in one lane; while it is held its inertia counts nothing.
 #[derive(Clone, Debug)]
 pub(super) struct Rigid {
     pub(super) lane: usize,
@@ -152,7 +152,7 @@ impl<T: Real> Component<T> {
         }
         for (body, &index) in members.segments.iter().enumerate() {
             let segment = &model.segments[index];
-            let Some(rigid) = segment.body.filter(|_| !segment.fixed) else { continue };
+            let Some(rigid) = segment.body else { continue };
             let mut held_by = Vec::new();
             for (k, (joint, ends)) in joints().zip(&self.system.topology.joints).enumerate() {
                 let across = joint.mount.map_or([Default::default(); 2], |mount| mount.across);
@@ -187,6 +187,9 @@ impl<T: Real> Component<T> {
     pub(super) fn turn_rigid(&mut self, last_half: T, kept: f64) {
         for k in 0..self.rigid.len() {
             let Rigid { lane, body, .. } = self.rigid[k];
+            if self.is_fixed(body, lane) {
+                continue;
+            }
             let (rate, last_half) = self.variable(body, last_half);
             let rigid = &self.rigid[k];
             let (q, half) = (pick_pose(&self.start[body], lane).q, last_half.lane(lane));
@@ -214,7 +217,7 @@ impl<T: Real> Component<T> {
                 *arm = self.poses[body as usize].q.rotate(place);
             }
         }
-        for rigid in &self.rigid {
+        for rigid in self.rigid.iter().filter(|rigid| !self.is_fixed(rigid.body, rigid.lane)) {
             let q = pick_pose(&self.poses[rigid.body], rigid.lane).q;
             let inverse = rigid.inverse_inertia(q, geometric);
             for (own, x) in self.system.bodies[rigid.body].inverse_inertia.0.iter_mut().zip(inverse.0) {
@@ -225,7 +228,7 @@ impl<T: Real> Component<T> {
 
     /// The rigid bodies' corrections that the momentum residual asks for.
     pub(super) fn momentum_of_rigid(&mut self) {
-        for rigid in &self.rigid {
+        for rigid in self.rigid.iter().filter(|rigid| !self.is_fixed(rigid.body, rigid.lane)) {
             let (body, lane) = (rigid.body, rigid.lane);
             let (pose, predicted) = (pick_pose(&self.poses[body], lane), pick_pose(&self.predicted[body], lane));
             let phi = (pose.q * predicted.q.conj()).upper().v * 2.0;

@@ -24,10 +24,10 @@ impl<T: Real> Component<T> {
             evaluations,
             used,
             segments,
+            system,
             moved: _,
             rigid,
             // A step makes these anew before it looks at them.
-            system: _,
             start: _,
             predicted: _,
             dlambda: _,
@@ -40,9 +40,11 @@ impl<T: Real> Component<T> {
             unsolved: _,
             drag: _,
             torques_wait: _,
-            // These stay the same; of air, a segment's inertia is each step's.
+            // These stay the same, or follow from what is held; of air, a segment's inertia is each step's.
             bodies: _,
             joints: _,
+            resting: _,
+            loose: _,
             mounts: _,
             changing: _,
             damping: _,
@@ -50,6 +52,8 @@ impl<T: Real> Component<T> {
         tape.size(T::LANES);
         tape.size(*used);
         tape.size(*segments);
+        // A segment that is let go couples its joints from then on.
+        system.topology.fixed.iter().for_each(|&fixed| tape.size(usize::from(fixed)));
         tape.list(poses, Tape::pose);
         tape.list(velocities, Tape::spatial);
         tape.list(lambda, Tape::spatial);

@@ -1,9 +1,9 @@
 //! Splitting a model into its connected sets of segments.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use rod::{Body, Model};
+use rod::{Body, Driven, Model};
 
 use super::Members;
 use crate::limits::GROUP;
@@ -62,6 +62,10 @@ pub fn split(model: &Model) -> Vec<(Members, Topology)> {
             leader[a.max(b)] = a.min(b);
         }
     }
+    // What is let go on the way is no fixed body of the topology, which stays as it is then.
+    let lets_go = |driven: &&Driven| driven.until < f64::INFINITY;
+    let let_go: HashSet<Body> = model.motions.iter().filter(lets_go).map(|driven| driven.body).collect();
+    let is_fixed = |i: usize| model.segments[i].fixed && !let_go.contains(&Body::Segment(i));
     let mut set_of = vec![usize::MAX; count];
     let mut local = vec![0_u32; count];
     let mut sets: Vec<Members> = Vec::new();
@@ -94,7 +98,7 @@ pub fn split(model: &Model) -> Vec<(Members, Topology)> {
                 Body::Anchor(i) => (set.segments.len() + set.anchors.partition_point(|&a| a < i)) as u32,
             };
             let ends = set.joints.iter().map(|&k| [body(model.joints[k].a), body(model.joints[k].b)]).collect();
-            let fixed = set.segments.iter().map(|&i| model.segments[i].fixed);
+            let fixed = set.segments.iter().map(|&i| is_fixed(i));
             let fixed = fixed.chain(set.anchors.iter().map(|_| true)).collect();
             let topology = Topology::new(ends, fixed);
             (set, topology)

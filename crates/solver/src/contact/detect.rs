@@ -84,6 +84,12 @@ impl Detector {
         self.turns_too_far
     }
 
+    /// Notes whether a segment moves freely from now on.
+    pub(crate) fn set_free(&mut self, segment: usize, free: bool) {
+        self.shapes[segment].free = free;
+        self.filter.set_free(segment, free);
+    }
+
     /// Whether every segment is still within the box of the last search.
     pub(crate) fn covers(&self, components: &[ConnectedSet]) -> bool {
         self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {

@@ -38,6 +38,11 @@ impl PairFilter {
         }
     }
 
+    /// Notes whether a segment moves freely from now on.
+    pub(crate) fn set_free(&mut self, segment: usize, free: bool) {
+        self.free[segment] = free;
+    }
+
     /// Whether bodies `a` < `b` can touch.
     pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
         if !self.bodies.is_empty() && !self.bodies_touch(a, b) {

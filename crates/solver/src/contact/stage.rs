@@ -37,6 +37,8 @@ pub(crate) struct Stage {
     newton: Newton,
     coupling: Coupling,
     responses: Vec<Response>,
+    /// Whether joints answer.
+    with_joints: bool,
     /// Corrections of the rods' own solve, by component.
     corrections: Vec<Vec<Spatial<f64>>>,
     /// Time step of the impulses [s]; 0 before the first.
@@ -70,6 +72,7 @@ impl Stage {
             newton: Newton::default(),
             coupling: Coupling::default(),
             responses,
+            with_joints,
             corrections: vec![Vec::new(); components.len()],
             dt: 0.0,
             slow: slow(&model.gravity),
@@ -131,6 +134,23 @@ impl Stage {
                 slip: to_nalgebra(contact.slip),
             }
         })
+    }
+
+    /// Notes whether a segment moves freely from now on.
+    pub(crate) fn set_free(&mut self, segment: usize, free: bool) {
+        self.detector.set_free(segment, free);
+    }
+
+    /// Takes over the connectivity of a component whose joints are coupled otherwise than before.
+    ///
+    /// # Errors
+    /// If its factor would be too large.
+    pub(crate) fn renew_response(&mut self, component: usize, set: &ConnectedSet) -> Result<(), SparseError> {
+        let own = &mut self.responses[component];
+        if !own.is_of(&set.component.system.topology) {
+            *own = Response::new(&set.component.system, self.with_joints)?;
+        }
+        Ok(())
     }
 
     /// Looks for the contacts of a step over `interval` whose prediction is made. `presses`: whether those of the step

@@ -1,5 +1,7 @@
 //! How a component's bodies answer impulses from outside: `P f` with `P = M^-1 - M^-1 J^T A^-1 J M^-1`, several at once.
 
+use std::sync::Arc;
+
 use crate::component::{copy_spatial, pick_spatial};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
@@ -51,6 +53,11 @@ impl Response {
             scratch: vec![Spatial::zero(); bodies],
             solver,
         })
+    }
+
+    /// Whether it is of this connectivity.
+    pub(crate) fn is_of(&self, topology: &Arc<Topology>) -> bool {
+        Arc::ptr_eq(&self.system.topology, topology)
     }
 
     /// Takes over a system's matrix.

@@ -55,6 +55,19 @@ impl SolverKind {
         }
     }
 
+    /// A solver that factors the matrix of this connectivity; `None` where it does not factor.
+    ///
+    /// # Errors
+    /// If the factor would be too large.
+    pub(crate) fn factored(self, topology: &Topology) -> Result<Option<Box<dyn LinearSolver>>, SolverError> {
+        let direct = if self == Self::Direct { Direct::new(topology) } else { None };
+        match (self, direct) {
+            (Self::Cg(_), _) => Ok(None),
+            (_, Some(direct)) => Ok(Some(Box::new(direct))),
+            (_, None) => Ok(Some(Box::new(Looped::new(topology)?))),
+        }
+    }
+
     /// Sets the solver up for one connected set of segments.
     ///
     /// # Errors
@@ -65,20 +78,15 @@ impl SolverKind {
         members: &Members,
         topology: &Topology,
     ) -> Result<Box<dyn LinearSolver>, SolverError> {
-        match *self {
-            SolverKind::Direct => match Direct::new(topology) {
-                Some(direct) => Ok(Box::new(direct)),
-                None => Ok(Box::new(Looped::new(topology)?)),
-            },
-            SolverKind::Sparse => Ok(Box::new(Looped::new(topology)?)),
-            SolverKind::Cg(params) => {
-                let frozen = match params.preconditioner {
-                    PreconditionerKind::Frozen => Some(Frozen::new(model, members, topology)?),
-                    _ => None,
-                };
-                Ok(Box::new(Cg::new(params, topology, frozen)))
-            }
+        if let Some(solver) = self.factored(topology)? {
+            return Ok(solver);
         }
+        let params = if let Self::Cg(params) = *self { params } else { CgParams::default() };
+        let frozen = match params.preconditioner {
+            PreconditionerKind::Frozen => Some(Frozen::new(model, members, topology)?),
+            _ => None,
+        };
+        Ok(Box::new(Cg::new(params, topology, frozen)))
     }
 }
 

@@ -55,6 +55,7 @@ impl Motion {
                 youngs_modulus: 1e6,
                 torsion_modulus: 1e6,
                 mount: None,
+                freedom: rod::Freedom::None,
             });
         }
         self.bones.push(bone);

@@ -1,0 +1,135 @@
+//! What a joint leaves free or yields to: ball joints, hinges, springs.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::darboux::rotation_of;
+use crate::{Body, Joint, Model};
+
+/// Which turns of its two bodies against each other a joint leaves free: it transmits no moment about them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Freedom {
+    /// None: it bends and twists as its compliances say.
+    #[default]
+    None,
+    /// All: a ball joint, a pinned support.
+    Ball,
+    /// Those about the axis d3 of body a: a hinge. Bend compliance is that about the other two axes.
+    Hinge {
+        /// Orientation of body b in the frame of body a where the hinge is not bent, at any of its angles.
+        rest: UnitQuaternion<f64>,
+    },
+}
+
+impl Joint {
+    /// Orientation of body b in the frame of body a at rest, `conj(q_a) q_b`.
+    pub fn rest_rotation(&self) -> UnitQuaternion<f64> {
+        match self.freedom {
+            Freedom::Hinge { rest } => rest,
+            _ => rotation_of(&self.rest_darboux, self.length),
+        }
+    }
+}
+
+/// Stiffness of a grip or a support: springs between what is held and what holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Springs {
+    /// Across and along the axis d3 of the joint's body a [N/m]; infinite where it does not yield.
+    pub force: [f64; 2],
+    /// Of bending and of twist about that axis [N m/rad]; infinite where it does not yield.
+    pub moment: [f64; 2],
+}
+
+impl Springs {
+    /// Springs that do not yield.
+    pub const RIGID: Self = Self { force: [f64::INFINITY; 2], moment: [f64::INFINITY; 2] };
+}
+
+impl Model {
+    /// Makes a joint a ball joint: it holds places together and turns freely. An index that is none changes nothing.
+    pub fn pin(&mut self, joint: usize) {
+        if let Some(joint) = self.joints.get_mut(joint) {
+            joint.freedom = Freedom::Ball;
+        }
+    }
+
+    /// Makes a joint to an anchor a hinge about `axis` (world axes, any length but zero), at rest in the direction in which
+    /// the joint was at rest. The anchor becomes the joint's body a, its d3 along the axis. Between two segments the axis is
+    /// the first one's own, whatever `axis` says. An index that is none changes nothing.
+    pub fn hinge(&mut self, joint: usize, axis: &Vector3<f64>) {
+        let Some(joint) = self.joints.get_mut(joint) else { return };
+        let mut rest = joint.rest_rotation();
+        let anchor = match (joint.a, joint.b) {
+            (Body::Anchor(i), _) => Some(i),
+            (_, Body::Anchor(i)) => {
+                std::mem::swap(&mut joint.a, &mut joint.b);
+                std::mem::swap(&mut joint.offset_a, &mut joint.offset_b);
+                rest = rest.inverse();
+                Some(i)
+            }
+            _ => None,
+        };
+        if let Some(anchor) = anchor.and_then(|i| self.anchors.get_mut(i)) {
+            let held = anchor.orientation * rest;
+            let half_turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+            let turn = UnitQuaternion::rotation_between(&(anchor.orientation * Vector3::z()), axis);
+            anchor.orientation =
+                turn.unwrap_or(anchor.orientation * half_turn * anchor.orientation.inverse()) * anchor.orientation;
+            rest = anchor.orientation.inverse() * held;
+        }
+        joint.freedom = Freedom::Hinge { rest };
+        joint.rest_darboux = Vector3::zeros();
+    }
+
+    /// Adds springs to a joint, in series with what it yields already. An index that is none changes nothing.
+    pub fn soften(&mut self, joint: usize, springs: &Springs) {
+        let Some(joint) = self.joints.get_mut(joint) else { return };
+        let [across, along] = springs.force;
+        let [bend, twist] = springs.moment;
+        joint.shear_compliance += 1.0 / across;
+        joint.stretch_compliance += 1.0 / along;
+        // A Darboux vector is an angle over the joint's length.
+        let square = joint.length.powi(2);
+        joint.bend_compliance += 1.0 / (bend * square);
+        joint.twist_compliance += 1.0 / (twist * square);
+    }
+
+    /// Whether a joint holds on to an anchor that is open ([`Model::open`]), and so transmits nothing.
+    pub fn is_open(&self, joint: &Joint) -> bool {
+        let is_open = |body| matches!(body, Body::Anchor(i) if self.open.contains(&i));
+        !self.open.is_empty() && (is_open(joint.a) || is_open(joint.b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::bend_strain;
+    use crate::{Assembly, Material, RodSpec, shape};
+
+    #[test]
+    fn a_hinge_is_at_rest_at_all_its_angles_and_bent_about_other_axes() {
+        let soft = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        for axis in [Vector3::y(), Vector3::x(), Vector3::new(0.3, -1.0, 0.4)] {
+            let mut assembly = Assembly::new(Vector3::zeros());
+            let rod = assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 4), 0.05, soft));
+            assembly.clamp_start(&rod).clamp_end(&rod);
+            let (mut model, state) = assembly.finish();
+            for (joint, segment) in [(3, 0), (4, 3)] {
+                model.hinge(joint, &axis);
+                model.validate(&state).unwrap();
+                let joint = model.joints[joint];
+                for angle in [0.0, 0.5, 2.0, 3.0, -3.1] {
+                    let mut turned = state.clone();
+                    let turn = UnitQuaternion::from_scaled_axis(axis.normalize() * angle);
+                    turned.orientations[segment] = turn * state.orientations[segment];
+                    assert!(bend_strain(&model, &turned, &joint).norm() < 1e-12, "{axis} {angle}");
+                    // About an axis across, the angle over the length.
+                    let aside = UnitQuaternion::from_scaled_axis(axis.cross(&Vector3::z()).normalize() * 1e-4);
+                    turned.orientations[segment] = aside * state.orientations[segment];
+                    let bent = bend_strain(&model, &turned, &joint).norm() * joint.length;
+                    assert!((bent / 1e-4 - 1.0).abs() < 1e-6, "{axis}: {bent}");
+                }
+            }
+        }
+    }
+}

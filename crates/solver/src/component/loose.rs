@@ -1,0 +1,237 @@
+//! Joints that leave something free: ball joints, hinges, open grips.
+//!
+//! Where a joint is free its multiplier is zero and it has no constraint. The rows of the linear system stay: their residual
+//! is zero, their compliance so large that they hardly answer, and what they answer all the same is dropped after the solve.
+//! So the iteration's matrix is a little off, and the solution that it converges to is exact. An open grip goes with the
+//! face that it may hold, so that there is nothing to close when it does.
+
+use nalgebra::UnitQuaternion;
+use rod::{Body, Freedom, Joint, Model};
+
+use super::lanes::{copy_pose, get_quat, pick, pick_pose, put};
+use super::{BodyPose, Component, Members};
+use crate::kernel::Spatial;
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Vec3};
+
+/// Compliance of free rows in units of what the bodies answer, where all three are free: nothing cancels.
+const FREE: f64 = 1e12;
+/// The same of one of three rows, whose elimination costs the other two as many digits.
+const FREE_OF_THREE: f64 = 1e8;
+/// Compliance where neither body answers [1/(kg m^4)].
+const LEAST: f64 = 1e-30;
+
+/// A joint of a lane that leaves something free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Loose {
+    pub(super) lane: usize,
+    joint: usize,
+    turns: Turns,
+    /// Whether it holds on to an anchor that is open, and so transmits nothing.
+    open: bool,
+}
+
+/// Turns that are free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Turns {
+    None,
+    All,
+    /// About d3 of body a; with `conj(q_a) q_b` at rest.
+    One(Quat<f64>),
+}
+
+impl Loose {
+    /// The same of a component of its own.
+    pub(super) fn alone(&self) -> Self {
+        Self { lane: 0, ..*self }
+    }
+}
+
+/// The relative rotation (scalar part, vector part) of two bodies, the shorter way.
+fn relative(a: Quat<f64>, b: Quat<f64>) -> Quat<f64> {
+    (a.conj() * b).upper()
+}
+
+impl<T: Real> Component<T> {
+    /// Notes which joints of a lane leave something free.
+    pub(super) fn add_loose(&mut self, model: &Model, members: &Members, lane: usize) {
+        for (k, &index) in members.joints.iter().enumerate() {
+            let joint = &model.joints[index];
+            let (turns, open) = (turns(joint), model.is_open(joint));
+            if turns != Turns::None || open {
+                self.loose.push(Loose { lane, joint: k, turns, open });
+            }
+        }
+    }
+
+    /// Whether an anchor of a lane is open.
+    pub(super) fn is_open(&self, anchor: usize, lane: usize) -> bool {
+        let holds_on = |joint: usize| self.system.topology.joints[joint].contains(&(anchor as u32));
+        self.loose.iter().any(|loose| loose.open && loose.lane == lane && holds_on(loose.joint))
+    }
+
+    /// Opens or closes the joints of a lane that hold on to an anchor, where it is then.
+    pub(super) fn set_open(&mut self, lane: usize, anchor: usize, open: bool) {
+        let ends = self.system.topology.joints.iter().enumerate();
+        for (joint, _) in ends.filter(|(_, ends)| ends.contains(&(anchor as u32))) {
+            match self.loose.iter_mut().find(|loose| (loose.lane, loose.joint) == (lane, joint)) {
+                Some(loose) => loose.open = open,
+                None => self.loose.push(Loose { lane, joint, turns: Turns::None, open }),
+            }
+        }
+        self.loose.retain(|loose| loose.open || loose.turns != Turns::None);
+    }
+
+    /// Places open grips at the faces that they may hold.
+    pub(super) fn follow_faces(&mut self) {
+        for k in 0..self.loose.len() {
+            let Loose { lane, joint, turns, open } = self.loose[k];
+            if !open {
+                continue;
+            }
+            let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
+            let offsets = self.system.joints[joint].offsets.map(|z| z.lane(lane));
+            let rest = match turns {
+                Turns::One(rest) => rest,
+                _ => self.rest_rotation(joint, lane),
+            };
+            let is_a = a >= self.segments;
+            let (anchor, body, at_anchor, at_body) =
+                if is_a { (a, b, offsets[0], offsets[1]) } else { (b, a, offsets[1], offsets[0]) };
+            let pose = pick_pose(&self.poses[body], lane);
+            let q = pose.q * if is_a { rest.conj() } else { rest };
+            let x = pose.x + pose.q.axis() * at_body - q.axis() * at_anchor;
+            copy_pose(&mut self.poses[anchor], lane, &BodyPose { x, q: q.normalized() }, 0);
+        }
+    }
+
+    /// `conj(q_a) q_b` of a joint at rest.
+    fn rest_rotation(&self, joint: usize, lane: usize) -> Quat<f64> {
+        let length = self.system.joints[joint].length.lane(lane);
+        let v = pick(self.joints[joint].rest_darboux, lane) * (0.5 * length);
+        let squared = v.norm_squared();
+        if squared >= 1.0 {
+            Quat { v: v * (1.0 / squared.sqrt()), w: 0.0 }
+        } else {
+            Quat { v, w: (1.0 - squared).sqrt() }
+        }
+    }
+
+    /// Makes the free rows of the evaluation under way, whose bodies' terms are there, free: what the joint has turned by is
+    /// what it is at rest, and the compliance is large.
+    pub(super) fn free_rows(&mut self) {
+        for k in 0..self.loose.len() {
+            let Loose { lane, joint, turns, open } = self.loose[k];
+            let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
+            let (first, second) = (&self.poses[a], &self.poses[b]);
+            let terms = &mut self.system.joints[joint];
+            // As the evaluation of joints computes it, to the last bit.
+            let v = (first.q.conj() * second.q).upper().v * (T::splat(2.0) / terms.length);
+            let now = pick(v, lane);
+            let length = terms.length.lane(lane);
+            let [on_a, on_b] = [a, b].map(|body| {
+                let inertia = self.system.bodies[body].inverse_inertia.0;
+                let mass = self.system.bodies[body].inverse_mass.lane(lane);
+                (mass, (0..3).map(|k| inertia[k].lane(lane)).fold(0.0, f64::max))
+            });
+            let answer = (on_a.1 + on_b.1) / (length * length);
+            let all = (FREE * answer).max(LEAST);
+            let bend = match turns {
+                Turns::One(rest) => {
+                    let [q_a, q_b] = [first, second].map(|pose| pick_pose(pose, lane).q);
+                    let bent = relative(q_a, q_b * rest.conj());
+                    let strain = Vec3([bent.v.0[0], bent.v.0[1], 0.0]) * (2.0 / length);
+                    put(&mut self.joints[joint].rest_darboux, lane, (now - strain).0);
+                    // |N d| of the axis: towards half a turn the rows are scaled by its square.
+                    let (s, t) = (bent.w.max(1e-6), bent.v);
+                    let along = t.0[2] * t.0[2] / s + s;
+                    let scale = along * along + t.0[0] * t.0[0] + t.0[1] * t.0[1];
+                    terms.twist_extra.set_lane(lane, (FREE_OF_THREE * answer / scale).max(LEAST));
+                    None
+                }
+                Turns::All => {
+                    put(&mut self.joints[joint].rest_darboux, lane, now.0);
+                    Some(all)
+                }
+                Turns::None => open.then_some(all),
+            };
+            if let Some(bend) = bend {
+                terms.bend.set_lane(lane, bend);
+                terms.twist_extra.set_lane(lane, 0.0);
+            }
+            if open {
+                let reach = |offset: f64, (mass, turn): (f64, f64)| mass + offset * offset * turn;
+                let [at_a, at_b] = terms.offsets.map(|z| z.lane(lane));
+                terms.shear.set_lane(lane, (FREE * (reach(at_a, on_a) + reach(at_b, on_b))).max(LEAST));
+                terms.stretch_extra.set_lane(lane, 0.0);
+            }
+        }
+    }
+
+    /// Gives hinges the Jacobian of what they hold: that of the turn since the orientation at rest.
+    pub(super) fn turn_hinges(&mut self) {
+        for Loose { lane, joint, turns, .. } in &self.loose {
+            let Turns::One(rest) = turns else { continue };
+            let [a, b] = self.system.topology.joints[*joint].map(|body| pick_pose(&self.poses[body as usize], *lane).q);
+            let bent = relative(a, b * rest.conj());
+            let terms = &mut self.system.joints[*joint];
+            terms.s.set_lane(*lane, bent.w.max(1e-6));
+            put(&mut terms.t, *lane, a.rotate(bent.v).0);
+        }
+    }
+
+    /// Drops what free rows answered in a linear solve.
+    pub(crate) fn drop_free(&mut self) {
+        for Loose { lane, joint, turns, open } in &self.loose {
+            let own = &mut self.dlambda[*joint];
+            *own = masked(*own, *lane, *turns, *open);
+        }
+    }
+
+    /// Drops what a guess says of multipliers of free rows.
+    pub(super) fn drop_free_multipliers(&mut self) {
+        for Loose { lane, joint, turns, open } in &self.loose {
+            let own = &mut self.lambda[*joint];
+            *own = masked(*own, *lane, *turns, *open);
+        }
+    }
+
+    /// The orientation by which body b of a joint enters its Darboux vector: [`rod::Joint::frame_b`].
+    pub(super) fn turned_b(&self, lane: usize, joint: usize, q_b: Quat<T>) -> UnitQuaternion<f64> {
+        let own = self.loose.iter().find(|loose| (loose.lane, loose.joint) == (lane, joint));
+        match own.map(|loose| loose.turns) {
+            Some(Turns::One(rest)) => get_quat(q_b, lane) * get_quat(rest.conj(), 0),
+            _ => get_quat(q_b, lane),
+        }
+    }
+}
+
+fn turns(joint: &Joint) -> Turns {
+    match joint.freedom {
+        Freedom::None => Turns::None,
+        Freedom::Ball => Turns::All,
+        Freedom::Hinge { rest } => Turns::One(Quat { v: Vec3([rest.i, rest.j, rest.k]), w: rest.w }),
+    }
+}
+
+/// Multipliers of a joint without those of its free rows.
+fn masked<T: Real>(x: Spatial<T>, lane: usize, turns: Turns, open: bool) -> Spatial<T> {
+    let mut out = x;
+    if open {
+        put(&mut out.linear, lane, [0.0; 3]);
+    }
+    match turns {
+        Turns::One(_) if !open => out.angular.0[2].set_lane(lane, 0.0),
+        Turns::None if !open => {}
+        _ => put(&mut out.angular, lane, [0.0; 3]),
+    }
+    out
+}
+
+/// Whether a model has joints that leave something free, at the start or later.
+pub(crate) fn has_loose(model: &Model) -> bool {
+    let lets_go = |driven: &rod::Driven| driven.is_timed() && matches!(driven.body, Body::Anchor(_));
+    !model.open.is_empty()
+        || model.joints.iter().any(|joint| joint.freedom != Freedom::None)
+        || model.motions.iter().any(lets_go)
+}

@@ -1,0 +1,188 @@
+//! What is held and by what, from one step to the next: motions that are given on the way, grips that attach and release.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use rod::{Body, Driven, Model, Motion, Pose};
+
+use super::{Simulation, SimulationError};
+use crate::component::Change;
+use crate::linear::solvers::SolverKind;
+use crate::piece::Piece;
+
+/// A grip of the model that has times.
+#[derive(Debug)]
+pub(super) struct Scheduled {
+    /// Index into [`Model::motions`].
+    index: usize,
+    driven: Arc<Driven>,
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    Waits,
+    Holds,
+    Done,
+}
+
+impl Phase {
+    const ALL: [Self; 3] = [Phase::Waits, Phase::Holds, Phase::Done];
+}
+
+/// The grips of a model that have times.
+pub(super) fn schedule(model: &Model) -> Vec<Scheduled> {
+    let timed = model.motions.iter().enumerate().filter(|(_, driven)| driven.is_timed());
+    timed
+        .map(|(index, driven)| {
+            let phase = if driven.begins_by(0.0) { Phase::Holds } else { Phase::Waits };
+            Scheduled { index, driven: Arc::new(driven.clone()), phase }
+        })
+        .collect()
+}
+
+impl Simulation {
+    /// Lets a motion drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its
+    /// times are [`Simulation::time`]'s. Where it is elsewhere than the body is now, the body jumps there within the next
+    /// step; [`Driven::gripped`] begins where the body is. A step in which it turns by more than 1 rad is done in halves.
+    /// When it takes hold and lets go is of no account here.
+    ///
+    /// # Errors
+    /// If there is no such body, or it is free or open.
+    pub fn drive(&mut self, driven: &Driven) -> Result<(), SimulationError> {
+        if self.is_held(driven.body) != Some(true) {
+            return Err(SimulationError::NotHeld(driven.body));
+        }
+        self.change(driven.body, Change::Drive(driven))
+    }
+
+    /// Takes hold of a free segment, or closes an open grip ([`Model::open`]) on its face, from the next step on, where it
+    /// is now. With a `motion` it goes on with that as one rigid body; without one it stays.
+    ///
+    /// All other connected sets of segments keep their bits where the model has no contacts.
+    ///
+    /// # Errors
+    /// If there is no such body, or it is held already.
+    pub fn attach(&mut self, body: Body, motion: Option<Arc<Motion>>) -> Result<(), SimulationError> {
+        if self.is_held(body) != Some(false) {
+            return Err(SimulationError::NothingToAttach(body));
+        }
+        match motion {
+            None => self.change(body, Change::Hold),
+            Some(motion) => {
+                let pose = self.pose(body);
+                self.change(body, Change::Drive(&Driven::gripped(body, motion, &pose, self.time)))
+            }
+        }
+    }
+
+    /// Lets a fixed segment go, which goes on with the velocity that it has, or opens the grip that an anchor is: its joints
+    /// transmit nothing from the next step on.
+    ///
+    /// All other connected sets of segments keep their bits where the model has no contacts. Where the set of a fixed segment
+    /// moves in a lane beside others and the model has no grip for it that lets go, all of them are stepped one by one from
+    /// then on, which takes longer.
+    ///
+    /// # Errors
+    /// If there is no such body, it is not held, the solver knows no open grips, or the factor of the segment's set would
+    /// be too large.
+    pub fn release(&mut self, body: Body) -> Result<(), SimulationError> {
+        if self.is_held(body) != Some(true) {
+            return Err(SimulationError::NothingToRelease(body));
+        }
+        if let (Body::Anchor(_), SolverKind::Cg(_)) = (body, self.solver) {
+            return Err(SimulationError::Loose(format!("solver {}", self.solver)));
+        }
+        for own in self.schedule.iter_mut().filter(|own| own.driven.body == body && own.phase == Phase::Holds) {
+            (own.phase, own.driven.until) = (Phase::Done, self.time);
+        }
+        self.change(body, Change::LetGo)
+    }
+
+    /// Whether a fixed segment or an anchor of the model is held now; `None` where there is no such body.
+    pub fn is_held(&self, body: Body) -> Option<bool> {
+        match body {
+            Body::Segment(i) => self.held.get(i).copied(),
+            Body::Anchor(i) => self.open.get(i).map(|open| !open),
+        }
+    }
+
+    /// Makes of `model`, which must be the simulation's, what changes over time as it is now: loads and gravity, what is
+    /// held, where anchors are, and where its grips have taken hold. What one reads off a model and a state expects that:
+    /// energies, [`rod::Reaction`].
+    pub fn store_model(&mut self, model: &mut Model) {
+        for Scheduled { index, driven, .. } in &self.schedule {
+            model.motions[*index].clone_from(driven);
+        }
+        model.set_time(self.time);
+        for (segment, held) in model.segments.iter_mut().zip(&self.held) {
+            segment.fixed = *held;
+        }
+        model.open = (0..self.open.len()).filter(|anchor| self.open[*anchor]).collect();
+        for anchor in 0..self.open.len() {
+            let body = Body::Anchor(anchor);
+            if let Some(pose) = self.pieces.iter_mut().find_map(|piece| piece.pose(body)) {
+                model.anchors[anchor] = pose;
+            }
+        }
+    }
+
+    /// Lets go and takes hold of what is due when a step begins now.
+    pub(super) fn keep_schedule(&mut self) -> Result<(), SimulationError> {
+        let now = self.time;
+        for k in 0..self.schedule.len() {
+            let own = &mut self.schedule[k];
+            if own.phase == Phase::Done || !own.driven.ends_by(now) {
+                continue;
+            }
+            let held = std::mem::replace(&mut own.phase, Phase::Done) == Phase::Holds;
+            own.driven.until = now;
+            if held {
+                self.change(self.schedule[k].driven.body, Change::LetGo)?;
+            }
+        }
+        let is_due = |own: &Scheduled| own.phase == Phase::Waits && own.driven.begins_by(now);
+        while let Some(first) = self.schedule.iter().position(is_due) {
+            // The bodies of one motion go on as one rigid body.
+            let motion = self.schedule[first].driven.motion.clone();
+            let is_one = |own: &Scheduled| is_due(own) && Arc::ptr_eq(&own.driven.motion, &motion);
+            let bodies: Vec<usize> = (0..self.schedule.len()).filter(|k| is_one(&self.schedule[*k])).collect();
+            let poses: Vec<Pose> = bodies.iter().map(|k| self.pose(self.schedule[*k].driven.body)).collect();
+            let centre = poses.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / poses.len() as f64;
+            for (k, pose) in bodies.into_iter().zip(&poses) {
+                let driven = self.schedule[k].driven.taken(pose, &centre, now);
+                self.change(driven.body, Change::Drive(&driven))?;
+                (self.schedule[k].driven, self.schedule[k].phase) = (driven, Phase::Holds);
+            }
+        }
+        Ok(())
+    }
+
+    /// Pose of a body of the model.
+    fn pose(&mut self, body: Body) -> Pose {
+        let found = self.pieces.iter_mut().find_map(|piece| piece.pose(body));
+        found.unwrap_or(Pose { position: Vector3::zeros(), orientation: nalgebra::UnitQuaternion::identity() })
+    }
+
+    /// Holds a body, drives it or lets it go.
+    fn change(&mut self, body: Body, change: Change<'_>) -> Result<(), SimulationError> {
+        let lets_go = matches!(change, Change::LetGo);
+        let is_fixed_in_all = |piece: &Piece| matches!(piece, Piece::Group(group) if group.is_fixed_in_all(body));
+        if lets_go
+            && let Some(place) = self.pieces.iter().position(is_fixed_in_all)
+            && let Piece::Group(group) = self.pieces.swap_remove(place)
+        {
+            self.pieces.extend(group.apart().map(|set| Piece::Single(Box::new(set))));
+        }
+        for piece in &mut self.pieces {
+            if piece.change(body, change, self.solver)? {
+                break;
+            }
+        }
+        match body {
+            Body::Segment(i) => self.held[i] = !lets_go,
+            Body::Anchor(i) => self.open[i] = lets_go,
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+//! Builtin scenes with pins and grips that let go, against theory.
+
+use std::f64::consts::{PI, TAU};
+
+use rod::Body;
+use solver::formulation::Formulation;
+use solver::simulation::{Settings, Simulation};
+use solver::step::{Status, StepParams};
+
+#[test]
+fn the_pendulum_swings_as_theory_says() {
+    let scene = scene::builtin("pendulum").unwrap();
+    let step = StepParams { formulation: Formulation::Newton, ..StepParams::DEFAULT };
+    for (formulation, settings) in
+        [("xpbd-geometric", Settings::default()), ("newton", Settings { step, ..Settings::default() })]
+    {
+        let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+        let mut state = scene.state.clone();
+        let last = scene.rods[0].segments.end - 1;
+        let (mut before, mut crossings) = (state.positions[last].x, Vec::new());
+        for _ in 0..scene.run.steps {
+            let time = simulation.time();
+            assert_eq!(simulation.step(scene.run.dt).unwrap().status, Status::Converged);
+            simulation.store(&mut state);
+            let x = state.positions[last].x;
+            if before * x < 0.0 {
+                crossings.push(time + scene.run.dt * before / (before - x));
+            }
+            before = x;
+        }
+        // A slender rod, 2 pi sqrt(2 l / 3 g), and for swings by 10 degrees 1 + angle^2 / 16 of it; implicit Euler takes
+        // (w dt)^2 / 3 and lets the swings decay at the rate w^2 dt / 2.
+        let period = TAU * (2.0_f64 / (3.0 * 9.81)).sqrt();
+        let angle = PI / 18.0;
+        let found = crossings[2] - crossings[0];
+        let ratio = found / period;
+        assert!(ratio > 1.0 && ratio < 1.0 + angle * angle / 16.0 + 1e-3, "{formulation}: {found} s of {period} s");
+    }
+}
+
+#[test]
+fn the_arms_lay_the_cable_down_and_let_it_go() {
+    let scene = scene::builtin("two-arms").unwrap();
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
+    let mut state = scene.state.clone();
+    for _ in 0..scene.run.steps {
+        simulation.step(scene.run.dt).unwrap();
+    }
+    simulation.store(&mut state);
+    for body in [Body::Anchor(0), Body::Anchor(1)] {
+        assert_eq!(simulation.is_held(body), Some(false));
+    }
+    let mut model = scene.model.clone();
+    simulation.store_model(&mut model);
+    assert_eq!(model.open, [0, 1]);
+    // No part of it is in the ground, at z = -0.6 m, and none is above the arms that it was let go from.
+    for (i, x) in state.positions.iter().enumerate() {
+        assert!(x.z > -0.595 && x.z < -0.5, "segment {i} at z = {} m", x.z);
+    }
+    let ends = [0, state.positions.len() - 1].map(|i| state.positions[i].z);
+    assert!(ends.iter().all(|z| *z < -0.58 + 1e-3), "the ends have come down: {ends:?}");
+}
