@@ -118,6 +118,8 @@ pub struct Simulation {
     open: Vec<bool>,
     /// The model's grips with times.
     schedule: Vec<holds::Scheduled>,
+    /// Anchors that were driven, closed or opened on the way.
+    moved_anchors: Vec<usize>,
     time: f64,
     /// What rounding has left out of the time [s]: a sum of many steps is as exact as one number can be.
     time_lost: f64,
@@ -220,7 +222,8 @@ impl Simulation {
         let held = model.segments.iter().map(|segment| segment.fixed).collect();
         let open = (0..model.anchors.len()).map(|anchor| model.open.contains(&anchor)).collect();
         let schedule = holds::schedule(model);
-        Ok(Self { pieces, params, solver, held, open, schedule, time: 0.0, time_lost: 0.0 })
+        let moved_anchors = Vec::new();
+        Ok(Self { pieces, params, solver, held, open, schedule, moved_anchors, time: 0.0, time_lost: 0.0 })
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any

@@ -66,7 +66,7 @@ impl Simulation {
         match motion {
             None => self.change(body, Change::Hold),
             Some(motion) => {
-                let pose = self.pose(body);
+                let pose = self.pose(body).unwrap_or(motion.at(self.time).pose);
                 self.change(body, Change::Drive(&Driven::gripped(body, motion, &pose, self.time)))
             }
         }
@@ -115,9 +115,9 @@ impl Simulation {
             segment.fixed = *held;
         }
         model.open = (0..self.open.len()).filter(|anchor| self.open[*anchor]).collect();
-        for anchor in 0..self.open.len() {
-            let body = Body::Anchor(anchor);
-            if let Some(pose) = self.pieces.iter_mut().find_map(|piece| piece.pose(body)) {
+        for k in 0..self.moved_anchors.len() {
+            let anchor = self.moved_anchors[k];
+            if let Some(pose) = self.pose(Body::Anchor(anchor)) {
                 model.anchors[anchor] = pose;
             }
         }
@@ -143,7 +143,9 @@ impl Simulation {
             let motion = self.schedule[first].driven.motion.clone();
             let is_one = |own: &Scheduled| is_due(own) && Arc::ptr_eq(&own.driven.motion, &motion);
             let bodies: Vec<usize> = (0..self.schedule.len()).filter(|k| is_one(&self.schedule[*k])).collect();
-            let poses: Vec<Pose> = bodies.iter().map(|k| self.pose(self.schedule[*k].driven.body)).collect();
+            let there = motion.at(now).pose;
+            let pose = |k: &usize| self.pose(self.schedule[*k].driven.body).unwrap_or(there);
+            let poses: Vec<Pose> = bodies.iter().map(pose).collect();
             let centre = poses.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / poses.len() as f64;
             for (k, pose) in bodies.into_iter().zip(&poses) {
                 let driven = self.schedule[k].driven.taken(pose, &centre, now);
@@ -154,10 +156,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Pose of a body of the model.
-    fn pose(&mut self, body: Body) -> Pose {
-        let found = self.pieces.iter_mut().find_map(|piece| piece.pose(body));
-        found.unwrap_or(Pose { position: Vector3::zeros(), orientation: nalgebra::UnitQuaternion::identity() })
+    /// Pose of a body of the model; `None` of an anchor that no joint holds on to.
+    fn pose(&mut self, body: Body) -> Option<Pose> {
+        self.pieces.iter_mut().find_map(|piece| piece.pose(body))
     }
 
     /// Holds a body, drives it or lets it go.
@@ -177,7 +178,12 @@ impl Simulation {
         }
         match body {
             Body::Segment(i) => self.held[i] = !lets_go,
-            Body::Anchor(i) => self.open[i] = lets_go,
+            Body::Anchor(i) => {
+                self.open[i] = lets_go;
+                if !self.moved_anchors.contains(&i) {
+                    self.moved_anchors.push(i);
+                }
+            }
         }
         Ok(())
     }
