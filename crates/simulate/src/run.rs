@@ -33,6 +33,13 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     if args.every.is_some() && !args.writes() {
         bail!("--every says which frames are kept in files, but no file is asked for: give --out, for example");
     }
+    if args.snapshot && scene.model.has_timed_grips() {
+        bail!(
+            "--snapshot: {} has grips that take hold or let go on the way (`from_s`, `until_s`), of which a file keeps no \
+             trace; --from FOLDER goes on from the last frame",
+            scene.name
+        );
+    }
     use_threads(scene_args)?;
     let mut settings = settings(scene_args);
     let Way { solver, guess: name, choice, chosen } = way(args, &scene, &settings.step)?;

@@ -148,6 +148,8 @@ pub struct Simulation {
     open: Vec<bool>,
     /// The model's grips with times.
     schedule: Vec<holds::Scheduled>,
+    /// Anchors that were driven, closed or opened on the way.
+    moved_anchors: Vec<usize>,
     /// Whether the model changes a load over time, one a load.
     loads_change: Vec<bool>,
     /// Whether it changes gravity.
@@ -260,6 +262,7 @@ impl Simulation {
             held,
             open: (0..model.anchors.len()).map(|anchor| model.open.contains(&anchor)).collect(),
             schedule: holds::schedule(model),
+            moved_anchors: Vec::new(),
             loads_change: (0..model.loads.len()).map(|i| changes(&[Changing::Force(i), Changing::Torque(i)])).collect(),
             gravity_changes: changes(&[Changing::Gravity]),
             time: 0.0,

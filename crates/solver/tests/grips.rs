@@ -10,11 +10,14 @@ use rod::{
     Assembly, Body, Contacts, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Obstacle, ObstacleShape,
     Pose, Reaction, RodSpec, State, Surface, measure, shape,
 };
+use solver::component::Members;
 use solver::formulation::Formulation;
+use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
+use solver::topology::Topology;
 
 const DT: f64 = 0.01;
 const SEGMENTS: usize = 12;
@@ -240,6 +243,11 @@ fn grips_with_times_take_hold_and_let_go_by_themselves() {
         let later = way(&model.pose(anchor, &state), 0.2);
         model.motions.push(Driven { moves_along: true, ..Driven::new(anchor, later.clone()).between(0.2, 0.5) });
         model.motions.push(Driven::new(segment, first.clone()).between(0.305, 0.4));
+        // The others let go, too, much later, so that all are alike.
+        for body in (0..count - 1).map(|k| Body::Segment(SEGMENTS * k)) {
+            let resting = Arc::new(Motion::resting(&model.pose(body, &state)));
+            model.motions.push(Driven::new(body, resting).between(0.0, 99.0));
+        }
         let mut simulation =
             Simulation::new(&model, &state, &settings(Formulation::Newton, SolverKind::Direct), None).unwrap();
         assert_eq!(simulation.in_lanes(), if count > 2 { count } else { 0 });
@@ -392,4 +400,33 @@ fn what_cannot_be_attached_or_released_is_refused() {
     assert_eq!(error, "motion 0: it holds its body from 2 s until 1 s, but the second time must be later");
     let error = refused(vec![grip(Body::Segment(0), 1.0, 2.0)]);
     assert_eq!(error, "motion 0: it takes hold of segment 0 on the way, which is held from the start");
+}
+
+#[test]
+fn a_start_that_goes_on_from_the_last_steps_does_no_harm() {
+    for kind in [GuessKind::StepAdaptive, GuessKind::StepQuadratic] {
+        let (model, state) = rods(1, true);
+        let build = |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
+        let settings = settings(Formulation::Newton, SolverKind::Direct);
+        let mut simulation = Simulation::new(&model, &state, &settings, Some(&build)).unwrap();
+        let mut plain = Simulation::new(&model, &state, &settings, None).unwrap();
+        let (mut now, mut other) = (state.clone(), state.clone());
+        let mut forces = vec![JointForce::default(); model.joints.len()];
+        for round in 0..4 {
+            for simulation in [&mut simulation, &mut plain] {
+                match round {
+                    0 => {}
+                    1 => simulation.attach(Body::Anchor(0), None).unwrap(),
+                    2 => simulation.release(Body::Anchor(0)).unwrap(),
+                    _ => simulation.release(Body::Segment(0)).unwrap(),
+                }
+            }
+            steps(&mut simulation, &mut now, 12);
+            steps(&mut plain, &mut other, 12);
+            simulation.store_joint_forces(&mut forces);
+            assert_eq!(forces[SEGMENTS - 1].force.norm() > 0.0, round == 1, "{kind}, round {round}");
+            let apart = now.positions.iter().zip(&other.positions).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
+            assert!(apart < 1e-3, "{kind}, round {round}: {apart:e} m");
+        }
+    }
 }

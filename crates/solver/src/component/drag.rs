@@ -154,6 +154,9 @@ impl<T: Real> Component<T> {
         let Drag { air, impulses, .. } = drag.as_mut();
         let wind = air.wind.at(time + dt);
         for &Rigid { lane, body, mass, drag_area, .. } in rigid.iter() {
+            if bodies[body].free.lane(lane) == 0.0 {
+                continue;
+            }
             let coefficient = 0.5 * air.density * drag_area;
             let (velocity, gravity) = (pick(velocities[body].linear, lane), pick(*gravity, lane));
             let relative = Vec3(vec3(&wind.velocity(&get(poses[body].x, lane)))) - velocity;

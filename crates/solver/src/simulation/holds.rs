@@ -9,6 +9,7 @@ use super::{Simulation, SimulationError};
 use crate::component::Change;
 use crate::linear::solvers::SolverKind;
 use crate::piece::Piece;
+use crate::snapshot::Tape;
 
 /// A grip of the model that has times.
 #[derive(Debug)]
@@ -70,7 +71,7 @@ impl Simulation {
         match motion {
             None => self.change(body, Change::Hold),
             Some(motion) => {
-                let pose = self.pose(body);
+                let pose = self.pose(body).unwrap_or(motion.at(self.time).pose);
                 self.change(body, Change::Drive(&Driven::gripped(body, motion, &pose, self.time)))
             }
         }
@@ -94,7 +95,8 @@ impl Simulation {
             return Err(SimulationError::Loose(format!("solver {}", self.solver)));
         }
         for own in self.schedule.iter_mut().filter(|own| own.driven.body == body && own.phase == Phase::Holds) {
-            (own.phase, own.driven.until) = (Phase::Done, self.time);
+            own.phase = Phase::Done;
+            Arc::make_mut(&mut own.driven).until = self.time;
         }
         self.change(body, Change::LetGo)
     }
@@ -112,16 +114,16 @@ impl Simulation {
     /// energies, [`rod::Reaction`].
     pub fn store_model(&mut self, model: &mut Model) {
         for Scheduled { index, driven, .. } in &self.schedule {
-            model.motions[*index].clone_from(driven);
+            model.motions[*index].clone_from(driven.as_ref());
         }
         model.set_time(self.time);
         for (segment, held) in model.segments.iter_mut().zip(&self.held) {
             segment.fixed = *held;
         }
         model.open = (0..self.open.len()).filter(|anchor| self.open[*anchor]).collect();
-        for anchor in 0..self.open.len() {
-            let body = Body::Anchor(anchor);
-            if let Some(pose) = self.pieces.iter_mut().find_map(|piece| piece.pose(body)) {
+        for k in 0..self.moved_anchors.len() {
+            let anchor = self.moved_anchors[k];
+            if let Some(pose) = self.pose(Body::Anchor(anchor)) {
                 model.anchors[anchor] = pose;
             }
         }
@@ -136,7 +138,7 @@ impl Simulation {
                 continue;
             }
             let held = std::mem::replace(&mut own.phase, Phase::Done) == Phase::Holds;
-            own.driven.until = now;
+            Arc::make_mut(&mut own.driven).until = now;
             if held {
                 self.change(self.schedule[k].driven.body, Change::LetGo)?;
             }
@@ -147,21 +149,44 @@ impl Simulation {
             let motion = self.schedule[first].driven.motion.clone();
             let is_one = |own: &Scheduled| is_due(own) && Arc::ptr_eq(&own.driven.motion, &motion);
             let bodies: Vec<usize> = (0..self.schedule.len()).filter(|k| is_one(&self.schedule[*k])).collect();
-            let poses: Vec<Pose> = bodies.iter().map(|k| self.pose(self.schedule[*k].driven.body)).collect();
+            let there = motion.at(now).pose;
+            let pose = |k: &usize| self.pose(self.schedule[*k].driven.body).unwrap_or(there);
+            let poses: Vec<Pose> = bodies.iter().map(pose).collect();
             let centre = poses.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / poses.len() as f64;
             for (k, pose) in bodies.into_iter().zip(&poses) {
                 let driven = self.schedule[k].driven.taken(pose, &centre, now);
                 self.change(driven.body, Change::Drive(&driven))?;
-                (self.schedule[k].driven, self.schedule[k].phase) = (driven, Phase::Holds);
+                (self.schedule[k].driven, self.schedule[k].phase) = (Arc::new(driven), Phase::Holds);
             }
         }
         Ok(())
     }
 
-    /// Pose of a body of the model.
-    fn pose(&mut self, body: Body) -> Pose {
-        let found = self.pieces.iter_mut().find_map(|piece| piece.pose(body));
-        found.unwrap_or(Pose { position: Vector3::zeros(), orientation: nalgebra::UnitQuaternion::identity() })
+    /// Shows a tape what is held and how far the grips with times are; takes hold and lets go of what a tape says otherwise.
+    pub(super) fn tape_holds(&mut self, tape: &mut Tape<'_>) {
+        for own in &mut self.schedule {
+            let mut phase = Phase::ALL.iter().position(|phase| *phase == own.phase).unwrap_or_default();
+            tape.count(&mut phase);
+            own.phase = Phase::ALL.get(phase).copied().unwrap_or(own.phase);
+            let mut driven = Some(own.driven.clone());
+            tape.motion(&mut driven);
+            own.driven = driven.unwrap_or(own.driven.clone());
+        }
+        let bodies = (0..self.held.len()).map(Body::Segment).chain((0..self.open.len()).map(Body::Anchor));
+        for body in bodies {
+            let now = self.is_held(body) == Some(true);
+            let mut then = now;
+            tape.flag(&mut then);
+            if then != now {
+                // Only a connectivity that changes can fail, and then the tape is of something else.
+                let _ = self.change(body, if then { Change::Hold } else { Change::LetGo });
+            }
+        }
+    }
+
+    /// Pose of a body of the model; `None` of an anchor that no joint holds on to.
+    fn pose(&mut self, body: Body) -> Option<Pose> {
+        self.pieces.iter_mut().find_map(|piece| piece.pose(body))
     }
 
     /// Holds a body, drives it or lets it go.
@@ -181,7 +206,12 @@ impl Simulation {
         }
         match body {
             Body::Segment(i) => self.held[i] = !lets_go,
-            Body::Anchor(i) => self.open[i] = lets_go,
+            Body::Anchor(i) => {
+                self.open[i] = lets_go;
+                if !self.moved_anchors.contains(&i) {
+                    self.moved_anchors.push(i);
+                }
+            }
         }
         Ok(())
     }
