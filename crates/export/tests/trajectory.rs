@@ -267,8 +267,15 @@ fn impossible_places_are_named_before_the_run() {
 fn the_centreline_is_a_table() {
     let directory = tempfile::tempdir().unwrap();
     let mut reader = TrajectoryReader::open(&write(directory.path(), 3, 2)).unwrap();
-    let segments =
-        [0, 0, 1].map(|rod| Segment { length: 0.1, radius: 0.01, density: 1e3, added_mass: 0.0, fixed: false, rod });
+    let segments = [0, 0, 1].map(|rod| Segment {
+        length: 0.1,
+        radius: 0.01,
+        density: 1e3,
+        line_inertia: None,
+        added_mass: 0.0,
+        fixed: false,
+        rod,
+    });
     let path = directory.path().join("centreline.csv");
     write_centreline(&path, &mut reader, &segments).unwrap();
     let table = fs::read_to_string(&path).unwrap();

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::motion::{self, DriveError};
-use crate::{Air, Change, Contacts, Driven, track};
+use crate::{Air, Change, Contacts, Driven, InnerDamping, LineInertia, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,10 +22,12 @@ pub struct Pose {
 pub struct Segment {
     /// Length l [m].
     pub length: f64,
-    /// Radius r [m].
+    /// Radius r [m]: of the section where that is round; with it a segment touches and feels the air.
     pub radius: f64,
     /// Density rho [kg/m^3].
     pub density: f64,
+    /// Inertia per length of a section that is not round; `None`: that of a full circle of radius r and density rho.
+    pub line_inertia: Option<LineInertia>,
     /// Mass added at the centre [kg], without inertia of its own.
     pub added_mass: f64,
     /// A fixed segment keeps its velocity whatever acts on it (the paper's clamp): where that is zero it stays where it is,
@@ -36,9 +38,12 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Mass m = rho pi r^2 l [kg], without the added mass.
+    /// Mass m = rho pi r^2 l [kg], or that of its section, without the added mass.
     pub fn own_mass(&self) -> f64 {
-        self.density * std::f64::consts::PI * self.radius.powi(2) * self.length
+        match self.line_inertia {
+            None => self.density * std::f64::consts::PI * self.radius.powi(2) * self.length,
+            Some(inertia) => inertia.mass * self.length,
+        }
     }
 
     /// Mass [kg], the added mass included.
@@ -46,14 +51,21 @@ impl Segment {
         self.own_mass() + self.added_mass
     }
 
-    /// Moment of inertia across the axis, m (3 r^2 + l^2) / 12 [kg m^2].
+    /// Moment of inertia across the axis, m (3 r^2 + l^2) / 12 [kg m^2]. Of a section that is not round it is the mean of
+    /// those about d1 and d2, which differ in the section's share alone: of second order in its size over the length.
     pub fn transverse_inertia(&self) -> f64 {
-        self.own_mass() * (3.0 * self.radius.powi(2) + self.length.powi(2)) / 12.0
+        match self.line_inertia {
+            None => self.own_mass() * (3.0 * self.radius.powi(2) + self.length.powi(2)) / 12.0,
+            Some(inertia) => (inertia.mass * self.length.powi(2) / 12.0 + 0.5 * inertia.polar) * self.length,
+        }
     }
 
-    /// Moment of inertia about the axis, m r^2 / 2 [kg m^2].
+    /// Moment of inertia about the axis, m r^2 / 2 [kg m^2], or that of its section.
     pub fn axial_inertia(&self) -> f64 {
-        self.own_mass() * self.radius.powi(2) / 2.0
+        match self.line_inertia {
+            None => self.own_mass() * self.radius.powi(2) / 2.0,
+            Some(inertia) => inertia.polar * self.length,
+        }
     }
 }
 
@@ -78,10 +90,11 @@ impl fmt::Display for Body {
 /// A stretch-shear and a bend-twist constraint between two bodies: one edge of the paper's graph (section 3.1).
 ///
 /// With connectors at `offset_a` and `offset_b` along the axes,
-/// `C_s = x_a + offset_a d3_a - x_b - offset_b d3_b` and `C_b = (2 / l) Im(conj(q_a) q_b) - Omega_0`.
+/// `C_s = x_a + offset_a d3_a - x_b - offset_b d3_b` and `C_b = (2 / l) Im(conj(q_a f_a) q_b f_b) - Omega_0`. The paper's joints
+/// have the rest frames f_a = f_b = 1: see [`Joint::measure_from_rest`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// First body; the Darboux vector and the bend-twist multiplier are expressed in its frame.
+    /// First body; the Darboux vector and the bend-twist multiplier are expressed in its frame, turned by f_a.
     pub a: Body,
     /// Second body.
     pub b: Body,
@@ -91,16 +104,23 @@ pub struct Joint {
     pub offset_b: f64,
     /// Length l over which the joint bends [m].
     pub length: f64,
-    /// Rest Darboux vector Omega_0 in the frame of `a` [1/m].
+    /// Rest Darboux vector Omega_0 in the frame of `a`, turned by f_a [1/m].
     pub rest_darboux: Vector3<f64>,
+    /// Rest frames f_a and f_b, in the frames of `a` and `b`, between which the Darboux vector is measured; the identity
+    /// for the paper's measure.
+    pub rest_frames: [UnitQuaternion<f64>; 2],
     /// Compliance along the axis of `a` [m/N].
     pub stretch_compliance: f64,
     /// Compliance across the axis of `a` [m/N].
     pub shear_compliance: f64,
-    /// Compliance 1 / (l Y I) of the Darboux vector's two curvatures [1/(N m^3)].
+    /// Compliance 1 / (l Y I) of the Darboux vector's curvature about d1, and of that about d2 less `bend_extra` [1/(N m^3)].
     pub bend_compliance: f64,
+    /// Compliance of the curvature about d2 less that about d1 [1/(N m^3)]; 0 for a section that bends alike about both.
+    pub bend_extra: f64,
     /// Compliance 1 / (l T J) of the Darboux vector's twist [1/(N m^3)].
     pub twist_compliance: f64,
+    /// Inner damping.
+    pub inner_damping: InnerDamping,
     /// Young's modulus Y of the joint's material [Pa] (an edge feature of the paper's graph).
     pub youngs_modulus: f64,
     /// Torsion modulus T of the joint's material [Pa] (an edge feature of the paper's graph).
@@ -292,6 +312,7 @@ impl Model {
             positive("segment", i, "radius", s.radius)?;
             positive("segment", i, "density", s.density)?;
             positive("segment", i, "axial inertia", s.axial_inertia())?;
+            positive("segment", i, "mass", s.own_mass())?;
             not_negative("segment", i, "added mass", s.added_mass)?;
         }
         for (i, j) in self.joints.iter().enumerate() {
@@ -302,7 +323,15 @@ impl Model {
             not_negative("joint", i, "stretch compliance", j.stretch_compliance)?;
             not_negative("joint", i, "shear compliance", j.shear_compliance)?;
             not_negative("joint", i, "bend compliance", j.bend_compliance)?;
+            not_negative("joint", i, "bend compliance about d2", j.bend_twist_compliance().y)?;
             not_negative("joint", i, "twist compliance", j.twist_compliance)?;
+            for frame in &j.rest_frames {
+                unit("joint", i, "norm of a rest frame", frame.as_vector().norm())?;
+            }
+            let InnerDamping { bending, twist, stretch } = j.inner_damping;
+            not_negative("joint", i, "relaxation time of bending", bending)?;
+            not_negative("joint", i, "relaxation time of twist", twist)?;
+            not_negative("joint", i, "relaxation time of stretch", stretch)?;
         }
         for (i, a) in self.anchors.iter().enumerate() {
             finite("anchor", i, "position", a.position.as_slice())?;

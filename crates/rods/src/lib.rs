@@ -58,8 +58,8 @@ pub use nalgebra;
 /// Building a model and its first state: rods, clamps, loads, air, contacts.
 pub mod assembly {
     pub use rod::{
-        Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
-        Section, Stretch, Surface, Wind, shape,
+        Air, Assembly, Contacts, Damping, Friction, Gusts, InnerDamping, LineInertia, Load, Material, Obstacle,
+        ObstacleShape, RestShape, RodSpec, Section, Stiffness, Stretch, Surface, Wind, shape,
     };
 }
 
@@ -125,8 +125,8 @@ pub mod prelude {
     pub use nalgebra::{UnitQuaternion, Vector3};
 
     pub use crate::assembly::{
-        Air, Assembly, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec,
-        Stretch, Surface, Wind, shape,
+        Air, Assembly, Contacts, Damping, Friction, Gusts, InnerDamping, Load, Material, Obstacle, ObstacleShape,
+        RestShape, RodSpec, Section, Stretch, Surface, Wind, shape,
     };
     pub use crate::motion::{Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};

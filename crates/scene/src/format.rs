@@ -11,11 +11,13 @@ mod contact;
 mod list;
 mod many;
 mod motion;
+mod section;
 
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use list::List;
 pub(crate) use many::{Net, Strands};
 pub(crate) use motion::{Interpolation, Motion, Quaternion};
+pub(crate) use section::{Bending, Frame, InnerDamping, Piece, Section, Stiffness};
 
 pub(crate) type Number = Spanned<f64>;
 pub(crate) type Count = Spanned<i64>;
@@ -32,6 +34,8 @@ pub(crate) struct File {
     pub(crate) run: Run,
     #[serde(default)]
     pub(crate) damping: Damping,
+    #[serde(default)]
+    pub(crate) bending: Bending,
     pub(crate) contact: Option<Contact>,
     #[serde(default)]
     pub(crate) obstacles: Vec<Spanned<Obstacle>>,
@@ -94,8 +98,13 @@ pub(crate) struct Rod {
     pub(crate) youngs_modulus_pa: Option<Number>,
     pub(crate) torsion_modulus_pa: Option<Number>,
     pub(crate) density_kg_m3: Option<Number>,
+    pub(crate) section: Option<Spanned<Section>>,
+    pub(crate) pieces: Option<Spanned<Vec<Piece>>>,
     #[serde(default)]
     pub(crate) stretch: Stretch,
+    #[serde(default)]
+    pub(crate) inner_damping: InnerDamping,
+    pub(crate) frame: Option<Frame>,
     pub(crate) twist_deg: Option<Number>,
     #[serde(default)]
     pub(crate) rest: Rest,
@@ -204,6 +213,8 @@ pub(crate) enum Rest {
     Straight,
     #[serde(rename = "darboux_per_m")]
     Darboux(Vector),
+    #[serde(rename = "darboux_of_joints_per_m")]
+    OfJoints(Spanned<Vec<Vector>>),
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]

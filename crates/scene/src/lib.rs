@@ -32,6 +32,7 @@ mod random;
 mod refine;
 mod rods;
 pub mod sampling;
+mod section;
 mod shape;
 mod strands;
 mod table;

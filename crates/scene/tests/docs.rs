@@ -6,7 +6,7 @@ const DOCS: &str = include_str!("../../../docs/scenes.md");
 const README: &str = include_str!("../../../README.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 34] = [
+const PROBES: [&str; 43] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -41,6 +41,15 @@ const PROBES: [&str; 34] = [
     "rods = [{ strands.zzz = 1 }]",
     "rods = [{ strands.on.zzz = 1 }]",
     "nets = [{ zzz = 1 }]",
+    "rods = [{ section.zzz = 1 }]",
+    "rods = [{ section.circle.zzz = 1 }]",
+    "rods = [{ section.tube.zzz = 1 }]",
+    "rods = [{ section.rectangle.zzz = 1 }]",
+    "rods = [{ section.ellipse.zzz = 1 }]",
+    "rods = [{ section.stiffness.zzz = 1 }]",
+    "rods = [{ pieces = [{ zzz = 1 }] }]",
+    "rods = [{ frame.zzz = 1 }]",
+    "rods = [{ inner_damping.zzz = 1 }]",
 ];
 
 #[test]

@@ -96,15 +96,28 @@ impl<T: Real> Component<T> {
             let (axis_a, axis_b) = (self.system.bodies[a].axis, self.system.bodies[b].axis);
             let constants = &self.joints[k];
             let lambda = self.lambda[k];
-            let gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
-            let relative = (first.q.conj() * second.q).upper();
+            let mut gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
+            let (mut frame, mut other) = (first.q, second.q);
+            if let Some(rests) = self.beyond.rests.get(k) {
+                (frame, other) = (first.q * rests[0], second.q * rests[1]);
+                self.system.frames[k] = frame;
+            }
+            let mut rest_darboux = constants.rest_darboux;
+            if let Some(damped) = self.beyond.damped.get(k) {
+                rest_darboux = damped.rest_darboux;
+                gap -= first.q.rotate(damped.gap);
+            }
+            let relative = (frame.conj() * other).upper();
             // Away from a half turn, where G loses a direction; the residual stays exact.
             terms.s = relative.w.max(T::splat(1e-6));
-            terms.t = first.q.rotate(relative.v);
-            let strain = relative.v * (T::splat(2.0) / terms.length) - constants.rest_darboux;
+            terms.t = frame.rotate(relative.v);
+            let strain = relative.v * (T::splat(2.0) / terms.length) - rest_darboux;
             let stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
+            if let Some(&extra) = self.system.bend_extra.get(k) {
+                bend.0[1] += lambda.angular.0[1] * extra;
+            }
             bend.0[2] += lambda.angular.0[2] * terms.twist_extra;
             terms.rhs = Spatial { linear: -stretch, angular: -bend };
             let inverse_length = T::splat(1.0) / terms.length;
@@ -128,7 +141,7 @@ impl<T: Real> Component<T> {
         }
         let Self { system, scratch, lambda, .. } = self;
         for (j, &lambda) in lambda.iter().enumerate() {
-            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let q_a = system.frame(j);
             system.add_impulse(j, system.joints[j].multipliers_to_world(lambda, q_a), scratch);
         }
         let two = T::splat(2.0);
@@ -182,7 +195,7 @@ impl<T: Real> Component<T> {
         }
         worst.momentum = largest.sqrt();
         for j in 0..system.joints.len() {
-            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let q_a = system.frame(j);
             let terms = &system.joints[j];
             let change = terms.from_world(system.constraint_change(j, momentum), q_a);
             system.joints[j].rhs = terms.rhs.plus(change, T::splat(-1.0));

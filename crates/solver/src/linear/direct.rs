@@ -57,7 +57,7 @@ pub fn joint_diagonal<T: Real>(system: &System<T>, joint: u32) -> Block<T> {
         + sa * (za * za)
         + sb * (zb * zb)
         + terms.stretch_compliance(a.axis);
-    let bend = a.inverse_inertia + b.inverse_inertia + terms.bend_compliance(a.axis);
+    let bend = a.inverse_inertia + b.inverse_inertia + system.bend_compliance(joint as usize);
     let mixed = sum(map_rows(pa, |row| row * za), map_rows(pb, |row| row * zb));
     assemble(stretch.full(), mixed, transposed(mixed), bend.full())
 }
@@ -84,7 +84,11 @@ pub fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: 
 /// A joint as its elimination sees it, gathered from the system.
 struct View<'a, T> {
     joint: &'a JointTerms<T>,
-    orientation_a: Quat<T>,
+    /// Frame of the bend-twist rows, and whether it is not that of body a.
+    frame: Quat<T>,
+    is_turned: bool,
+    /// What bending about d2 has beyond that about d1, where anything has.
+    bend_extra: Option<T>,
     axis_a: Vec3<T>,
     /// +1 where the inner body is the joint's body a, -1 where it is b.
     sign: T,
@@ -104,7 +108,9 @@ impl<'a, T: Real> View<'a, T> {
         let (a, sign, z_outer, z_inner) = if inner_is_a { (inner, 1.0, zb, za) } else { (outer, -1.0, za, zb) };
         View {
             joint,
-            orientation_a: a.orientation,
+            frame: system.frames.get(node.joint as usize).copied().unwrap_or(a.orientation),
+            is_turned: !system.frames.is_empty(),
+            bend_extra: system.bend_extra.get(node.joint as usize).copied(),
             axis_a: a.axis,
             sign: T::splat(sign),
             arms: [outer.axis * z_outer, inner.axis * z_inner],
@@ -115,10 +121,12 @@ impl<'a, T: Real> View<'a, T> {
     /// Two side by side; `joint` is made of their joints.
     #[inline(always)]
     fn both<'b>(a: &Self, b: &Self, joint: &'b JointTerms<Both<T>>) -> View<'b, Both<T>> {
-        let (qa, qb) = (a.orientation_a, b.orientation_a);
+        let (qa, qb) = (a.frame, b.frame);
         View {
             joint,
-            orientation_a: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
+            frame: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
+            is_turned: a.is_turned,
+            bend_extra: a.bend_extra.zip(b.bend_extra).map(|(a, b)| Both([a, b])),
             axis_a: Vec3::both(a.axis_a, b.axis_a),
             sign: Both([a.sign, b.sign]),
             arms: [Vec3::both(a.arms[0], b.arms[0]), Vec3::both(a.arms[1], b.arms[1])],
@@ -128,9 +136,13 @@ impl<'a, T: Real> View<'a, T> {
 
     #[inline(always)]
     fn terms(&self) -> NodeTerms<T> {
+        let mut bend = self.joint.bend_compliance(if self.is_turned { self.frame.axis() } else { self.axis_a });
+        if let Some(extra) = self.bend_extra {
+            bend = bend + self.joint.second_bending(self.frame, extra);
+        }
         NodeTerms {
-            compliance: [self.joint.stretch_compliance(self.axis_a), self.joint.bend_compliance(self.axis_a)],
-            rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.orientation_a), self.sign),
+            compliance: [self.joint.stretch_compliance(self.axis_a), bend],
+            rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.frame), self.sign),
             arms: self.arms,
         }
     }
@@ -159,7 +171,7 @@ impl<'a, T: Real> View<'a, T> {
     /// The joint's multipliers.
     #[inline(always)]
     fn multipliers(&self, x: Spatial<T>) -> Spatial<T> {
-        self.joint.multipliers_from_world(Spatial::zero().plus(x, self.sign), self.orientation_a)
+        self.joint.multipliers_from_world(Spatial::zero().plus(x, self.sign), self.frame)
     }
 }
 
@@ -435,7 +447,7 @@ mod tests {
             let terms = &system.joints[j];
             let compliance = Spatial {
                 linear: terms.stretch_compliance(axis).apply(x[j].linear),
-                angular: terms.bend_compliance(axis).apply(x[j].angular),
+                angular: system.bend_compliance(j).apply(x[j].angular),
             };
             system.constraint_change(j, &corrections).plus(compliance, 1.0)
         };
@@ -449,7 +461,7 @@ mod tests {
     /// Solves in world rows with the tree and densely; returns the relative difference.
     fn difference(system: &System<f64>, dlambda: &mut [Spatial<f64>]) -> f64 {
         let n = system.joints.len();
-        let orientation = |j: usize| system.bodies[system.topology.joints[j][0] as usize].orientation;
+        let orientation = |j: usize| system.frame(j);
         let mut dense = DMatrix::zeros(6 * n, 6 * n);
         for column in 0..6 * n {
             let mut unit = vec![Spatial::zero(); n];

@@ -2,7 +2,7 @@
 #![allow(dead_code)]
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{Body, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
+use rod::{Body, InnerDamping, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
 use view::{Frame, Recorder, Run};
 
 /// A segment and how it hangs on its parent's end.
@@ -28,7 +28,15 @@ impl Motion {
 
     fn bone(&mut self, rod: usize, length: f64, radius: f64, bone: Bone) -> usize {
         let i = self.bones.len();
-        self.model.segments.push(Segment { length, radius, density: 1000.0, added_mass: 0.0, fixed: i == 0, rod });
+        self.model.segments.push(Segment {
+            length,
+            radius,
+            density: 1000.0,
+            line_inertia: None,
+            added_mass: 0.0,
+            fixed: i == 0,
+            rod,
+        });
         if let Some(parent) = bone.parent {
             let offset_a = 0.5 * self.model.segments[parent].length;
             self.model.joints.push(Joint {
@@ -38,10 +46,13 @@ impl Motion {
                 offset_b: -0.5 * length,
                 length: offset_a + 0.5 * length,
                 rest_darboux: Vector3::zeros(),
+                rest_frames: [UnitQuaternion::identity(); 2],
                 stretch_compliance: 1e-9,
                 shear_compliance: 1e-9,
                 bend_compliance: 1e-3,
+                bend_extra: 0.0,
                 twist_compliance: 1e-3,
+                inner_damping: InnerDamping::NONE,
                 youngs_modulus: 1e6,
                 torsion_modulus: 1e6,
             });
