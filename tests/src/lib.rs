@@ -1,11 +1,12 @@
 //! Helpers that the acceptance tests share: beams, static and dynamic runs, observed orders.
 
 pub mod reference;
+pub mod vibration;
 
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{Assembly, Load, Material, Model, RodSpec, Section, State, shape};
+use rod::{Assembly, Load, Material, Model, RodSpec, Section, State, Stiffness, shape};
 use solver::simulation::{Settings, Simulation};
 use solver::statics::{StaticParams, equilibrium};
 use solver::step::Status;
@@ -31,17 +32,21 @@ impl Beam {
     }
 
     fn section(&self) -> Section {
-        Section { radius: self.radius }
+        Section::Circle { radius: self.radius }
+    }
+
+    fn stiffness(&self) -> Stiffness {
+        self.section().stiffness(&self.material)
     }
 
     /// Bending stiffness B [N m^2].
     pub fn bending(&self) -> f64 {
-        self.section().bending_stiffness(&self.material)
+        self.stiffness().bending[0]
     }
 
     /// Torsional stiffness C [N m^2].
     pub fn torsion(&self) -> f64 {
-        self.section().torsional_stiffness(&self.material)
+        self.stiffness().torsion
     }
 
     /// Mass per length rho A [kg/m].

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use acceptance::vibration::bending_mode;
 use acceptance::{Beam, assert_order, run, tight};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Damping, Model, RestShape, RodSpec, State, measure, shape};
@@ -72,13 +73,6 @@ fn check_mode(case: &str, exact: f64, mode: impl Fn(usize, f64) -> Oscillation) 
     });
     assert_order(&format!("{case}, rod of N = 20, 40, 80"), &in_space, 2.0);
     assert!(in_space[2].abs() < 5e-3);
-}
-
-/// Shape, slope (times L) of a clamped-free beam's mode at s = x L.
-fn bending_mode(beta: f64, x: f64) -> (f64, f64) {
-    let sigma = (beta.cosh() + beta.cos()) / (beta.sinh() + beta.sin());
-    let (c, s, ch, sh) = ((beta * x).cos(), (beta * x).sin(), (beta * x).cosh(), (beta * x).sinh());
-    (ch - c - sigma * (sh - s), beta * (sh + s - sigma * (ch - c)))
 }
 
 #[test]

@@ -20,6 +20,7 @@ pub fn learned_start(scene: &Scene, formulation: Formulation) -> Option<(GuessNa
     let is_taken = cfg!(feature = "gn")
         && formulation.momentum()
         && scene.model.contacts.is_empty()
+        && scene.model.beyond_the_paper().is_none()
         && scene.run.dt <= LONGEST_STEP
         && fitting(scene) == Scenario::Helix
         && foreign(scene, &Scenario::Helix.ranges_with_slack()).is_none();

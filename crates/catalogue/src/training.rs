@@ -73,7 +73,7 @@ impl Training {
     /// For a scene: of the scenario asked for, else of the one that is most like it ([`fitting`]).
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// As [`Self::of`], or if a learned guess is asked for, whose inputs do not tell what the scene has.
     pub fn for_scene(
         args: &Sources,
         names: &[GuessName],
@@ -81,6 +81,11 @@ impl Training {
         scene: &Scene,
         quiet: bool,
     ) -> Result<Self> {
+        if let Some(what) = scene.model.beyond_the_paper()
+            && let Some(name) = names.iter().find(|name| name.is_learned())
+        {
+            bail!("--guess {name} learned from the paper's rods, but {} has {what}; take another guess", scene.name);
+        }
         Ok(Self::of(args, names, &[scenario.unwrap_or_else(|| fitting(scene))], quiet)?.remove(0))
     }
 

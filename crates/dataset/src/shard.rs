@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Body, Joint, Model, Pose, Segment};
+use rod::{Body, InnerDamping, Joint, Model, Pose, Segment};
 use safetensors::SafeTensors;
 
 use crate::DatasetError;
@@ -148,6 +148,7 @@ impl Shard {
             length,
             radius,
             density,
+            line_inertia: None,
             added_mass,
             fixed: flags[0] != 0,
             rod: flags[1] as usize,
@@ -182,10 +183,13 @@ impl Shard {
                 offset_b,
                 length,
                 rest_darboux: Vector3::new(x, y, z),
+                rest_frames: [UnitQuaternion::identity(); 2],
                 stretch_compliance: stretch,
                 shear_compliance: shear,
                 bend_compliance: bend,
+                bend_extra: 0.0,
                 twist_compliance: twist,
+                inner_damping: InnerDamping::NONE,
                 youngs_modulus: youngs,
                 torsion_modulus: torsion,
                 mount: None,

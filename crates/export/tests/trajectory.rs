@@ -271,6 +271,7 @@ fn the_centreline_is_a_table() {
         length: 0.1,
         radius: 0.01,
         density: 1e3,
+        line_inertia: None,
         added_mass: 0.0,
         fixed: false,
         rod,

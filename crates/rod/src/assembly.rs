@@ -7,8 +7,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{
-    Air, Body, Damping, Freedom, Joint, Load, Material, Model, ModelError, Mount, Pose, RigidBody, Section, Segment, State,
-    Stretch,
+    Air, Body, Damping, Freedom, InnerDamping, Joint, Load, Material, Model, ModelError, Mount, Pose, RigidBody, Section,
+    Segment, State, Stiffness, Stretch,
 };
 
 mod copies;
@@ -33,12 +33,19 @@ pub struct RodSpec {
     pub nodes: Vec<Vector3<f64>>,
     /// Whether a further segment joins the last node to the first, and the last segment to the first.
     pub closed: bool,
-    /// Radius [m] of every segment, or one value a segment.
+    /// Radius [m] of every segment, or one value a segment: with it a segment touches and feels the air.
     pub radii: Vec<f64>,
+    /// Section of every segment, or one a segment; none: full circles of these radii.
+    pub sections: Vec<Section>,
     /// Material.
     pub material: Material,
     /// Resistance to stretch and shear.
     pub stretch: Stretch,
+    /// Inner damping of the joints.
+    pub inner_damping: InnerDamping,
+    /// Direction of d1 of the first segment, of any length; its part across the axis counts. `None`: the smallest rotation
+    /// that takes world z to the axis takes world x to it. From there frames go on without twist, but for `twist`.
+    pub d1: Option<Vector3<f64>>,
     /// Turn of the material frame about the centreline from the first to the last segment [rad].
     pub twist: f64,
     /// Shape without bend-twist energy.
@@ -56,8 +63,11 @@ impl RodSpec {
             nodes,
             closed: false,
             radii: vec![radius],
+            sections: Vec::new(),
             material,
             stretch: Stretch::ZERO_STRETCH,
+            inner_damping: InnerDamping::NONE,
+            d1: None,
             twist: 0.0,
             rest: RestShape::Initial,
             strains: vec![0.0],
@@ -86,18 +96,55 @@ impl RodSpec {
         check("radii", radii, radii == 1 || radii == segments, format!("1, or one a segment ({segments})"))?;
         let strains = self.strains.len();
         check("strains", strains, strains == 1 || strains == segments, format!("1, or one a segment ({segments})"))?;
+        let sections = self.sections.len();
+        check(
+            "sections",
+            sections,
+            sections <= 1 || sections == segments,
+            format!("0, 1, or one a segment ({segments})"),
+        )?;
         if let RestShape::PerJoint(omegas) = &self.rest {
             let found = omegas.len();
             check("rest Darboux vectors", found, found == joints, format!("one a joint ({joints})"))?;
         }
         Ok(())
     }
+
+    /// Radius [m] and section of segment `i`.
+    fn section(&self, i: usize) -> (f64, Section) {
+        let radius = if self.radii.len() == 1 { self.radii[0] } else { self.radii[i] };
+        let own = if self.sections.len() == 1 { self.sections.first() } else { self.sections.get(i) };
+        (radius, own.copied().unwrap_or(Section::Circle { radius }))
+    }
+
+    /// Turn of all frames about the rod's axis that brings d1 where it was asked for; `rod` is the rod's index.
+    fn roll(&self, first: &UnitQuaternion<f64>, rod: usize) -> Result<UnitQuaternion<f64>, ModelError> {
+        let Some(d1) = self.d1 else { return Ok(UnitQuaternion::identity()) };
+        let across = (first.inverse() * d1).xy();
+        let share = across.norm() / d1.norm();
+        if share.is_nan() || share < 1e-6 {
+            let quantity = "part of d1 across the axis, over its length";
+            return Err(ModelError::Value { what: "rod", index: rod, quantity, value: share, allowed: "1e-6 or more" });
+        }
+        Ok(UnitQuaternion::from_axis_angle(&Vector3::z_axis(), across.y.atan2(across.x)))
+    }
 }
 
 /// Half of a joint: what one of its bodies contributes to its compliance.
 struct Half {
     length: f64,
-    section: Section,
+    stiffness: Stiffness,
+}
+
+/// What a segment is made of, for the joints to come.
+#[derive(Clone, Copy, Debug)]
+struct MadeOf {
+    material: Material,
+    stretch: Stretch,
+    stiffness: Stiffness,
+    inner_damping: InnerDamping,
+    /// Whether a turn about the axis would make another rod of it.
+    has_sides: bool,
 }
 
 /// A [`Model`] and its first [`State`] in the making.
@@ -109,8 +156,7 @@ pub struct Assembly {
     model: Model,
     state: State,
     rods: usize,
-    /// Material and stretch of each segment, for the joints to come.
-    made_of: Vec<(Material, Stretch)>,
+    made_of: Vec<MadeOf>,
     /// Strain with which each segment was drawn.
     strains: Vec<f64>,
 }
@@ -135,8 +181,8 @@ impl Assembly {
 
     /// Adds a rod at rest (velocities zero) and returns the range of its segments; [`Model::joints_of`] gives its joints.
     ///
-    /// A mistake, and no segment, where `spec` has fewer than two nodes, radii or strains that are neither one nor one a
-    /// segment, or rest vectors that are not one a joint.
+    /// A mistake, and no segment, where `spec` has fewer than two nodes, radii, sections or strains that are neither one nor
+    /// one a segment, rest vectors that are not one a joint, or a d1 along the axis.
     pub fn rod(&mut self, spec: &RodSpec) -> Range<usize> {
         let first = self.model.segments.len();
         if !self.succeeds(spec.validate(self.rods)) {
@@ -146,21 +192,40 @@ impl Assembly {
         if spec.closed {
             nodes.extend(spec.nodes.first());
         }
-        for (i, pose) in frames(&nodes, spec.twist).into_iter().enumerate() {
+        let poses = frames(&nodes, spec.twist);
+        let roll = match poses.first().map_or(Ok(UnitQuaternion::identity()), |p| spec.roll(&p.orientation, self.rods))
+        {
+            Ok(roll) => roll,
+            Err(mistake) => {
+                self.succeeds(Err(mistake));
+                return first..first;
+            }
+        };
+        for (i, pose) in poses.into_iter().enumerate() {
+            let (radius, section) = spec.section(i);
             let strain = if spec.strains.len() == 1 { spec.strains[0] } else { spec.strains[i] };
             self.strains.push(strain);
+            let is_round = section == Section::Circle { radius };
             self.model.segments.push(Segment {
                 length: (nodes[i + 1] - nodes[i]).norm() / (1.0 + strain),
-                radius: if spec.radii.len() == 1 { spec.radii[0] } else { spec.radii[i] },
+                radius,
                 density: spec.material.density,
+                line_inertia: (!is_round).then(|| section.line_inertia(&spec.material)),
                 added_mass: 0.0,
                 fixed: false,
                 rod: self.rods,
                 body: None,
             });
-            self.made_of.push((spec.material, spec.stretch));
+            let stiffness = section.stiffness(&spec.material);
+            self.made_of.push(MadeOf {
+                material: spec.material,
+                stretch: spec.stretch,
+                stiffness,
+                inner_damping: spec.inner_damping,
+                has_sides: spec.d1.is_some() || stiffness.bending[0] != stiffness.bending[1],
+            });
             self.state.positions.push(pose.position);
-            self.state.orientations.push(pose.orientation);
+            self.state.orientations.push(if spec.d1.is_some() { pose.orientation * roll } else { pose.orientation });
             self.state.velocities.push(Vector3::zeros());
             self.state.angular_velocities.push(Vector3::zeros());
         }
@@ -190,17 +255,20 @@ impl Assembly {
 
     /// Joins the start of `branch` (a range returned by [`Assembly::rod`]) to segment `parent`, at `fraction` of its
     /// length (0 its start, 1 its end), at the angle they have now. The joint is made of the branch's material. A mistake
-    /// where there is no such segment.
+    /// where there is no such segment. The frames of a branch without sides, whose sections bend alike about all axes and
+    /// whose d1 was not asked for, are turned about its axis.
     pub fn branch(&mut self, parent: usize, fraction: f64, branch: &Range<usize>) -> &mut Self {
         if !self.has_rod("branch", branch) || !self.has_segments("branch", &[parent]) {
             return self;
         }
-        self.align(parent, branch);
+        if !self.made_of[branch.clone()].iter().any(|made| made.has_sides) {
+            self.align(parent, branch);
+        }
         self.join(parent, fraction, branch.start, 0.0)
     }
 
     /// Turns the material frames of a rod about its axes, so that its first is the smallest rotation away from that of
-    /// `parent`. Nothing else changes: sections are round, and rest shapes turn along.
+    /// `parent`. Nothing else changes: sections bend alike about all axes, and rest shapes turn along.
     ///
     /// With the relative rotation (s, u) at rest a joint is softer about u by 1 / s^2 than its material says (its measure
     /// is a sine), without bounds towards a half turn. Roll is no part of a branch's direction and must not matter.
@@ -224,11 +292,18 @@ impl Assembly {
                     joint.rest_darboux = roll.inverse() * joint.rest_darboux;
                 }
                 _ if joint.mount.is_some() => {
-                    joint.mount.iter_mut().for_each(|mount| mount.frame_b *= roll);
+                    joint.rest_frames[1] *= roll;
                     joint.rest_darboux = roll.inverse() * joint.rest_darboux;
                 }
                 // Joined to another rod, at rest as it is.
-                _ => joint.rest_darboux = self.current_darboux(joint),
+                _ => {
+                    let from_rest = joint.has_rest_frames();
+                    joint.rest_frames = [UnitQuaternion::identity(); 2];
+                    joint.rest_darboux = self.current_darboux(joint);
+                    if from_rest {
+                        joint.measure_from_rest(1.0);
+                    }
+                }
             }
         }
         self.model.joints = joints;
@@ -236,6 +311,8 @@ impl Assembly {
 
     /// Joins two segments where they are, at fractions of their lengths (0 the start, 1 the end), at rest as they are.
     /// The joint is made of the material of `b` and bends over one segment of `b`. A mistake where there is no such segment.
+    /// Where the section of `b` bends unlike about its axes, the joint is measured from rest, in the frame of `b`
+    /// ([`Joint::measure_from_rest`]).
     pub fn join(&mut self, a: usize, fraction_a: f64, b: usize, fraction_b: f64) -> &mut Self {
         if !self.has_segments("joint", &[a, b]) {
             return self;
@@ -243,6 +320,9 @@ impl Assembly {
         let half = || self.half(b);
         let mut joint = self.joint([(a, fraction_a), (b, fraction_b)], &[half(), half()]);
         joint.rest_darboux = self.current_darboux(&joint);
+        if joint.bend_extra != 0.0 {
+            joint.measure_from_rest(1.0);
+        }
         self.model.joints.push(joint);
         self
     }
@@ -272,7 +352,7 @@ impl Assembly {
         let ends = [(Body::Segment(segment), offset), (Body::Segment(body), place.z)];
         let joint = self.composed(ends, &[self.half(segment)], segment);
         let [q_a, q_b] = [segment, body].map(|i| self.state.orientations[i]);
-        let mount = Mount { across: [Vector2::zeros(), place.xy()], frame_b: q_b.inverse() * q_a };
+        let mount = Mount { across: [Vector2::zeros(), place.xy()] };
         self.model.joints.push(Joint { mount: Some(mount), ..joint });
         self
     }
@@ -354,8 +434,7 @@ impl Assembly {
 
     /// What segment `i` contributes to a joint at one of its ends.
     fn half(&self, i: usize) -> Half {
-        let Segment { length, radius, .. } = self.model.segments[i];
-        Half { length: 0.5 * length, section: Section { radius } }
+        Half { length: 0.5 * self.model.segments[i].length, stiffness: self.made_of[i].stiffness }
     }
 
     /// A joint between segments at fractions of their lengths, of the second one's material, its rest shape straight.
@@ -396,21 +475,19 @@ impl Assembly {
         self
     }
 
-    /// A joint between two bodies at places on their axes [m], whose halves act in series; the material is that of
-    /// segment `made_of`.
+    /// A joint between two bodies at places on their axes [m], whose halves act in series; the material, the way to
+    /// stretch and the inner damping are those of segment `made_of`.
     fn composed(&self, [(a, offset_a), (b, offset_b)]: [(Body, f64); 2], halves: &[Half], made_of: usize) -> Joint {
-        let (material, stretch) = self.made_of[made_of];
-        let sum = |stiffness: &dyn Fn(Section) -> f64| -> f64 {
-            halves.iter().map(|half| half.length / stiffness(half.section)).sum()
+        let MadeOf { material, stretch, inner_damping, .. } = self.made_of[made_of];
+        let sum = |stiffness: &dyn Fn(&Stiffness) -> f64| -> f64 {
+            halves.iter().map(|half| half.length / stiffness(&half.stiffness)).sum()
         };
         let length: f64 = halves.iter().map(|half| half.length).sum();
         let (stretch_compliance, shear_compliance) = match stretch {
             Stretch::Compliance(alpha) => (alpha, alpha),
-            Stretch::Physical => (
-                sum(&|section| material.youngs_modulus * section.area()),
-                sum(&|section| Stretch::SHEAR_FACTOR * material.torsion_modulus * section.area()),
-            ),
+            Stretch::Physical => (sum(&|own| own.stretch), sum(&|own| own.shear)),
         };
+        let [first, second] = [0, 1].map(|k| sum(&|own| own.bending[k]) / length.powi(2));
         Joint {
             a,
             b,
@@ -418,10 +495,13 @@ impl Assembly {
             offset_b,
             length,
             rest_darboux: Vector3::zeros(),
+            rest_frames: [UnitQuaternion::identity(); 2],
             stretch_compliance,
             shear_compliance,
-            bend_compliance: sum(&|section| section.bending_stiffness(&material)) / length.powi(2),
-            twist_compliance: sum(&|section| section.torsional_stiffness(&material)) / length.powi(2),
+            bend_compliance: first,
+            bend_extra: second - first,
+            twist_compliance: sum(&|own| own.torsion) / length.powi(2),
+            inner_damping,
             youngs_modulus: material.youngs_modulus,
             torsion_modulus: material.torsion_modulus,
             mount: None,
@@ -430,9 +510,8 @@ impl Assembly {
     }
 
     fn current_darboux(&self, joint: &Joint) -> Vector3<f64> {
-        let q_a = self.model.pose(joint.a, &self.state).orientation;
-        let q_b = self.model.pose(joint.b, &self.state).orientation;
-        darboux(&q_a, &joint.frame_b(&q_b), joint.length)
+        let [a, b] = joint.frames(&self.model, &self.state);
+        darboux(&a, &b, joint.length)
     }
 
     fn set_last_rest(&mut self, rest: Vector3<f64>) {
@@ -457,10 +536,9 @@ mod tests {
         model.validate(&state).unwrap();
         assert_eq!((model.segments.len(), model.joints.len()), (30, 29));
         let joint = model.joints[7];
-        let section = Section { radius: 0.05 };
-        let expected = 1.0 / (0.1 * section.bending_stiffness(&SOFT));
-        assert!((joint.bend_compliance / expected - 1.0).abs() < 1e-12);
-        assert!((joint.twist_compliance / (0.1 * section.torsional_stiffness(&SOFT)).recip() - 1.0).abs() < 1e-12);
+        let own = Section::Circle { radius: 0.05 }.stiffness(&SOFT);
+        assert!((joint.bend_compliance * 0.1 * own.bending[0] - 1.0).abs() < 1e-12 && joint.bend_extra == 0.0);
+        assert!((joint.twist_compliance * 0.1 * own.torsion - 1.0).abs() < 1e-12);
         assert!(joint.rest_darboux.norm() < 1e-12);
     }
 

@@ -2,7 +2,6 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::darboux::rotation_of;
 use crate::{Body, Joint, Model};
 
 /// Which turns of its two bodies against each other a joint leaves free: it transmits no moment about them.
@@ -13,21 +12,9 @@ pub enum Freedom {
     None,
     /// All: a ball joint, a pinned support.
     Ball,
-    /// Those about the axis d3 of body a: a hinge. Bend compliance is that about the other two axes.
-    Hinge {
-        /// Orientation of body b in the frame of body a where the hinge is not bent, at any of its angles.
-        rest: UnitQuaternion<f64>,
-    },
-}
-
-impl Joint {
-    /// Orientation of body b in the frame of body a at rest, `conj(q_a) q_b`.
-    pub fn rest_rotation(&self) -> UnitQuaternion<f64> {
-        match self.freedom {
-            Freedom::Hinge { rest } => rest,
-            _ => rotation_of(&self.rest_darboux, self.length),
-        }
-    }
+    /// Those about the axis d3 of body a: a hinge, measured from rest ([`Joint::rest_frames`]). Bend compliance is that about the
+    /// other two axes.
+    Hinge,
 }
 
 /// Stiffness of a grip or a support: springs between what is held and what holds it.
@@ -76,7 +63,8 @@ impl Model {
                 turn.unwrap_or(anchor.orientation * half_turn * anchor.orientation.inverse()) * anchor.orientation;
             rest = anchor.orientation.inverse() * held;
         }
-        joint.freedom = Freedom::Hinge { rest };
+        joint.freedom = Freedom::Hinge;
+        joint.rest_frames = [UnitQuaternion::identity(), rest.inverse()];
         joint.rest_darboux = Vector3::zeros();
     }
 

@@ -6,7 +6,7 @@ use crate::darboux::{darboux, relative_rotation};
 use crate::measure::{bend_strain, stretch_gap};
 use crate::{Freedom, Joint, Model, State};
 
-/// What a joint transmits.
+/// What a joint transmits, the viscous part of its inner damping included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointForce {
     /// Force of body b on body a at the joint, in world axes [N].
@@ -23,7 +23,8 @@ impl Default for JointForce {
 
 impl JointForce {
     /// Of a joint's multipliers over dt^2 (Kugelstadt et al. 2018): `lambda_s` in world axes [N] and `lambda_b` in the frame
-    /// of body a [N m^2]. `a` is the body's orientation, `b` that of [`Joint::frame_b`], `length` is the joint's [m].
+    /// of body a [N m^2]. `a` and `b` are the bodies' orientations, `length` is the joint's [m]. Of a joint with rest
+    /// frames all that is of a and b is of its [`Joint::frames`].
     ///
     /// `J^T lambda` is the force `lambda_s` on body a and the torque `-(s lambda_b + u x lambda_b) / l`, (s, u) being the
     /// relative rotation `conj(q_a) q_b`.
@@ -39,14 +40,15 @@ impl JointForce {
 
     /// The bend-twist multiplier over dt^2 [N m^2]: the inverse of [`Self::of_multipliers`].
     fn lambda_b(&self, model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
-        let [a, b] = [joint.a, joint.b].map(|body| model.pose(body, state).orientation);
-        let ((s, u), m) = (relative_rotation(&a, &joint.frame_b(&b)), self.moment);
+        let [a, b] = joint.frames(model, state);
+        let (s, u) = relative_rotation(&a, &b);
+        let m = joint.rest_frames[0].inverse() * self.moment;
         (m * s - u.cross(&m) + u * (u.dot(&m) / s)) * -joint.length
     }
 
     /// Pull along the axis d3 of body a [N], behind a hinge along that of body b; negative where the joint is pressed.
     pub fn tension(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
-        if let Freedom::Hinge { .. } = joint.freedom {
+        if joint.freedom == Freedom::Hinge {
             let axis = model.pose(joint.b, state).orientation * Vector3::z();
             return self.force.dot(&axis) * if joint.offset_b > 0.0 { -1.0 } else { 1.0 };
         }
@@ -56,7 +58,7 @@ impl JointForce {
     }
 
     /// How far the joint is from its constraints, `max(|C_s + alpha~ lambda_s| / l, |C_b + alpha~ lambda_b| l)`: the gap in
-    /// lengths of the joint, or the angle [rad]. An open one has none.
+    /// lengths of the joint, or the angle [rad]; an open one has none. What inner damping transmits counts as such an error.
     pub fn residual(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
         if model.is_open(joint) {
             return 0.0;
@@ -65,9 +67,8 @@ impl JointForce {
         let along = axis * axis.dot(&self.force);
         let across = self.force - along;
         let gap = stretch_gap(model, state, joint) + along * joint.stretch_compliance + across * joint.shear_compliance;
-        let (bend, twist) = (joint.bend_compliance, joint.twist_compliance);
         let lambda_b = self.lambda_b(model, state, joint);
-        let strain = bend_strain(model, state, joint) + lambda_b.component_mul(&Vector3::new(bend, bend, twist));
+        let strain = bend_strain(model, state, joint) + lambda_b.component_mul(&joint.bend_twist_compliance());
         (gap.norm() / joint.length).max(strain.norm() * joint.length)
     }
 }
@@ -77,8 +78,8 @@ pub fn curvature(model: &Model, state: &State, joint: &Joint) -> f64 {
     if joint.freedom != Freedom::None || model.is_open(joint) {
         return 0.0;
     }
-    let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
-    darboux(&a.orientation, &joint.frame_b(&b.orientation), joint.length).xy().norm()
+    let [a, b] = joint.frames(model, state);
+    darboux(&a, &b, joint.length).xy().norm()
 }
 
 /// Axis d3 of a joint's body a.

@@ -1,6 +1,4 @@
-//! Materials, circular sections and the compliances that follow from them.
-
-use std::f64::consts::PI;
+//! Materials, and how joints made of them resist stretch and lose energy.
 
 /// A linearly elastic, isotropic rod material (paper, section 3.1: the edge features Y and T, the node feature rho).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,36 +27,19 @@ impl Stretch {
     pub const SHEAR_FACTOR: f64 = 0.9;
 }
 
-/// A full circular section.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Section {
-    /// Radius r [m].
-    pub radius: f64,
+/// Inner damping (Kelvin-Voigt): a strain that changes is resisted by its stiffness times a relaxation time tau times its
+/// rate, so that a free vibration of circular frequency omega has the damping ratio `omega tau / 2`. Rigid motion loses nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InnerDamping {
+    /// Relaxation time of bending [s].
+    pub bending: f64,
+    /// Relaxation time of twist [s].
+    pub twist: f64,
+    /// Relaxation time of stretch and shear [s].
+    pub stretch: f64,
 }
 
-impl Section {
-    /// Area A = pi r^2 [m^2].
-    pub fn area(self) -> f64 {
-        PI * self.radius.powi(2)
-    }
-
-    /// Second moment of area I = pi r^4 / 4 [m^4].
-    pub fn second_moment(self) -> f64 {
-        PI * self.radius.powi(4) / 4.0
-    }
-
-    /// Polar moment of area J = 2 I [m^4].
-    pub fn polar_moment(self) -> f64 {
-        2.0 * self.second_moment()
-    }
-
-    /// Bending stiffness B = Y I [N m^2].
-    pub fn bending_stiffness(self, material: &Material) -> f64 {
-        material.youngs_modulus * self.second_moment()
-    }
-
-    /// Torsional stiffness C = T J [N m^2].
-    pub fn torsional_stiffness(self, material: &Material) -> f64 {
-        material.torsion_modulus * self.polar_moment()
-    }
+impl InnerDamping {
+    /// None at all.
+    pub const NONE: InnerDamping = InnerDamping { bending: 0.0, twist: 0.0, stretch: 0.0 };
 }

@@ -44,18 +44,20 @@ pub fn stretch_gap(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> 
     connector_a - connector_b
 }
 
-/// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's body a; zero about axes that it leaves free.
+/// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's rows ([`Joint::frames`]); zero about axes that it
+/// leaves free.
 pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
-    let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
-    let strain = darboux(&a.orientation, &joint.frame_b(&b.orientation), joint.length) - joint.rest_darboux;
+    let [a, b] = joint.frames(model, state);
+    let strain = darboux(&a, &b, joint.length) - joint.rest_darboux;
     match joint.freedom {
         Freedom::None => strain,
         Freedom::Ball => Vector3::zeros(),
-        Freedom::Hinge { .. } => Vector3::new(strain.x, strain.y, 0.0),
+        Freedom::Hinge => Vector3::new(strain.x, strain.y, 0.0),
     }
 }
 
-/// Energies of a state. Torques have no potential and are left out; a compliance of zero stores no energy.
+/// Energies of a state. Torques have no potential and are left out, as what inner damping takes; a compliance of zero stores
+/// no energy.
 pub fn energy(model: &Model, state: &State) -> Energy {
     let mut energy = Energy::default();
     for (i, segment) in model.segments.iter().enumerate() {
@@ -77,8 +79,13 @@ pub fn energy(model: &Model, state: &State) -> Energy {
         energy.stretch += 0.5 * quotient(along, joint.stretch_compliance)
             + 0.5 * quotient(gap.norm_squared() - along, joint.shear_compliance);
         let strain = bend_strain(model, state, joint);
-        energy.bend += 0.5 * quotient(strain.xy().norm_squared(), joint.bend_compliance)
-            + 0.5 * quotient(strain.z.powi(2), joint.twist_compliance);
+        let bending = if joint.bend_extra == 0.0 {
+            quotient(strain.xy().norm_squared(), joint.bend_compliance)
+        } else {
+            let [first, second, _] = joint.bend_twist_compliance().into();
+            quotient(strain.x.powi(2), first) + quotient(strain.y.powi(2), second)
+        };
+        energy.bend += 0.5 * bending + 0.5 * quotient(strain.z.powi(2), joint.twist_compliance);
     }
     energy
 }

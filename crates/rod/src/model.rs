@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::motion::{self, DriveError};
-use crate::{Air, Change, Contacts, Driven, Freedom, Mount, RigidBody, track};
+use crate::{Air, Change, Contacts, Driven, Freedom, InnerDamping, LineInertia, Mount, RigidBody, track};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,10 +22,12 @@ pub struct Pose {
 pub struct Segment {
     /// Length l [m].
     pub length: f64,
-    /// Radius r [m].
+    /// Radius r [m]: of the section where that is round; with it a segment touches and feels the air.
     pub radius: f64,
     /// Density rho [kg/m^3].
     pub density: f64,
+    /// Inertia per length of a section that is not round; `None`: that of a full circle of radius r and density rho.
+    pub line_inertia: Option<LineInertia>,
     /// Mass added at the centre [kg], without inertia of its own.
     pub added_mass: f64,
     /// A fixed segment keeps its velocity whatever acts on it (the paper's clamp): where that is zero it stays where it is,
@@ -43,15 +45,16 @@ impl Segment {
     pub fn of_body(body: RigidBody, rod: usize) -> Self {
         let (length, radius) = body.size();
         let density = body.mass / (std::f64::consts::PI * radius.powi(2) * length);
-        Self { length, radius, density, added_mass: 0.0, fixed: false, rod, body: Some(body) }
+        Self { length, radius, density, line_inertia: None, added_mass: 0.0, fixed: false, rod, body: Some(body) }
     }
 
-    /// Mass m = rho pi r^2 l [kg], without the added mass.
+    /// Mass m = rho pi r^2 l [kg], or that of its section or body, without the added mass.
     pub fn own_mass(&self) -> f64 {
-        if let Some(body) = &self.body {
-            return body.mass;
+        match (&self.body, self.line_inertia) {
+            (Some(body), _) => body.mass,
+            (None, Some(inertia)) => inertia.mass * self.length,
+            (None, None) => self.density * std::f64::consts::PI * self.radius.powi(2) * self.length,
         }
-        self.density * std::f64::consts::PI * self.radius.powi(2) * self.length
     }
 
     /// Mass [kg], the added mass included.
@@ -59,20 +62,24 @@ impl Segment {
         self.own_mass() + self.added_mass
     }
 
-    /// Moment of inertia across the axis, m (3 r^2 + l^2) / 12 [kg m^2]; of a rigid body the mean of its two.
+    /// Moment of inertia across the axis, m (3 r^2 + l^2) / 12 [kg m^2]. Of a section that is not round it is the mean of
+    /// those about d1 and d2, which differ in the section's share alone: of second order in its size over the length. Of a
+    /// rigid body it is the mean of its two.
     pub fn transverse_inertia(&self) -> f64 {
-        if let Some(body) = &self.body {
-            return 0.5 * (body.inertia.x + body.inertia.y);
+        match (&self.body, self.line_inertia) {
+            (Some(body), _) => 0.5 * (body.inertia.x + body.inertia.y),
+            (None, Some(inertia)) => (inertia.mass * self.length.powi(2) / 12.0 + 0.5 * inertia.polar) * self.length,
+            (None, None) => self.own_mass() * (3.0 * self.radius.powi(2) + self.length.powi(2)) / 12.0,
         }
-        self.own_mass() * (3.0 * self.radius.powi(2) + self.length.powi(2)) / 12.0
     }
 
-    /// Moment of inertia about the axis, m r^2 / 2 [kg m^2].
+    /// Moment of inertia about the axis, m r^2 / 2 [kg m^2], or that of its section.
     pub fn axial_inertia(&self) -> f64 {
-        if let Some(body) = &self.body {
-            return body.inertia.z;
+        match (&self.body, self.line_inertia) {
+            (Some(body), _) => body.inertia.z,
+            (None, Some(inertia)) => inertia.polar * self.length,
+            (None, None) => self.own_mass() * self.radius.powi(2) / 2.0,
         }
-        self.own_mass() * self.radius.powi(2) / 2.0
     }
 
     /// Half the length of the axis and the radius [m] of the capsule with which it touches others; `None` of a rigid body
@@ -106,11 +113,12 @@ impl fmt::Display for Body {
 /// A stretch-shear and a bend-twist constraint between two bodies: one edge of the paper's graph (section 3.1).
 ///
 /// With connectors at `offset_a` and `offset_b` along the axes,
-/// `C_s = x_a + offset_a d3_a - x_b - offset_b d3_b` and `C_b = (2 / l) Im(conj(q_a) q_b) - Omega_0`. On rigid bodies
-/// [`Joint::mount`] adds places across the axes, and a frame that stands in for that of b.
+/// `C_s = x_a + offset_a d3_a - x_b - offset_b d3_b` and `C_b = (2 / l) Im(conj(q_a f_a) q_b f_b) - Omega_0`. The paper's joints
+/// have the rest frames f_a = f_b = 1: see [`Joint::measure_from_rest`]. On rigid bodies [`Joint::mount`] adds places across
+/// the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// First body; the Darboux vector and the bend-twist multiplier are expressed in its frame.
+    /// First body; the Darboux vector and the bend-twist multiplier are expressed in its frame, turned by f_a.
     pub a: Body,
     /// Second body.
     pub b: Body,
@@ -120,16 +128,23 @@ pub struct Joint {
     pub offset_b: f64,
     /// Length l over which the joint bends [m].
     pub length: f64,
-    /// Rest Darboux vector Omega_0 in the frame of `a` [1/m].
+    /// Rest Darboux vector Omega_0 in the frame of `a`, turned by f_a [1/m].
     pub rest_darboux: Vector3<f64>,
+    /// Rest frames f_a and f_b, in the frames of `a` and `b`, between which the Darboux vector is measured; the identity
+    /// for the paper's measure.
+    pub rest_frames: [UnitQuaternion<f64>; 2],
     /// Compliance along the axis of `a` [m/N].
     pub stretch_compliance: f64,
     /// Compliance across the axis of `a` [m/N].
     pub shear_compliance: f64,
-    /// Compliance 1 / (l Y I) of the Darboux vector's two curvatures [1/(N m^3)].
+    /// Compliance 1 / (l Y I) of the Darboux vector's curvature about d1, and of that about d2 less `bend_extra` [1/(N m^3)].
     pub bend_compliance: f64,
+    /// Compliance of the curvature about d2 less that about d1 [1/(N m^3)]; 0 for a section that bends alike about both.
+    pub bend_extra: f64,
     /// Compliance 1 / (l T J) of the Darboux vector's twist [1/(N m^3)].
     pub twist_compliance: f64,
+    /// Inner damping.
+    pub inner_damping: InnerDamping,
     /// Young's modulus Y of the joint's material [Pa] (an edge feature of the paper's graph).
     pub youngs_modulus: f64,
     /// Torsion modulus T of the joint's material [Pa] (an edge feature of the paper's graph).
@@ -154,16 +169,6 @@ impl Joint {
     fn arm(&self, q: &UnitQuaternion<f64>, offset: f64, end: usize) -> Vector3<f64> {
         let along = q * Vector3::z() * offset;
         self.mount.map_or(along, |mount| along + q * mount.across[end].push(0.0))
-    }
-
-    /// The joint's frame on body b, which is oriented so: what enters its Darboux vector. Behind a hinge it is without the
-    /// orientation at rest.
-    pub fn frame_b(&self, q_b: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-        let mounted = self.mount.map_or(*q_b, |mount| q_b * mount.frame_b);
-        match self.freedom {
-            Freedom::Hinge { rest } => mounted * rest.inverse(),
-            Freedom::None | Freedom::Ball => mounted,
-        }
     }
 }
 
@@ -363,6 +368,7 @@ impl Model {
             positive("segment", i, "radius", s.radius)?;
             positive("segment", i, "density", s.density)?;
             positive("segment", i, "axial inertia", s.axial_inertia())?;
+            positive("segment", i, "mass", s.own_mass())?;
             not_negative("segment", i, "added mass", s.added_mass)?;
             if let Some(body) = &s.body {
                 positive("segment", i, "mass", body.mass)?;
@@ -384,12 +390,18 @@ impl Model {
             not_negative("joint", i, "stretch compliance", j.stretch_compliance)?;
             not_negative("joint", i, "shear compliance", j.shear_compliance)?;
             not_negative("joint", i, "bend compliance", j.bend_compliance)?;
+            not_negative("joint", i, "bend compliance about d2", j.bend_twist_compliance().y)?;
             not_negative("joint", i, "twist compliance", j.twist_compliance)?;
-            if let Some(Mount { across: [a, b], frame_b }) = &j.mount {
+            if let Some(Mount { across: [a, b] }) = &j.mount {
                 finite("joint", i, "place", &[a.x, a.y, b.x, b.y])?;
-                finite("joint", i, "orientation", frame_b.as_vector().as_slice())?;
-                unit("joint", i, "norm of the orientation", frame_b.as_vector().norm())?;
             }
+            for frame in &j.rest_frames {
+                unit("joint", i, "norm of a rest frame", frame.as_vector().norm())?;
+            }
+            let InnerDamping { bending, twist, stretch } = j.inner_damping;
+            not_negative("joint", i, "relaxation time of bending", bending)?;
+            not_negative("joint", i, "relaxation time of twist", twist)?;
+            not_negative("joint", i, "relaxation time of stretch", stretch)?;
         }
         for (i, a) in self.anchors.iter().enumerate() {
             finite("anchor", i, "position", a.position.as_slice())?;

@@ -166,8 +166,6 @@ impl RigidBody {
 pub struct Mount {
     /// Places (x, y) of the connectors across the axes of bodies a and b, in their frames [m].
     pub across: [Vector2<f64>; 2],
-    /// The joint's frame on body b, in the frame of b: bend and twist are measured between the frame of a and this.
-    pub frame_b: UnitQuaternion<f64>,
 }
 
 #[cfg(test)]

@@ -86,8 +86,8 @@ pub use nalgebra;
 /// Building a model and its first state: rods, rigid bodies, clamps, loads, air, contacts.
 pub mod assembly {
     pub use rod::{
-        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, Load, Material, Mesh, Mount, Obstacle,
-        ObstacleShape, RestShape, RigidBody, RodSpec, Section, Stretch, Surface, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, LineInertia, Load, Material, Mesh, Mount,
+        Obstacle, ObstacleShape, RestShape, RigidBody, RodSpec, Section, Stiffness, Stretch, Surface, Wind, shape,
     };
 }
 
@@ -158,8 +158,8 @@ pub mod prelude {
     pub use nalgebra::{UnitQuaternion, Vector3};
 
     pub use crate::assembly::{
-        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, Load, Material, Obstacle, ObstacleShape,
-        RestShape, RigidBody, RodSpec, Stretch, Surface, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, Load, Material, Obstacle, ObstacleShape,
+        RestShape, RigidBody, RodSpec, Section, Stretch, Surface, Wind, shape,
     };
     pub use crate::motion::{Carried, Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};

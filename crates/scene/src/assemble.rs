@@ -86,7 +86,10 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     let probes = probe::probes(&mut builder, source, &file.probes)?;
 
     let Builder { assembly, rods, .. } = builder;
-    let (model, state) = assembly.finish();
+    let (mut model, state) = assembly.finish();
+    if file.bending == format::Bending::RestRotation {
+        model.measure_from_rest();
+    }
     if model.segments.len() > MAX_SEGMENTS {
         let message = format!("rods: {} segments in all, but {MAX_SEGMENTS} are the most", model.segments.len());
         return Err(source.invalid(0, message));

@@ -40,6 +40,7 @@ const FILES: &[(&str, &str)] = files![
     "torsion-bar",
     "euler-buckling",
     "michell-ring",
+    "strip",
     "thin-heavy-rod",
     "slack-rod",
     "stiff-rod",

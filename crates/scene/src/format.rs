@@ -14,6 +14,7 @@ mod list;
 mod many;
 mod motion;
 mod probe;
+mod section;
 
 pub(crate) use body::{Body, BodyShape};
 pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
@@ -22,6 +23,7 @@ pub(crate) use list::List;
 pub(crate) use many::{Copies, Net, Strands};
 pub(crate) use motion::{Grip, Hold, Interpolation, Motion, Quaternion};
 pub(crate) use probe::Probe;
+pub(crate) use section::{Bending, Frame, InnerDamping, Piece, Section, Stiffness};
 
 pub(crate) type Number = Spanned<f64>;
 pub(crate) type Count = Spanned<i64>;
@@ -38,6 +40,8 @@ pub(crate) struct File {
     pub(crate) run: Run,
     #[serde(default)]
     pub(crate) damping: Damping,
+    #[serde(default)]
+    pub(crate) bending: Bending,
     pub(crate) contact: Option<Contact>,
     #[serde(default)]
     pub(crate) obstacles: Vec<Spanned<Obstacle>>,
@@ -108,8 +112,13 @@ pub(crate) struct Rod {
     pub(crate) youngs_modulus_pa: Option<Number>,
     pub(crate) torsion_modulus_pa: Option<Number>,
     pub(crate) density_kg_m3: Option<Number>,
+    pub(crate) section: Option<Spanned<Section>>,
+    pub(crate) pieces: Option<Spanned<Vec<Piece>>>,
     #[serde(default)]
     pub(crate) stretch: Stretch,
+    #[serde(default)]
+    pub(crate) inner_damping: InnerDamping,
+    pub(crate) frame: Option<Frame>,
     pub(crate) twist_deg: Option<Number>,
     pub(crate) rest: Option<Rest>,
     pub(crate) strain: Option<Number>,
@@ -235,6 +244,8 @@ pub(crate) enum Rest {
     Straight,
     #[serde(rename = "darboux_per_m")]
     Darboux(Vector),
+    #[serde(rename = "darboux_of_joints_per_m")]
+    OfJoints(Spanned<Vec<Vector>>),
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]

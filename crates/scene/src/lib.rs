@@ -39,6 +39,7 @@ mod random;
 mod refine;
 mod rods;
 pub mod sampling;
+mod section;
 mod shape;
 mod strain;
 mod strands;

@@ -36,18 +36,35 @@ pub(crate) fn stretch(source: &Source, stretch: &format::Stretch, refinement: Re
     }))
 }
 
-/// Shape without energy, of a rod whose `longest` segment [m] is that long.
-pub(crate) fn rest(source: &Source, rest: &format::Rest, longest: f64) -> Result<RestShape> {
+/// Shape without energy, of a rod of so many segments of the file whose `longest` part [m] is that long.
+pub(crate) fn rest(
+    source: &Source,
+    rest: &format::Rest,
+    longest: f64,
+    (segments, closed): (usize, bool),
+    refinement: Refinement,
+) -> Result<RestShape> {
+    let darboux = |value: &format::Vector| {
+        let omega = source.vector(value, "1/m")?;
+        if omega.norm() * longest >= 2.0 {
+            let allowed = format!("shorter than 2 / segment length = {} [1/m]", short(2.0 / longest));
+            return source.must_be(value.span(), &allowed);
+        }
+        Ok(omega)
+    };
     Ok(match rest {
         format::Rest::Initial => RestShape::Initial,
         format::Rest::Straight => RestShape::Straight,
-        format::Rest::Darboux(value) => {
-            let omega = source.vector(value, "1/m")?;
-            if omega.norm() * longest >= 2.0 {
-                let allowed = format!("shorter than 2 / segment length = {} [1/m]", short(2.0 / longest));
-                return source.must_be(value.span(), &allowed);
+        format::Rest::Darboux(value) => RestShape::Uniform(darboux(value)?),
+        format::Rest::OfJoints(values) => {
+            let joints = segments - usize::from(!closed);
+            let found = values.get_ref().len();
+            if found != joints {
+                return source
+                    .wrong(values.span(), &format!("{found} vectors, but there must be one a joint ({joints})"));
             }
-            RestShape::Uniform(omega)
+            let omegas = values.get_ref().iter().map(darboux).collect::<Result<Vec<_>>>()?;
+            RestShape::PerJoint(refinement.of_joints(&omegas, segments, closed))
         }
     })
 }

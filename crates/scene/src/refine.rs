@@ -34,6 +34,20 @@ impl Refinement {
         turn * (joints(segments * self.0) / (self.0 as f64 * joints(segments)))
     }
 
+    /// What the joints between the parts of a rod's `segments` have, if those of the file have `values`: each what the
+    /// nearest of those has, nothing where there is none.
+    pub(crate) fn of_joints(self, values: &[Vector3<f64>], segments: usize, closed: bool) -> Vec<Vector3<f64>> {
+        let count = segments * self.0 - usize::from(!closed);
+        let nearest = |joint: usize| {
+            // In segments from the rod's start; joint i of the file is at i + 1.
+            let place = (joint + 1) as f64 / self.0 as f64;
+            let from_start = place.round() as usize;
+            let index = if closed { (from_start + values.len() - 1) % values.len() } else { from_start.max(1) - 1 };
+            values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or_default()
+        };
+        (0..count).map(nearest).collect()
+    }
+
     /// The nodes of a polygon [m], and those between them.
     pub(crate) fn cut(self, nodes: &[Vector3<f64>], closed: bool) -> Vec<Vector3<f64>> {
         let sides = nodes.len() - usize::from(!closed);

@@ -15,7 +15,7 @@ use crate::shape::number_or;
 use crate::strain::strains;
 use crate::strands::Strands;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, format, properties};
+use crate::{MAX_SEGMENTS, format, properties, section};
 
 /// Builds entry `index` of the file's rods: one rod, or many strands.
 pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
@@ -120,12 +120,22 @@ fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Op
     let segments = builder.refinement.count(&(0..parts));
     let twist = properties::twist(source, &rod.twist_deg, closed, segments)?;
     let longest = nodes.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max);
+    let (sections, radii) = section::sections(source, rod, &nodes, closed)?;
     let mut spec = RodSpec {
         closed,
-        radii: properties::radii(source, &rod.radius_m, parts)?,
+        radii,
+        sections,
         stretch: properties::stretch(source, &rod.stretch, builder.refinement)?,
+        inner_damping: section::inner_damping(source, &rod.inner_damping)?,
+        d1: section::d1(source, rod, &nodes)?,
         twist: builder.refinement.twist(twist, segments),
-        rest: properties::rest(source, rod.rest.as_ref().unwrap_or(shape.rest()), longest)?,
+        rest: properties::rest(
+            source,
+            rod.rest.as_ref().unwrap_or(shape.rest()),
+            longest,
+            (segments, closed),
+            builder.refinement,
+        )?,
         ..RodSpec::new(nodes, 0.0, material)
     };
     spec.strains = strains(source, rod, &spec)?;

@@ -75,7 +75,7 @@ impl Growth {
         }
     }
 
-    /// Grows all branches on a rod built from `spec`, whose material and stretch they share. Stops and returns `false`
+    /// Grows all branches on a rod built from `spec`, whose material, stretch and inner damping they share. Stops and returns `false`
     /// where they would have more than [`MAX_SEGMENTS`] segments.
     pub(crate) fn grow(
         &self,
@@ -108,6 +108,7 @@ impl Growth {
                 let branch = RodSpec {
                     radii: taper(radius, radius * self.radius_ratio, count),
                     stretch: spec.stretch,
+                    inner_damping: spec.inner_damping,
                     ..RodSpec::new(nodes, radius, spec.material)
                 };
                 let segments = builder.add_rod(format!("{}/{grown}", trunk.name), &branch, Some((on, 1.0)));

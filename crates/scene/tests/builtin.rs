@@ -64,9 +64,9 @@ fn a_missing_file_is_named() {
 fn validation_scenes_have_the_numbers_of_their_references() {
     let stiffness = |scene: &scene::Scene| {
         let segment = scene.model.segments[0];
-        let section = rod::Section { radius: segment.radius };
+        let section = rod::Section::Circle { radius: segment.radius };
         let joint = scene.model.joints[0];
-        (joint.youngs_modulus * section.second_moment(), joint.torsion_modulus * section.polar_moment())
+        (joint.youngs_modulus * section.second_moments()[0], joint.torsion_modulus * section.torsion_constant())
     };
     let close = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-6, "{value} != {expected}");
     let force = |scene: &scene::Scene| scene.model.loads[0].force.norm();

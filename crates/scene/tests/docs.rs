@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../README.md");
 const RECIPES: &str = include_str!("../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 47] = [
+const PROBES: [&str; 56] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -55,6 +55,15 @@ const PROBES: [&str; 47] = [
     "bodies = [{ shape.box.zzz = 1 }]",
     "bodies = [{ motions = [{ zzz = 1 }] }]",
     "joins = [{ a.zzz = 1 }]",
+    "rods = [{ section.zzz = 1 }]",
+    "rods = [{ section.circle.zzz = 1 }]",
+    "rods = [{ section.tube.zzz = 1 }]",
+    "rods = [{ section.rectangle.zzz = 1 }]",
+    "rods = [{ section.ellipse.zzz = 1 }]",
+    "rods = [{ section.stiffness.zzz = 1 }]",
+    "rods = [{ pieces = [{ zzz = 1 }] }]",
+    "rods = [{ frame.zzz = 1 }]",
+    "rods = [{ inner_damping.zzz = 1 }]",
 ];
 
 #[test]

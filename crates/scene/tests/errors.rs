@@ -33,7 +33,7 @@ mistakes! {
     unknown_key: "dt_s" => "dt",
         "4: run.dt is not a known key; expected one of `dt_s`, `steps`, `every`, `from`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `probes`, `copies`";
+        "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `bending`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `probes`, `copies`";
     unknown_shape: "shape.straight" => "shape.strait",
         "11: rods[0].shape.strait is not a known key; expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`, `hung`, `curve`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
@@ -133,7 +133,7 @@ mistakes! {
     rest_of_a_wrong_type: "clamp" => "rest = 3\nclamp",
         "9: rods[0].rest = 3, but it must be a string or a table";
     unknown_rest: "clamp" => "rest = \"bent\"\nclamp",
-        "9: rods[0].rest = \"bent\", but it must be one of `initial`, `straight`, `darboux_per_m`";
+        "9: rods[0].rest = \"bent\", but it must be one of `initial`, `straight`, `darboux_per_m`, `darboux_of_joints_per_m`";
     rest_that_no_joint_reaches: "clamp" => "rest = { darboux_per_m = [0, 20, 0] }\nclamp",
         "9: rods[0].rest.darboux_per_m = [0, 20, 0], but it must be shorter than 2 / segment length = 15 [1/m]";
     negative_compliance: "clamp" => "stretch = { compliance_m_per_n = -1 }\nclamp",
@@ -196,6 +196,43 @@ mistakes! {
         "14: nets[0]: with this net the scene has 200020030 segments, but 10000000 are the most";
     net_of_nothing: END => "segments = 30\n[[nets]]\nsize_m = [1, 1e-15]\nmeshes = [1, 1]\nsegments = 1\n",
         "15: nets[0].size_m[1]: segments of 0.000000000000001 m, but they must be 1e-12 to 1e12 m long";
+    unknown_section: "clamp" => "section.square = { width_m = 1 }\nclamp",
+        "9: rods[0].section.square is not a known key; expected one of `circle`, `tube`, `rectangle`, `ellipse`, `stiffness`";
+    section_of_a_wrong_type: "clamp" => "section = 3\nclamp",
+        "9: rods[0].section = 3, but it must be a string or a table";
+    rectangle_of_no_height: "clamp" => "section.rectangle = { width_m = 1, height_m = 0 }\nclamp",
+        "9: rods[0].section.rectangle.height_m = 0, but it must be finite and > 0 [m]";
+    tube_without_a_wall: "clamp" => "section.tube = { outer_radius_m = 0.1, inner_radius_m = 0.1 }\nclamp",
+        "9: rods[0].section.tube.inner_radius_m = 0.1, but it must be less than `outer_radius_m`";
+    stiffness_of_no_size: "radius_m = 0.05" => "section.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1 }",
+        "8: rods[0].section: give the rod's `radius_m` with it, for contacts and air";
+    stiffness_about_one_axis: "clamp" => "section.stiffness = { bending_n_m2 = [1], torsion_n_m2 = 1, mass_kg_m = 1 }\nclamp",
+        "9: rods[0].section.stiffness.bending_n_m2 = [1], but it must be two values: [x, y]";
+    stiffness_that_no_stretch_asks_for: "clamp" => "section.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1, stretch_n = 5 }\nclamp",
+        "9: rods[0].section.stiffness.stretch_n: goes with `stretch = \"physical\"`";
+    stretch_that_no_stiffness_says: "clamp" => "stretch = \"physical\"\nsection.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1, stretch_n = 5 }\nclamp",
+        "10: rods[0].section: missing key `shear_n`, which `stretch = \"physical\"` needs";
+    stiffness_and_a_material: "clamp" => "density_kg_m3 = 5\nsection.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1 }\nclamp",
+        "9: rods[0].density_kg_m3: `section.stiffness` says what the rod resists and weighs; leave it out";
+    section_and_pieces: "clamp" => "section.circle.radius_m = 1\npieces = []\nclamp",
+        "9: rods[0].section: give either `section` or `pieces`, not both";
+    no_pieces: "clamp" => "pieces = []\nclamp", "9: rods[0].pieces: there must be at least one piece";
+    pieces_backwards: "clamp" => "pieces = [{ until = 0.5, section.circle.radius_m = 1 }, { until = 0.4, section.circle.radius_m = 2 }, { section.circle.radius_m = 1 }]\nclamp",
+        "9: rods[0].pieces[1].until = 0.4, but it must be more than that of the piece before";
+    piece_beyond_the_end: "clamp" => "pieces = [{ until = 1, section.circle.radius_m = 1 }, { section.circle.radius_m = 1 }]\nclamp",
+        "9: rods[0].pieces[0].until = 1, but it must be > 0 and < 1, a fraction of the rod's length";
+    piece_that_ends_before_the_rod: "clamp" => "pieces = [{ until = 0.5, section.circle.radius_m = 1 }]\nclamp",
+        "9: rods[0].pieces[0].until: the last piece goes on to the rod's end; leave it out";
+    section_of_a_tree: "clamp" => "section.rectangle = { width_m = 1, height_m = 1 }\ntree = { branches = 3, levels = 1, segments = 2 }\nclamp",
+        "9: rods[0].section: a tree's trunk and branches are full circles; leave it out";
+    frame_along_the_rod: "clamp" => "frame.d1 = [-2, 0, 0]\nclamp",
+        "9: rods[0].frame.d1 = [-2, 0, 0], but it must be a direction across the rod's first segment";
+    negative_relaxation: "clamp" => "inner_damping.twist_s = -1\nclamp",
+        "9: rods[0].inner_damping.twist_s = -1, but it must be finite and >= 0 [s]";
+    unknown_measure: "[run]" => "bending = \"rest\"\n[run]",
+        "3: bending = \"rest\", but it must be `paper` or `rest-rotation`";
+    rest_of_too_few_joints: "clamp" => "rest = { darboux_of_joints_per_m = [[0, 0, 1]] }\nclamp",
+        "9: rods[0].rest.darboux_of_joints_per_m: 1 vectors, but there must be one a joint (29)";
     negative_seed: "clamp" => "tree = { branches = 3, levels = 1, segments = 2, seed = -1 }\nclamp",
         "9: rods[0].tree.seed = -1, but it must be a whole number >= 0";
     description_that_is_no_text: "\"A rod.\"" => "3", "1: description = 3, but it must be a string";

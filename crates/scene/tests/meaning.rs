@@ -1,5 +1,7 @@
 //! What the keys mean: a file that uses each of them once.
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector3;
 use rod::{Friction, Obstacle, ObstacleShape, Surface};
 
@@ -21,7 +23,7 @@ fn names_and_ranges() {
     let net = ropes.map(|rope| rope.replace("net", "net-1"));
     let net: Vec<_> = net.iter().map(String::as_str).collect();
     let curved = ["helix", "arc", "ring"];
-    let own = ["knot", "cable"];
+    let own = ["knot", "cable", "strip", "mast"];
     let parts = [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &curved, &strands, &own, &ropes, &copies, &net];
     assert_eq!(names, parts.concat());
     assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2"]);
@@ -96,6 +98,54 @@ fn joints() {
 }
 
 #[test]
+fn sections() {
+    let scene = everything();
+    let own = |name: &str| {
+        let rod = scene.rods.iter().find(|rod| rod.name == name).unwrap();
+        let joints: Vec<_> = scene.model.joints_of(&rod.segments).into_iter().map(|k| scene.model.joints[k]).collect();
+        (rod.segments.clone(), joints)
+    };
+    let (segments, joints) = own("strip");
+    // Half of the smaller side; d1 as given, across the axis.
+    assert_eq!(scene.model.segments[segments.start].radius, 0.001);
+    let q = scene.state.orientations[segments.start];
+    assert!((q * Vector3::x() - Vector3::z()).norm() < 1e-12 && (q * Vector3::z() - Vector3::x()).norm() < 1e-12);
+    let mass = scene.model.segments[segments.start].mass();
+    assert!((mass / (100.0 * 0.25 * 0.03 * 0.002) - 1.0).abs() < 1e-12, "{mass}");
+    let rests: Vec<_> = joints.iter().map(|joint| joint.rest_darboux).collect();
+    assert_eq!(rests, [Vector3::zeros(), Vector3::new(0.1, 0.0, 0.2), Vector3::new(0.0, 0.3, 0.0)]);
+    let damping = rod::InnerDamping { bending: 1e-3, twist: 2e-3, stretch: 1e-4 };
+    assert!(joints.iter().all(|joint| joint.inner_damping == damping));
+    // The width lies along d1: bending about d2 is stiffer by its square.
+    let softer = joints[0].bend_compliance / joints[0].bend_twist_compliance().y;
+    assert!((softer / 225.0 - 1.0).abs() < 1e-9, "{softer}");
+
+    let (segments, joints) = own("mast");
+    let density = |i: usize| scene.model.segments[segments.start + i].mass() / 0.1;
+    assert!((density(2) / (100.0 * PI * (4e-4 - 2.25e-4)) - 1.0).abs() < 1e-9);
+    assert!((density(3) / (100.0 * PI * 0.02 * 0.015) - 1.0).abs() < 1e-9);
+    assert_eq!(scene.model.segments[segments.start + 6].line_inertia, None);
+    assert!((density(7) / 0.5 - 1.0).abs() < 1e-12);
+    assert!((joints[8].bend_compliance * 0.1 * 30.0 - 1.0).abs() < 1e-12);
+    assert!((joints[8].bend_twist_compliance().y * 0.1 * 20.0 - 1.0).abs() < 1e-12);
+    assert!((joints[8].stretch_compliance * 1e6 / 0.1 - 1.0).abs() < 1e-12);
+    // Half of each section.
+    let half = (joints[7].bend_compliance + joints[5].bend_compliance) / 2.0;
+    assert!(
+        (joints[6].bend_compliance * 2.0 - joints[5].bend_compliance - joints[7].bend_compliance).abs() < 1e-12 * half
+    );
+}
+
+#[test]
+fn bending_is_measured_from_rest_where_asked() {
+    let text = include_str!("everything.toml").replace("bending = \"paper\"", "bending = \"rest-rotation\"");
+    let (paper, rest) = (everything(), scene::parse(&text, "x.toml").unwrap());
+    let mut expected = paper.model.clone();
+    expected.measure_from_rest();
+    assert_eq!((rest.model, rest.state), (expected, paper.state));
+}
+
+#[test]
 fn contacts() {
     let contacts = everything().model.contacts;
     let friction = Friction { at_rest: 0.4, sliding: 0.3 };
@@ -147,7 +197,7 @@ fn strands_point_outwards_from_their_sphere() {
 #[test]
 fn ropes_of_a_net_meet_where_they_cross() {
     let scene = everything();
-    let net = 23..30;
+    let net = 25..32;
     let (ropes, model) = (&scene.rods[net.clone()], &scene.model);
     let length = |rope: &scene::RodInfo| -> f64 { rope.segments.clone().map(|i| model.segments[i].length).sum() };
     assert!(ropes[..4].iter().all(|rope| rope.segments.len() == 4 && (length(rope) - 2.0).abs() < 1e-12));

@@ -171,3 +171,29 @@ fn too_many_parts_are_refused() {
     let error = builtin_refined("long-chain", factor(1000)).unwrap_err().to_string();
     assert!(error.contains("100000000 segments, but 10000000 are the most"), "{error}");
 }
+
+#[test]
+fn lists_of_joints_and_pieces_stay_where_they_are() {
+    let text = r#"
+        [[rods]]
+        shape.straight = { length_m = 4, segments = 4 }
+        pieces = [
+            { until = 0.25, section.circle.radius_m = 0.01 },
+            { until = 0.75, section.rectangle = { width_m = 0.2, height_m = 0.04 } },
+            { section.circle.radius_m = 0.03 },
+        ]
+        rest = { darboux_of_joints_per_m = [[0.1, 0, 0], [0.2, 0, 0], [0.3, 0, 0]] }
+
+        [[rods]]
+        shape.ring = { radius_m = 1, segments = 3 }
+        rest = { darboux_of_joints_per_m = [[0.1, 0, 0], [0.2, 0, 0], [0.3, 0, 0]] }
+    "#;
+    let fine = parse_refined(text, "lists.toml", factor(3)).unwrap();
+    let radii: Vec<f64> = fine.model.segments[..12].iter().map(|segment| segment.radius).collect();
+    assert_eq!(radii, [[0.01; 3], [0.02; 3], [0.02; 3], [0.03; 3]].concat());
+    let rests: Vec<f64> = fine.model.joints.iter().map(|joint| joint.rest_darboux.x).collect();
+    // The joints of the file are at 1, 2, 3 of 4 segments; a ring's last one is where it begins.
+    let line = [0.1, 0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3, 0.3];
+    let ring = [0.3, 0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.3, 0.3];
+    assert_eq!(rests, [&line[..], &ring[..]].concat());
+}

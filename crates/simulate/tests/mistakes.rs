@@ -95,6 +95,10 @@ fn flags() {
              does not"
                 .to_owned(),
         ),
+        (
+            "strip --guess knn",
+            "--guess knn learned from the paper's rods, but strip has inner damping; take another guess".to_owned(),
+        ),
         ("--preconditioner jacobi --solver direct", "--preconditioner needs --solver cg, but the solver is direct".to_owned()),
         (
             "--linear-tolerance 1e-3 --solver sparse",

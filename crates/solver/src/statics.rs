@@ -57,6 +57,7 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
         let topology = std::sync::Arc::new(topology);
         let mut component = Component::new(model, state, topology.clone(), &[&members]);
         component.hold_still();
+        component.stop_inner_damping();
         let mut solver = SolverKind::Direct.build(model, &members, &topology)?;
         let own = relax(&mut component, solver.as_mut(), params);
         report.converged &= own.converged;

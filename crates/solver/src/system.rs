@@ -10,6 +10,8 @@
 //!           [ 0  -G      ]
 //! ```
 //!
+//! Where joints have rest frames f_a and f_b, `q_a f_a` and `q_b f_b` take the places of q_a and q_b ([`System::frame`]).
+//!
 //! G never has to be multiplied out: its inverse is l (s I + [t]x + t t^T / s) R_a with t = R_a u, and in the rows
 //! scaled by it (bend-twist as a world rotation, its multiplier as a world torque) G becomes the identity. The direct
 //! solver works on those rows ("world rows"); [`JointTerms::to_world`] and [`JointTerms::from_world`] change over.
@@ -82,7 +84,7 @@ impl<T: Real> JointTerms<T> {
         Sym3::identity(self.shear) + Sym3::outer(axis_a, self.stretch_extra)
     }
 
-    /// alpha~ of bend-twist in world rows: `G^-1 alpha~ G^-T = l^2 N (alpha~_b I + (alpha~_t - alpha~_b) d d^T) N^T`
+    /// alpha~ of bend-twist in world rows, for the axis of the rows' frame and a section that bends alike about d1 and d2: `G^-1 alpha~ G^-T = l^2 N (alpha~_b I + (alpha~_t - alpha~_b) d d^T) N^T`
     /// with `N = s I + [t]x + t t^T / s`, for which `N N^T = I + t t^T / s^2`.
     #[inline(always)]
     pub fn bend_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {
@@ -91,6 +93,14 @@ impl<T: Real> JointTerms<T> {
         let bend = self.bend * l2;
         let n = self.n(axis_a, inv_s);
         Sym3::identity(bend) + Sym3::outer(self.t, bend * inv_s * inv_s) + Sym3::outer(n, self.twist_extra * l2)
+    }
+
+    /// What a bending compliance about d2 of the rows' frame, which is larger by `extra`, adds to that in world rows:
+    /// `extra l^2 N d2 (N d2)^T`.
+    #[inline(always)]
+    pub fn second_bending(&self, frame: Quat<T>, extra: T) -> Sym3<T> {
+        let d2 = frame.rotate(Vec3([T::zero(), T::splat(1.0), T::zero()]));
+        Sym3::outer(self.n(d2, T::splat(1.0) / self.s), extra * self.length * self.length)
     }
 
     /// `N x`.
@@ -145,6 +155,11 @@ pub struct System<T> {
     /// Arms of the connectors of bodies a and b across the axes, in world axes [m], one entry a joint; empty where all lie on
     /// the axes, as those of rods do. What follows has `z d` for the arm; with these it is `z d` and they.
     pub across: Vec<[Vec3<T>; 2]>,
+    /// Compliance of bending about d2 less that about d1, over dt^2 [1/(kg m^4)], one a joint; empty where all sections bend
+    /// alike about both.
+    pub bend_extra: Vec<T>,
+    /// Frames of the bend-twist rows, one a joint; empty where they are those of bodies a.
+    pub frames: Vec<Quat<T>>,
 }
 
 impl<T: Real> System<T> {
@@ -168,7 +183,39 @@ impl<T: Real> System<T> {
             rhs: Spatial::zero(),
         };
         let (bodies, joints) = (vec![body; topology.bodies()], vec![joint; topology.joints.len()]);
-        Self { topology, bodies, joints, across: Vec::new() }
+        Self { topology, bodies, joints, across: Vec::new(), bend_extra: Vec::new(), frames: Vec::new() }
+    }
+
+    /// Frame of a joint's bend-twist rows.
+    #[inline(always)]
+    pub fn frame(&self, j: usize) -> Quat<T> {
+        match self.frames.get(j) {
+            None => self.bodies[self.topology.joints[j][0] as usize].orientation,
+            Some(&frame) => frame,
+        }
+    }
+
+    /// alpha~ of a joint's bend-twist rows: about d1, d2 and d3 of their frame.
+    #[inline(always)]
+    pub fn bend_twist_compliance(&self, j: usize) -> Vec3<T> {
+        let terms = &self.joints[j];
+        let second = self.bend_extra.get(j).map_or(terms.bend, |&extra| terms.bend + extra);
+        Vec3([terms.bend, second, terms.bend + terms.twist_extra])
+    }
+
+    /// [`JointTerms::bend_compliance`] of a joint, with all that its section and its rest frames add.
+    #[inline(always)]
+    pub fn bend_compliance(&self, j: usize) -> Sym3<T> {
+        let terms = &self.joints[j];
+        let axis = match self.frames.get(j) {
+            None => self.bodies[self.topology.joints[j][0] as usize].axis,
+            Some(frame) => frame.axis(),
+        };
+        let alike = terms.bend_compliance(axis);
+        match self.bend_extra.get(j) {
+            None => alike,
+            Some(&extra) => alike + terms.second_bending(self.frame(j), extra),
+        }
     }
 
     /// Adds `J^T lambda` (world rows: a force and a torque on each body) of joint `j` to `impulse`, one entry a body.

@@ -296,8 +296,7 @@ fn a_hinge_that_is_turned_keeps_what_it_holds_to_its_axis() {
 fn ordinary_joints_know_nothing_of_it() {
     let (model, state) = clamped(Vector3::x(), 1e7);
     let joint = model.joints[0];
-    let q_b = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.2, 0.3) * PI);
-    assert_eq!(joint.frame_b(&q_b), q_b);
+    assert!(!joint.has_rest_frames());
     let [a, b] = [0, 1].map(|i| &state.orientations[i]);
     assert_eq!(measure::bend_strain(&model, &state, &joint), darboux(a, b, joint.length) - joint.rest_darboux);
 }

@@ -19,9 +19,6 @@ impl<T: Real> Component<T> {
             self.free_rows();
         }
         let mut residuals = self.evaluate_joints();
-        if !self.loose.is_empty() {
-            self.turn_hinges();
-        }
         if formulation.momentum() {
             self.evaluate_momentum(&mut residuals);
         } else if self.torques_wait {
@@ -114,19 +111,30 @@ impl<T: Real> Component<T> {
             let constants = &self.joints[k];
             let lambda = self.lambda[k];
             let mut gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
-            let mut frame_b = second.q;
-            if let (Some(across), Some(mount)) = (self.system.across.get(k), self.mounts.get(k)) {
+            if let Some(across) = self.system.across.get(k) {
                 gap = gap + across[0] - across[1];
-                frame_b = frame_b * mount.frame_b;
             }
-            let relative = (first.q.conj() * frame_b).upper();
+            let (mut frame, mut other) = (first.q, second.q);
+            if let Some(rests) = self.beyond.rests.get(k) {
+                (frame, other) = (first.q * rests[0], second.q * rests[1]);
+                self.system.frames[k] = frame;
+            }
+            let mut rest_darboux = constants.rest_darboux;
+            if let Some(damped) = self.beyond.damped.get(k) {
+                rest_darboux = damped.rest_darboux;
+                gap -= first.q.rotate(damped.gap);
+            }
+            let relative = (frame.conj() * other).upper();
             // Away from a half turn, where G loses a direction; the residual stays exact.
             terms.s = relative.w.max(T::splat(1e-6));
-            terms.t = first.q.rotate(relative.v);
-            let strain = relative.v * (T::splat(2.0) / terms.length) - constants.rest_darboux;
+            terms.t = frame.rotate(relative.v);
+            let strain = relative.v * (T::splat(2.0) / terms.length) - rest_darboux;
             let stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
+            if let Some(&extra) = self.system.bend_extra.get(k) {
+                bend.0[1] += lambda.angular.0[1] * extra;
+            }
             bend.0[2] += lambda.angular.0[2] * terms.twist_extra;
             terms.rhs = Spatial { linear: -stretch, angular: -bend };
             let inverse_length = T::splat(1.0) / terms.length;
@@ -150,7 +158,7 @@ impl<T: Real> Component<T> {
         }
         let Self { system, scratch, lambda, .. } = self;
         for (j, &lambda) in lambda.iter().enumerate() {
-            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let q_a = system.frame(j);
             system.add_impulse(j, system.joints[j].multipliers_to_world(lambda, q_a), scratch);
         }
         let two = T::splat(2.0);
@@ -207,7 +215,7 @@ impl<T: Real> Component<T> {
         }
         worst.momentum = largest.sqrt();
         for j in 0..system.joints.len() {
-            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let q_a = system.frame(j);
             let terms = &system.joints[j];
             let change = terms.from_world(system.constraint_change(j, momentum), q_a);
             system.joints[j].rhs = terms.rhs.plus(change, T::splat(-1.0));

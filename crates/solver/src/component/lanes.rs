@@ -158,6 +158,7 @@ impl<T: Real> Component<T> {
             pulls_hold: false,
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
+            beyond: self.beyond.pick(lane),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
             changing: self.changing.iter().filter(|own| own.lane == lane).map(|own| own.alone()).collect(),
             rigid,
@@ -173,6 +174,7 @@ impl<T: Real> Component<T> {
             time: self.time,
             dt: self.dt,
         };
+        out.beyond.prepare(&mut out.system);
         for (terms, own) in out.system.joints.iter_mut().zip(&self.system.joints) {
             terms.offsets = own.offsets.map(|z| z.lane(lane));
             terms.length = own.length.lane(lane);

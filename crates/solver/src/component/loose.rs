@@ -5,14 +5,13 @@
 //! So the iteration's matrix is a little off, and the solution that it converges to is exact. An open grip goes with the
 //! face that it may hold, so that there is nothing to close when it does.
 
-use nalgebra::UnitQuaternion;
 use rod::{Body, Freedom, Joint, Model};
 
-use super::lanes::{copy_pose, get_quat, pick, pick_pose, put};
+use super::lanes::{copy_pose, pick, pick_pose, put};
 use super::{BodyPose, Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::{Quat, Vec3};
+use crate::kernel::math::Quat;
 
 /// Compliance of free rows in units of what the bodies answer, where all three are free: nothing cancels.
 const FREE: f64 = 1e12;
@@ -32,12 +31,12 @@ pub(super) struct Loose {
 }
 
 /// Turns that are free.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Turns {
     None,
     All,
-    /// About d3 of body a; with `conj(q_a) q_b` at rest.
-    One(Quat<f64>),
+    /// About d3 of body a.
+    One,
 }
 
 impl Loose {
@@ -45,11 +44,6 @@ impl Loose {
     pub(super) fn alone(&self) -> Self {
         Self { lane: 0, ..*self }
     }
-}
-
-/// The relative rotation (scalar part, vector part) of two bodies, the shorter way.
-fn relative(a: Quat<f64>, b: Quat<f64>) -> Quat<f64> {
-    (a.conj() * b).upper()
 }
 
 impl<T: Real> Component<T> {
@@ -85,16 +79,13 @@ impl<T: Real> Component<T> {
     /// Places open grips at the faces that they may hold.
     pub(super) fn follow_faces(&mut self) {
         for k in 0..self.loose.len() {
-            let Loose { lane, joint, turns, open } = self.loose[k];
+            let Loose { lane, joint, open, .. } = self.loose[k];
             if !open {
                 continue;
             }
             let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
             let offsets = self.system.joints[joint].offsets.map(|z| z.lane(lane));
-            let rest = match turns {
-                Turns::One(rest) => rest,
-                _ => self.rest_rotation(joint, lane),
-            };
+            let rest = self.rest_rotation(joint, lane);
             let is_a = a >= self.segments;
             let (anchor, body, at_anchor, at_body) =
                 if is_a { (a, b, offsets[0], offsets[1]) } else { (b, a, offsets[1], offsets[0]) };
@@ -110,10 +101,13 @@ impl<T: Real> Component<T> {
         let length = self.system.joints[joint].length.lane(lane);
         let v = pick(self.joints[joint].rest_darboux, lane) * (0.5 * length);
         let squared = v.norm_squared();
-        if squared >= 1.0 {
-            Quat { v: v * (1.0 / squared.sqrt()), w: 0.0 }
-        } else {
-            Quat { v, w: (1.0 - squared).sqrt() }
+        let rest = match squared >= 1.0 {
+            true => Quat { v: v * (1.0 / squared.sqrt()), w: 0.0 },
+            false => Quat { v, w: (1.0 - squared).sqrt() },
+        };
+        match self.beyond.rests.get(joint).map(|rests| rests.map(|q| Quat { v: pick(q.v, lane), w: q.w.lane(lane) })) {
+            None => rest,
+            Some([of_a, of_b]) => of_a * rest * of_b.conj(),
         }
     }
 
@@ -123,11 +117,14 @@ impl<T: Real> Component<T> {
         for k in 0..self.loose.len() {
             let Loose { lane, joint, turns, open } = self.loose[k];
             let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
-            let (first, second) = (&self.poses[a], &self.poses[b]);
+            let (mut first, mut second) = (self.poses[a].q, self.poses[b].q);
+            if let Some(rests) = self.beyond.rests.get(joint) {
+                (first, second) = (first * rests[0], second * rests[1]);
+            }
             let terms = &mut self.system.joints[joint];
             // As the evaluation of joints computes it, to the last bit.
-            let v = (first.q.conj() * second.q).upper().v * (T::splat(2.0) / terms.length);
-            let now = pick(v, lane);
+            let bent = (first.conj() * second).upper();
+            let now = pick(bent.v * (T::splat(2.0) / terms.length), lane);
             let length = terms.length.lane(lane);
             let [on_a, on_b] = [a, b].map(|body| {
                 let inertia = self.system.bodies[body].inverse_inertia.0;
@@ -136,21 +133,21 @@ impl<T: Real> Component<T> {
             });
             let answer = (on_a.1 + on_b.1) / (length * length);
             let all = (FREE * answer).max(LEAST);
+            // What inner damping has made of it in this step, if there is any.
+            let rests = &mut self.joints[joint].rest_darboux;
+            let rest = self.beyond.damped.get_mut(joint).map_or(rests, |damped| &mut damped.rest_darboux);
             let bend = match turns {
-                Turns::One(rest) => {
-                    let [q_a, q_b] = [first, second].map(|pose| pick_pose(pose, lane).q);
-                    let bent = relative(q_a, q_b * rest.conj());
-                    let strain = Vec3([bent.v.0[0], bent.v.0[1], 0.0]) * (2.0 / length);
-                    put(&mut self.joints[joint].rest_darboux, lane, (now - strain).0);
+                Turns::One => {
+                    rest.0[2].set_lane(lane, now.0[2]);
                     // |N d| of the axis: towards half a turn the rows are scaled by its square.
-                    let (s, t) = (bent.w.max(1e-6), bent.v);
+                    let (s, t) = (bent.w.lane(lane).max(1e-6), pick(bent.v, lane));
                     let along = t.0[2] * t.0[2] / s + s;
                     let scale = along * along + t.0[0] * t.0[0] + t.0[1] * t.0[1];
                     terms.twist_extra.set_lane(lane, (FREE_OF_THREE * answer / scale).max(LEAST));
                     None
                 }
                 Turns::All => {
-                    put(&mut self.joints[joint].rest_darboux, lane, now.0);
+                    put(rest, lane, now.0);
                     Some(all)
                 }
                 Turns::None => open.then_some(all),
@@ -165,18 +162,6 @@ impl<T: Real> Component<T> {
                 terms.shear.set_lane(lane, (FREE * (reach(at_a, on_a) + reach(at_b, on_b))).max(LEAST));
                 terms.stretch_extra.set_lane(lane, 0.0);
             }
-        }
-    }
-
-    /// Gives hinges the Jacobian of what they hold: that of the turn since the orientation at rest.
-    pub(super) fn turn_hinges(&mut self) {
-        for Loose { lane, joint, turns, .. } in &self.loose {
-            let Turns::One(rest) = turns else { continue };
-            let [a, b] = self.system.topology.joints[*joint].map(|body| pick_pose(&self.poses[body as usize], *lane).q);
-            let bent = relative(a, b * rest.conj());
-            let terms = &mut self.system.joints[*joint];
-            terms.s.set_lane(*lane, bent.w.max(1e-6));
-            put(&mut terms.t, *lane, a.rotate(bent.v).0);
         }
     }
 
@@ -195,22 +180,13 @@ impl<T: Real> Component<T> {
             *own = masked(*own, *lane, *turns, *open);
         }
     }
-
-    /// The orientation by which body b of a joint enters its Darboux vector: [`rod::Joint::frame_b`].
-    pub(super) fn turned_b(&self, lane: usize, joint: usize, q_b: Quat<T>) -> UnitQuaternion<f64> {
-        let own = self.loose.iter().find(|loose| (loose.lane, loose.joint) == (lane, joint));
-        match own.map(|loose| loose.turns) {
-            Some(Turns::One(rest)) => get_quat(q_b, lane) * get_quat(rest.conj(), 0),
-            _ => get_quat(q_b, lane),
-        }
-    }
 }
 
 fn turns(joint: &Joint) -> Turns {
     match joint.freedom {
         Freedom::None => Turns::None,
         Freedom::Ball => Turns::All,
-        Freedom::Hinge { rest } => Turns::One(Quat { v: Vec3([rest.i, rest.j, rest.k]), w: rest.w }),
+        Freedom::Hinge => Turns::One,
     }
 }
 
@@ -221,7 +197,7 @@ fn masked<T: Real>(x: Spatial<T>, lane: usize, turns: Turns, open: bool) -> Spat
         put(&mut out.linear, lane, [0.0; 3]);
     }
     match turns {
-        Turns::One(_) if !open => out.angular.0[2].set_lane(lane, 0.0),
+        Turns::One if !open => out.angular.0[2].set_lane(lane, 0.0),
         Turns::None if !open => {}
         _ => put(&mut out.angular, lane, [0.0; 3]),
     }

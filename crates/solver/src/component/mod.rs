@@ -3,6 +3,7 @@
 //! Bodies are the set's segments, in the model's order, followed by the anchors that its joints hold on to. Several
 //! sets with the same connectivity can move side by side, one a lane.
 
+mod beyond;
 mod drag;
 mod evaluate;
 mod forces;
@@ -137,7 +138,8 @@ pub struct Component<T> {
     /// Velocities (v, w), one a body. w is `2 Im(q' conj(q)) / dt` of the last step (line 19 of Algorithm 1), of a fixed
     /// segment and where it was given since the true rate [rad/s].
     pub(crate) velocities: Vec<Spatial<T>>,
-    /// Multipliers lambda: stretch-shear in world axes [N s^2], bend-twist in the frame of body a [N m^2 s^2].
+    /// Multipliers lambda: stretch-shear in world axes [N s^2], bend-twist in the frame of their rows
+    /// [N m^2 s^2].
     pub lambda: Vec<Spatial<T>>,
     /// The linear solve's result, like `lambda`.
     pub dlambda: Vec<Spatial<T>>,
@@ -175,6 +177,8 @@ pub struct Component<T> {
     pulls_hold: bool,
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
+    /// What joints have beyond those of the paper.
+    beyond: beyond::Beyond<T>,
     loads: Vec<BodyLoad<T>>,
     /// Loads and gravity that change over time.
     changing: Vec<forces::ChangingForce>,
@@ -199,7 +203,9 @@ pub struct Component<T> {
 impl<T: Real> Component<T> {
     /// Sets that share `topology`, one a lane; the first also fills the lanes left over.
     pub fn new(model: &Model, state: &State, topology: Arc<Topology>, sets: &[&Members]) -> Self {
-        let system = System::new(topology);
+        let mut system = System::new(topology);
+        let beyond = beyond::Beyond::new(model, sets);
+        beyond.prepare(&mut system);
         let (bodies, joints) = (system.bodies.len(), system.joints.len());
         let pose = BodyPose { x: Vec3::zero(), q: Quat::identity() };
         let zero = T::zero();
@@ -237,6 +243,7 @@ impl<T: Real> Component<T> {
             pulls_hold: false,
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
+            beyond,
             loads: Vec::new(),
             changing: Vec::new(),
             rigid: Vec::new(),

@@ -78,6 +78,7 @@ impl<T: Real> Component<T> {
         self.poses.copy_from_slice(&self.predicted);
         self.lambda.fill(Spatial::zero());
         self.set_compliances(dt);
+        self.begin_beyond(dt);
     }
 
     fn set_compliances(&mut self, dt: f64) {

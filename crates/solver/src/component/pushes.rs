@@ -19,7 +19,7 @@ impl<T: Real> Component<T> {
         out.clear();
         out.resize(self.poses.len(), Spatial::zero());
         for (j, &dlambda) in dlambda.iter().enumerate() {
-            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let q_a = system.frame(j);
             system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), out);
         }
         let with_momentum = formulation.momentum() || self.torques_wait;
@@ -39,7 +39,7 @@ impl<T: Real> Component<T> {
             *own = system.correction(i, push);
         }
         for j in 0..system.joints.len() {
-            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let q_a = system.frame(j);
             let terms = &system.joints[j];
             let change = terms.from_world(system.constraint_change(j, scratch), q_a);
             system.joints[j].rhs = terms.rhs.plus(change, T::splat(-1.0));

@@ -16,9 +16,7 @@ use crate::snapshot::Tape;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mount<T> {
     /// Places of the connectors across the axes of bodies a and b, in their frames [m].
-    across: [Vec3<T>; 2],
-    /// The joint's frame on body b, in the frame of b.
-    pub(super) frame_b: Quat<T>,
+    pub(super) across: [Vec3<T>; 2],
 }
 
 /// A rigid body, in one lane; while it is held its inertia counts nothing.
@@ -42,12 +40,11 @@ pub(super) struct Rigid {
 
 impl<T: Real> Mount<T> {
     fn none() -> Self {
-        Self { across: [Vec3::zero(); 2], frame_b: Quat::identity() }
+        Self { across: [Vec3::zero(); 2] }
     }
 
     fn pick(&self, lane: usize) -> Mount<f64> {
-        let frame_b = Quat { v: pick(self.frame_b.v, lane), w: self.frame_b.w.lane(lane) };
-        Mount { across: self.across.map(|place| pick(place, lane)), frame_b }
+        Mount { across: self.across.map(|place| pick(place, lane)) }
     }
 }
 
@@ -147,8 +144,6 @@ impl<T: Real> Component<T> {
             for (own, place) in own.across.iter_mut().zip(mount.across) {
                 put(own, lane, [place.x, place.y, 0.0]);
             }
-            put(&mut own.frame_b.v, lane, vec3(&mount.frame_b.imag()));
-            own.frame_b.w.set_lane(lane, mount.frame_b.w);
         }
         for (body, &index) in members.segments.iter().enumerate() {
             let segment = &model.segments[index];

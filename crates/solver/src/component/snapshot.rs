@@ -46,6 +46,7 @@ impl<T: Real> Component<T> {
             resting: _,
             loose: _,
             mounts: _,
+            beyond: _,
             changing: _,
             damping: _,
         } = self;

@@ -75,12 +75,15 @@ impl<T: Real> Component<T> {
         let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
         for (k, &index) in members.joints.iter().enumerate() {
             let [lambda_s, lambda_b] = [self.lambda[k].linear, self.lambda[k].angular].map(|x| get(x, lane) * share);
-            let [a, b] = self.system.topology.joints[k].map(|body| self.poses[body as usize].q);
-            let b = if self.loose.is_empty() { get_quat(b, lane) } else { self.turned_b(lane, k, b) };
-            let b = self.mounts.get(k).map_or(b, |mount| b * get_quat(mount.frame_b, lane));
-            let a = get_quat(a, lane);
+            let [a, b] = self.system.topology.joints[k].map(|body| get_quat(self.poses[body as usize].q, lane));
             let length = self.system.joints[k].length.lane(lane);
-            forces[index] = JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], length);
+            forces[index] = match self.beyond.rests.get(k).map(|rests| rests.map(|q| get_quat(q, lane))) {
+                None => JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], length),
+                Some([of_a, of_b]) => {
+                    let own = JointForce::of_multipliers(lambda_s, lambda_b, [&(a * of_a), &(b * of_b)], length);
+                    JointForce { moment: of_a * own.moment, ..own }
+                }
+            };
         }
     }
 

@@ -24,7 +24,7 @@ impl<T: Real> Component<T> {
             pulls.fill(Vec3::zero());
         }
         for (j, &dlambda) in dlambda.iter().enumerate() {
-            let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+            let q_a = system.frame(j);
             lambda[j] = select(active, lambda[j].plus(dlambda, T::splat(1.0)), lambda[j]);
             let terms = &system.joints[j];
             system.add_impulse(j, terms.multipliers_to_world(dlambda, q_a), scratch);

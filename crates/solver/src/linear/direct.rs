@@ -68,7 +68,7 @@ pub fn joint_diagonal<T: Real>(system: &System<T>, joint: u32) -> Block<T> {
     let [a, b] = system.topology.joints[joint as usize].map(|body| &system.bodies[body as usize]);
     let ((pa, sa), (pb, sb)) = (lever(system, joint, 0), lever(system, joint, 1));
     let stretch = Sym3::identity(a.inverse_mass + b.inverse_mass) + sa + sb + terms.stretch_compliance(a.axis);
-    let bend = a.inverse_inertia + b.inverse_inertia + terms.bend_compliance(a.axis);
+    let bend = a.inverse_inertia + b.inverse_inertia + system.bend_compliance(joint as usize);
     let mixed = sum(pa, pb);
     assemble(stretch.full(), mixed, transposed(mixed), bend.full())
 }
@@ -109,7 +109,11 @@ pub fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: 
 /// A joint as its elimination sees it, gathered from the system.
 struct View<'a, T> {
     joint: &'a JointTerms<T>,
-    orientation_a: Quat<T>,
+    /// Frame of the bend-twist rows, and whether it is not that of body a.
+    frame: Quat<T>,
+    is_turned: bool,
+    /// What bending about d2 has beyond that about d1, where anything has.
+    bend_extra: Option<T>,
     axis_a: Vec3<T>,
     /// +1 where the inner body is the joint's body a, -1 where it is b.
     sign: T,
@@ -134,7 +138,9 @@ impl<'a, T: Real> View<'a, T> {
         }
         View {
             joint,
-            orientation_a: a.orientation,
+            frame: system.frames.get(node.joint as usize).copied().unwrap_or(a.orientation),
+            is_turned: !system.frames.is_empty(),
+            bend_extra: system.bend_extra.get(node.joint as usize).copied(),
             axis_a: a.axis,
             sign: T::splat(sign),
             arms,
@@ -145,10 +151,12 @@ impl<'a, T: Real> View<'a, T> {
     /// Two side by side; `joint` is made of their joints.
     #[inline(always)]
     fn both<'b>(a: &Self, b: &Self, joint: &'b JointTerms<Both<T>>) -> View<'b, Both<T>> {
-        let (qa, qb) = (a.orientation_a, b.orientation_a);
+        let (qa, qb) = (a.frame, b.frame);
         View {
             joint,
-            orientation_a: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
+            frame: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
+            is_turned: a.is_turned,
+            bend_extra: a.bend_extra.zip(b.bend_extra).map(|(a, b)| Both([a, b])),
             axis_a: Vec3::both(a.axis_a, b.axis_a),
             sign: Both([a.sign, b.sign]),
             arms: [Vec3::both(a.arms[0], b.arms[0]), Vec3::both(a.arms[1], b.arms[1])],
@@ -158,9 +166,13 @@ impl<'a, T: Real> View<'a, T> {
 
     #[inline(always)]
     fn terms(&self) -> NodeTerms<T> {
+        let mut bend = self.joint.bend_compliance(if self.is_turned { self.frame.axis() } else { self.axis_a });
+        if let Some(extra) = self.bend_extra {
+            bend = bend + self.joint.second_bending(self.frame, extra);
+        }
         NodeTerms {
-            compliance: [self.joint.stretch_compliance(self.axis_a), self.joint.bend_compliance(self.axis_a)],
-            rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.orientation_a), self.sign),
+            compliance: [self.joint.stretch_compliance(self.axis_a), bend],
+            rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.frame), self.sign),
             arms: self.arms,
         }
     }
@@ -189,7 +201,7 @@ impl<'a, T: Real> View<'a, T> {
     /// The joint's multipliers.
     #[inline(always)]
     fn multipliers(&self, x: Spatial<T>) -> Spatial<T> {
-        self.joint.multipliers_from_world(Spatial::zero().plus(x, self.sign), self.orientation_a)
+        self.joint.multipliers_from_world(Spatial::zero().plus(x, self.sign), self.frame)
     }
 }
 
@@ -492,7 +504,7 @@ mod tests {
             let terms = &system.joints[j];
             let compliance = Spatial {
                 linear: terms.stretch_compliance(axis).apply(x[j].linear),
-                angular: terms.bend_compliance(axis).apply(x[j].angular),
+                angular: system.bend_compliance(j).apply(x[j].angular),
             };
             system.constraint_change(j, &corrections).plus(compliance, 1.0)
         };
@@ -506,7 +518,7 @@ mod tests {
     /// Solves in world rows with the tree and densely; returns the relative difference.
     fn difference(system: &System<f64>, dlambda: &mut [Spatial<f64>]) -> f64 {
         let n = system.joints.len();
-        let orientation = |j: usize| system.bodies[system.topology.joints[j][0] as usize].orientation;
+        let orientation = |j: usize| system.frame(j);
         let mut dense = DMatrix::zeros(6 * n, 6 * n);
         for column in 0..6 * n {
             let mut unit = vec![Spatial::zero(); n];

@@ -112,7 +112,7 @@ impl LinearSolver for Looped {
             dlambda.fill(Spatial::zero());
             return LinearInfo { status: LinearStatus::NotPositiveDefinite, ..LinearInfo::default() };
         }
-        let q_a = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;
+        let q_a = |joint: usize| system.frame(joint);
         self.solve_factored(
             |joint| system.joints[joint].to_world(system.joints[joint].rhs, q_a(joint)),
             |joint, x| dlambda[joint] = system.joints[joint].multipliers_from_world(x, q_a(joint)),

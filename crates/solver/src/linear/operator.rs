@@ -77,13 +77,12 @@ impl Operator {
         for (own, body) in self.bodies.iter_mut().zip(&system.bodies) {
             *own = Mobility { inverse_mass: body.inverse_mass, inverse_inertia: body.inverse_inertia };
         }
-        for (k, (own, terms)) in self.joints.iter_mut().zip(&system.joints).enumerate() {
-            let [a, b] = system.topology.joints[k];
+        let joints = self.joints.iter_mut().zip(&system.joints).zip(&system.topology.joints);
+        for (k, ((own, terms), &[a, b])) in joints.enumerate() {
+            let frame = system.frame(k);
             let (first, second) = (&system.bodies[a as usize], &system.bodies[b as usize]);
             // G = (1/l) R_a^T (s I - [t]x): its columns are the images of the world axes.
-            let column = |e: Vec3<f64>| {
-                first.orientation.rotate_back(e * terms.s - terms.t.cross(e)).0.map(|x| x / terms.length)
-            };
+            let column = |e: Vec3<f64>| frame.rotate_back(e * terms.s - terms.t.cross(e)).0.map(|x| x / terms.length);
             let columns = [column(Vec3([1.0, 0.0, 0.0])), column(Vec3([0.0, 1.0, 0.0])), column(Vec3([0.0, 0.0, 1.0]))];
             let mut arms = [first.axis * terms.offsets[0], second.axis * terms.offsets[1]];
             if let Some([at_a, at_b]) = system.across.get(k) {
@@ -95,7 +94,7 @@ impl Operator {
                 axis: first.axis,
                 shear: terms.shear,
                 stretch_extra: terms.stretch_extra,
-                bend: Vec3([terms.bend, terms.bend, terms.bend + terms.twist_extra]),
+                bend: system.bend_twist_compliance(joint),
             };
         }
     }

@@ -70,6 +70,10 @@ impl Response {
         }
         self.system.across.clear();
         self.system.across.extend(system.across.iter().map(|ends| ends.map(splat_vec)));
+        self.system.bend_extra.clear();
+        self.system.bend_extra.extend(system.bend_extra.iter().copied().map(Columns::splat));
+        self.system.frames.clear();
+        self.system.frames.extend(system.frames.iter().map(splat_quat));
         if let Factor::Looped(looped) = &mut self.solver {
             // What cannot be factored answers as if there were no joints; the solve beside it says so.
             let _ = looped.factor(system);
@@ -92,7 +96,7 @@ impl Response {
                     *own = system.correction(i, impulse);
                 }
                 for j in 0..system.joints.len() {
-                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    let q_a = system.frame(j);
                     let change = system.joints[j].from_world(system.constraint_change(j, scratch), q_a);
                     system.joints[j].rhs = Spatial::zero().plus(change, Columns::splat(-1.0));
                 }
@@ -105,7 +109,7 @@ impl Response {
             }
             Factor::Looped(looped) => {
                 for (j, dlambda) in dlambda.iter_mut().enumerate() {
-                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    let q_a = system.frame(j);
                     *dlambda = system.joints[j].to_world(system.joints[j].rhs, q_a);
                 }
                 scratch.clear();
@@ -115,7 +119,7 @@ impl Response {
                 };
                 looped.solve_columns(COLUMNS, |lane, j| pick_spatial(&scratch[j], lane), take);
                 for (j, dlambda) in dlambda.iter_mut().enumerate() {
-                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    let q_a = system.frame(j);
                     *dlambda = system.joints[j].multipliers_from_world(*dlambda, q_a);
                 }
                 scratch.resize(system.bodies.len(), Spatial::zero());
@@ -125,7 +129,7 @@ impl Response {
             #[inline(always)]
             || {
                 for (j, &dlambda) in dlambda.iter().enumerate() {
-                    let q_a = system.bodies[system.topology.joints[j][0] as usize].orientation;
+                    let q_a = system.frame(j);
                     system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, q_a), impulses);
                 }
                 for (i, impulse) in impulses.iter_mut().enumerate() {
@@ -140,10 +144,14 @@ fn splat_vec(v: Vec3<f64>) -> Vec3<Columns> {
     Vec3(v.0.map(Columns::splat))
 }
 
+fn splat_quat(q: &Quat<f64>) -> Quat<Columns> {
+    Quat { v: splat_vec(q.v), w: Columns::splat(q.w) }
+}
+
 fn splat_body(body: &BodyTerms<f64>) -> BodyTerms<Columns> {
     BodyTerms {
         inverse_mass: Columns::splat(body.inverse_mass),
-        orientation: Quat { v: splat_vec(body.orientation.v), w: Columns::splat(body.orientation.w) },
+        orientation: splat_quat(&body.orientation),
         axis: splat_vec(body.axis),
         inverse_inertia: Sym3(body.inverse_inertia.0.map(Columns::splat)),
     }
@@ -160,5 +168,62 @@ fn splat_joint(joint: &JointTerms<f64>) -> JointTerms<Columns> {
         s: Columns::splat(joint.s),
         t: splat_vec(joint.t),
         rhs: Spatial::zero(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use rod::{Assembly, InnerDamping, Material, RodSpec, Section, shape};
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::component::{Component, split};
+    use crate::formulation::Formulation;
+
+    /// The answer is that of one solve in the usual way, where joints have sections with sides, rest rotations and damping.
+    #[test]
+    fn answers_know_all_of_the_joints() {
+        let material = Material { youngs_modulus: 1e5, torsion_modulus: 3e4, density: 300.0 };
+        let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        let rod = assembly.rod(&RodSpec {
+            sections: vec![Section::Rectangle { width: 0.05, height: 0.02 }],
+            inner_damping: InnerDamping { bending: 0.01, twist: 0.02, stretch: 0.0 },
+            ..RodSpec::new(shape::helix(Vector3::zeros(), 0.3, 0.5, 1.0, 9), 0.02, material)
+        });
+        assembly.clamp_start(&rod);
+        let (mut model, mut state) = assembly.finish();
+        model.measure_from_rest();
+        state.velocities[7] = Vector3::new(1.0, 2.0, -1.0);
+        let (members, topology) = split(&model).swap_remove(0);
+        let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
+        component.predict(0.0, 0.02, Formulation::XpbdGeometric);
+        component.evaluate(Formulation::XpbdGeometric);
+        let system = &mut component.system;
+        assert!(!system.frames.is_empty() && !system.bend_extra.is_empty());
+
+        let mut impulses = vec![Spatial::zero(); system.bodies.len()];
+        impulses[4] = Spatial { linear: Vec3([1.0, -2.0, 0.5]), angular: Vec3([0.1, 0.2, -0.3]) };
+        let mut columns: Vec<Spatial<Columns>> = vec![Spatial::zero(); impulses.len()];
+        copy_spatial(&mut columns[4], 3, &impulses[4], 0);
+        let mut response = Response::new(system, true).unwrap();
+        response.prepare(system);
+        response.respond(&mut columns);
+
+        let free: Vec<_> = impulses.iter().enumerate().map(|(i, &impulse)| system.correction(i, impulse)).collect();
+        for j in 0..system.joints.len() {
+            let change = system.joints[j].from_world(system.constraint_change(j, &free), system.frame(j));
+            system.joints[j].rhs = Spatial::zero().plus(change, -1.0);
+        }
+        let mut dlambda = vec![Spatial::zero(); system.joints.len()];
+        Direct::new(&system.topology).unwrap().solve(system, false, &mut dlambda);
+        for (j, &dlambda) in dlambda.iter().enumerate() {
+            system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, system.frame(j)), &mut impulses);
+        }
+        for (i, &impulse) in impulses.iter().enumerate() {
+            let difference = pick_spatial(&columns[i], 3).plus(system.correction(i, impulse), -1.0);
+            assert!(difference.dot(difference).sqrt() < 1e-12, "body {i}: {difference:?}");
+            assert_eq!(pick_spatial(&columns[i], 2), Spatial::zero());
+        }
     }
 }

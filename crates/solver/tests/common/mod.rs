@@ -133,7 +133,7 @@ pub fn dense_matrix(system: &System<f64>) -> DMatrix<f64> {
     let mut alpha = DMatrix::zeros(6 * joints, 6 * joints);
     for (k, terms) in system.joints.iter().enumerate() {
         let [a, b] = system.topology.joints[k].map(|body| body as usize);
-        let r_a = rotation(system.bodies[a].orientation);
+        let r_a = rotation(system.frame(k));
         let u = r_a.transpose() * v(terms.t);
         let g = (Matrix3::identity() * terms.s - u.cross_matrix()) * r_a.transpose() / terms.length;
         for (end, (body, sigma, z)) in [(a, 1.0, terms.offsets[0]), (b, -1.0, terms.offsets[1])].into_iter().enumerate()
@@ -146,7 +146,7 @@ pub fn dense_matrix(system: &System<f64>) -> DMatrix<f64> {
         }
         let d = v(system.bodies[a].axis);
         let stretch = Matrix3::identity() * terms.shear + d * d.transpose() * terms.stretch_extra;
-        let bend = Matrix3::from_diagonal(&Vector3::new(terms.bend, terms.bend, terms.bend + terms.twist_extra));
+        let bend = Matrix3::from_diagonal(&v(system.bend_twist_compliance(k)));
         alpha.fixed_view_mut::<3, 3>(6 * k, 6 * k).copy_from(&stretch);
         alpha.fixed_view_mut::<3, 3>(6 * k + 3, 6 * k + 3).copy_from(&bend);
     }

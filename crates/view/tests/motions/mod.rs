@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{Body, Carried, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
+use rod::{Body, Carried, InnerDamping, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
 use view::{Frame, Recorder, Run};
 
 /// A segment and how it hangs on its parent's end.
@@ -34,6 +34,7 @@ impl Motion {
             length,
             radius,
             density: 1000.0,
+            line_inertia: None,
             added_mass: 0.0,
             fixed: i == 0,
             rod,
@@ -48,10 +49,13 @@ impl Motion {
                 offset_b: -0.5 * length,
                 length: offset_a + 0.5 * length,
                 rest_darboux: Vector3::zeros(),
+                rest_frames: [UnitQuaternion::identity(); 2],
                 stretch_compliance: 1e-9,
                 shear_compliance: 1e-9,
                 bend_compliance: 1e-3,
+                bend_extra: 0.0,
                 twist_compliance: 1e-3,
+                inner_damping: InnerDamping::NONE,
                 youngs_modulus: 1e6,
                 torsion_modulus: 1e6,
                 mount: None,

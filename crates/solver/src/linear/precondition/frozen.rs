@@ -4,7 +4,7 @@
 //! joint. So: turn a residual from where the segments are to where they would be at rest, `R_a,rest R_a^T` joint by
 //! joint, solve with the factor of the rest configuration, turn the result back. With T the change to world rows and Q
 //! the turn, `M^-1 = T^T Q^T A_rest^-1 Q T` is symmetric and positive definite whatever the pose. The factor holds
-//! while the time step does. The geometric stiffness is not part of it.
+//! while the time step does. The geometric stiffness is not part of it. R_a is the frame of the joint's rows.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ use crate::topology::Topology;
 /// The factored rest configuration of one connected set of segments.
 pub struct Frozen {
     rest: System<f64>,
-    /// Orientation of each joint's body a at rest.
+    /// Frame of each joint's bend-twist rows at rest.
     frames: Vec<Quat<f64>>,
     factor: Looped,
     is_factored: bool,
@@ -60,13 +60,17 @@ impl Frozen {
             let relative = rest_rotation(joint);
             let [a, b] = topology.joints[k].map(|body| body as usize);
             // A fixed body a may hold on to several joints that do not agree with it; its joint's frame does.
-            let q_a =
-                if topology.fixed[a] { orientations[b] * frame_b(joint) * relative.conj() } else { orientations[a] };
-            frames.push(q_a);
+            let q_a = if topology.fixed[a] { orientations[b] * relative.conj() } else { orientations[a] };
+            let frame = q_a * own_quat(&joint.rest_frames[0]);
+            let strained = own_quat(&rod::darboux::rotation_of(&joint.rest_darboux, joint.length));
+            frames.push(frame);
             terms.offsets = [joint.offset_a, joint.offset_b];
             terms.length = joint.length;
-            terms.s = relative.w.max(1e-6);
-            terms.t = q_a.rotate(relative.v);
+            terms.s = strained.w.max(1e-6);
+            terms.t = frame.rotate(strained.v);
+        }
+        if members.joints.iter().any(|&k| model.joints[k].has_rest_frames()) {
+            rest.frames.clone_from(&frames);
         }
         let mounts = || members.joints.iter().map(|&k| model.joints[k].mount);
         if mounts().any(|mount| mount.is_some()) {
@@ -88,6 +92,10 @@ impl Frozen {
             same &= current == [own.shear, own.stretch_extra, own.bend, own.twist_extra];
             [own.shear, own.stretch_extra, own.bend, own.twist_extra] = current;
         }
+        if self.rest.bend_extra != system.bend_extra {
+            same = false;
+            self.rest.bend_extra.clone_from(&system.bend_extra);
+        }
         if !same {
             self.is_factored = self.factor.factor(&self.rest).is_ok();
         }
@@ -97,7 +105,7 @@ impl Frozen {
     #[inline(always)]
     pub(crate) fn solve(&mut self, system: &System<f64>, r: impl Fn(usize) -> Spatial<f64>, z: &mut [Spatial<f64>]) {
         let (frames, rest) = (&self.frames, &self.rest.joints);
-        let current = |joint: usize| system.bodies[system.topology.joints[joint][0] as usize].orientation;
+        let current = |joint: usize| system.frame(joint);
         self.factor.solve_factored(
             #[inline(always)]
             |joint| {
@@ -142,14 +150,9 @@ fn own_quat(q: &UnitQuaternion<f64>) -> Quat<f64> {
     Quat { v: Vec3([q.i, q.j, q.k]), w: q.w }
 }
 
-/// The joint's frame on its body b, in the frame of b.
-fn frame_b(joint: &rod::Joint) -> Quat<f64> {
-    joint.mount.map_or(Quat::identity(), |mount| own_quat(&mount.frame_b))
-}
-
-/// conj(q_a) q_b of a joint at rest, q_b being its frame on b.
+/// conj(q_a) q_b of a joint at rest.
 fn rest_rotation(joint: &rod::Joint) -> Quat<f64> {
-    own_quat(&rod::darboux::rotation_of(&joint.rest_darboux, joint.length))
+    own_quat(&joint.rest_rotation())
 }
 
 /// Orientations that bring the joints of a spanning tree to rest. Where a loop or fixed bodies do not agree with that, the
@@ -171,7 +174,7 @@ fn rest_orientations(model: &Model, members: &Members, topology: &Topology) -> V
             for &k in &incident[body] {
                 let [a, b] = topology.joints[k].map(|end| end as usize);
                 let joint = &model.joints[members.joints[k]];
-                let relative = rest_rotation(joint) * frame_b(joint).conj();
+                let relative = rest_rotation(joint);
                 let (other, turned) = if a == body { (b, q * relative) } else { (a, q * relative.conj()) };
                 if found[other].is_none() {
                     found[other] = Some(turned);

@@ -1,0 +1,84 @@
+//! What a joint's constants mean together: its compliances, the frame of its bend-twist rows, the measure from rest.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::darboux::rotation_of;
+use crate::{Body, Freedom, InnerDamping, Joint, Model, State};
+
+impl Joint {
+    /// Compliances of the curvatures about d1 and d2 and of the twist [1/(N m^3)].
+    pub fn bend_twist_compliance(&self) -> Vector3<f64> {
+        Vector3::new(self.bend_compliance, self.bend_compliance + self.bend_extra, self.twist_compliance)
+    }
+
+    /// The frames between which the Darboux vector is measured, fixed to bodies a and b; the first is that of its rows.
+    pub fn frames(&self, model: &Model, state: &State) -> [UnitQuaternion<f64>; 2] {
+        let [of_a, of_b] = self.rest_frames;
+        [model.pose(self.a, state).orientation * of_a, model.pose(self.b, state).orientation * of_b]
+    }
+
+    /// Measures the Darboux vector from the joint's rest: its rest frames, which agree there, take the place of its rest
+    /// Darboux vector. They stand at `share` of the way from body a's frame to body b's: 1/2 in a smooth rod, 1 where the
+    /// joint is made of the material of b.
+    ///
+    /// The paper's measure is a sine of half the angle between the bodies, not between body b and its place at rest. A joint
+    /// that is bent by a large angle at rest is softer by it than its material says (half as stiff about the axis of a right
+    /// angle), and what is bending and what is twist is told half-way. Measured from rest it is as stiff as its material.
+    ///
+    /// A ball joint has no rest, and a hinge is measured so already: they stay as they are.
+    pub fn measure_from_rest(&mut self, share: f64) {
+        if self.freedom != Freedom::None {
+            return;
+        }
+        let rest = self.rest_rotation();
+        let of_a = rest.powf(share);
+        self.rest_frames = [of_a, rest.inverse() * of_a];
+        self.rest_darboux = Vector3::zeros();
+    }
+
+    /// conj(q_a) q_b at rest.
+    pub fn rest_rotation(&self) -> UnitQuaternion<f64> {
+        let [of_a, of_b] = self.rest_frames;
+        of_a * rotation_of(&self.rest_darboux, self.length) * of_b.inverse()
+    }
+
+    /// Whether it is measured from rest frames other than those of its bodies.
+    pub fn has_rest_frames(&self) -> bool {
+        self.rest_frames != [UnitQuaternion::identity(); 2]
+    }
+}
+
+impl Model {
+    /// Measures all Darboux vectors from rest ([`Joint::measure_from_rest`]): in the frame of body b where two rods are
+    /// joined, half-way within a rod.
+    pub fn measure_from_rest(&mut self) {
+        for joint in &mut self.joints {
+            let rods = [joint.a, joint.b].map(|body| match body {
+                Body::Segment(i) => self.segments.get(i).map(|segment| segment.rod),
+                Body::Anchor(_) => None,
+            });
+            let between_two = rods[0].zip(rods[1]).is_some_and(|(a, b)| a != b);
+            joint.measure_from_rest(if between_two { 1.0 } else { 0.5 });
+        }
+    }
+
+    /// What this model has that no rod of the paper has, and no learned guess has learned from, in words; `None` where
+    /// there is nothing of it.
+    pub fn beyond_the_paper(&self) -> Option<&'static str> {
+        let has = |part: &dyn Fn(&Joint) -> bool| self.joints.iter().any(part);
+        if self.segments.iter().any(|segment| segment.body.is_some()) {
+            return Some("rigid bodies");
+        }
+        if !self.open.is_empty() || has(&|joint| joint.freedom != Freedom::None) {
+            return Some("joints that turn freely, or grips that open");
+        }
+        if has(&Joint::has_rest_frames) {
+            return Some("bending measured from a rest rotation");
+        }
+        if has(&|joint| joint.inner_damping != InnerDamping::NONE) {
+            return Some("inner damping");
+        }
+        let is_round = self.segments.iter().all(|segment| segment.line_inertia.is_none());
+        (!is_round || has(&|joint| joint.bend_extra != 0.0)).then_some("sections that are not full circles")
+    }
+}

@@ -1,0 +1,145 @@
+//! What joints may have beyond those of the paper: a second bending compliance, rest frames, inner damping. A component
+//! without it holds empty lists and does nothing.
+
+use rod::{InnerDamping, Joint, Model};
+
+use super::lanes::{pick, put, vec3};
+use super::{Component, JointConstants, Members};
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Vec3};
+use crate::system::System;
+
+/// Lists with one entry a joint, each empty where no joint has such a thing.
+#[derive(Clone, Debug)]
+pub(super) struct Beyond<T> {
+    /// Compliance of bending about d2 less that about d1.
+    pub(super) bend_extra: Vec<T>,
+    /// Rest frames of bodies a and b.
+    pub(super) rests: Vec<[Quat<T>; 2]>,
+    pub(super) damped: Vec<Damped<T>>,
+}
+
+/// Inner damping of a joint. A step of implicit Euler with the viscous force `tau / alpha dC / dt` is one with other
+/// constants: `C - theta C_start + alpha' lambda = 0` with `theta = (tau / dt) / (1 + tau / dt)` and
+/// `alpha' = alpha / (1 + tau / dt)`, C_start being the strain at the start of the step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Damped<T> {
+    /// Relaxation times of bending, twist and stretch [s].
+    times: [T; 3],
+    /// `Omega_0 + theta C_b` at the start of this step.
+    pub(super) rest_darboux: Vec3<T>,
+    /// `theta C_s` at the start of this step, in the frame of body a.
+    pub(super) gap: Vec3<T>,
+}
+
+impl<T: Real> Beyond<T> {
+    /// That of joints that sets have in a model, one set a lane; the first also fills the lanes left over.
+    pub(super) fn new(model: &Model, sets: &[&Members]) -> Self {
+        let joints_of = |members: &Members| -> Vec<Joint> { members.joints.iter().map(|&k| model.joints[k]).collect() };
+        let sets: Vec<Vec<Joint>> = sets.iter().map(|members| joints_of(members)).collect();
+        let any = |has: &dyn Fn(&Joint) -> bool| sets.iter().flatten().any(has);
+        let (is_second, is_turned, is_damped) = (
+            any(&|joint| joint.bend_extra != 0.0),
+            any(&Joint::has_rest_frames),
+            any(&|joint| joint.inner_damping != InnerDamping::NONE),
+        );
+        let count = sets.first().map_or(0, Vec::len);
+        let list = |there: bool| if there { count } else { 0 };
+        let still = Damped { times: [T::zero(); 3], rest_darboux: Vec3::zero(), gap: Vec3::zero() };
+        let mut out = Self {
+            bend_extra: vec![T::zero(); list(is_second)],
+            rests: vec![[Quat::identity(); 2]; list(is_turned)],
+            damped: vec![still; list(is_damped)],
+        };
+        for lane in 0..T::LANES {
+            let Some(joints) = sets.get(lane).or(sets.first()) else { continue };
+            for (extra, joint) in out.bend_extra.iter_mut().zip(joints) {
+                extra.set_lane(lane, joint.bend_extra);
+            }
+            for (rests, joint) in out.rests.iter_mut().zip(joints) {
+                for (rest, q) in rests.iter_mut().zip(&joint.rest_frames) {
+                    put(&mut rest.v, lane, vec3(&q.imag()));
+                    rest.w.set_lane(lane, q.w);
+                }
+            }
+            for (damped, joint) in out.damped.iter_mut().zip(joints) {
+                let InnerDamping { bending, twist, stretch } = joint.inner_damping;
+                for (time, value) in damped.times.iter_mut().zip([bending, twist, stretch]) {
+                    time.set_lane(lane, value);
+                }
+            }
+        }
+        out
+    }
+
+    /// One lane.
+    pub(super) fn pick(&self, lane: usize) -> Beyond<f64> {
+        let damped = |own: &Damped<T>| Damped {
+            times: own.times.map(|time| time.lane(lane)),
+            rest_darboux: pick(own.rest_darboux, lane),
+            gap: pick(own.gap, lane),
+        };
+        Beyond {
+            bend_extra: self.bend_extra.iter().map(|extra| extra.lane(lane)).collect(),
+            rests: self
+                .rests
+                .iter()
+                .map(|rests| rests.map(|q| Quat { v: pick(q.v, lane), w: q.w.lane(lane) }))
+                .collect(),
+            damped: self.damped.iter().map(damped).collect(),
+        }
+    }
+
+    /// Gives a system the lists that its evaluation fills.
+    pub(super) fn prepare(&self, system: &mut System<T>) {
+        system.bend_extra.resize(self.bend_extra.len(), T::zero());
+        system.frames.resize(self.rests.len(), Quat::identity());
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// Sets what the step from `start` has of its own: the strains that it starts with and its compliances, which
+    /// `set_compliances` has set without damping.
+    pub(super) fn begin_beyond(&mut self, dt: f64) {
+        let k = T::splat(1.0 / (dt * dt));
+        for (own, &extra) in self.system.bend_extra.iter_mut().zip(&self.beyond.bend_extra) {
+            *own = extra * k;
+        }
+        let (one, rate) = (T::splat(1.0), T::splat(1.0 / dt));
+        for j in 0..self.beyond.damped.len() {
+            let [a, b] = self.system.topology.joints[j].map(|body| self.start[body as usize]);
+            let terms = &mut self.system.joints[j];
+            let damped = &mut self.beyond.damped[j];
+            let [bending, twist, stretch] = damped.times.map(|time| time * rate);
+            let kept = |ratio: T| one / (one + ratio);
+            let JointConstants { rest_darboux, stretch: along, shear, bend, twist: about, .. } = self.joints[j];
+
+            let (bend, about) = (bend * kept(bending), about * kept(twist));
+            let (along, shear) = (along * kept(stretch), shear * kept(stretch));
+            terms.shear = shear * k;
+            terms.stretch_extra = (along - shear) * k;
+            terms.bend = bend * k;
+            terms.twist_extra = (about - bend) * k;
+            if let Some(extra) = self.system.bend_extra.get_mut(j) {
+                *extra = *extra * kept(bending);
+            }
+
+            let [of_a, of_b] = self.beyond.rests.get(j).map_or([a.q, b.q], |rests| [a.q * rests[0], b.q * rests[1]]);
+            let relative = (of_a.conj() * of_b).upper();
+            let [x, y, z] = (relative.v * (T::splat(2.0) / terms.length) - rest_darboux).0;
+            let share = |ratio: T| ratio * kept(ratio);
+            let (bending, twist) = (share(bending), share(twist));
+            damped.rest_darboux = rest_darboux + Vec3([x * bending, y * bending, z * twist]);
+            let mut gap = a.x - b.x + a.q.axis() * terms.offsets[0] - b.q.axis() * terms.offsets[1];
+            if let Some(mount) = self.mounts.get(j) {
+                gap = gap + a.q.rotate(mount.across[0]) - b.q.rotate(mount.across[1]);
+            }
+            damped.gap = a.q.rotate_back(gap) * share(stretch);
+        }
+    }
+
+    /// Joints lose nothing any more.
+    pub(crate) fn stop_inner_damping(&mut self) {
+        self.beyond.damped.clear();
+    }
+}
