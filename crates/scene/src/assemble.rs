@@ -70,7 +70,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         place.rod.as_ref().or(place.body.as_ref()).is_none_or(|name| builder.has(name.get_ref()))
     };
     let (joins, of_copies): (Vec<_>, Vec<_>) = file.joins.iter().partition(|join| {
-        let format::Join { a, b } = join.get_ref();
+        let format::Join { a, b, .. } = join.get_ref();
         is_known(&builder, a.get_ref()) && is_known(&builder, b.get_ref()) || file.copies.is_empty()
     });
     for join in joins {

@@ -212,7 +212,8 @@ impl<T: Real> Component<T> {
                 *arm = self.poses[body as usize].q.rotate(place);
             }
         }
-        for rigid in self.rigid.iter().filter(|rigid| !self.is_fixed(rigid.body, rigid.lane)) {
+        let bodies = &self.bodies;
+        for rigid in self.rigid.iter().filter(|rigid| bodies[rigid.body].free.lane(rigid.lane) != 0.0) {
             let q = pick_pose(&self.poses[rigid.body], rigid.lane).q;
             let inverse = rigid.inverse_inertia(q, geometric);
             for (own, x) in self.system.bodies[rigid.body].inverse_inertia.0.iter_mut().zip(inverse.0) {
@@ -223,7 +224,8 @@ impl<T: Real> Component<T> {
 
     /// The rigid bodies' corrections that the momentum residual asks for.
     pub(super) fn momentum_of_rigid(&mut self) {
-        for rigid in self.rigid.iter().filter(|rigid| !self.is_fixed(rigid.body, rigid.lane)) {
+        let bodies = &self.bodies;
+        for rigid in self.rigid.iter().filter(|rigid| bodies[rigid.body].free.lane(rigid.lane) != 0.0) {
             let (body, lane) = (rigid.body, rigid.lane);
             let (pose, predicted) = (pick_pose(&self.poses[body], lane), pick_pose(&self.predicted[body], lane));
             let phi = (pose.q * predicted.q.conj()).upper().v * 2.0;
