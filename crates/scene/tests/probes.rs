@@ -71,7 +71,10 @@ fn mistakes_are_named_with_their_key() {
         (format!("rod = \"b\"\nsegment = 0\n{quantities}"), "probes[0].rod = \"b\", but it must be the name of a rod"),
         (format!("rod = \"a\"\n{quantities}"), "probes[0]: give either `at` or `segment`"),
         (format!("rod = \"a\"\nat = \"end-face\"\nsegment = 1\n{quantities}"), "give either `at` or `segment`"),
-        (format!("rod = \"a\"\nat = \"end\"\n{quantities}"), "expected one of `start-segment`"),
+        (
+            format!("rod = \"a\"\nat = \"end\"\n{quantities}"),
+            "probes[0].at = \"end\", but it must be one of `start-segment`",
+        ),
         (format!("rod = \"o\"\nat = \"end-face\"\n{quantities}"), "a closed rod has no ends; give `segment`"),
         (format!("rod = \"a\"\nat = \"end-face\"\nfraction = 1\n{quantities}"), "goes with `segment`, not with `at`"),
         (

@@ -29,8 +29,9 @@ struct World {
     /// All that moves, and what joints transmit, as of the last look.
     state: State,
     forces: Vec<JointForce>,
-    /// Whether state and forces are those of the last step.
-    looked_at: [bool; 2],
+    statuses: Vec<Status>,
+    /// Whether state, forces and statuses are those of the last step.
+    looked_at: [bool; 3],
 }
 
 /// Where a copy is in its world.
@@ -87,7 +88,8 @@ impl Batch {
                 SimulationError::Copy { index, source: Box::new(source) }
             })?;
             let forces = vec![JointForce::default(); model.joints.len()];
-            Ok(World { simulation, state, forces, looked_at: [false; 2] })
+            let statuses = vec![Status::Converged; state.len()];
+            Ok(World { simulation, state, forces, statuses, looked_at: [false; 3] })
         };
         let worlds = models.into_iter().enumerate().map(world).collect::<Result<_, SimulationError>>()?;
         Ok(Self { worlds, copies: places })
@@ -104,13 +106,13 @@ impl Batch {
     }
 
     /// Advances all copies by `dt` [s], as [`Simulation::step`]; the status is the worst of all. A copy that fails keeps
-    /// none of the others from going on.
+    /// none of the others from going on; [`Batch::status`] tells which it is.
     ///
     /// # Errors
     /// If `dt` is not finite and positive.
     pub fn step(&mut self, dt: f64) -> Result<StepReport, SimulationError> {
         let step = |world: &mut World| {
-            world.looked_at = [false; 2];
+            world.looked_at = [false; 3];
             world.simulation.step(dt).map(|report| report.status)
         };
         let status = match self.worlds.as_mut_slice() {
@@ -120,15 +122,22 @@ impl Batch {
         status.map(|status| StepReport { status })
     }
 
+    /// How the last step of a copy ended: the worst status of its connected sets.
+    ///
+    /// # Panics
+    /// If there is no such copy; so do all functions that take one.
+    pub fn status(&mut self, copy: usize) -> Status {
+        let Place { world, segments, .. } = &self.copies[copy];
+        let statuses = &self.worlds[*world].statuses()[segments.clone()];
+        statuses.iter().copied().max().unwrap_or(Status::Converged)
+    }
+
     /// Time since the start [s].
     pub fn time(&self) -> f64 {
         self.worlds.first().map_or(0.0, |world| world.simulation.time())
     }
 
     /// Copies poses and velocities of a copy to `state`, which takes its size.
-    ///
-    /// # Panics
-    /// If there is no such copy; so do all functions that take one.
     pub fn store(&mut self, copy: usize, state: &mut State) {
         let Place { world, segments, .. } = &self.copies[copy];
         let all = self.worlds[*world].state();
@@ -212,7 +221,7 @@ impl Batch {
             return Err(SimulationError::Snapshot);
         }
         for (world, snapshot) in self.worlds.iter_mut().zip(snapshot) {
-            world.looked_at = [false; 2];
+            world.looked_at = [false; 3];
             world.simulation.restore(snapshot)?;
         }
         Ok(())
@@ -246,6 +255,14 @@ impl World {
             self.simulation.store_joint_forces(&mut self.forces);
         }
         &self.forces
+    }
+
+    /// How the last step ended, one a segment.
+    fn statuses(&mut self) -> &[Status] {
+        if !std::mem::replace(&mut self.looked_at[2], true) {
+            self.simulation.store_statuses(&mut self.statuses);
+        }
+        &self.statuses
     }
 }
 

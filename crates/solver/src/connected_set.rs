@@ -35,20 +35,30 @@ pub(crate) struct ConnectedSet {
     pub(crate) attempt: Attempt<f64>,
     /// Whether contacts pushed it in the last outer iteration, so that it takes part in the next.
     pub(crate) takes_part: bool,
+    /// How the last step ended.
+    pub(crate) status: Status,
 }
 
 impl ConnectedSet {
     pub(crate) fn new(component: Component<f64>, members: Members, projector: Projector) -> Self {
         let residuals = Residuals { stretch: 0.0, bend: 0.0, momentum: 0.0, check: 0.0 };
         let attempt = Attempt { residuals, target: 0.0, unsolved: 0.0, start: Start::Prediction };
-        Self { component, members, projector, counters: Counters::default(), attempt, takes_part: true }
+        Self {
+            component,
+            members,
+            projector,
+            counters: Counters::default(),
+            attempt,
+            takes_part: true,
+            status: Status::Converged,
+        }
     }
 
     /// Advances over `interval`, on its own.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
-        let status = retry::advance(self, interval, 0, params);
+        self.status = retry::advance(self, interval, 0, params);
         self.observe_step();
-        status
+        self.status
     }
 
     /// Shows the guess the end of a step.

@@ -21,6 +21,8 @@ use crate::topology::Topology;
 pub(crate) struct Group {
     component: Component<Lanes<GROUP>>,
     members: Vec<Members>,
+    /// How the last step ended, a lane each.
+    statuses: Vec<Status>,
     solver: Direct<Lanes<GROUP>>,
     pub(crate) counters: Counters,
 }
@@ -31,21 +33,21 @@ impl Group {
         let lanes: Vec<&Members> = members.iter().collect();
         let component = Component::new(model, state, topology.clone(), &lanes);
         let solver = Direct::for_tree(topology);
-        Self { component, members, solver, counters: Counters::default() }
+        let statuses = vec![Status::Converged; members.len()];
+        Self { component, members, statuses, solver, counters: Counters::default() }
     }
 
     /// Advances over `interval`.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
-        let Self { component, members, solver, counters } = self;
+        let Self { component, members, statuses, solver, counters } = self;
         let result = attempt(component, interval, params, solver, &mut NoGuess, counters);
-        let mut worst = Status::Converged;
         let mut alone: Vec<(usize, ConnectedSet)> = Vec::new();
         let mut active = Lanes::splat(1.0);
         for (lane, members) in members.iter().enumerate() {
             let status = result.status(lane);
             if status == Status::Converged || params.max_halvings == 0 {
                 count_step(&result, lane, counters);
-                worst = worst.max(status);
+                statuses[lane] = status;
                 if status == Status::NonFinite {
                     component.roll_back_lane(lane);
                     active.set_lane(lane, -1.0);
@@ -57,7 +59,7 @@ impl Group {
             let single = component.extract_lane(lane);
             let solver = Box::new(Direct::for_tree(&single.system.topology));
             let mut set = ConnectedSet::new(single, members.clone(), Projector::Solve { solver, guess: None });
-            worst = worst.max(retry::advance_halves(&mut set, interval, 0, params));
+            statuses[lane] = retry::advance_halves(&mut set, interval, 0, params);
             alone.push((lane, set));
         }
         finish(component, params.formulation, active, counters);
@@ -65,12 +67,17 @@ impl Group {
             component.insert_lane(lane, &set.component);
             *counters += set.counters;
         }
-        worst
+        statuses.iter().copied().max().unwrap_or(Status::Converged)
     }
 
     /// Shows its state to a tape.
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.component.tape(tape);
+    }
+
+    /// Each set with how its last step ended.
+    pub(crate) fn statuses(&self) -> impl Iterator<Item = (&Members, Status)> {
+        self.members.iter().zip(self.statuses.iter().copied())
     }
 
     pub(crate) fn lanes(&self) -> usize {

@@ -128,7 +128,10 @@ impl Lockstep {
     /// Advances over `interval`.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
         let status = retry::advance(self, interval, 0, params);
-        self.sets.iter_mut().for_each(ConnectedSet::observe_step);
+        for set in &mut self.sets {
+            set.status = status;
+            set.observe_step();
+        }
         status
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rod::{Body, Carried, JointForce, Pose, State};
 
-use crate::component::Change;
+use crate::component::{Change, Members};
 use crate::connected_set::ConnectedSet;
 use crate::contact::ContactForce;
 use crate::counters::Counters;
@@ -110,6 +110,15 @@ impl Piece {
             Piece::Single(set) => set.component.set_gravity(gravity),
             Piece::Group(group) => group.component_mut().set_gravity(gravity),
             Piece::Lockstep(sets) => sets.set_gravity(gravity),
+        }
+    }
+
+    /// Copies how the last step ended for each segment of these.
+    pub(crate) fn store_statuses(&self, statuses: &mut [Status]) {
+        let mut store = |members: &Members, status: Status| members.segments.iter().for_each(|&i| statuses[i] = status);
+        match self {
+            Piece::Group(group) => group.statuses().for_each(|(members, status)| store(members, status)),
+            piece => piece.singles().iter().for_each(|set| store(&set.members, set.status)),
         }
     }
 

@@ -333,6 +333,14 @@ impl Simulation {
         }
     }
 
+    /// Copies how the last step ended for the connected set of each segment to `statuses`, which must have an entry for each
+    /// segment; all are [`Status::Converged`] before the first step.
+    pub fn store_statuses(&self, statuses: &mut [Status]) {
+        for piece in &self.pieces {
+            piece.store_statuses(statuses);
+        }
+    }
+
     /// Copies what every contact that presses gives its segment at the end of the last step to `forces`, in place of what
     /// was there; in the order of segments.
     pub fn store_contact_forces(&self, forces: &mut Vec<ContactForce>) {

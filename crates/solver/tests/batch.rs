@@ -14,6 +14,7 @@ use solver::batch::Batch;
 use solver::formulation::Formulation;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
+use solver::step::Status;
 
 /// What one reads off a copy.
 type Seen = (State, Vec<JointForce>);
@@ -162,6 +163,27 @@ fn what_is_done_to_a_copy_is_done_to_it_alone_and_taken_back() {
     steps(&mut batch);
     assert!((0..9).all(|k| in_batch(&mut batch, k) == first[0]));
     assert!(matches!(batch.restore(&[]), Err(SimulationError::Snapshot)));
+}
+
+#[test]
+fn a_copy_that_fails_is_named_and_the_others_go_on() {
+    for copies in [2, 5] {
+        let (model, state) = copy(0);
+        let mut batch = Batch::new(&vec![(&model, &state); copies], &Settings::default(), None).unwrap();
+        let mut calm = Batch::new(&vec![(&model, &state); copies], &Settings::default(), None).unwrap();
+        batch.set_load(1, 0, Vector3::x() * 1e300, Vector3::zeros()).unwrap();
+        for _ in 0..3 {
+            assert_eq!(batch.step(DT).unwrap().status, Status::NonFinite);
+            calm.step(DT).unwrap();
+        }
+        for k in 0..copies {
+            let expected = if k == 1 { Status::NonFinite } else { Status::Converged };
+            assert_eq!(batch.status(k), expected, "copy {k} of {copies}");
+            if k != 1 {
+                assert_eq!(in_batch(&mut batch, k), in_batch(&mut calm, k), "copy {k} of {copies}");
+            }
+        }
+    }
 }
 
 #[test]
