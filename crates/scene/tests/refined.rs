@@ -22,9 +22,9 @@ fn joined(scene: &Scene) -> Vec<Vector3<f64>> {
         (Body::Segment(a), Body::Segment(b)) => model.segments[a].rod != model.segments[b].rod,
         _ => true,
     };
-    let at = |joint: &rod::Joint| match joint.b {
-        Body::Segment(b) => place(state, b, joint.offset_b),
-        Body::Anchor(b) => model.anchors[b].position,
+    let at = |joint: &rod::Joint| match (joint.a, joint.b) {
+        (Body::Anchor(k), _) | (_, Body::Anchor(k)) => model.anchors[k].position,
+        (_, Body::Segment(b)) => place(state, b, joint.offset_b),
     };
     model.joints.iter().filter(connects).map(at).collect()
 }

@@ -10,9 +10,14 @@ fn error_of(text: &str) -> String {
     error
 }
 
-/// Ends of a rod's drawn segments, from its anchors.
-fn held(scene: &Scene) -> Vec<Vector3<f64>> {
-    scene.model.anchors.iter().map(|anchor| anchor.position).collect()
+/// Checks where both end faces of a scene's only clamped rod are held [m].
+fn assert_held(scene: &Scene, start: Vector3<f64>, end: Vector3<f64>) {
+    let [first, last] = &scene.model.anchors[..] else { panic!("two anchors") };
+    assert!(
+        (first.position - start).norm() < 1e-12 && (last.position - end).norm() < 1e-12,
+        "{:?}",
+        scene.model.anchors
+    );
 }
 
 mod hung {
@@ -29,10 +34,7 @@ mod hung {
         let shape = "from_m = [0, 0, 5]\nto_m = [4, 3, 6]\nlength_m = 7\nsegments = 40";
         let scene = scene::parse(&text("", shape), "x.toml").unwrap();
         assert!((measure::rod_lengths(&scene.model, &scene.state)[0] - 7.0).abs() < 1e-11);
-        let [start, end] = held(&scene)[..] else { panic!("two anchors") };
-        assert!(
-            (start - Vector3::new(0.0, 0.0, 5.0)).norm() < 1e-12 && (end - Vector3::new(4.0, 3.0, 6.0)).norm() < 1e-12
-        );
+        assert_held(&scene, Vector3::z() * 5.0, Vector3::new(4.0, 3.0, 6.0));
         assert!(scene.model.joints.iter().all(|joint| joint.rest_darboux == Vector3::zeros()));
         let initial = scene::parse(&text("rest = \"initial\"", shape), "x.toml").unwrap();
         assert!(initial.model.joints.iter().any(|joint| joint.rest_darboux.norm() > 0.1));
@@ -212,7 +214,7 @@ mod strained {
 
     fn lengths(keys: &str) -> Vec<f64> {
         let scene = scene::parse(&text(keys), "x.toml").unwrap();
-        assert!(scene.model.anchors.len() < 2 || held(&scene) == [Vector3::x(), Vector3::x() * 5.0]);
+        assert_held(&scene, Vector3::x(), Vector3::x() * 5.0);
         scene.model.segments.iter().map(|segment| segment.length).collect()
     }
 
@@ -246,7 +248,7 @@ mod strained {
         let fine = scene::parse_refined(&text, "x.toml", std::num::NonZeroUsize::new(3).unwrap()).unwrap();
         let mass = |scene: &Scene| scene.model.segments.iter().map(|segment| segment.mass()).sum::<f64>();
         assert!((mass(&fine) / mass(&scene) - 1.0).abs() < 1e-3);
-        assert_eq!(held(&fine), held(&scene));
+        assert_held(&fine, Vector3::x(), Vector3::x() * 5.0);
         // A strained ring is as long as its rest length says.
         let ring = "[[rods]]\nstretch = \"physical\"\nrest_length_m = 6\nshape.ring = { radius_m = 1, segments = 20 }";
         let ring = scene::parse(ring, "x.toml").unwrap();

@@ -35,6 +35,8 @@ const LARGEST_TURN: f64 = 1.0;
 const GOOD_TURN: f64 = 0.3;
 /// Quiet steps in a row that count as equilibrium; each is four times as long as the one before where swinging allows.
 const QUIET_STEPS: usize = 5;
+/// Turns up to this many are rounding errors [rad], and no swinging: a model may begin at rest.
+const ROUNDING: f64 = 1e-13;
 /// Pseudo time steps longer than this many first ones bring nothing but rounding errors.
 const LONGEST: f64 = 1e6;
 
@@ -149,5 +151,6 @@ fn movement(component: &Component<f64>, last: &mut [Spatial<f64>]) -> Movement {
         size += last.angular.norm_squared();
         *last = now;
     }
-    Movement { shift: shift.sqrt(), turn: turn.sqrt(), swings: back > 0.5 * size }
+    let turn = turn.sqrt();
+    Movement { shift: shift.sqrt(), turn, swings: back > 0.5 * size && turn > ROUNDING }
 }

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::motion::{hermite, parabola_velocity};
 
-/// Parts of the curve between two points over which its length is measured.
-const PARTS: usize = 16;
+/// Fewest parts of the curve between two points over which its length is measured, and fewest for each segment.
+const PARTS: [usize; 2] = [4, 8];
 
 /// Nodes [m] at equal distances along the curve through `points` [m], the first of them at the first point: `segments + 1`,
 /// the last at the last point; `segments` where it is `closed`. Neighbouring points must not coincide; there are at least
@@ -32,7 +32,7 @@ pub fn resample(points: &[Vector3<f64>], closed: bool, smooth: bool, segments: u
         true => point(span) + hermite(share, way(span).norm(), &way(span), &velocity(span), &velocity(span + 1))[0],
         false => point(span) + way(span) * share,
     };
-    let parts = if smooth { PARTS } else { 1 };
+    let parts = if smooth { PARTS[0].max(PARTS[1] * segments / spans) } else { 1 };
     let mut lengths = Vec::with_capacity(spans * parts + 1);
     let (mut total, mut last) = (0.0, points[0]);
     lengths.push(total);
