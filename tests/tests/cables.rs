@@ -48,7 +48,7 @@ fn a_hung_cable_has_the_sag_and_the_tension_of_the_catenary() {
     let height = |x: f64| a * (x / a).cosh();
     let lowest = a - height(start);
     let segment = first.model.segments[0];
-    let weight = segment.density * Section { radius: segment.radius }.area() * 9.81;
+    let weight = segment.density * Section::Circle { radius: segment.radius }.area() * 9.81;
 
     let (scene, forces) = at_rest(first.clone());
     let found = scene.state.positions.iter().map(|x| x.z).fold(0.0, f64::min);
@@ -70,7 +70,7 @@ fn a_cable_that_is_too_short_pulls_as_its_strain_says() {
                 clamp = [\"start-face\", \"end-face\"]\n\
                 shape.hung = { from_m = [0, 0, 1], to_m = [3, 4, 1], length_m = 4.9, segments = 20 }";
     let (scene, forces) = at_rest(scene::parse(text, "taut.toml").unwrap());
-    let expected = 1e9 * Section { radius: 0.01 }.area() * (5.0 / 4.9 - 1.0);
+    let expected = 1e9 * Section::Circle { radius: 0.01 }.area() * (5.0 / 4.9 - 1.0);
     for (force, joint) in forces.iter().zip(&scene.model.joints) {
         let pull = force.tension(&scene.model, &scene.state, joint);
         assert!((pull / expected - 1.0).abs() < 1e-6, "{pull} N, not {expected} N");
@@ -79,7 +79,7 @@ fn a_cable_that_is_too_short_pulls_as_its_strain_says() {
         assert!((anchor.position - end).norm() < 1e-12);
     }
     let mass: f64 = scene.model.segments.iter().map(|segment| segment.mass()).sum();
-    assert!((mass / (100.0 * Section { radius: 0.01 }.area() * 4.9) - 1.0).abs() < 1e-12);
+    assert!((mass / (100.0 * Section::Circle { radius: 0.01 }.area() * 4.9) - 1.0).abs() < 1e-12);
 }
 
 /// Two cables that cross, in tension: they begin in balance.
@@ -111,11 +111,11 @@ fn taut_cables_that_are_joined_where_they_cross_stay_there() {
 fn a_plucked_string_sounds_at_its_pitch() {
     let Scene { model, mut state, run, .. } = scene::builtin("plucked-string").unwrap();
     let segment = model.segments[0];
-    let section = Section { radius: segment.radius };
+    let section = Section::Circle { radius: segment.radius };
     let (tension, length) = (73.0, 0.65);
     let strain = tension / (2e11 * section.area());
     let slow = 0.5 / length * (tension * (1.0 + strain) / (segment.density * section.area())).sqrt();
-    let e = (2e11 * section.second_moment() / tension).sqrt() / length;
+    let e = (2e11 * section.second_moments()[0] / tension).sqrt() / length;
     let pitch = slow * (1.0 + 2.0 * e + (4.0 + 0.5 * PI * PI) * e * e);
     assert!((pitch - 331.0).abs() < 1.0, "{pitch} Hz: the description is wrong");
 

@@ -129,7 +129,7 @@ fn first_torsional_frequency() {
 fn frequencies_of_a_taut_string() {
     let (strain, segments) = (0.01, 120);
     let beam = Beam { radius: 1e-4, ..Beam::rubber(segments) };
-    let stiffness = beam.material.youngs_modulus * rod::Section { radius: beam.radius }.area();
+    let stiffness = beam.material.youngs_modulus * rod::Section::Circle { radius: beam.radius }.area();
     let tension = stiffness * strain;
     let mut assembly = Assembly::new(Vector3::zeros());
     let straight = beam.spec(Vector3::zeros(), Vector3::x());

@@ -110,8 +110,8 @@ impl RodSpec {
         Ok(())
     }
 
-    /// Radius [m] and section of segment `i`.
-    fn section(&self, i: usize) -> (f64, Section) {
+    /// Radius [m] and section of segment `i`, of which there must be one.
+    pub fn section(&self, i: usize) -> (f64, Section) {
         let radius = if self.radii.len() == 1 { self.radii[0] } else { self.radii[i] };
         let own = if self.sections.len() == 1 { self.sections.first() } else { self.sections.get(i) };
         (radius, own.copied().unwrap_or(Section::Circle { radius }))
@@ -145,6 +145,17 @@ struct MadeOf {
     inner_damping: InnerDamping,
     /// Whether a turn about the axis would make another rod of it.
     has_sides: bool,
+}
+
+impl MadeOf {
+    /// That of a rigid body, which makes no joints: the rods that are joined to it do.
+    const NOTHING: Self = Self {
+        material: Material { youngs_modulus: 0.0, torsion_modulus: 0.0, density: 0.0 },
+        stretch: Stretch::ZERO_STRETCH,
+        stiffness: Stiffness { stretch: 0.0, shear: 0.0, bending: [0.0; 2], torsion: 0.0 },
+        inner_damping: InnerDamping::NONE,
+        has_sides: false,
+    };
 }
 
 /// A [`Model`] and its first [`State`] in the making.
@@ -331,9 +342,8 @@ impl Assembly {
     pub fn body(&mut self, body: RigidBody, pose: Pose) -> usize {
         self.model.segments.push(Segment::of_body(body, self.rods));
         self.rods += 1;
-        // A body makes no joints: the rods that are joined to it do.
-        let none = Material { youngs_modulus: 0.0, torsion_modulus: 0.0, density: 0.0 };
-        self.made_of.push((none, Stretch::ZERO_STRETCH));
+        self.made_of.push(MadeOf::NOTHING);
+        self.strains.push(0.0);
         self.state.positions.push(pose.position);
         self.state.orientations.push(pose.orientation);
         self.state.velocities.push(Vector3::zeros());
@@ -353,7 +363,8 @@ impl Assembly {
         let joint = self.composed(ends, &[self.half(segment)], segment);
         let [q_a, q_b] = [segment, body].map(|i| self.state.orientations[i]);
         let mount = Mount { across: [Vector2::zeros(), place.xy()] };
-        self.model.joints.push(Joint { mount: Some(mount), ..joint });
+        let rest_frames = [UnitQuaternion::identity(), q_b.inverse() * q_a];
+        self.model.joints.push(Joint { mount: Some(mount), rest_frames, ..joint });
         self
     }
 
@@ -564,7 +575,7 @@ mod tests {
     fn a_strained_rod_pulls_alike_everywhere() {
         let (tension, taper) = (3.0, vec![0.05, 0.04, 0.03, 0.02]);
         let strains: Vec<f64> =
-            taper.iter().map(|&r| tension / (SOFT.youngs_modulus * Section { radius: r }.area())).collect();
+            taper.iter().map(|&r| tension / (SOFT.youngs_modulus * Section::Circle { radius: r }.area())).collect();
         let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 4);
         for closed in [false, true] {
             let mut assembly = Assembly::new(Vector3::zeros());

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
 /// Shape of a rigid body: what it looks like, and what touches. Its middle is the body's centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]

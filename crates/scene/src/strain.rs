@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use rod::{RodSpec, Section, Stretch};
+use rod::{RodSpec, Stretch};
 
 use crate::error::{Result, Source, short};
 use crate::format::{self, Shape};
@@ -44,8 +44,8 @@ pub(crate) fn strains(source: &Source, rod: &format::Rod, spec: &RodSpec) -> Res
                 .wrong(tension.span(), "goes with `stretch = \"physical\"`; give `strain` or `rest_length_m`");
         }
         let force = source.finite(tension, "N")?;
-        let strain = |&radius: &f64| force / (spec.material.youngs_modulus * Section { radius }.area());
-        spec.radii.iter().map(strain).collect()
+        let strain = |i: usize| force / spec.section(i).1.stiffness(&spec.material).stretch;
+        (0..spec.radii.len().max(spec.sections.len())).map(strain).collect()
     } else if let Some(strain) = &rod.strain {
         vec![source.finite(strain, "")?]
     } else {
