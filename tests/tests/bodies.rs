@@ -90,7 +90,7 @@ fn a_body_on_a_stick_swings_with_the_period_of_a_physical_pendulum() {
         let across = axis.cross(&Vector3::z());
         let found = frequency(&model, &state, 0.02 / exact, |state| state.positions[1].dot(&across));
         println!("{case}: {found} rad/s, theory {exact}");
-        assert!((found / exact - 1.0).abs() < 2e-4, "{case}: {found} instead of {exact}");
+        assert!((found / exact - 1.0).abs() < 5e-6, "{case}: {found} instead of {exact}");
     }
 }
 
@@ -197,16 +197,16 @@ fn a_body_on_a_rope_comes_to_rest_below_it() {
     let nodes = shape::straight(Vector3::zeros(), -Vector3::z(), 0.5, 10);
     let rope = assembly.rod(&RodSpec::new(nodes, 0.001, material));
     assembly.clamp_start(&rope);
-    let place = Vector3::new(0.03, 0.2, 0.1);
+    let place = Vector3::new(0.02, 0.05, 0.1);
     let body = assembly.body(brick(2.0), at(Vector3::z() * -0.5 - place));
     assembly.attach(rope.end - 1, 1.0, body, &place);
     let (model, state) = relaxed(assembly);
     let held = state.orientations[body] * place;
     println!("centre {}, held {held}", state.positions[body]);
     // The rope's stiffness takes the rest: B / (m g) under its length.
-    assert!(state.positions[body].xy().norm() < 1e-3 && held.xy().norm() < 2e-3);
-    assert!((held.z - place.norm()).abs() < 1e-4 && (state.positions[body].z + 0.5 + place.norm()).abs() < 1e-3);
-    assert!(measure::worst_gap(&model, &state) < 1e-9);
+    assert!(state.positions[body].xy().norm() < 1e-6 && held.xy().norm() < 1e-5);
+    assert!((held.z - place.norm()).abs() < 1e-6 && (state.positions[body].z + 0.5 + place.norm()).abs() < 1e-5);
+    assert!(measure::worst_gap(&model, &state) < 1e-6);
 }
 
 /// A beam with a weight at each end, hung where the moments balance, stays level; hung elsewhere it does not.
@@ -301,7 +301,10 @@ fn a_ball_slides_rests_on_the_ground_and_rolls() {
     assembly.state_mut().velocities[ball] = Vector3::x() * speed;
     assembly.model_mut().contacts.obstacles.push(ground(friction));
     let (model, state) = assembly.finish();
-    let mut simulation = Simulation::new(&model, &state, &Settings::default(), None).unwrap();
+    // Friction moves the ball by no more than 1e-5 m a step.
+    let mut settings = Settings::default();
+    settings.step.contact_tolerance = 1e-7;
+    let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
     let (dt, mut now) = (1e-3, state.clone());
     for step in 1..=500 {
         assert_eq!(simulation.step(dt).unwrap().status, Status::Converged);
@@ -421,5 +424,5 @@ fn a_ball_falls_at_its_terminal_speed() {
     assert_order("a ball falling for 0.5 s", &errors, 1.0);
     assert!(errors[2].abs() < 1e-2 * terminal);
     let (_, end) = run(&model, &state, &Settings::default(), 0.02, 500);
-    assert!((-end.velocities[ball].z / terminal - 1.0).abs() < 1e-9);
+    assert!((-end.velocities[ball].z / terminal - 1.0).abs() < 1e-6);
 }

@@ -55,7 +55,8 @@ struct Profile {
 fn capped(radius: f64, half: f64) -> Vec<Profile> {
     let at = |k: usize, side: f64| {
         let latitude = FRAC_PI_2 * side * k as f64 / RINGS as f64;
-        Profile { radius: radius * latitude.cos(), height: half * side + radius * latitude.sin(), latitude }
+        let across = if k == RINGS { 0.0 } else { radius * latitude.cos() };
+        Profile { radius: across, height: half * side + radius * latitude.sin(), latitude }
     };
     let first = usize::from(half == 0.0);
     (0..=RINGS).rev().map(|k| at(k, -1.0)).chain((first..=RINGS).map(|k| at(k, 1.0))).collect()

@@ -160,7 +160,7 @@ fn mistakes_are_named() {
         (
             "at_m = [-0.1, 0, 0]",
             "at_m = [-0.2, 0, 0]",
-            "joins[0]: `a` and `b` are 0.1 m apart, but places to be joined must meet within 0.002802 m; without `at_m` the body is held where the rod is",
+            "joins[0]: `a` and `b` are 0.1 m apart, but places to be joined must meet within 0.00280179 m; without `at_m` the body is held where the rod is",
         ),
         (
             "name = \"wall\"",

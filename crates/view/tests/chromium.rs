@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use browser::{Browser, Look};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::State;
+use rod::{Assembly, BodyShape, Pose, RigidBody, State};
 use serde_json::Value;
 use tempfile::TempDir;
 use view::{Frame, ORIENTATION_PRECISION, Recorder, Run, write_page};
@@ -240,6 +240,48 @@ fn odd_names_and_single_frames_are_shown(browser: &mut Browser) -> Result<()> {
     Ok(())
 }
 
+/// A rigid body is drawn as what it is: of a ball one sees a disc, of a box its faces, of a hidden body
+/// next to nothing.
+fn rigid_bodies_are_drawn_as_what_they_are(browser: &mut Browser) -> Result<()> {
+    browser.look(WIDE)?;
+    let mut share = |body: RigidBody| -> Result<(f64, usize)> {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        assembly.body(body, Pose { position: Vector3::z() * 2.0, orientation: UnitQuaternion::identity() });
+        let (model, state) = assembly.finish();
+        let mut recorder = Recorder::new("body", 0.01, &model);
+        let nothing = f64::NAN;
+        let values = Frame {
+            time: 0.0,
+            state: &state,
+            forces: &[],
+            energy: nothing,
+            length_ratio: nothing,
+            iterations: nothing,
+        };
+        recorder.push(&values);
+        let (_folder, path) = page(&[recorder.finish()])?;
+        browser.open(&path)?;
+        browser.settle()?;
+        let picture = browser.screenshot(Some("#picture"))?;
+        let seen: Vec<[usize; 2]> = (0..picture.pixels.len())
+            .filter(|&i| picture.pixels[i][2] > picture.pixels[i][0].saturating_add(40))
+            .map(|i| [i % picture.width, i / picture.width])
+            .collect();
+        let extent = |axis: usize| {
+            let places = || seen.iter().map(|place| place[axis]);
+            places().max().zip(places().min()).map_or(1, |(most, least)| most - least + 1)
+        };
+        Ok((seen.len() as f64 / (extent(0) * extent(1)) as f64, seen.len()))
+    };
+    let (ball, pixels) = share(RigidBody::new(BodyShape::Sphere { radius: 0.5 }, 1.0))?;
+    ensure!(pixels > 5000 && (ball - std::f64::consts::FRAC_PI_4).abs() < 0.03, "a ball: {pixels} pixels, {ball}");
+    let (_, block) = share(RigidBody::new(BodyShape::Box { sides: Vector3::repeat(0.6) }, 1.0))?;
+    let (_, unseen) = share(RigidBody::hidden(1.0, Vector3::repeat(0.1)))?;
+    ensure!(block > 5000 && unseen < 50, "a box: {block} pixels; a hidden body: {unseen}");
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
 browser::tests![
     a_page_of_two_runs_plays,
     keys_choices_and_the_chart_do_what_they_say,
@@ -249,4 +291,5 @@ browser::tests![
     a_lost_graphics_processor_comes_back,
     what_a_browser_lacks_is_said,
     odd_names_and_single_frames_are_shown,
+    rigid_bodies_are_drawn_as_what_they_are,
 ];
