@@ -27,7 +27,8 @@ fn what_has_no_motion_stands_still() {
 
 #[test]
 fn shapes_turn_about_their_pivots() {
-    let motion = "motion = { times_s = [1, 3], shifts_m = [[0, 0, 0], [0, 0, 2]], turns_deg = [[0, 0, 0], [90, 0, 0]] }";
+    let motion =
+        "motion = { times_s = [1, 3], shifts_m = [[0, 0, 0], [0, 0, 2]], turns_deg = [[0, 0, 0], [90, 0, 0]] }";
     let shapes = [
         "shape.plane = { point_m = [0, 3, -1], normal = [0, 0, 1] }",
         "shape.sphere = { centre_m = [1, 2, 3], radius_m = 0.5 }",
@@ -55,7 +56,8 @@ fn shapes_turn_about_their_pivots() {
 fn obstacles_with_one_grippers_motion_are_one_rigid_body() {
     let motion = "motion.times_s = [0, 1]\nmotion.positions_m = [[0, 0, 2], [1, 0, 3]]\n\
                   motion.orientations = [[1, 0, 0, 0], [0.7071067811865476, 0, 0, 0.7071067811865476]]";
-    let finger = |x: f64| format!("[[obstacles]]\nshape.sphere = {{ centre_m = [{x}, 0, 1], radius_m = 0.1 }}\n{motion}\n");
+    let finger =
+        |x: f64| format!("[[obstacles]]\nshape.sphere = {{ centre_m = [{x}, 0, 1], radius_m = 0.1 }}\n{motion}\n");
     let fingers = parsed(&[finger(-0.2), finger(0.2)].concat());
     let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * std::f64::consts::FRAC_PI_2);
     for (finger, x) in fingers.iter().zip([-0.2, 0.2]) {

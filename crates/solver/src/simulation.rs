@@ -433,7 +433,7 @@ impl Simulation {
     /// Lets a motion drive an obstacle of the model from the next step on, whatever moved it before; its times are
     /// [`Simulation::time`]'s. Where it is elsewhere than the obstacle is now, the obstacle jumps there within the next step;
     /// [`Carried::gripped`] begins where the obstacle is ([`rod::Obstacle::at`]). A step in which it turns by more than 1 rad
-    /// is done in halves.
+    /// is done in halves. The model is not told: what draws it follows [`rod::Obstacle::motion`].
     ///
     /// # Errors
     /// If there is no such obstacle.

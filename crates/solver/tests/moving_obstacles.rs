@@ -64,7 +64,13 @@ fn sharp() -> Settings {
 }
 
 /// Steps; every step converges, and `look` sees each state.
-fn run(model: &Model, state: &State, settings: &Settings, steps: usize, mut look: impl FnMut(f64, &State)) -> Simulation {
+fn run(
+    model: &Model,
+    state: &State,
+    settings: &Settings,
+    steps: usize,
+    mut look: impl FnMut(f64, &State),
+) -> Simulation {
     let mut simulation = Simulation::new(model, state, settings, None).unwrap();
     let mut now = state.clone();
     for step in 0..steps {
@@ -92,9 +98,13 @@ fn a_belt_carries_what_lies_on_it_as_fast_as_friction_can() {
                 // A contact may slip by its tolerance in each step.
                 assert!((way - belt).abs() < 150.0 * 1e-8 * RADIUS, "{time} s: {way} {belt}");
             } else {
-                assert!((speed / (friction * GRAVITY * time) - 1.0).abs() < 1e-4, "{time} s: {speed}");
+                // In its first step the belt has the mean acceleration a / 2, with which the block keeps up.
+                let expected = 0.5 * acceleration * DT + friction * GRAVITY * (time - DT);
+                assert!((speed / expected - 1.0).abs() < 1e-4, "{time} s: {speed} {expected}");
             }
-            assert!((now.positions[0] - Vector3::new(0.0, 0.0, RADIUS)).z.abs() < 1e-6 && now.axis(0).x.abs() > 1.0 - 1e-9);
+            assert!(
+                (now.positions[0] - Vector3::new(0.0, 0.0, RADIUS)).z.abs() < 1e-6 && now.axis(0).x.abs() > 1.0 - 1e-9
+            );
         });
     }
 }
@@ -138,7 +148,10 @@ fn a_turning_drum_pulls_by_the_exponential_of_the_angle() {
         settings.step.contact_tolerance = 1e-5;
         let build = |m: &Model, s: &Members, t: &Topology| GuessKind::StepAdaptive.build(m, s, t);
         let mut simulation = Simulation::new(&model, &state, &settings, Some(&build)).unwrap();
-        let held = model.joints.iter().position(|joint| matches!(joint.b, Body::Anchor(_)) || matches!(joint.a, Body::Anchor(_)));
+        let held = model
+            .joints
+            .iter()
+            .position(|joint| matches!(joint.b, Body::Anchor(_)) || matches!(joint.a, Body::Anchor(_)));
         let mut forces = vec![JointForce::default(); model.joints.len()];
         let mut mean = 0.0;
         for step in 0..200 {
@@ -188,7 +201,7 @@ fn a_sphere_pushes_a_hanging_rope_aside() {
     assert!(ahead > 0.1, "{ahead}");
 }
 
-/// The sphere goes three diameters a step.
+/// The sphere goes three diameters a step. What it hits off its middle may slide off to a side, but is never behind it.
 #[test]
 fn a_fast_sphere_does_not_pass_through_a_rod() {
     for aside in [0.0, 0.02, -0.05] {
@@ -209,7 +222,8 @@ fn a_fast_sphere_does_not_pass_through_a_rod() {
             let nearest = distances(&model, now, centre).into_iter().fold(f64::INFINITY, f64::min);
             assert!(nearest > 0.08 + 0.98 * RADIUS, "{aside} m, {time} s: {nearest} m");
             let middle = 0.5 * (now.positions[9] + now.positions[10]);
-            assert!(time < 0.015 || middle.x > centre.x, "{aside} m, {time} s: {middle}");
+            let is_beside = aside != 0.0 && (middle.z - aside).abs() > 0.08;
+            assert!(time < 0.015 || middle.x > centre.x || is_beside, "{aside} m, {time} s: {middle}");
         });
     }
 }
@@ -219,7 +233,8 @@ fn a_plane_that_rises_throws_what_it_meets() {
     let (mut model, state) = block();
     model.gravity = Vector3::zeros();
     for restitution in [0.0, 0.5, 1.0] {
-        let below = ObstacleShape::HalfSpace { point: Vector3::z() * -0.045, normal: Unit::new_normalize(Vector3::z()) };
+        let below =
+            ObstacleShape::HalfSpace { point: Vector3::z() * -0.045, normal: Unit::new_normalize(Vector3::z()) };
         let surface = Surface { restitution, ..rough(0.3) };
         model.contacts.obstacles = vec![steady(below, surface, Vector3::z(), Vector3::zeros())];
         let mut speed = 0.0;
@@ -232,11 +247,8 @@ fn a_plane_that_rises_throws_what_it_meets() {
 #[test]
 fn all_that_moves_on_alike_is_at_rest() {
     let surface = Surface { friction: Friction::new(0.4), restitution: 0.3 };
-    let drum = ObstacleShape::Capsule {
-        start: Vector3::new(0.1, -0.5, 0.0),
-        end: Vector3::new(0.1, 0.5, 0.05),
-        radius: 0.08,
-    };
+    let drum =
+        ObstacleShape::Capsule { start: Vector3::new(0.1, -0.5, 0.0), end: Vector3::new(0.1, 0.5, 0.05), radius: 0.08 };
     let plane = ObstacleShape::HalfSpace {
         point: Vector3::z() * -0.1,
         normal: Unit::new_normalize(Vector3::new(-0.1, 0.05, 1.0)),

@@ -60,10 +60,9 @@ impl Detector {
 
     /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
     pub(crate) fn drive(&mut self, index: usize, motion: &Carried) -> bool {
-        let found = self.obstacles.get_mut(index);
-        let exists = found.is_some();
-        found.into_iter().for_each(|obstacle| obstacle.drive(motion));
-        exists
+        let Some(obstacle) = self.obstacles.get_mut(index) else { return false };
+        obstacle.drive(motion);
+        true
     }
 
     /// Shows a tape what moves the obstacles.
