@@ -30,6 +30,7 @@ const FILES: &[(&str, &str)] = files![
     "two-arms",
     "suture",
     "crane",
+    "drum",
     "knot",
     "small-cantilever",
     "elastica",
