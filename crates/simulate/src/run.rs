@@ -96,15 +96,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
     let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    let mut told = Cow::Borrowed(&scene);
     if scene.model.has_timed_grips() {
         // Where grips have taken hold, which the files need, is known now.
-        let mut told = scene.model.clone();
-        simulation.store_model(&mut told);
-        scene.model.motions = told.motions;
+        let mut model = scene.model.clone();
+        simulation.store_model(&mut model);
+        told.to_mut().model.motions = model.motions;
     }
     let snapshot = keep.as_ref().is_some_and(Keep::wants_snapshot).then(|| simulation.snapshot());
     let summary = Summary::new(
-        &scene,
+        &told,
         &settings,
         &Start {
             name,
@@ -123,7 +124,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         .with("time step", format!("{:?} s", scene.run.dt));
     let refused = reached.refused.take();
     let written = keep
-        .map(|keep| keep.close(&scene, &summary, &conditions, snapshot.as_ref(), refused))
+        .map(|keep| keep.close(&told, &summary, &conditions, snapshot.as_ref(), refused))
         .transpose()
         .context("--out");
     if scene_args.json {
