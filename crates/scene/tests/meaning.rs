@@ -208,12 +208,12 @@ fn ropes_of_a_net_meet_where_they_cross() {
     };
     let crossings = model.joints.iter().filter_map(|j| {
         let (a, b) = (rod_of(j.a)?, rod_of(j.b)?);
-        (a >= 22 && a != b).then(|| (a - 24, b - 24))
+        (a >= 24 && a != b).then(|| (a - 24, b - 24))
     });
     let mut crossings: Vec<_> = crossings.collect();
     crossings.sort_unstable();
     assert_eq!(crossings, (0..4).flat_map(|x| (4..7).map(move |y| (x, y))).collect::<Vec<_>>());
-    let joint = model.joints.iter().find(|j| rod_of(j.a) == Some(22)).unwrap();
+    let joint = model.joints.iter().find(|j| rod_of(j.a) == Some(24)).unwrap();
     assert_eq!((joint.youngs_modulus, joint.torsion_modulus), (2e6, 1e6));
     assert!(model.segments[ropes[0].segments.start].radius == 0.02);
 }
