@@ -86,6 +86,7 @@ pub mod motion {
 pub mod simulation {
     pub use solver::counters::{Counters, StageTimes};
     pub use solver::formulation::{ContactProjection, Formulation};
+    pub use solver::integrator::Integrator;
     pub use solver::linear::solvers::SolverKind;
     pub use solver::simulation::{
         ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError, StepReport,
@@ -130,7 +131,9 @@ pub mod prelude {
     };
     pub use crate::motion::{Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};
-    pub use crate::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams, StepReport};
+    pub use crate::simulation::{
+        Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams, StepReport,
+    };
     pub use crate::state::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, measure};
     pub use crate::statics::{self, StaticParams};
 }
