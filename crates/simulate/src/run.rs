@@ -12,6 +12,7 @@ use scene::Scene;
 use solver::auto::Choice;
 use solver::component::Members;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 use solver::topology::Topology;
@@ -150,12 +151,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
 /// The run in a few words, for pictures.
 fn label(scene: &Scene, settings: &Settings, guess: GuessName, args: &RunArgs) -> String {
     let Settings { step, solver } = settings;
+    let way = match step.integrator {
+        Integrator::Euler => step.formulation.to_string(),
+        integrator => format!("{}, {integrator}", step.formulation),
+    };
     match args.end_to_end {
         Some(predictions) => format!("{}: {guess} end to end, {predictions} predictions a step", scene.name),
         None if matches!(guess, GuessName::Plain(GuessKind::Zero)) => {
-            format!("{}: {}, {solver}", scene.name, step.formulation)
+            format!("{}: {way}, {solver}", scene.name)
         }
-        None => format!("{}: {}, {solver}, {guess}", scene.name, step.formulation),
+        None => format!("{}: {way}, {solver}, {guess}", scene.name),
     }
 }
 
