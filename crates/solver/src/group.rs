@@ -73,7 +73,7 @@ impl Group {
             alone.push((lane, set));
         }
         finish(component, params.formulation, active, counters);
-        if worst != Status::Converged {
+        if statuses.iter().any(|status| *status != Status::Converged) {
             component.begin_anew(anew);
         }
         for (lane, set) in alone {
