@@ -214,7 +214,7 @@ fn what_bounces_gains_no_energy() {
                 let surface = Surface { friction: Friction::new(0.3), restitution };
                 let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
                 assembly.model_mut().contacts =
-                    Contacts { obstacles: vec![Obstacle { shape: ground, surface }], ..Contacts::default() };
+                    Contacts { obstacles: vec![Obstacle::new(ground, surface)], ..Contacts::default() };
                 let (model, state) = assembly.finish();
                 let settings = settings(formulation, Integrator::Bdf2);
                 let mut simulation = Simulation::new(&model, &state, &settings, None).expect("a valid model");

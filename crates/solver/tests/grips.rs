@@ -199,7 +199,7 @@ fn other_rods_keep_their_bits() {
         let (mut model, state) = rods(count, fixed);
         if touching {
             let shape = ObstacleShape::HalfSpace { point: Vector3::z() * -9.0, normal: Vector3::z_axis() };
-            let obstacles = vec![Obstacle { shape, surface: Surface::default() }];
+            let obstacles = vec![Obstacle::new(shape, Surface::default())];
             model.contacts = Contacts { obstacles, ..Contacts::default() };
         }
         let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
@@ -350,7 +350,7 @@ fn a_released_rod_lands_on_the_ground() {
     let (mut model, state) = rods(1, true);
     let shape = ObstacleShape::HalfSpace { point: Vector3::z() * -0.5, normal: Vector3::z_axis() };
     model.contacts =
-        Contacts { obstacles: vec![Obstacle { shape, surface: Surface::default() }], ..Contacts::default() };
+        Contacts { obstacles: vec![Obstacle::new(shape, Surface::default())], ..Contacts::default() };
     model.damping = rod::Damping { linear: 1.0, angular: 1.0 };
     let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
     let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
