@@ -83,6 +83,8 @@ impl<T: Real> Component<T> {
     }
 
     /// Places open grips at the faces that they may hold.
+    #[cold]
+    #[inline(never)]
     pub(super) fn follow_faces(&mut self) {
         for k in 0..self.loose.len() {
             let Loose { lane, joint, turns, open } = self.loose[k];
@@ -119,6 +121,8 @@ impl<T: Real> Component<T> {
 
     /// Makes the free rows of the evaluation under way, whose bodies' terms are there, free: what the joint has turned by is
     /// what it is at rest, and the compliance is large.
+    #[cold]
+    #[inline(never)]
     pub(super) fn free_rows(&mut self) {
         for k in 0..self.loose.len() {
             let Loose { lane, joint, turns, open } = self.loose[k];
@@ -169,6 +173,8 @@ impl<T: Real> Component<T> {
     }
 
     /// Gives hinges the Jacobian of what they hold: that of the turn since the orientation at rest.
+    #[cold]
+    #[inline(never)]
     pub(super) fn turn_hinges(&mut self) {
         for Loose { lane, joint, turns, .. } in &self.loose {
             let Turns::One(rest) = turns else { continue };
@@ -181,6 +187,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Drops what free rows answered in a linear solve.
+    #[inline]
     pub(crate) fn drop_free(&mut self) {
         for Loose { lane, joint, turns, open } in &self.loose {
             let own = &mut self.dlambda[*joint];
