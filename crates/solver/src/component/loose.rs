@@ -77,6 +77,8 @@ impl<T: Real> Component<T> {
     }
 
     /// Places open grips at the faces that they may hold.
+    #[cold]
+    #[inline(never)]
     pub(super) fn follow_faces(&mut self) {
         for k in 0..self.loose.len() {
             let Loose { lane, joint, open, .. } = self.loose[k];
@@ -113,6 +115,8 @@ impl<T: Real> Component<T> {
 
     /// Makes the free rows of the evaluation under way, whose bodies' terms are there, free: what the joint has turned by is
     /// what it is at rest, and the compliance is large.
+    #[cold]
+    #[inline(never)]
     pub(super) fn free_rows(&mut self) {
         for k in 0..self.loose.len() {
             let Loose { lane, joint, turns, open } = self.loose[k];
@@ -166,6 +170,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Drops what free rows answered in a linear solve.
+    #[inline]
     pub(crate) fn drop_free(&mut self) {
         for Loose { lane, joint, turns, open } in &self.loose {
             let own = &mut self.dlambda[*joint];
