@@ -289,7 +289,7 @@ fn a_driven_body_takes_the_rods_along() {
 fn ground(friction: f64) -> Obstacle {
     let normal = Unit::new_normalize(Vector3::z());
     let surface = Surface { friction: Friction::new(friction), restitution: 0.0 };
-    Obstacle { shape: ObstacleShape::HalfSpace { point: Vector3::zeros(), normal }, surface }
+    Obstacle::new(ObstacleShape::HalfSpace { point: Vector3::zeros(), normal }, surface)
 }
 
 /// A ball that is pushed along the ground slides until it rolls, at 5/7 of its speed, whatever the friction.
@@ -345,7 +345,7 @@ fn a_ball_pulls_a_rope_over_an_obstacle() {
     });
     let [start, end] = [-1.0, 1.0].map(|y| Vector3::y() * y);
     let shape = ObstacleShape::Capsule { start, end, radius: pulley };
-    assembly.model_mut().contacts.obstacles.push(Obstacle { shape, surface: Surface::default() });
+    assembly.model_mut().contacts.obstacles.push(Obstacle::new(shape, Surface::default()));
     let (model, state) = assembly.finish();
     let mass: f64 = model.segments.iter().map(|segment| segment.mass()).sum();
     let mut simulation = Simulation::new(&model, &state, &Settings::default(), None).unwrap();

@@ -105,8 +105,8 @@ fn taut_cables_that_are_joined_where_they_cross_stay_there() {
     }
 }
 
-/// The first mode of a plucked string, from its zero crossings after it was let go: that of a string with the little
-/// bending stiffness of 650 mm of steel (Fletcher and Rossing, The Physics of Musical Instruments, 2.18).
+/// The first mode of a plucked string, from its zero crossings after it was let go: `sqrt(T / m) / 2 L`, m being the mass of a
+/// metre as it is stretched. The wire's bending stiffness raises it by no more than `2 sqrt(B / T) / L`, 0.2 %.
 #[test]
 fn a_plucked_string_sounds_at_its_pitch() {
     let Scene { model, mut state, run, .. } = scene::builtin("plucked-string").unwrap();
@@ -114,9 +114,9 @@ fn a_plucked_string_sounds_at_its_pitch() {
     let section = Section::Circle { radius: segment.radius };
     let (tension, length) = (73.0, 0.65);
     let strain = tension / (2e11 * section.area());
-    let slow = 0.5 / length * (tension * (1.0 + strain) / (segment.density * section.area())).sqrt();
-    let e = (2e11 * section.second_moments()[0] / tension).sqrt() / length;
-    let pitch = slow * (1.0 + 2.0 * e + (4.0 + 0.5 * PI * PI) * e * e);
+    let pitch = 0.5 / length * (tension * (1.0 + strain) / (segment.density * section.area())).sqrt();
+    let stiff = 2.0 * (2e11 * section.second_moments()[0] / tension).sqrt() / length;
+    assert!(stiff < 2.5e-3, "{stiff}");
     assert!((pitch - 331.0).abs() < 1.0, "{pitch} Hz: the description is wrong");
 
     let mut simulation = Simulation::new(&model, &state, &tight(), None).unwrap();
@@ -140,5 +140,6 @@ fn a_plucked_string_sounds_at_its_pitch() {
     // What implicit Euler makes of it is taken out.
     let found = PI * last as f64 / (crossings[last] - crossings[0]);
     let found = (found * run.dt).tan() / run.dt / (2.0 * PI);
-    assert!((found / pitch - 1.0).abs() < 2e-3, "{found} Hz, not {pitch} Hz");
+    println!("plucked string: {found:.2} Hz, a string's {pitch:.2} Hz");
+    assert!((-5e-4..stiff + 5e-4).contains(&(found / pitch - 1.0)), "{found} Hz, not {pitch} Hz");
 }

@@ -25,8 +25,8 @@ fn the_pull_on_a_sliding_suture_is_the_weight_s_and_the_rim_s_friction() {
     let mut forces = vec![JointForce::default(); scene.model.joints.len()];
     let mut state = scene.state.clone();
     let (mut steps, mut log_ratio, mut angle) = (0.0, 0.0, 0.0);
-    for step in 0..scene.steps {
-        let report = simulation.step(scene.dt).unwrap();
+    for step in 0..scene.run.steps {
+        let report = simulation.step(scene.run.dt).unwrap();
         assert!(report.status <= Status::ConvergedInSubsteps, "step {step}: {:?}", report.status);
         // It is drawn at 13 to 20 mm/s then.
         let time = simulation.time();

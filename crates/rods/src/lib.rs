@@ -118,6 +118,7 @@ pub mod simulation {
     pub use solver::batch::Batch;
     pub use solver::counters::{Counters, StageTimes};
     pub use solver::formulation::{ContactProjection, Formulation};
+    pub use solver::integrator::Integrator;
     pub use solver::linear::solvers::SolverKind;
     pub use solver::simulation::{
         ContactForce, ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError, StepReport, Touched,
@@ -164,7 +165,7 @@ pub mod prelude {
     pub use crate::motion::{Carried, Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};
     pub use crate::simulation::{
-        Batch, ContactForce, Formulation, Settings, Simulation, SimulationError, Snapshot, Status, StepParams,
+        Batch, ContactForce, Formulation, Integrator, Settings, Simulation, SimulationError, Snapshot, Status, StepParams,
         StepReport, Touched,
     };
     pub use crate::state::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, measure};

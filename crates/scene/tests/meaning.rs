@@ -47,7 +47,7 @@ fn bodies() {
     assert!((model.segments[0].radius - 0.049).abs() < 1e-12 && (model.segments[9].radius - 0.031).abs() < 1e-12);
     assert_eq!((model.segments[0].density, model.segments[4].added_mass), (200.0, 2.5));
     // One of the trunk, one of the arc and each of its copies.
-    assert_eq!((model.anchors.len(), model.anchors[0].position), (4, Vector3::new(0.0, 0.0, 1.0)));
+    assert_eq!((model.anchors.len(), model.anchors[0].position), (5, Vector3::new(0.0, 0.0, 1.0)));
     assert_eq!((model.loads.len(), model.changes.len()), (3, 2));
     assert_eq!((model.loads[2].force, model.loads[2].torque), (Vector3::zeros(), Vector3::x()));
     assert_eq!(model.changes[0].track.at(1.5), Vector3::z());

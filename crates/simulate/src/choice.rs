@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use catalogue::{GuessName, learned_start};
 use scene::Scene;
 use solver::auto::{self, Choice};
-use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::step::StepParams;
@@ -30,7 +30,7 @@ pub(crate) struct Way {
 /// # Errors
 /// If flags do not go together.
 pub(crate) fn way(args: &RunArgs, scene: &Scene, step: &StepParams) -> Result<Way> {
-    check_guess(args, step.formulation)?;
+    check_guess(args, step)?;
     let (asked, why_cg) = asked_solver(args)?;
     if let Some(guess) = args.guess
         && args.end_to_end.is_some()
@@ -44,7 +44,9 @@ pub(crate) fn way(args: &RunArgs, scene: &Scene, step: &StepParams) -> Result<Wa
     choice.why_solver = why_cg.or(choice.why_solver);
     let solver = choice.solver;
     let Some(guess) = args.guess else {
-        if let Some((guess, why)) = learned_start(scene, step.formulation) {
+        // Learned starts are from steps of Euler's rule.
+        let learned = || learned_start(scene, step.formulation).filter(|_| step.integrator == Integrator::Euler);
+        if let Some((guess, why)) = learned() {
             let reasons = choice.reason_of_solver().into_iter().chain([why]);
             return Ok(Way { solver, guess, choice: None, chosen: Some(reasons.collect::<Vec<_>>().join("; ")) });
         }
@@ -86,7 +88,8 @@ fn asked_solver(args: &RunArgs) -> Result<(Option<SolverKind>, Option<String>)> 
     }
 }
 
-fn check_guess(args: &RunArgs, formulation: Formulation) -> Result<()> {
+fn check_guess(args: &RunArgs, step: &StepParams) -> Result<()> {
+    let StepParams { formulation, integrator, .. } = *step;
     let name = args.guess.map_or("the default".to_owned(), |guess| guess.to_string());
     for (flag, given) in [
         ("--end-to-end", args.end_to_end.is_some()),
@@ -96,6 +99,11 @@ fn check_guess(args: &RunArgs, formulation: Formulation) -> Result<()> {
         if given && !args.guess.is_some_and(GuessName::is_learned) {
             bail!("{flag} needs a learned guess (--guess knn, gn, gn-best or gn-step), but the guess is {name}");
         }
+    }
+    if args.guess.is_some_and(GuessName::is_learned) && integrator != Integrator::Euler {
+        bail!(
+            "--guess {name} needs --integrator euler, from whose steps it has learned, but the integrator is {integrator}"
+        );
     }
     if args.guess.is_some_and(GuessName::helps_steps) {
         if args.end_to_end.is_some() {

@@ -9,6 +9,7 @@ use dataset::Scenario;
 use export::Format;
 use scene::{Origin, Scene};
 use solver::formulation::{ContactProjection, Formulation};
+use solver::integrator::Integrator;
 use solver::linear::precondition::PreconditionerKind;
 
 use crate::files::Wanted;
@@ -67,9 +68,13 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) dt: Option<f64>,
     /// Which equations a step solves: xpbd-geometric (fast, and right for nearly everything), xpbd (the COPINGNet paper's),
-    /// newton (implicit Euler, the most accurate of them, and slower).
+    /// newton (the integrator's equations in full, the most accurate of them, and slower).
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
+    /// How the motion goes on from step to step: euler (robust; long steps damp swings and waves), bdf2 (of second order:
+    /// slow motions keep their energy, fast waves are damped; not with learned guesses).
+    #[arg(long, default_value_t = Integrator::default())]
+    pub(crate) integrator: Integrator,
     /// How exactly a step is solved: its error must fall to this share of what it was at the start of the step.
     #[arg(long, default_value = "1e-6", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) tolerance: f64,

@@ -12,6 +12,7 @@ use scene::Scene;
 use solver::auto::Choice;
 use solver::component::Members;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 use solver::topology::Topology;
@@ -96,15 +97,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
     let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    let mut told = Cow::Borrowed(&scene);
     if scene.model.has_timed_grips() {
         // Where grips have taken hold, which the files need, is known now.
-        let mut told = scene.model.clone();
-        simulation.store_model(&mut told);
-        scene.model.motions = told.motions;
+        let mut model = scene.model.clone();
+        simulation.store_model(&mut model);
+        told.to_mut().model.motions = model.motions;
     }
     let snapshot = keep.as_ref().is_some_and(Keep::wants_snapshot).then(|| simulation.snapshot());
     let summary = Summary::new(
-        &scene,
+        &told,
         &settings,
         &Start {
             name,
@@ -123,7 +125,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         .with("time step", format!("{:?} s", scene.run.dt));
     let refused = reached.refused.take();
     let written = keep
-        .map(|keep| keep.close(&scene, &summary, &conditions, snapshot.as_ref(), refused))
+        .map(|keep| keep.close(&told, &summary, &conditions, snapshot.as_ref(), refused))
         .transpose()
         .context("--out");
     if scene_args.json {
@@ -149,12 +151,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
 /// The run in a few words, for pictures.
 fn label(scene: &Scene, settings: &Settings, guess: GuessName, args: &RunArgs) -> String {
     let Settings { step, solver } = settings;
+    let way = match step.integrator {
+        Integrator::Euler => step.formulation.to_string(),
+        integrator => format!("{}, {integrator}", step.formulation),
+    };
     match args.end_to_end {
         Some(predictions) => format!("{}: {guess} end to end, {predictions} predictions a step", scene.name),
         None if matches!(guess, GuessName::Plain(GuessKind::Zero)) => {
-            format!("{}: {}, {solver}", scene.name, step.formulation)
+            format!("{}: {way}, {solver}", scene.name)
         }
-        None => format!("{}: {}, {solver}, {guess}", scene.name, step.formulation),
+        None => format!("{}: {way}, {solver}, {guess}", scene.name),
     }
 }
 

@@ -65,6 +65,7 @@ pub(crate) struct Summary {
     joints: usize,
     connected_sets: usize,
     formulation: &'static str,
+    integrator: &'static str,
     solver: String,
     linear_tolerance: Option<f64>,
     guess: String,
@@ -135,6 +136,7 @@ impl Summary {
             joints: scene.model.joints.len(),
             connected_sets: simulation.components(),
             formulation: settings.step.formulation.name(),
+            integrator: settings.step.integrator.name(),
             solver: if start.end_to_end > 0 { "none".to_owned() } else { settings.solver.to_string() },
             linear_tolerance: match settings.solver {
                 SolverKind::Cg(params) => Some(params.tolerance),
@@ -191,7 +193,12 @@ impl Summary {
         } else {
             String::new()
         };
-        say!("formulation {}, solver {}, guess {}{plane}{end}", self.formulation, self.solver, self.guess)?;
+        let Self { formulation, solver, guess, .. } = self;
+        let integrator = match self.integrator {
+            "euler" => String::new(),
+            other => format!(", integrator {other}"),
+        };
+        say!("formulation {formulation}{integrator}, solver {solver}, guess {guess}{plane}{end}")?;
         if let Some(chosen) = &self.chosen {
             say!("chosen: {chosen}")?;
         }

@@ -47,6 +47,14 @@ fn flags() {
             "invalid value 'pbd' for '--formulation <FORMULATION>': expected one of xpbd, xpbd-geometric, newton".to_owned(),
         ),
         (
+            "--integrator rk4",
+            "invalid value 'rk4' for '--integrator <INTEGRATOR>': expected one of euler, bdf2".to_owned(),
+        ),
+        (
+            "--guess knn --integrator bdf2",
+            "--guess knn needs --integrator euler, from whose steps it has learned, but the integrator is bdf2".to_owned(),
+        ),
+        (
             "--guess best",
             format!("invalid value 'best' for '--guess <GUESS>': expected one of {guesses} (fischer-4: on the last 4 solutions), or a learned one: knn, gn, gn-best, gn-step"),
         ),

@@ -52,6 +52,7 @@ fn help_explains_every_flag() {
         "steps",
         "dt",
         "formulation",
+        "integrator",
         "solver",
         "preconditioner",
         "guess",
@@ -86,6 +87,20 @@ fn every_builtin_scene_runs_in_every_formulation() {
 }
 
 #[test]
+fn every_builtin_scene_runs_with_bdf2_which_the_summary_names() {
+    for name in builtin_names() {
+        let summary = json(&[name, "--steps", "4", "--integrator", "bdf2"]);
+        let status = summary["status"].as_str().expect("a status");
+        assert!(["converged", "converged in substeps"].contains(&status), "{name}: {status}");
+        assert_eq!(summary["integrator"], "bdf2", "{name}");
+    }
+    let output = run(&["--steps", "1", "--integrator", "bdf2", "--formulation", "newton"]);
+    let (code, out, _) = texts(&output);
+    assert_eq!(code, Some(0));
+    assert!(out.contains("formulation newton, integrator bdf2, solver direct, guess step-adaptive"), "{out}");
+}
+
+#[test]
 fn random_scenes_are_drawn_by_seed_and_index() {
     let hash =
         |arguments: &[&str]| json(&[&["random-helix", "--steps", "2"], arguments].concat())["final_state_hash"].clone();
@@ -102,7 +117,7 @@ fn json_has_all_keys() {
     assert_eq!(
         keys(&summary),
         "connected_sets contact_tolerance dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
-         guess interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
+         guess integrator interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
          threads times_real_time tolerance wall_s work worst_residuals"
     );
     assert_eq!(keys(&summary["stages_s"]), "assemble contact drag guess predict solve update");

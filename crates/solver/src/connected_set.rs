@@ -162,6 +162,9 @@ impl Steps for ConnectedSet {
             self.component.roll_back();
         } else {
             finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
+            if status != Status::Converged {
+                self.component.begin_anew(1.0);
+            }
         }
     }
 

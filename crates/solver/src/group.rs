@@ -8,6 +8,7 @@ use crate::attempt::{attempt, count_step, finish};
 use crate::component::{Change, Component, Members};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::Counters;
+use crate::integrator::Integrator;
 use crate::kernel::lane::{Lanes, Real};
 use crate::limits::GROUP;
 use crate::linear::direct::Direct;
@@ -29,9 +30,16 @@ pub(crate) struct Group {
 
 impl Group {
     /// A group over a graph without loops.
-    pub(crate) fn new(model: &Model, state: &State, topology: &Arc<Topology>, members: Vec<Members>) -> Self {
+    pub(crate) fn new(
+        model: &Model,
+        state: &State,
+        topology: &Arc<Topology>,
+        members: Vec<Members>,
+        integrator: Integrator,
+    ) -> Self {
         let lanes: Vec<&Members> = members.iter().collect();
-        let component = Component::new(model, state, topology.clone(), &lanes);
+        let mut component = Component::new(model, state, topology.clone(), &lanes);
+        component.integrate_by(integrator);
         let solver = Direct::for_tree(topology);
         let statuses = vec![Status::Converged; members.len()];
         Self { component, members, statuses, solver, counters: Counters::default() }
@@ -42,7 +50,7 @@ impl Group {
         let Self { component, members, statuses, solver, counters } = self;
         let result = attempt(component, interval, params, solver, &mut NoGuess, counters);
         let mut alone: Vec<(usize, ConnectedSet)> = Vec::new();
-        let mut active = Lanes::splat(1.0);
+        let (mut active, mut anew) = (Lanes::splat(1.0), Lanes::splat(-1.0));
         for (lane, members) in members.iter().enumerate() {
             let status = result.status(lane);
             if status == Status::Converged || params.max_halvings == 0 {
@@ -51,6 +59,8 @@ impl Group {
                 if status == Status::NonFinite {
                     component.roll_back_lane(lane);
                     active.set_lane(lane, -1.0);
+                } else if status != Status::Converged {
+                    anew.set_lane(lane, 1.0);
                 }
                 continue;
             }
@@ -63,6 +73,9 @@ impl Group {
             alone.push((lane, set));
         }
         finish(component, params.formulation, active, counters);
+        if statuses.iter().any(|status| *status != Status::Converged) {
+            component.begin_anew(anew);
+        }
         for (lane, set) in alone {
             component.insert_lane(lane, &set.component);
             *counters += set.counters;

@@ -29,6 +29,7 @@ pub mod counters;
 pub mod formulation;
 mod group;
 pub mod guess;
+pub mod integrator;
 pub mod kernel;
 mod limits;
 pub mod linear;

@@ -137,7 +137,10 @@ impl Lockstep {
 
     /// Prediction, guesses for the step's start, first evaluation.
     fn begin(&mut self, interval: Interval, params: &StepParams, guessing: bool) {
+        // An impulse between two sets is the same for both: both take steps of one kind.
+        let held_back = !self.sets.iter().all(|set| set.component.can_go_on());
         self.each(|set| {
+            set.component.hold_back(held_back);
             set.component.pushed.fill(Spatial::zero());
             let ConnectedSet { component, projector, counters, .. } = set;
             set.attempt = match projector {
@@ -352,8 +355,12 @@ impl Steps for Lockstep {
             self.roll_back();
             return;
         }
+        let begins_anew = self.stage.end_step() || status != Status::Converged;
         for set in &mut self.sets {
             finish(&mut set.component, params.formulation, 1.0, &mut set.counters);
+            if begins_anew {
+                set.component.begin_anew(1.0);
+            }
         }
         self.counters.worst_contact = self.counters.worst_contact.max(self.stage.worst());
         self.counters.deepest_penetration = self.counters.deepest_penetration.max(self.stage.deepest());

@@ -16,6 +16,7 @@ use crate::counters::Counters;
 use crate::formulation::ContactProjection;
 use crate::group::Group;
 use crate::guess::InitialGuess;
+use crate::integrator::Integrator;
 use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::SolverKind;
 use crate::lockstep::Lockstep;
@@ -50,6 +51,12 @@ pub enum SimulationError {
     /// A guess for whole steps with a formulation that never corrects it.
     #[error("a guess for the start of a whole step needs formulation newton; {0} would keep its error in the motion")]
     StepGuess(crate::formulation::Formulation),
+    /// Predictions in the place of solves with an integrator that they do not know.
+    #[error("predictions in the place of solves need integrator euler, not {0}")]
+    Projection(Integrator),
+    /// Rigid bodies with an integrator that does not know them.
+    #[error("integrator {0} knows no rigid bodies yet; euler does")]
+    Bodies(Integrator),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),
@@ -181,6 +188,9 @@ impl Simulation {
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
         settings.step.validate()?;
+        if settings.step.integrator != Integrator::Euler && model.segments.iter().any(|segment| segment.body.is_some()) {
+            return Err(SimulationError::Bodies(settings.step.integrator));
+        }
         if let SolverKind::Cg(_) = settings.solver {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }
@@ -197,11 +207,18 @@ impl Simulation {
             }
             let Alike { topology, sets } = &alike;
             if grouping && alike.fill_lanes() && guesses.iter().all(Option::is_none) {
-                pieces.push(Piece::Group(Box::new(Group::new(model, state, topology, sets.clone()))));
+                pieces.push(Piece::Group(Box::new(Group::new(
+                    model,
+                    state,
+                    topology,
+                    sets.clone(),
+                    settings.step.integrator,
+                ))));
                 continue;
             }
             for (members, guess) in alike.sets.into_iter().zip(guesses) {
-                let component = Component::new(model, state, alike.topology.clone(), &[&members]);
+                let mut component = Component::new(model, state, alike.topology.clone(), &[&members]);
+                component.integrate_by(settings.step.integrator);
                 let solver = settings.solver.build(model, &members, &alike.topology)?;
                 singles.push(ConnectedSet::new(component, members, Projector::Solve { solver, guess }));
             }
@@ -215,7 +232,7 @@ impl Simulation {
     /// them.
     ///
     /// # Errors
-    /// If model and state do not fit together, or bodies overlap as in [`Simulation::new`].
+    /// If model and state do not fit together, bodies overlap as in [`Simulation::new`], or the integrator is not Euler's.
     pub fn end_to_end(
         model: &Model,
         state: &State,
@@ -225,6 +242,9 @@ impl Simulation {
         model.validate(state)?;
         params.validate()?;
         without_loose(model, "a prediction in place of solves")?;
+        if params.integrator != Integrator::Euler {
+            return Err(SimulationError::Projection(params.integrator));
+        }
         let single = |(members, topology): (Members, Topology)| {
             let projection = projection(model, &members, &topology);
             let component = Component::new(model, state, Arc::new(topology), &[&members]);

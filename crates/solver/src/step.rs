@@ -4,12 +4,15 @@ use thiserror::Error;
 
 use crate::contact_params::ContactParams;
 use crate::formulation::{ContactProjection, Formulation};
+use crate::integrator::Integrator;
 
 /// When the outer iterations end and how far a step may be divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepParams {
     /// Equations to solve.
     pub formulation: Formulation,
+    /// How the motion goes on from step to step.
+    pub integrator: Integrator,
     /// Residual to reach, relative to that of the predicted state with lambda = 0 (so that a better start does not buy a
     /// stricter target) or to 1, whichever is less (so that a prediction far off does not make a bad step good enough).
     /// Scaled units: gaps in segment lengths, angles in radians.
@@ -33,6 +36,7 @@ impl StepParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
         formulation: Formulation::XpbdGeometric,
+        integrator: Integrator::Euler,
         relative_tolerance: 1e-6,
         absolute_tolerance: 1e-9,
         contact_tolerance: 1e-3,

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use common::{GRAVITY, material, settings, ways};
+use common::{GRAVITY, integrated, material, settings, ways};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
     Assembly, Body, Change, Changing, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Pose, Reaction,
@@ -106,11 +106,12 @@ fn with_every_formulation_and_guess() {
 fn in_substeps_and_in_lanes() {
     for rods in [1, 3] {
         let (model, state) = driven(rods, Interpolation::Smooth);
-        for formulation in Formulation::ALL {
+        for (formulation, integrator) in integrated() {
             let mut settings = settings(formulation, SolverKind::Direct);
+            settings.step.integrator = integrator;
             (settings.step.max_iterations, settings.step.max_halvings) = (1, 2);
             (settings.step.relative_tolerance, settings.step.absolute_tolerance) = (1e-13, 1e-13);
-            let what = format!("{formulation}, {rods} rods");
+            let what = format!("{formulation}, {integrator}, {rods} rods");
             let simulation = follow(&model, &state, &settings, GuessKind::Zero, &what);
             assert!(simulation.counters().retries > 10, "{what}: {} retries", simulation.counters().retries);
         }

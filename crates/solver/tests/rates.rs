@@ -2,10 +2,11 @@
 
 mod common;
 
-use common::material;
+use common::{integrated, material};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Model, RodSpec, State, shape};
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
 
@@ -24,8 +25,9 @@ fn spinning(rods: usize, rate: Vector3<f64>) -> (Model, State) {
     assembly.finish()
 }
 
-fn simulation(model: &Model, state: &State, formulation: Formulation) -> Simulation {
-    let settings = Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, ..Settings::default() };
+fn simulation(model: &Model, state: &State, (formulation, integrator): (Formulation, Integrator)) -> Simulation {
+    let step = StepParams { formulation, integrator, ..StepParams::DEFAULT };
+    let settings = Settings { step, ..Settings::default() };
     Simulation::new(model, state, &settings, None).unwrap()
 }
 
@@ -39,9 +41,9 @@ fn apart(a: &State, b: &State) -> f64 {
 fn a_free_segment_turns_at_the_rate_that_it_was_given_and_says_so() {
     for rods in [1, 3] {
         for rate in RATES {
-            for formulation in Formulation::ALL {
+            for way in integrated() {
                 let (model, state) = spinning(rods, rate);
-                let mut simulation = simulation(&model, &state, formulation);
+                let mut simulation = simulation(&model, &state, way);
                 let mut now = state.clone();
                 simulation.store(&mut now);
                 assert_eq!(now, state, "given rates stay until a step is done");
@@ -52,7 +54,7 @@ fn a_free_segment_turns_at_the_rate_that_it_was_given_and_says_so() {
                     let expected =
                         State { orientations: state.orientations.iter().map(|q| turn * q).collect(), ..state.clone() };
                     let error = apart(&now, &expected);
-                    assert!(error < 1e-9, "{formulation}, {rate}, step {step}: {error:e}");
+                    assert!(error < 1e-9, "{way:?}, {rate}, step {step}: {error:e}");
                 }
             }
         }
@@ -63,12 +65,12 @@ fn a_free_segment_turns_at_the_rate_that_it_was_given_and_says_so() {
 fn a_stored_state_goes_on_as_if_it_had_not_been_stored() {
     for rods in [1, 3] {
         let (model, state) = spinning(rods, RATES[1]);
-        let mut through = simulation(&model, &state, Formulation::Newton);
+        let mut through = simulation(&model, &state, (Formulation::Newton, Integrator::Euler));
         let mut stored = state.clone();
         for _ in 0..20 {
             through.step(DT).unwrap();
             // A simulation of its own for each step.
-            let mut next = simulation(&model, &stored, Formulation::Newton);
+            let mut next = simulation(&model, &stored, (Formulation::Newton, Integrator::Euler));
             next.step(DT).unwrap();
             next.store(&mut stored);
         }
@@ -81,9 +83,9 @@ fn a_stored_state_goes_on_as_if_it_had_not_been_stored() {
 
 #[test]
 fn a_rate_that_is_given_between_steps_is_that_of_the_step_that_follows() {
-    for rods in [1, 3] {
+    for (rods, integrator) in [1, 3].into_iter().flat_map(|rods| Integrator::ALL.map(|integrator| (rods, integrator))) {
         let (model, mut state) = spinning(rods, RATES[0]);
-        let mut simulation = simulation(&model, &state, Formulation::XpbdGeometric);
+        let mut simulation = simulation(&model, &state, (Formulation::XpbdGeometric, integrator));
         // About the segment's own axis, so that nothing precesses.
         for (share, dt) in [(1.2, 0.5 * DT), (-1.0, DT), (0.0, 0.1 * DT), (0.1, DT)] {
             let rate = RATES[0] * share;
@@ -106,13 +108,15 @@ fn a_rate_that_is_given_between_steps_is_that_of_the_step_that_follows() {
 #[test]
 fn more_than_half_a_turn_a_step_is_divided_from_the_start() {
     let rate = Vector3::new(0.0, 0.0, 500.0);
-    let (model, state) = spinning(1, rate);
-    let mut simulation = simulation(&model, &state, Formulation::Xpbd);
-    let mut end = state.clone();
-    simulation.step(DT).unwrap();
-    simulation.store(&mut end);
-    assert!(simulation.counters().retries > 0);
-    assert!((end.angular_velocities[0] - rate).norm() < 1e-9 * rate.norm());
-    let turn = UnitQuaternion::from_scaled_axis(rate * DT) * state.orientations[0];
-    assert!((end.orientations[0] * turn.inverse()).imag().norm() < 1e-9);
+    for integrator in Integrator::ALL {
+        let (model, state) = spinning(1, rate);
+        let mut simulation = simulation(&model, &state, (Formulation::Xpbd, integrator));
+        let mut end = state.clone();
+        simulation.step(DT).unwrap();
+        simulation.store(&mut end);
+        assert!(simulation.counters().retries > 0);
+        assert!((end.angular_velocities[0] - rate).norm() < 1e-9 * rate.norm());
+        let turn = UnitQuaternion::from_scaled_axis(rate * DT) * state.orientations[0];
+        assert!((end.orientations[0] * turn.inverse()).imag().norm() < 1e-9);
+    }
 }

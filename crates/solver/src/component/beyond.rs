@@ -21,7 +21,8 @@ pub(super) struct Beyond<T> {
 
 /// Inner damping of a joint. A step of implicit Euler with the viscous force `tau / alpha dC / dt` is one with other
 /// constants: `C - theta C_start + alpha' lambda = 0` with `theta = (tau / dt) / (1 + tau / dt)` and
-/// `alpha' = alpha / (1 + tau / dt)`, C_start being the strain at the start of the step.
+/// `alpha' = alpha / (1 + tau / dt)`, C_start being the strain at the start of the step. With BDF2 the rate of the strain is
+/// that over the step all the same: of first order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Damped<T> {
     /// Relaxation times of bending, twist and stretch [s].
@@ -100,12 +101,12 @@ impl<T: Real> Beyond<T> {
 impl<T: Real> Component<T> {
     /// Sets what the step from `start` has of its own: the strains that it starts with and its compliances, which
     /// `set_compliances` has set without damping.
-    pub(super) fn begin_beyond(&mut self, dt: f64) {
-        let k = T::splat(1.0 / (dt * dt));
+    pub(super) fn begin_beyond(&mut self) {
+        let k = T::splat(1.0) / (self.effective * self.effective);
         for (own, &extra) in self.system.bend_extra.iter_mut().zip(&self.beyond.bend_extra) {
             *own = extra * k;
         }
-        let (one, rate) = (T::splat(1.0), T::splat(1.0 / dt));
+        let (one, rate) = (T::splat(1.0), T::splat(1.0 / self.dt));
         for j in 0..self.beyond.damped.len() {
             let [a, b] = self.system.topology.joints[j].map(|body| self.start[body as usize]);
             let terms = &mut self.system.joints[j];

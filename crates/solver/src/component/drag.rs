@@ -92,10 +92,15 @@ impl<T: Real> Component<T> {
     /// Evaluates the drag for a step of `dt` [s] that begins at `time` [s]: before [`Component::predict`], which adds it.
     #[inline(always)]
     pub(crate) fn evaluate_drag(&mut self, time: f64, dt: f64) {
-        let Self { drag: Some(drag), bodies, poses, velocities, loads, scratch, gravity, .. } = self else { return };
+        if self.drag.is_none() {
+            return;
+        }
+        self.begin_step(time, dt);
+        let Self { drag, bodies, poses, velocities, loads, scratch, gravity, multistep, effective, .. } = self;
+        let Some(drag) = drag else { return };
         let Drag { air, bodies: exposed, impulses } = drag.as_mut();
         let wind = air.wind.at(time + dt);
-        let (zero, half, two, h) = (T::zero(), T::splat(0.5), T::splat(2.0), T::splat(dt));
+        let (zero, half, two, h) = (T::zero(), T::splat(0.5), T::splat(2.0), *effective);
         scratch.fill(Spatial::zero());
         for load in loads.iter() {
             scratch[load.body].linear += load.force;
@@ -103,12 +108,13 @@ impl<T: Real> Component<T> {
         for (i, body) in exposed.iter().enumerate() {
             let (constants, pose, velocity) = (&mut bodies[i], &poses[i], &velocities[i]);
             let axis = pose.q.axis();
+            let moving = multistep.as_ref().map_or(velocity.linear, |steps| steps.brought(i).linear);
             // The two Gauss points lie at +-l / (2 sqrt 3).
             let arm = axis * (constants.length * T::splat(GAUSS));
             let turning = velocity.angular.cross(arm);
             let (mut force, mut torque, mut slope, mut swept) = (Vec3::zero(), Vec3::zero(), zero, zero);
             for side in [T::splat(1.0), T::splat(-1.0)] {
-                let relative = wind_at(&wind, pose.x + arm * side) - velocity.linear - turning * side;
+                let relative = wind_at(&wind, pose.x + arm * side) - moving - turning * side;
                 let along = relative.dot(axis);
                 let across = relative - axis * along;
                 let (normal, tangential) = (body.normal * across.norm_squared().sqrt(), body.tangential * along.abs());

@@ -1,5 +1,6 @@
 //! Constraints, residuals, Jacobians and mass matrices: the linear system of an outer iteration.
 
+use super::multistep::gyroscopic;
 use super::{Component, Residuals};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
@@ -55,7 +56,7 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Sums `z lambda_s` (and dt^2 z F of the loads) per body, the force by which its axis is pulled.
+    /// Sums `z lambda_s` (and z F of the loads times dt^2) per body, the force by which its axis is pulled.
     #[inline(always)]
     fn gather_pulls(&mut self) {
         self.pulls.fill(Vec3::zero());
@@ -70,7 +71,7 @@ impl<T: Real> Component<T> {
     /// Adds the loads' share to the pulls.
     #[inline(always)]
     pub(super) fn add_loads_pulls(&mut self) {
-        let dt2 = T::splat(self.dt * self.dt);
+        let dt2 = self.effective * self.effective;
         for load in &self.loads {
             self.pulls[load.body] += load.force * (load.offset * dt2);
         }
@@ -80,16 +81,16 @@ impl<T: Real> Component<T> {
         self.pulls_hold = true;
     }
 
-    /// The pulls with which a step of `dt` [s] begins: those of the step before, as long as it lasted. Its multipliers
+    /// The pulls with which a step begins: those of the step before, as long as it lasted. Its multipliers
     /// begin with zero, but a taut rod is taut from the start, and a first correction that did not know would break the
     /// balance of momentum for good.
     #[inline(always)]
-    pub(super) fn expect_pulls(&mut self, dt: f64) {
-        let dt2 = T::splat(dt * dt);
+    pub(super) fn expect_pulls(&mut self) {
+        let dt2 = self.effective * self.effective;
         for (pull, held) in self.pulls.iter_mut().zip(&self.held) {
             *pull = *held * dt2;
         }
-        self.expect_rigid_pulls(dt);
+        self.expect_rigid_pulls();
         self.pulls_hold = true;
     }
 
@@ -166,8 +167,12 @@ impl<T: Real> Component<T> {
             let (constants, pose, predicted) = (&self.bodies[i], &self.poses[i], &self.predicted[i]);
             let axis = self.system.bodies[i].axis;
             let phi = (pose.q * predicted.q.conj()).upper().v * two;
-            let turning =
+            let mut turning =
                 phi * constants.transverse + axis * (axis.dot(phi) * (constants.axial - constants.transverse));
+            if self.multistep.is_some() {
+                let theta = (pose.q * self.start[i].q.conj()).upper().v * two;
+                turning += gyroscopic(constants, axis, theta, phi);
+            }
             let impulse = self.scratch[i];
             // The translation's part of M^-1 g, without the detour over the mass.
             let dx = (predicted.x - pose.x) * constants.free + impulse.linear * constants.inverse_mass;
@@ -195,7 +200,7 @@ impl<T: Real> Component<T> {
     fn gather_torques(&mut self) {
         self.momentum.resize(self.scratch.len(), Spatial::zero());
         self.scratch.fill(Spatial::zero());
-        let dt2 = T::splat(self.dt * self.dt);
+        let dt2 = self.effective * self.effective;
         for load in &self.loads {
             let arm = self.system.bodies[load.body].axis * load.offset;
             self.scratch[load.body].angular += (load.torque + arm.cross(load.force)) * dt2;

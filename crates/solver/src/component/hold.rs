@@ -58,6 +58,7 @@ impl<T: Real> Component<T> {
     /// Holds a body of a lane, drives it or lets it go. What is held already stays so, and what is free.
     pub(crate) fn change(&mut self, lane: usize, body: usize, change: Change<'_>) {
         let (is_segment, is_held) = (body < self.segments, self.is_held(body, lane));
+        self.forget_steps(lane);
         match change {
             Change::LetGo => {
                 self.moved.retain(|moved| !moved.is_of(lane, body));
@@ -91,6 +92,14 @@ impl<T: Real> Component<T> {
         own.transverse.set_lane(lane, 1.0);
         own.axial.set_lane(lane, 1.0);
         own.free.set_lane(lane, 0.0);
+        self.begin_with(lane, body);
+    }
+
+    /// Tells what goes on from the steps before that a body is held or free from now on.
+    fn begin_with(&mut self, lane: usize, body: usize) {
+        if let Some(steps) = &mut self.multistep {
+            steps.set_inertia(body, lane, &self.bodies[body]);
+        }
     }
 
     fn free_segment(&mut self, lane: usize, body: usize) {
@@ -102,6 +111,7 @@ impl<T: Real> Component<T> {
         own.transverse.set_lane(lane, transverse);
         own.axial.set_lane(lane, axial);
         own.free.set_lane(lane, 1.0);
+        self.begin_with(lane, body);
         // The angular velocity of a fixed segment is the true rate.
         self.given[body].set_lane(lane, 1.0);
         self.has_given = true;

@@ -56,7 +56,7 @@ pub(super) fn get_quat<T: Real>(q: Quat<T>, lane: usize) -> UnitQuaternion<f64> 
 }
 
 impl<T: Real> BodyConstants<T> {
-    fn pick(&self, lane: usize) -> BodyConstants<f64> {
+    pub(super) fn pick(&self, lane: usize) -> BodyConstants<f64> {
         BodyConstants {
             inverse_mass: self.inverse_mass.lane(lane),
             transverse: self.transverse.lane(lane),
@@ -171,6 +171,9 @@ impl<T: Real> Component<T> {
             gravity: pick(self.gravity, lane),
             damping: self.damping,
             last_dt: self.last_dt.lane(lane),
+            last_effective: self.last_effective.lane(lane),
+            effective: self.effective.lane(lane),
+            multistep: self.multistep.as_ref().map(|steps| Box::new(steps.pick(lane))),
             time: self.time,
             dt: self.dt,
         };
@@ -203,5 +206,9 @@ impl<T: Real> Component<T> {
         self.insert_rigid(lane, &from.rigid);
         self.has_given |= from.has_given;
         self.last_dt.set_lane(lane, from.last_dt);
+        self.last_effective.set_lane(lane, from.last_effective);
+        if let (Some(steps), Some(from)) = (&mut self.multistep, &from.multistep) {
+            steps.put(lane, from);
+        }
     }
 }

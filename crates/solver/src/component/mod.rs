@@ -11,6 +11,7 @@ mod hold;
 mod lanes;
 mod loose;
 mod motion;
+mod multistep;
 mod predict;
 mod pushes;
 mod rigid;
@@ -55,6 +56,15 @@ struct BodyConstants<T> {
     /// 1 where the body moves freely, 0 where it is fixed.
     free: T,
     length: T,
+}
+
+impl<T: Real> BodyConstants<T> {
+    /// `I x` in the body's frame.
+    #[inline(always)]
+    fn inertia(&self, x: Vec3<T>) -> Vec3<T> {
+        let [x, y, z] = x.0;
+        Vec3([x * self.transverse, y * self.transverse, z * self.axial])
+    }
 }
 
 /// What stays the same of a joint.
@@ -195,6 +205,11 @@ pub struct Component<T> {
     damping: [f64; 2],
     /// Length of the last step [s], a lane each; 0 before the first.
     last_dt: T,
+    /// Lengths of the steps of implicit Euler that the step under way and the last one amount to [s], a lane each.
+    effective: T,
+    last_effective: T,
+    /// What the steps before add, where the integrator asks for them.
+    multistep: Option<Box<multistep::Multistep<T>>>,
     /// Start of the step under way and its length [s].
     time: f64,
     dt: f64,
@@ -254,6 +269,9 @@ impl<T: Real> Component<T> {
             gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),
             damping: [model.damping.linear, model.damping.angular],
             last_dt: zero,
+            effective: zero,
+            last_effective: zero,
+            multistep: None,
             time: 0.0,
             dt: 0.0,
         };

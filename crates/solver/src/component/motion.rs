@@ -126,6 +126,7 @@ impl<T: Real> Component<T> {
     pub(crate) fn drive(&mut self, lane: usize, body: usize, driven: &Driven) {
         self.moved.retain(|moved| !moved.is_of(lane, body));
         self.moved.push(Moved { lane, body, motion: Motion::Driven(Arc::new(driven.clone())) });
+        self.forget_steps(lane);
     }
 
     /// Puts what moves by itself to its place at time 0, with its velocities there.

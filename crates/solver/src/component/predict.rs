@@ -16,11 +16,14 @@ impl<T: Real> Component<T> {
     /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
     /// which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
     /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose shows it, and
-    /// the step is not converged. What moves by itself is placed where it is to be at `time + dt` [s].
+    /// the step is not converged. What moves by itself is placed where it is to be at `time + dt` [s]. Where the integrator
+    /// builds on several steps, velocity and momentum are those that the `multistep` module says.
     #[inline(always)]
     pub fn predict(&mut self, time: f64, dt: f64, formulation: Formulation) {
+        self.begin_step(time, dt);
+        self.take_given_momenta();
         if formulation.geometric() {
-            self.expect_pulls(dt);
+            self.expect_pulls();
         } else {
             self.pulls_hold = false;
         }
@@ -30,8 +33,10 @@ impl<T: Real> Component<T> {
         let last_half = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt * T::splat(0.5), half);
         let decay = self.damping.map(|rate| T::splat(if rate > 0.0 { (-rate * dt).exp() } else { 1.0 }));
         let one = T::splat(1.0);
+        // Forces act for this long on the velocity over the step; dt with Euler's rule.
+        let share = self.multistep.as_ref().map_or(one, |steps| steps.share());
+        let pushed = self.effective * share;
         let mut unsolved = T::zero();
-        (self.time, self.dt) = (time, dt);
         if !self.loads.is_empty() {
             self.scratch.fill(Spatial::zero());
             for load in &self.loads {
@@ -46,17 +51,25 @@ impl<T: Real> Component<T> {
             let old = self.velocities[i];
             let free = constants.free;
             let kept = [one + (decay[0] - one) * free, one + (decay[1] - one) * free];
-            let mut v = old.linear * kept[0] + self.gravity * (h * free);
             let (rate, last_half) = if self.has_given { self.variable(i, last_half) } else { (old.angular, last_half) };
             let w = pose.q.rotate_back(rate);
-            let mut m = angular_momentum(constants, w, last_half);
-            m = m * kept[1];
+            let (mut v, mut m) = match &self.multistep {
+                None => (old.linear * kept[0], angular_momentum(constants, w, last_half) * kept[1]),
+                Some(steps) => {
+                    let Spatial { linear, angular: Vec3([x, y, z]) } =
+                        steps.predicted(i, pose.q, old.linear, w, last_half);
+                    // What air adds to the inertia takes part in the motion from here on.
+                    let heavier = constants.transverse / steps.transverse(i);
+                    (linear, Vec3([x * heavier, y * heavier, z]))
+                }
+            };
+            v += self.gravity * (pushed * free);
             if !self.loads.is_empty() {
-                v += self.scratch[i].linear * (h * constants.inverse_mass);
+                v += self.scratch[i].linear * (pushed * constants.inverse_mass);
             }
             if let Some(drag) = &self.drag {
-                v += drag.impulses[i].linear;
-                m += drag.impulses[i].angular;
+                v += drag.impulses[i].linear * share;
+                m += drag.impulses[i].angular * share;
             }
             let (turn, solved) = free_turn(constants, m, w, half);
             let within_half_a_turn = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();
@@ -77,12 +90,12 @@ impl<T: Real> Component<T> {
         }
         self.poses.copy_from_slice(&self.predicted);
         self.lambda.fill(Spatial::zero());
-        self.set_compliances(dt);
-        self.begin_beyond(dt);
+        self.set_compliances();
+        self.begin_beyond();
     }
 
-    fn set_compliances(&mut self, dt: f64) {
-        let k = T::splat(1.0 / (dt * dt));
+    fn set_compliances(&mut self) {
+        let k = T::splat(1.0) / (self.effective * self.effective);
         for (terms, joint) in self.system.joints.iter_mut().zip(&self.joints) {
             terms.shear = joint.shear * k;
             terms.stretch_extra = (joint.stretch - joint.shear) * k;
@@ -95,12 +108,11 @@ impl<T: Real> Component<T> {
 /// Angular momentum in the body's frame at the end of a step that turned with `w` (body frame): see
 /// [`Component::predict`].
 #[inline(always)]
-fn angular_momentum<T: Real>(body: &BodyConstants<T>, w: Vec3<T>, half_dt: T) -> Vec3<T> {
+pub(super) fn angular_momentum<T: Real>(body: &BodyConstants<T>, w: Vec3<T>, half_dt: T) -> Vec3<T> {
     let one = T::splat(1.0);
     let u = w * half_dt;
     let s = (one - u.norm_squared()).max(T::zero()).sqrt();
-    let [x, y, z] = w.0;
-    let m = Vec3([x * body.transverse, y * body.transverse, z * body.axial]);
+    let m = body.inertia(w);
     m * s - u.cross(m)
 }
 

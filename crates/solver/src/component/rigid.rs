@@ -253,8 +253,9 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// The pulls with which a step of `dt` [s] begins: see `Component::expect_pulls`.
-    pub(super) fn expect_rigid_pulls(&mut self, dt: f64) {
+    /// The pulls with which a step begins: see `Component::expect_pulls`.
+    pub(super) fn expect_rigid_pulls(&mut self) {
+        let dt = self.dt;
         for rigid in &mut self.rigid {
             rigid.pull = rigid.held.map(|held| held * (dt * dt));
         }

@@ -18,6 +18,8 @@ impl<T: Real> Component<T> {
             loads,
             gravity,
             last_dt,
+            last_effective,
+            multistep,
             time,
             dt,
             solves,
@@ -28,6 +30,7 @@ impl<T: Real> Component<T> {
             moved: _,
             rigid,
             // A step makes these anew before it looks at them.
+            effective: _,
             start: _,
             predicted: _,
             dlambda: _,
@@ -69,6 +72,11 @@ impl<T: Real> Component<T> {
         tape.list(rigid, |tape, body| body.tape(tape));
         tape.vector(gravity);
         tape.real(last_dt);
+        tape.real(last_effective);
+        tape.size(usize::from(multistep.is_some()));
+        if let Some(steps) = multistep {
+            steps.tape(tape);
+        }
         tape.number(time);
         tape.number(dt);
         tape.word(solves);

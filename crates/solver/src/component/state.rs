@@ -47,13 +47,19 @@ impl<T: Real> Component<T> {
                 continue;
             }
             let (v, w) = (Vec3(vec3(&state.velocities[index])), Vec3(vec3(&state.angular_velocities[index])));
-            put(&mut self.velocities[k].linear, lane, v.0);
+            let is_fixed = self.is_fixed(k, lane);
+            if self.multistep.is_none() || v != self.velocity(k, lane) {
+                self.give_velocity(k, lane, v);
+            }
             if w != self.rate(k, lane) {
                 put(&mut self.velocities[k].angular, lane, w.0);
                 self.given[k].set_lane(lane, 1.0);
                 self.has_given = true;
+                if !is_fixed {
+                    self.forget_steps(lane);
+                }
             }
-            if self.is_fixed(k, lane) {
+            if is_fixed {
                 self.prescribe(lane, k, Spatial { linear: v, angular: w }, time);
             }
         }
@@ -64,14 +70,14 @@ impl<T: Real> Component<T> {
         for (k, &index) in members.segments.iter().enumerate() {
             state.positions[index] = get(self.poses[k].x, lane);
             state.orientations[index] = get_quat(self.poses[k].q, lane);
-            state.velocities[index] = get(self.velocities[k].linear, lane);
+            state.velocities[index] = self.velocity(k, lane).0.into();
             state.angular_velocities[index] = self.rate(k, lane).0.into();
         }
     }
 
     /// Copies what one lane's joints transmit at the end of its last step to `forces`; zero before the first.
     pub(crate) fn store_joint_forces(&self, forces: &mut [JointForce], members: &Members, lane: usize) {
-        let dt = self.last_dt.lane(lane);
+        let dt = self.last_effective.lane(lane);
         let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
         for (k, &index) in members.joints.iter().enumerate() {
             let [lambda_s, lambda_b] = [self.lambda[k].linear, self.lambda[k].angular].map(|x| get(x, lane) * share);
@@ -96,7 +102,11 @@ impl<T: Real> Component<T> {
     fn rate(&self, body: usize, lane: usize) -> Vec3<f64> {
         let w = pick(self.velocities[body].angular, lane);
         let is_rate = self.given[body].lane(lane) >= 0.0 || self.is_fixed(body, lane);
-        if is_rate { w } else { rate(w, self.last_dt.lane(lane)) }
+        if is_rate {
+            return w;
+        }
+        let over_step = rate(w, self.last_dt.lane(lane));
+        if self.multistep.is_some() { over_step + self.beyond(body, lane) } else { over_step }
     }
 
     /// The solver's variable of a segment's rotation, and half the length of the step that it is of: the last one, or the

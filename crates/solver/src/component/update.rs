@@ -64,7 +64,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Lines 16 to 19 of Algorithm 1: velocities from the poses, `v = (x' - x) / dt`, `w = 2 Im(q' conj(q)) / dt`, in
-    /// the lanes where `active` >= 0.
+    /// the lanes where `active` >= 0; beside them those at the end of the step, where the integrator has them.
     #[inline(always)]
     pub(crate) fn update_velocities(&mut self, formulation: Formulation, active: T) {
         let rate = T::splat(1.0 / self.dt);
@@ -73,11 +73,15 @@ impl<T: Real> Component<T> {
             let (pose, start) = (&self.poses[i], &self.start[i]);
             let turn = (pose.q * start.q.conj()).upper();
             let new = Spatial { linear: (pose.x - start.x) * rate, angular: turn.v * twice };
+            self.end_step(i, new, active);
             self.velocities[i] = select(active, new, self.velocities[i]);
         }
+        self.know_step(active);
         self.last_dt = active.select(T::splat(self.dt), self.last_dt);
+        self.last_effective = active.select(self.effective, self.last_effective);
         self.take_in(active);
         if formulation.geometric() {
+            let rate = T::splat(1.0) / self.effective;
             let per_dt2 = rate * rate;
             for (held, pull) in self.held.iter_mut().zip(&self.pulls) {
                 let new = Spatial { linear: *pull * per_dt2, angular: Vec3::zero() };
@@ -122,7 +126,7 @@ fn moved<T: Real>(old: BodyPose<T>, correction: Spatial<T>, active: T) -> BodyPo
 
 /// `then` in the lanes where `condition` >= 0, else `otherwise`.
 #[inline(always)]
-fn select<T: Real>(condition: T, then: Spatial<T>, otherwise: Spatial<T>) -> Spatial<T> {
+pub(super) fn select<T: Real>(condition: T, then: Spatial<T>, otherwise: Spatial<T>) -> Spatial<T> {
     let (a, b) = (then.to_array(), otherwise.to_array());
     let mut out = b;
     for k in 0..6 {

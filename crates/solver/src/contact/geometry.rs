@@ -97,6 +97,8 @@ pub(crate) struct Contact {
     pub(crate) impulse: Vec3<f64>,
     /// That of the step before in its frame, from which the sweeps begin.
     pub(crate) guess: [f64; 3],
+    /// Steps in a row in which it has pressed.
+    pub(crate) pressed: u32,
     /// Compliance along and across the normal to its own impulse, as of the last solve; 0 before.
     pub(crate) compliance: [f64; 2],
     /// Error, relative to the radius.
@@ -204,6 +206,7 @@ impl Contact {
             target: 0.0,
             impulse: zero,
             guess: [0.0; 3],
+            pressed: 0,
             compliance: [0.0; 2],
             residual: 0.0,
             radius,
@@ -225,6 +228,9 @@ impl Contact {
             tape.vector(vector);
         }
         tape.number(&mut self.target);
+        let mut pressed = self.pressed as usize;
+        tape.count(&mut pressed);
+        self.pressed = pressed as u32;
         self.frame = frame(self.normal);
     }
 

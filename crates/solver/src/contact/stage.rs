@@ -25,12 +25,25 @@ use crate::linear::sparse::SparseError;
 use crate::snapshot::Tape;
 use crate::step::{Interval, StepParams};
 
+/// Steps in a row in which a contact that presses is an impact: bodies may stop in the first a little above each other, and
+/// touch in the second.
+const IMPACT: u32 = 2;
+
+/// What a contact that presses leaves to the one between the same places later.
+struct Remembered {
+    key: Key,
+    guess: [f64; 3],
+    impulse: Vec3<f64>,
+    target: f64,
+    pressed: u32,
+}
+
 /// All contacts of a simulation.
 pub(crate) struct Stage {
     detector: Detector,
     contacts: Vec<Contact>,
-    /// Impulses of earlier contacts, by key, as a start for the sweeps.
-    remembered: Vec<(Key, [f64; 3], Vec3<f64>, f64)>,
+    /// Earlier contacts that pressed, in the order of their keys: their impulses are a start for the sweeps.
+    remembered: Vec<Remembered>,
     /// Contacts that may press, ascending.
     active: Vec<u32>,
     problem: Problem,
@@ -41,8 +54,10 @@ pub(crate) struct Stage {
     with_joints: bool,
     /// Corrections of the rods' own solve, by component.
     corrections: Vec<Vec<Spatial<f64>>>,
-    /// Time step of the impulses [s]; 0 before the first.
+    /// Time step [s]; 0 before the first.
     dt: f64,
+    /// The time by whose square impulses are forces [s]: see [`Component::effective_dt`].
+    effective_dt: f64,
     /// Twice the gravitational acceleration [m/s^2]: meetings slower than what it gives in a step do not bounce.
     slow: f64,
     params: ContactParams,
@@ -75,6 +90,7 @@ impl Stage {
             with_joints,
             corrections: vec![Vec::new(); components.len()],
             dt: 0.0,
+            effective_dt: 0.0,
             slow: slow(&model.gravity),
             params: params.contact,
         })
@@ -100,6 +116,7 @@ impl Stage {
         let presses = |contact: &Contact| contact.impulse != Vec3::zero();
         tape.size(self.responses.len());
         tape.number(&mut self.dt);
+        tape.number(&mut self.effective_dt);
         tape.number(&mut self.slow);
         self.newton.tape(tape);
         self.detector.tape(tape);
@@ -117,7 +134,7 @@ impl Stage {
     /// What the contacts that press give the segments, in the order of their keys.
     pub(crate) fn forces(&self, components: &[ConnectedSet]) -> impl Iterator<Item = ContactForce> {
         let shapes = self.detector.world().shapes;
-        let per_dt2 = if self.dt > 0.0 { 1.0 / (self.dt * self.dt) } else { 0.0 };
+        let per_dt2 = if self.effective_dt > 0.0 { self.effective_dt.powi(-2) } else { 0.0 };
         self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()).map(move |contact| {
             let (segment, partner, _) = contact.key;
             let shape = &shapes[segment as usize];
@@ -164,9 +181,11 @@ impl Stage {
     ) {
         self.detector.place_obstacles(interval);
         self.detect(components, counters);
-        let dt = components.first().map_or(0.0, |unit| unit.component.dt());
-        let scale = if self.dt > 0.0 { (dt / self.dt).powi(2) } else { 0.0 };
-        self.dt = dt;
+        let first = components.first().map(|unit| &unit.component);
+        let effective_dt = first.map_or(0.0, Component::effective_dt);
+        let scale = if self.effective_dt > 0.0 { (effective_dt / self.effective_dt).powi(2) } else { 0.0 };
+        self.effective_dt = effective_dt;
+        self.dt = first.map_or(0.0, Component::dt);
         self.evaluate(components, Poses::Start, counters);
         for contact in &mut self.contacts {
             contact.guess = contact.guess.map(|x| x * scale);
@@ -237,14 +256,21 @@ impl Stage {
     /// Finds the contacts; those that were found before keep their impulses.
     fn detect(&mut self, components: &[ConnectedSet], counters: &mut Counters) {
         self.remembered.clear();
-        let keep = |c: &Contact| (c.key, c.local(c.impulse), c.impulse, c.target);
+        let keep = |c: &Contact| Remembered {
+            key: c.key,
+            guess: c.local(c.impulse),
+            impulse: c.impulse,
+            target: c.target,
+            pressed: c.pressed,
+        };
         self.remembered.extend(self.contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
         self.detector.detect(components, &mut self.contacts);
         let mut old = self.remembered.iter().peekable();
         for contact in &mut self.contacts {
-            while old.next_if(|(key, ..)| *key < contact.key).is_some() {}
-            if let Some((_, guess, impulse, target)) = old.next_if(|(key, ..)| *key == contact.key) {
-                (contact.guess, contact.impulse, contact.target) = (*guess, *impulse, *target);
+            while old.next_if(|old| old.key < contact.key).is_some() {}
+            if let Some(old) = old.next_if(|old| old.key == contact.key) {
+                (contact.guess, contact.impulse, contact.target) = (old.guess, old.impulse, old.target);
+                contact.pressed = old.pressed;
             }
         }
         counters.contact_searches += 1;
@@ -414,6 +440,17 @@ impl Stage {
     pub(crate) fn pushed(&self) -> impl Iterator<Item = u32> {
         let shapes = self.detector.world().shapes;
         self.active.iter().flat_map(move |&k| components_of(&self.contacts[k as usize], shapes)).flatten()
+    }
+
+    /// Ends a step that is accepted; returns whether there was an impact in it.
+    pub(crate) fn end_step(&mut self) -> bool {
+        let mut impact = false;
+        for contact in &mut self.contacts {
+            let presses = contact.impulse != Vec3::zero();
+            impact |= presses && contact.pressed < IMPACT;
+            contact.pressed = if presses { contact.pressed.saturating_add(1) } else { 0 };
+        }
+        impact
     }
 
     /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.

@@ -28,9 +28,9 @@ impl InitialGuess for Extrapolation {
     }
 
     fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> bool {
-        self.history.begin(component.dt(), iteration);
+        self.history.begin(component.effective_dt(), iteration);
         let Some(ring) = self.history.ring(iteration) else { return false };
-        let (weights, count) = ring.extrapolation(self.history.attempt(), component.dt(), self.order);
+        let (weights, count) = ring.extrapolation(self.history.attempt(), component.effective_dt(), self.order);
         vectorized(
             #[inline(always)]
             || {

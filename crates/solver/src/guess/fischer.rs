@@ -113,7 +113,7 @@ impl InitialGuess for Fischer {
     }
 
     fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> bool {
-        self.history.begin(component.dt(), iteration);
+        self.history.begin(component.effective_dt(), iteration);
         let columns = vectorized(
             #[inline(always)]
             || self.project(&component.system, iteration, dlambda),

@@ -151,10 +151,10 @@ impl SolveHistory {
 
     /// Keeps the solution of outer iteration `iteration`.
     pub(crate) fn observe(&mut self, component: &Component<f64>, iteration: usize) {
-        self.begin(component.dt(), iteration);
+        self.begin(component.effective_dt(), iteration);
         self.is_open = false;
         let Some(ring) = self.rings.get_mut(iteration) else { return };
-        ring.push(self.attempt, component.dt(), |values| {
+        ring.push(self.attempt, component.effective_dt(), |values| {
             for (joint, value) in values.iter_mut().enumerate() {
                 *value = to_body_frame(&component.system, joint, component.dlambda[joint]);
             }

@@ -63,7 +63,7 @@ impl InitialGuess for StepExtrapolation {
         if *attempts > 1 {
             return false;
         }
-        let (weights, count) = ring.extrapolation(*steps + 1, component.dt(), *order);
+        let (weights, count) = ring.extrapolation(*steps + 1, component.effective_dt(), *order);
         if count == 0 {
             return false;
         }
@@ -95,7 +95,7 @@ impl InitialGuess for StepExtrapolation {
             self.ring.clear();
             return;
         }
-        self.ring.push(self.steps, component.dt(), |values| {
+        self.ring.push(self.steps, component.effective_dt(), |values| {
             let (corrections, multipliers) = values.split_at_mut(component.poses.len());
             for ((out, pose), predicted) in corrections.iter_mut().zip(&component.poses).zip(&component.predicted) {
                 let (q, phi) = (predicted.q, pose.q.turn_since(predicted.q));

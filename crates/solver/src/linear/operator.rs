@@ -94,7 +94,7 @@ impl Operator {
                 axis: first.axis,
                 shear: terms.shear,
                 stretch_extra: terms.stretch_extra,
-                bend: system.bend_twist_compliance(joint),
+                bend: system.bend_twist_compliance(k),
             };
         }
     }

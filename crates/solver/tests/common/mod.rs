@@ -6,6 +6,7 @@ use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::kernel::Spatial;
 use solver::kernel::math::{Quat, Sym3, Vec3};
 use solver::linear::cg::CgParams;
@@ -24,6 +25,11 @@ pub fn material(youngs_modulus: f64, density: f64) -> Material {
 
 pub fn settings(formulation: Formulation, solver: SolverKind) -> Settings {
     Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, solver }
+}
+
+/// Every formulation with every integrator.
+pub fn integrated() -> impl Iterator<Item = (Formulation, Integrator)> {
+    Formulation::ALL.into_iter().flat_map(|formulation| Integrator::ALL.map(|integrator| (formulation, integrator)))
 }
 
 /// Every formulation with every guess that it may begin with, and a solver that begins there.
