@@ -24,23 +24,26 @@ pub use probes::write_probes;
 pub enum Format {
     /// ParaView and VTK: `vtp/` with one file a frame, and `run.pvd`, which lists them with their times.
     Vtp,
-    /// Blender, browsers and game engines: binary glTF 2.0, `run.glb`, a skinned tube with its animation.
+    /// Blender, browsers and game engines: binary glTF 2.0, `run.glb`, a skinned tube, meshes of rigid bodies and obstacles,
+    /// and the animation of all.
     Glb,
-    /// Spreadsheets and scripts: the tables `segments.csv`, `joints.csv` and `reactions.csv`.
+    /// Spreadsheets and scripts: the tables `segments.csv`, `joints.csv` and `reactions.csv`, with obstacles
+    /// `obstacles.csv`.
     Csv,
-    /// Anything with lines: `obj/` with one file of polylines a frame.
+    /// Anything with lines: `obj/` with one file a frame, of polylines and of meshes of rigid bodies and obstacles.
     Obj,
 }
 
 names!(Format { Vtp = "vtp", Glb = "glb", Csv = "csv", Obj = "obj" });
 
 impl Format {
-    /// What [`write_format`] makes: names of files, and of folders of frames with a slash at the end.
+    /// What [`write_format`] makes: names of files, and of folders of frames with a slash at the end. `obstacles.csv` is of
+    /// models with obstacles alone.
     pub fn outputs(self) -> &'static [&'static str] {
         match self {
             Format::Vtp => &["vtp/", "run.pvd"],
             Format::Glb => &["run.glb"],
-            Format::Csv => &["segments.csv", "joints.csv", "reactions.csv"],
+            Format::Csv => &["segments.csv", "joints.csv", "reactions.csv", "obstacles.csv"],
             Format::Obj => &["obj/"],
         }
     }
@@ -50,7 +53,8 @@ impl Format {
 /// folders made. One frame is in memory at a time (of `glb`, some tens of MiB). What an earlier export left is replaced
 /// when the new files are complete.
 ///
-/// World axes and units are the trajectory's (SI); `glb` turns z up into glTF's y up.
+/// World axes and units are the trajectory's (SI); `glb` turns z up into glTF's y up. Obstacles are where the model has
+/// them at the times of the frames; planes are squares as large as the scene.
 ///
 /// # Errors
 /// [`ExportError::Segments`] or [`ExportError::Joints`] if the trajectory is not one of `model`;

@@ -18,16 +18,18 @@ const SIZE: [f64; 2] = [720.0, 480.0];
 const MARGIN: f64 = 40.0;
 /// Colours of the first and the last time (red, green, blue).
 const COLOURS: [[f64; 3]; 2] = [[176.0, 196.0, 222.0], [180.0, 60.0, 20.0]];
-/// Colour of obstacles.
+/// Colour of obstacles, and those of one that moves at the first and the last time (red, green, blue).
 const OBSTACLE: &str = "#e4e4e0";
+const MOVING: [[f64; 3]; 2] = [[246.0, 246.0, 244.0], [220.0, 220.0, 214.0]];
 /// What falls moves by more than this share of the scene's size along gravity.
 const FALL: f64 = 0.02;
 /// A plane is drawn if its normal leans out of the paper by less than this (sine of the angle).
 const ASKEW: f64 = 0.1;
 
-/// Draws the rods at up to twelve evenly spaced times, from pale (first) to dark (last), and the obstacles. They are seen
-/// along a world axis: the one along which shape and motion are spread least, but never the one along which they fall. z
-/// points up where it is shown. Planes are drawn where they are seen from the side.
+/// Draws rods and rigid bodies at up to twelve evenly spaced times, from pale (first) to dark (last), and the obstacles,
+/// those that move at the same times. They are seen along a world axis: the one along which shape and motion are spread
+/// least, but never the one along which they fall. z points up where it is shown. Planes are drawn where they are seen from
+/// the side.
 ///
 /// # Errors
 /// [`ExportError::Segments`] if the trajectory is not one of `model`; [`ExportError::Io`] if the picture cannot be
@@ -103,23 +105,26 @@ fn draw(scene: &str, frames: &[(f64, State)], model: &Model) -> String {
     let mut svg = Xml::element("title", &[], scene);
     let paper: [chart::Attribute<'_>; 3] = [("width", &width), ("height", &height), ("fill", &"white")];
     svg.push(Xml::nest("rect", &paper, []));
+    let last = frames.len().saturating_sub(1).max(1) as f64;
     for obstacle in &model.contacts.obstacles {
-        draw_obstacle(&mut svg, &view, &obstacle.shape);
+        match obstacle.motion {
+            None => draw_obstacle(&mut svg, &view, &obstacle.shape, OBSTACLE),
+            Some(_) => frames.iter().enumerate().for_each(|(k, (time, _))| {
+                draw_obstacle(&mut svg, &view, &obstacle.shape_at(*time), &between(MOVING, k as f64 / last));
+            }),
+        }
     }
-    let [from, to] = COLOURS;
     // As thick as the first segment of a rod, but to be seen.
     let thickness =
         segments.iter().find(|s| s.body.is_none()).map_or(0.0, |s| 2.0 * s.radius * view.scale).clamp(1.2, 30.0);
     for (k, (_, state)) in frames.iter().enumerate() {
-        let share = k as f64 / (frames.len() - 1).max(1) as f64;
-        let [r, g, b] = [0, 1, 2].map(|c| (from[c] + share * (to[c] - from[c])) as u8);
         let line = |(i, segment): (usize, &rod::Segment)| {
             let half = state.axis(i) * (0.5 * segment.length);
             polyline([view.place(&(state.positions[i] - half)), view.place(&(state.positions[i] + half))])
         };
         let path: String =
             segments.iter().enumerate().filter(|(_, segment)| segment.body.is_none()).map(line).collect();
-        let colour = format!("rgb({r},{g},{b})");
+        let colour = between(COLOURS, k as f64 / last);
         stroke(&mut svg, &path, &colour, thickness);
         draw_bodies(&mut svg, model, state, &colour, |place| view.place(place));
     }
@@ -143,12 +148,18 @@ fn draw(scene: &str, frames: &[(f64, State)], model: &Model) -> String {
     format!("{svg}\n")
 }
 
+/// A colour between two others.
+fn between([from, to]: [[f64; 3]; 2], share: f64) -> String {
+    let [r, g, b] = [0, 1, 2].map(|c| (from[c] + share * (to[c] - from[c])) as u8);
+    format!("rgb({r},{g},{b})")
+}
+
 fn stroke(svg: &mut Xml, path: &str, colour: &str, width: f64) {
     let look: [chart::Attribute<'_>; 3] = [("fill", &"none"), ("stroke", &colour), ("stroke-width", &Px(width))];
     svg.push(Xml::nest("path", &[&look[..], &[("stroke-linecap", &"round"), ("d", &path)]].concat(), []));
 }
 
-fn draw_obstacle(svg: &mut Xml, view: &View, shape: &ObstacleShape) {
+fn draw_obstacle(svg: &mut Xml, view: &View, shape: &ObstacleShape, colour: &str) {
     match shape {
         ObstacleShape::HalfSpace { point, normal } => {
             let [across, up] = view.axes.map(|axis| normal[axis]);
@@ -162,13 +173,13 @@ fn draw_obstacle(svg: &mut Xml, view: &View, shape: &ObstacleShape) {
                 [x + far * (along * up - into * across), y + far * (along * across + into * up)]
             };
             let path = polyline([corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)]) + "z";
-            svg.push(Xml::nest("path", &[("fill", &OBSTACLE), ("d", &path)], []));
+            svg.push(Xml::nest("path", &[("fill", &colour), ("d", &path)], []));
         }
         ObstacleShape::Sphere { centre, radius } => {
-            stroke(svg, &polyline([view.place(centre); 2]), OBSTACLE, 2.0 * radius * view.scale);
+            stroke(svg, &polyline([view.place(centre); 2]), colour, 2.0 * radius * view.scale);
         }
         ObstacleShape::Capsule { start, end, radius } => {
-            stroke(svg, &polyline([view.place(start), view.place(end)]), OBSTACLE, 2.0 * radius * view.scale);
+            stroke(svg, &polyline([view.place(start), view.place(end)]), colour, 2.0 * radius * view.scale);
         }
     }
 }
@@ -227,7 +238,7 @@ mod tests {
         };
         let drawn = |shape| {
             let mut svg = Xml::default();
-            draw_obstacle(&mut svg, &view, &shape);
+            draw_obstacle(&mut svg, &view, &shape, OBSTACLE);
             svg.to_string()
         };
         let svg = drawn(ground(Vector3::z()));

@@ -1,8 +1,8 @@
-//! Surfaces of rigid bodies as triangles, for drawing.
+//! Surfaces of rigid bodies and of round obstacles as triangles, for drawing.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::BodyShape;
 
@@ -10,12 +10,12 @@ use crate::BodyShape;
 const SIDES: usize = 32;
 const RINGS: usize = 8;
 
-/// A closed surface in a body's frame.
+/// A surface in the frame of what it is of.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Places of the vertices [m]; at an edge of the shape there is one for each of its faces.
     pub positions: Vec<Vector3<f64>>,
-    /// Unit normals out of the body, one a vertex.
+    /// Unit normals out of it, one a vertex.
     pub normals: Vec<Vector3<f64>>,
     /// Vertices of each triangle, counterclockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -63,6 +63,12 @@ fn capped(radius: f64, half: f64) -> Vec<Profile> {
 }
 
 impl Mesh {
+    /// The surface, turned about the origin.
+    pub fn turned(mut self, turn: &UnitQuaternion<f64>) -> Self {
+        self.positions.iter_mut().chain(&mut self.normals).for_each(|vector| *vector = turn * *vector);
+        self
+    }
+
     /// The surface that an outline makes, turned about the axis.
     fn round(outline: &[Profile]) -> Self {
         let mut mesh = Self::default();
@@ -132,15 +138,17 @@ mod tests {
             (BodyShape::Box { sides: Vector3::new(0.2, 0.5, 1.1) }, 1e-12),
         ];
         for (shape, error) in shapes {
-            let mesh = shape.mesh();
-            let short = 1.0 - volume(&mesh) / shape.volume();
-            assert!((-1e-12..error).contains(&short), "{shape:?}: {short}");
-            for triangle in &mesh.triangles {
-                let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-                let normal = (b - a).cross(&(c - a));
-                assert!(triangle.iter().all(|&i| mesh.normals[i as usize].dot(&normal) > 0.0), "{shape:?}");
+            let turn = UnitQuaternion::new(Vector3::new(1.0, -2.0, 0.5));
+            for mesh in [shape.mesh(), shape.mesh().turned(&turn)] {
+                let short = 1.0 - volume(&mesh) / shape.volume();
+                assert!((-1e-12..error).contains(&short), "{shape:?}: {short}");
+                for triangle in &mesh.triangles {
+                    let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+                    let normal = (b - a).cross(&(c - a));
+                    assert!(triangle.iter().all(|&i| mesh.normals[i as usize].dot(&normal) > 0.0), "{shape:?}");
+                }
+                assert!(mesh.normals.iter().all(|normal| (normal.norm() - 1.0).abs() < 1e-12));
             }
-            assert!(mesh.normals.iter().all(|normal| (normal.norm() - 1.0).abs() < 1e-12));
         }
         assert_eq!(BodyShape::Hidden.mesh(), Mesh::default());
     }

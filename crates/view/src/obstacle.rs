@@ -1,6 +1,6 @@
 //! Obstacles as they stand in a run's JSON.
 
-use rod::ObstacleShape;
+use rod::{ObstacleShape, Pose};
 use serde::{Deserialize, Serialize};
 
 use crate::DecodeError;
@@ -12,6 +12,33 @@ pub(crate) enum Obstacle {
     HalfSpace { point: [f64; 3], normal: [f64; 3] },
     Sphere { centre: [f64; 3], radius: f64 },
     Capsule { start: [f64; 3], end: [f64; 3], radius: f64 },
+}
+
+/// The poses of an obstacle that moves. What moves none stands where its shape says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Moved {
+    /// Index of the obstacle.
+    pub(crate) obstacle: usize,
+    /// One a frame: place of the pivot [m], then orientation x, y, z, w.
+    pub(crate) poses: Vec<[f32; 7]>,
+}
+
+impl Moved {
+    pub(crate) fn push(&mut self, pose: &Pose) {
+        let mut values = pose.position.iter().chain(pose.orientation.coords.iter());
+        self.poses.push(std::array::from_fn(|_| values.next().map_or(0.0, |&x| x as f32)));
+    }
+
+    pub(crate) fn validate(&self, obstacles: usize, frames: usize) -> Result<(), DecodeError> {
+        let is_turn = |[_, _, _, q @ ..]: &[f32; 7]| (q.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-3;
+        let fits = self.obstacle < obstacles && self.poses.len() == frames;
+        if fits && self.poses.iter().all(|pose| pose.iter().all(|x| x.is_finite()) && is_turn(pose)) {
+            return Ok(());
+        }
+        let must = format!("there must be {frames} poses of an obstacle below {obstacles}, finite, turns of norm 1");
+        Err(DecodeError::new("obstacle_motions", must))
+    }
 }
 
 impl From<&ObstacleShape> for Obstacle {

@@ -11,7 +11,7 @@ use rod::{Body, JointForce, Model, State, curvature, successors};
 
 use crate::body::Bodies;
 use crate::channel::{Channel, Range};
-use crate::obstacle::Obstacle;
+use crate::obstacle::{Moved, Obstacle};
 use crate::run::{Format, Lattice, ORIENTATION, Run, Segments};
 use crate::{coarse, quaternion, track};
 
@@ -54,12 +54,17 @@ pub struct Recorder {
     orientations: Vec<[u16; 3]>,
     /// By channel.
     values: [Vec<u16>; 4],
+    /// Of the obstacles that move.
+    moved: Vec<Moved>,
 }
 
 impl Recorder {
     /// No frame yet. `name` is the label of the run, "helix, newton"; `dt` the time step of the simulation [s].
     pub fn new(name: &str, dt: f64, model: &Model) -> Self {
+        let obstacles = model.contacts.obstacles.iter().enumerate();
+        let moving = obstacles.filter(|(_, obstacle)| obstacle.motion.is_some());
         Self {
+            moved: moving.map(|(obstacle, _)| Moved { obstacle, poses: Vec::new() }).collect(),
             name: name.to_owned(),
             dt,
             model: model.clone(),
@@ -94,6 +99,10 @@ impl Recorder {
         self.iterations.push(finite(frame.iterations));
         if self.model.varies() {
             self.model.set_time(frame.time);
+        }
+        let time = self.time.last().copied().unwrap_or(0.0);
+        for moved in &mut self.moved {
+            moved.push(&self.model.contacts.obstacles[moved.obstacle].at(time).pose);
         }
         self.push_poses(frame.state);
         self.push_values(frame);
@@ -186,6 +195,7 @@ impl Recorder {
             segments: drawn(&self.model),
             bodies: Bodies::new(&self.model),
             obstacles: self.model.contacts.obstacles.iter().map(|o| Obstacle::from(&o.shape)).collect(),
+            obstacle_motions: self.moved,
             time: self.time,
             energy: self.energy,
             length_ratio: self.length_ratio,

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::Bodies;
 use crate::channel::{Channel, Range};
-use crate::obstacle::Obstacle;
+use crate::obstacle::{Moved, Obstacle};
 use crate::{DecodeError, Decoded, track};
 
 /// Tracks of an orientation and the bytes of each.
@@ -37,7 +37,11 @@ pub struct Run {
     /// Time step of the simulation [s].
     pub(crate) dt: f64,
     pub(crate) segments: Segments,
+    /// Where they are at time 0.
     pub(crate) obstacles: Vec<Obstacle>,
+    /// Of those that move; not in files of runs where none does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) obstacle_motions: Vec<Moved>,
     /// Rigid bodies; left out where there are none.
     #[serde(default, skip_serializing_if = "Bodies::is_empty")]
     pub(crate) bodies: Bodies,
@@ -185,6 +189,7 @@ impl Run {
         all("lattice.bytes", matches!(bytes, 2 | 3), "it must be 2 or 3")?;
         self.obstacles.iter().try_for_each(Obstacle::validate)?;
         self.bodies.validate(segments)?;
+        self.obstacle_motions.iter().try_for_each(|moved| moved.validate(self.obstacles.len(), frames))?;
         self.ranges.iter().try_for_each(Range::validate)
     }
 }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use browser::{Browser, Look};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Assembly, BodyShape, Pose, RigidBody, State};
+use rod::{Assembly, BodyShape, ObstacleShape, Pose, RigidBody, State};
 use serde_json::Value;
 use tempfile::TempDir;
 use view::{Frame, ORIENTATION_PRECISION, Recorder, Run, write_page};
@@ -282,8 +282,41 @@ fn rigid_bodies_are_drawn_as_what_they_are(browser: &mut Browser) -> Result<()> 
     Ok(())
 }
 
+fn obstacles_go_where_they_are_driven(browser: &mut Browser) -> Result<()> {
+    let motion = motions::driven();
+    let (_folder, path) = page(&[motion.record("driven", 31, 10.0)])?;
+    browser.look(WIDE)?;
+    browser.open(&path)?;
+    for (index, obstacle) in motion.model.contacts.obstacles.iter().enumerate() {
+        for frame in [0, 7, 30] {
+            let drawn = browser.evaluate(&format!("player.obstacle(0, {frame}, {index})"))?;
+            let places = match obstacle.shape_at(f64::from(frame) / 10.0) {
+                ObstacleShape::HalfSpace { point, normal } => [("point", point), ("normal", *normal)],
+                ObstacleShape::Sphere { centre, .. } => [("centre", centre); 2],
+                ObstacleShape::Capsule { start, end, .. } => [("start", start), ("end", end)],
+            };
+            for (key, place) in places {
+                let off = (Vector3::from(numbers(&drawn[key])?) - place).amax();
+                ensure!(off < 1e-6, "frame {frame}, obstacle {index}, {key}: {off} m off");
+            }
+        }
+    }
+    // The rods alone do not change the picture so: where they stay, obstacles are still seen to move.
+    let still = motion.record_at("still", 2, 10.0, |_| 0.0);
+    let (_folder, path) = page(&[still])?;
+    browser.open(&path)?;
+    browser.settle()?;
+    let before = browser.screenshot(Some("#picture"))?;
+    browser.evaluate("player.seek(1)")?;
+    browser.settle()?;
+    ensure!(browser.screenshot(Some("#picture"))? != before, "the obstacles stand still");
+    assert_eq!(browser.complaints, [""; 0]);
+    Ok(())
+}
+
 browser::tests![
     a_page_of_two_runs_plays,
+    obstacles_go_where_they_are_driven,
     keys_choices_and_the_chart_do_what_they_say,
     rods_have_colours_of_their_own,
     fingers_turn_move_and_enlarge,

@@ -242,3 +242,38 @@ fn names_cannot_break_the_page() {
     let runs: Vec<Run> = serde_json::from_str(json).unwrap();
     assert_eq!(runs[0].name(), name);
 }
+
+#[test]
+fn obstacles_that_move_have_a_pose_a_frame() {
+    let (frames, motion) = (12, motions::driven());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("view.json");
+    write_run(&path, &motion.record("driven", frames, 10.0)).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let moved = json["obstacle_motions"].as_array().unwrap();
+    assert_eq!(moved.len(), motion.model.contacts.obstacles.len());
+    for (k, obstacle) in motion.model.contacts.obstacles.iter().enumerate() {
+        assert_eq!(moved[k]["obstacle"], k);
+        let poses = moved[k]["poses"].as_array().unwrap();
+        assert_eq!(poses.len(), frames);
+        for (frame, found) in poses.iter().enumerate() {
+            let pose = obstacle.at(0.1 * frame as f64).pose;
+            let expected = pose.position.iter().chain(pose.orientation.coords.iter());
+            assert!(
+                found.as_array().unwrap().iter().zip(expected).all(|(a, b)| (a.as_f64().unwrap() - b).abs() < 1e-6),
+                "{k}, {frame}"
+            );
+        }
+    }
+    read_run(&path).unwrap();
+    // Poses of no obstacle, and no turn.
+    for (from, to) in [("{\"obstacle\":0", "{\"obstacle\":7"), ("0.0,0.0,0.0,1.0]", "0.0,0.0,0.0,0.5]")] {
+        std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+        let error = read_run(&path).unwrap_err().to_string();
+        assert!(error.contains("obstacle_motions"), "{error}");
+    }
+    // Runs without any have no such key.
+    let still = motions::helix(1.0).record("calm", 2, 10.0);
+    assert!(serde_json::to_value(&still).unwrap().get("obstacle_motions").is_none());
+}

@@ -1,25 +1,28 @@
-//! Tables of segments, of joints and of what holds them, numbers with all their digits.
+//! Tables of segments, of joints, of what holds them and of obstacles, numbers with all their digits.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rod::{Body, Model, Reaction, State, curvature};
+use rod::{Body, Model, MovingPose, Pose, Reaction, State, curvature};
 
 use super::Frame;
-use crate::file::stage;
+use crate::file::{Staged, stage};
 use crate::{ExportError, TrajectoryReader};
 
 const SEGMENTS: &str = "frame,time_s,rod,segment,x_m,y_m,z_m,q_x,q_y,q_z,q_w,v_x_m_per_s,v_y_m_per_s,v_z_m_per_s,\
                         w_x_rad_per_s,w_y_rad_per_s,w_z_rad_per_s";
 const REACTIONS: &str = "frame,time_s,body,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m";
+const OBSTACLES: &str = "frame,time_s,obstacle,x_m,y_m,z_m,q_x,q_y,q_z,q_w,v_x_m_per_s,v_y_m_per_s,v_z_m_per_s,\
+                         w_x_rad_per_s,w_y_rad_per_s,w_z_rad_per_s";
 const JOINTS: &str = "frame,time_s,joint,a,b,curvature_per_m";
 /// Columns that only a trajectory with the forces of joints has.
 const FORCES: &str = ",tension_n,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m";
 
 /// Writes `segments.csv`, one row for each segment of each frame, `joints.csv`, one for each joint of each frame, and
 /// `reactions.csv`, one for each fixed segment and anchor of each frame but the first; without the forces of joints it has
-/// none. The bodies `a` and `b` of a joint are indices of segments, or "anchor 0" and so on.
+/// none. With obstacles, `obstacles.csv` has one for each of each frame. The bodies `a` and `b` of a joint are indices of
+/// segments, or "anchor 0" and so on.
 pub(super) fn write(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
@@ -45,7 +48,14 @@ pub(super) fn write(
             Ok(())
         })
     })?;
-    Ok(vec![segments.publish()?, joints.publish()?, reactions.publish()?])
+    let mut tables = vec![segments, joints, reactions];
+    if !model.contacts.obstacles.is_empty() {
+        tables.push(stage(&directory.join("obstacles.csv"), |writer| {
+            writeln!(writer, "{OBSTACLES}")?;
+            each_frame(trajectory, model, |index, frame, model| write_obstacles(writer, model, index, frame.time))
+        })?);
+    }
+    tables.into_iter().map(Staged::publish).collect()
 }
 
 /// Reads one frame after the other, with the model as it is then.
@@ -69,6 +79,16 @@ fn write_segments(writer: &mut impl Write, model: &Model, index: usize, frame: &
         write!(writer, "{index},{time:?},{},{i}", segment.rod)?;
         let values = state.positions[i].iter().chain(state.orientations[i].coords.iter());
         write_values(writer, values.chain(&state.velocities[i]).chain(&state.angular_velocities[i]))?;
+    }
+    Ok(())
+}
+
+fn write_obstacles(writer: &mut impl Write, model: &Model, index: usize, time: f64) -> io::Result<()> {
+    for (i, obstacle) in model.contacts.obstacles.iter().enumerate() {
+        let MovingPose { pose: Pose { position, orientation }, velocity, angular_velocity } = obstacle.at(time);
+        write!(writer, "{index},{time:?},{i}")?;
+        let values = position.iter().chain(orientation.coords.iter());
+        write_values(writer, values.chain(&velocity).chain(&angular_velocity))?;
     }
     Ok(())
 }

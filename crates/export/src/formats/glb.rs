@@ -1,4 +1,5 @@
-//! Binary glTF 2.0: tubes that skins bend, one glTF joint a segment, and their animation.
+//! Binary glTF 2.0: tubes that skins bend, one glTF joint a segment, meshes of rigid bodies and obstacles, and the animation
+//! of all.
 //!
 //! The specification is Khronos' "glTF 2.0 Specification"; section numbers are its.
 
@@ -7,10 +8,11 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix4, Quaternion};
-use rod::{Model, State};
+use rod::{Mesh, Model, Pose, State};
 
 use super::Frame;
 use super::centrelines::Centrelines;
+use super::solids::Solid;
 use crate::file::stage;
 use crate::{ExportError, Format, TrajectoryReader};
 
@@ -41,11 +43,13 @@ pub(super) fn write(
 ) -> Result<Vec<PathBuf>, ExportError> {
     let (frames, segments) = (trajectory.frames(), model.segments.len());
     check(frames, segments).map_err(refused)?;
-    let times = increasing(&trajectory.times()?);
+    let solids = Solid::all(model, trajectory)?;
+    let times = trajectory.times()?;
+    let keys = increasing(&times);
     let mut first = Frame::default();
     first.read(trajectory, 0)?;
     let tubes = Tube::all(model, &Centrelines::new(model), &first.state, MAX_JOINTS);
-    let document = Document::new(&trajectory.info().scene, &tubes, &first.state, &times);
+    let document = Document::new(&trajectory.info().scene, model, &tubes, &solids, &first, &keys);
     let mut json = serde_json::to_vec(&document).map_err(|error| refused(error.to_string()))?;
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary = document.bytes();
@@ -64,10 +68,39 @@ pub(super) fn write(
         tubes.iter().try_for_each(|tube| tube.write(writer))?;
         let bound = tubes.iter().flat_map(|tube| &tube.segments);
         write_floats(writer, bound.flat_map(|&segment| inverse_bind(&first.state, segment)))?;
-        write_floats(writer, times)?;
-        write_motion(writer, trajectory, POSES_AT_ONCE / POSE)
+        write_floats(writer, keys)?;
+        write_motion(writer, trajectory, POSES_AT_ONCE / POSE)?;
+        for solid in &solids {
+            write_mesh(writer, &solid.mesh)?;
+            if let Some(obstacle) = solid.moving(model) {
+                write_track(writer, || times.iter().map(|&time| obstacle.at(time).pose))?;
+            }
+        }
+        Ok(())
     })?;
     Ok(vec![file.publish()?])
+}
+
+/// Writes indices, places and normals.
+fn write_mesh(writer: &mut impl Write, mesh: &Mesh) -> io::Result<()> {
+    mesh.triangles.as_flattened().iter().try_for_each(|corner| writer.write_all(&corner.to_le_bytes()))?;
+    write_floats(writer, mesh.positions.iter().chain(&mesh.normals).flatten().map(|&x| x as f32))
+}
+
+/// Writes the translations of `poses`, then their rotations.
+fn write_track<I: Iterator<Item = Pose>>(writer: &mut impl Write, poses: impl Fn() -> I) -> io::Result<()> {
+    write_floats(writer, poses().flat_map(|pose| <[f32; 3]>::from(pose.position.map(|x| x as f32))))?;
+    let mut last = Quaternion::identity();
+    let rotation = |pose: Pose| {
+        last = nearer(pose.orientation.into_inner(), &last);
+        <[f32; 4]>::from(last.coords.map(|x| x as f32))
+    };
+    write_floats(writer, poses().flat_map(rotation))
+}
+
+/// Of q and -q, which are the same rotation, the one that is nearer the last, for the short way between them.
+fn nearer(q: Quaternion<f64>, last: &Quaternion<f64>) -> Quaternion<f64> {
+    if q.dot(last) < 0.0 { -q } else { q }
 }
 
 fn refused(reason: String) -> ExportError {
@@ -124,9 +157,8 @@ fn write_motion(writer: &mut BufWriter<&File>, trajectory: &mut TrajectoryReader
             trajectory.read_frame(frame, &mut state).map_err(io::Error::other)?;
             last.resize(segments, Quaternion::identity());
             for (i, (translations, rotations)) in tracks.iter_mut().enumerate() {
-                // q and -q are the same rotation: the one that is nearer the last, for the short way between them.
-                let q = state.orientations[i].into_inner();
-                let q = if frame > 0 && q.dot(&last[i]) < 0.0 { -q } else { q };
+                let own = state.orientations[i].into_inner();
+                let q = if frame > 0 { nearer(own, &last[i]) } else { own };
                 last[i] = q;
                 translations.extend(state.positions[i].iter().flat_map(|&x| (x as f32).to_le_bytes()));
                 rotations.extend(q.coords.iter().flat_map(|&x| (x as f32).to_le_bytes()));

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: polylines through the nodes.
+//! Wavefront OBJ: polylines through the nodes, and meshes of rigid bodies and obstacles.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -12,13 +12,13 @@ use crate::folder::Folder;
 use crate::{ExportError, TrajectoryReader};
 
 /// Writes `obj/frame_0000.obj` and so on: vertices are the nodes [m], with all digits, and each rod is an object of one
-/// polyline, which ends where it began if the rod is closed. A rigid body is an object of triangles.
+/// polyline, which ends where it began if the rod is closed. Rigid bodies and obstacles are objects of triangles.
 pub(super) fn write(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
     model: &Model,
 ) -> Result<Vec<PathBuf>, ExportError> {
-    let (lines, solids) = (Centrelines::new(model), Solid::all(model));
+    let (lines, solids) = (Centrelines::new(model), Solid::all(model, trajectory)?);
     let folder = Folder::stage(&directory.join("obj"), trajectory.frames(), "obj")?;
     let mut frame = Frame::default();
     for index in 0..trajectory.frames() {
@@ -39,8 +39,8 @@ pub(super) fn write(
             }
             let mut first = lines.nodes.len() + 1;
             for solid in &solids {
-                writeln!(writer, "o body_{}", model.segments[solid.segment].rod)?;
-                for x in solid.places(&frame.state) {
+                writeln!(writer, "o {}", solid.name(model))?;
+                for x in solid.places(solid.of.at(model, &frame).pose) {
                     writeln!(writer, "v {:?} {:?} {:?}", x.x, x.y, x.z)?;
                 }
                 for [a, b, c] in solid.mesh.triangles.iter().map(|triangle| triangle.map(|i| first + i as usize)) {

@@ -1,29 +1,180 @@
-//! Rigid bodies as surfaces.
+//! Rigid bodies and obstacles as surfaces, which other programs draw.
 
-use nalgebra::Vector3;
-use rod::{Mesh, Model, State};
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{BodyShape, Mesh, Model, MovingPose, Obstacle, ObstacleShape, Pose, State};
 
-/// A rigid body's surface.
+use super::Frame;
+use crate::{ExportError, TrajectoryReader};
+
+/// What something drawn is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Owner {
+    /// A segment, by its index; a rigid body is one.
+    Segment(usize),
+    /// An obstacle, by its index.
+    Obstacle(usize),
+}
+
+impl Owner {
+    /// The segment, if it is one.
+    pub(super) fn segment(self) -> Option<usize> {
+        if let Owner::Segment(i) = self { Some(i) } else { None }
+    }
+
+    /// The obstacle, if it is one.
+    pub(super) fn obstacle(self) -> Option<usize> {
+        if let Owner::Obstacle(k) = self { Some(k) } else { None }
+    }
+
+    /// Its pose and velocities in a frame.
+    pub(super) fn at(self, model: &Model, Frame { time, state, .. }: &Frame) -> MovingPose {
+        match self {
+            Owner::Segment(i) => MovingPose {
+                pose: Pose { position: state.positions[i], orientation: state.orientations[i] },
+                velocity: state.velocities[i],
+                angular_velocity: state.angular_velocities[i],
+            },
+            Owner::Obstacle(k) => model.contacts.obstacles[k].at(*time),
+        }
+    }
+}
+
+/// The surface of a rigid body or of an obstacle.
 pub(super) struct Solid {
-    /// The segment that it is.
-    pub(super) segment: usize,
-    /// In the body's frame.
+    pub(super) of: Owner,
+    /// In the frame that the poses of `of` are of.
     pub(super) mesh: Mesh,
 }
 
 impl Solid {
-    /// Those of a model that are not hidden.
-    pub(super) fn all(model: &Model) -> Vec<Self> {
-        let solid = |(segment, own): (usize, &rod::Segment)| {
-            let mesh = own.body?.shape.mesh();
-            (!mesh.triangles.is_empty()).then_some(Self { segment, mesh })
+    /// Those of a model: rigid bodies that are not hidden, then all obstacles. Planes are squares as large as the scene.
+    ///
+    /// # Errors
+    /// [`ExportError::Io`] if the trajectory, which the scene's size is of, cannot be read.
+    pub(super) fn all(model: &Model, trajectory: &mut TrajectoryReader) -> Result<Vec<Self>, ExportError> {
+        let body = |(i, segment): (usize, &rod::Segment)| {
+            let mesh = segment.body?.shape.mesh();
+            (!mesh.triangles.is_empty()).then_some(Self { of: Owner::Segment(i), mesh })
         };
-        model.segments.iter().enumerate().filter_map(solid).collect()
+        let mut solids: Vec<Self> = model.segments.iter().enumerate().filter_map(body).collect();
+        let obstacles = &model.contacts.obstacles;
+        if !obstacles.is_empty() {
+            let bounds = bounds(model, trajectory)?;
+            let obstacle = |(k, shape)| Self { of: Owner::Obstacle(k), mesh: surface(shape, bounds) };
+            solids.extend(obstacles.iter().map(|obstacle| &obstacle.shape).enumerate().map(obstacle));
+        }
+        Ok(solids)
     }
 
-    /// Places of the vertices in the world [m].
-    pub(super) fn places(&self, state: &State) -> impl Iterator<Item = Vector3<f64>> {
-        let (position, orientation) = (state.positions[self.segment], state.orientations[self.segment]);
-        self.mesh.positions.iter().map(move |place| position + orientation * place)
+    /// What files call it: "body_" with the number of its rod, or "obstacle_" with that of the obstacle.
+    pub(super) fn name(&self, model: &Model) -> String {
+        match self.of {
+            Owner::Segment(i) => format!("body_{}", model.segments[i].rod),
+            Owner::Obstacle(k) => format!("obstacle_{k}"),
+        }
+    }
+
+    /// The obstacle that it is of, if that moves.
+    pub(super) fn moving<'a>(&self, model: &'a Model) -> Option<&'a Obstacle> {
+        self.of.obstacle().map(|k| &model.contacts.obstacles[k]).filter(|obstacle| obstacle.motion.is_some())
+    }
+
+    /// Places of the vertices in the world [m], when `of` is at `pose`.
+    pub(super) fn places(&self, pose: Pose) -> impl Iterator<Item = Vector3<f64>> {
+        self.mesh.positions.iter().map(move |place| pose.position + pose.orientation * place)
+    }
+}
+
+/// The surface of an obstacle in a scene between two corners [m], about its pivot and in the axes of the world at time 0.
+fn surface(shape: &ObstacleShape, [low, high]: [Vector3<f64>; 2]) -> Mesh {
+    match *shape {
+        ObstacleShape::HalfSpace { point, normal } => {
+            let middle = 0.5 * (low + high) - point;
+            square(middle - *normal * normal.dot(&middle), *normal, (high - low).norm())
+        }
+        ObstacleShape::Sphere { radius, .. } => BodyShape::Sphere { radius }.mesh(),
+        ObstacleShape::Capsule { start, end, radius } => {
+            let length = (end - start).norm();
+            let axis = (end - start).try_normalize(0.0).unwrap_or_else(Vector3::z);
+            let turn = UnitQuaternion::face_towards(&axis, &Vector3::ith(axis.iamin(), 1.0));
+            BodyShape::Capsule { radius, length }.mesh().turned(&turn)
+        }
+    }
+}
+
+/// A square about `middle`, half as wide as `reach`, which faces along `normal`.
+fn square(middle: Vector3<f64>, normal: Vector3<f64>, reach: f64) -> Mesh {
+    let u = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    let v = normal.cross(&u);
+    let corner = |(x, y): (f64, f64)| middle + (u * x + v * y) * reach;
+    Mesh {
+        positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).into(),
+        normals: vec![normal; 4],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}
+
+/// Corners of a box about the segments and the round obstacles of the first and the last frame [m].
+fn bounds(model: &Model, trajectory: &mut TrajectoryReader) -> Result<[Vector3<f64>; 2], ExportError> {
+    let infinite = Vector3::repeat(f64::INFINITY);
+    let [mut low, mut high] = [infinite, -infinite];
+    let mut widen = |place: &Vector3<f64>, by: f64| {
+        low = low.inf(&place.add_scalar(-by));
+        high = high.sup(&place.add_scalar(by));
+    };
+    let (mut state, frames) = (State::default(), trajectory.frames());
+    for frame in [0, frames.saturating_sub(1)].into_iter().take(frames) {
+        let time = trajectory.read_frame(frame, &mut state)?;
+        for (place, segment) in state.positions.iter().zip(&model.segments) {
+            widen(place, 0.5 * segment.length + segment.radius);
+        }
+        for obstacle in &model.contacts.obstacles {
+            if let Some((ends, radius)) = obstacle.shape_at(time).capsule() {
+                ends.iter().for_each(|end| widen(end, radius));
+            }
+        }
+    }
+    // A model without segments and round obstacles.
+    if low.x > high.x { Ok([Vector3::zeros(), Vector3::repeat(1.0)]) } else { Ok([low, high]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Unit;
+
+    use super::*;
+
+    #[test]
+    fn a_plane_is_a_square_as_large_as_the_scene_that_faces_out_of_it() {
+        let bounds = [Vector3::new(-1.0, 0.0, 2.0), Vector3::new(3.0, 4.0, 9.0)];
+        let reach = 9.0;
+        for normal in [Vector3::z(), -Vector3::y(), Vector3::new(0.3, -0.5, 0.2)] {
+            let (point, normal) = (Vector3::new(5.0, -2.0, 1.0), Unit::new_normalize(normal));
+            let mesh = surface(&ObstacleShape::HalfSpace { point, normal }, bounds);
+            assert!(mesh.positions.iter().all(|place| normal.dot(place).abs() < 1e-12), "off the plane");
+            let middle: Vector3<f64> = mesh.positions.iter().sum::<Vector3<f64>>() / 4.0 + point;
+            assert!(
+                (Vector3::new(1.0, 2.0, 5.5) - middle).cross(&normal).norm() < 1e-12,
+                "not below the scene's middle"
+            );
+            for triangle in &mesh.triangles {
+                let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+                assert!(((b - a).cross(&(c - a)) - *normal * (4.0 * reach * reach)).norm() < 1e-10);
+            }
+            assert!(mesh.normals.iter().all(|own| *own == *normal));
+        }
+    }
+
+    #[test]
+    fn capsules_lie_along_their_axes() {
+        let start = Vector3::new(0.4, -1.0, 2.0);
+        for axis in [Vector3::z() * 2.0, Vector3::z() * -2.0, Vector3::new(0.3, -0.4, 0.2), Vector3::zeros()] {
+            let mesh = surface(&ObstacleShape::Capsule { start, end: start + axis, radius: 0.5 }, Default::default());
+            let length = axis.norm_squared().max(f64::MIN_POSITIVE);
+            for (place, normal) in mesh.positions.iter().zip(&mesh.normals) {
+                let nearest = axis * (place.dot(&axis) / length).clamp(-0.5, 0.5);
+                assert!((place - nearest - normal * 0.5).norm() < 1e-12, "{axis}");
+            }
+        }
     }
 }

@@ -1,15 +1,17 @@
-//! ParaView: one file of lines a frame, and a collection that lists them with their times.
+//! ParaView: one file a frame of lines and of the surfaces of rigid bodies and obstacles, and a collection that lists them
+//! with their times.
 
 use std::borrow::Cow;
 use std::io::{BufWriter, Write};
+use std::iter;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
-use rod::{JointForce, Model, curvature};
+use rod::{JointForce, Model, MovingPose, Segment, curvature};
 
 use super::Frame;
 use super::centrelines::{Centrelines, Node};
-use super::solids::Solid;
+use super::solids::{Owner, Solid};
 use crate::file::stage;
 use crate::folder::Folder;
 use crate::{ExportError, TrajectoryReader};
@@ -19,15 +21,18 @@ mod xml;
 use xml::{Array, Piece};
 
 const FOLDER: &str = "vtp";
+/// What [`Array::integers`] writes as -1.
+const NONE: usize = usize::MAX;
 
 /// Writes `vtp/frame_0000.vtp` and so on and `run.pvd`: points are the nodes of the rods, cells are lines, one a segment
-/// in the order of the model, and triangles of rigid bodies, which have the data of their segment. All numbers of lines are the trajectory's, bit for bit.
+/// in the order of the model. The triangles of rigid bodies and obstacles and the points of these follow; those of bodies
+/// have the data of their segments. All numbers of lines are the trajectory's, bit for bit.
 pub(super) fn write(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
     model: &Model,
 ) -> Result<Vec<PathBuf>, ExportError> {
-    let (lines, solids) = (Centrelines::new(model), Solid::all(model));
+    let (lines, solids) = (Centrelines::new(model), Solid::all(model, trajectory)?);
     let times = trajectory.times()?;
     let folder = Folder::stage(&directory.join(FOLDER), times.len(), "vtp")?;
     let collection = stage(&directory.join("run.pvd"), |writer| {
@@ -57,33 +62,32 @@ fn write_collection<'a>(
 
 fn piece(frame: &Frame, model: &Model, lines: &Centrelines, solids: &[Solid]) -> Piece {
     let nodes = lines.nodes.iter().map(|node| node.position(model, &frame.state));
-    let corners = solids.iter().flat_map(|solid| solid.places(&frame.state));
-    let cells = model.segments.len();
+    let corners = solids.iter().flat_map(|solid| solid.places(solid.of.at(model, frame).pose));
+    let mut points = lines.nodes.len();
     let mut triangles = Vec::new();
-    let mut first = lines.nodes.len();
-    for solid in solids {
-        triangles.extend(solid.mesh.triangles.as_flattened().iter().map(|&corner| first + corner as usize));
-        first += solid.mesh.positions.len();
+    for Solid { mesh, .. } in solids {
+        triangles.extend(mesh.triangles.as_flattened().iter().map(|&corner| points + corner as usize));
+        points += mesh.positions.len();
     }
     Piece {
         points: Array::floats("Points", 3, nodes.chain(corners).flat_map(vector)),
         connectivity: Array::integers("connectivity", lines.ends.iter().flatten().copied()),
-        offsets: Array::integers("offsets", (1..=cells).map(|cell| 2 * cell)),
-        triangles: (
-            Array::integers("connectivity", triangles.iter().copied()),
-            Array::integers("offsets", (1..=triangles.len() / 3).map(|cell| 3 * cell)),
-        ),
-        point_data: point_data(frame, model, &lines.nodes, first),
+        offsets: Array::integers("offsets", (1..=model.segments.len()).map(|cell| 2 * cell)),
+        triangles: (!triangles.is_empty()).then(|| {
+            let offsets = Array::integers("offsets", (1..=triangles.len() / 3).map(|cell| 3 * cell));
+            [Array::integers("connectivity", triangles.iter().copied()), offsets]
+        }),
+        point_data: point_data(frame, model, &lines.nodes, points),
         cell_data: cell_data(frame, model, solids),
     }
 }
 
-/// Data of the nodes, and zeros up to so many `points`: those of rigid bodies.
+/// Data of the nodes, and zeros up to so many `points`: those of surfaces.
 fn point_data(frame: &Frame, model: &Model, nodes: &[Node], points: usize) -> Vec<Array> {
     let Frame { state, forces, .. } = frame;
     let joint = |node: &Node| node.joint.map(|index| &model.joints[index]);
     let numbers = |name, of: &dyn Fn(&Node) -> f64| {
-        let none = std::iter::repeat_n(0.0, points - nodes.len());
+        let none = iter::repeat_n(0.0, points - nodes.len());
         Array::floats(name, 1, nodes.iter().map(of).chain(none))
     };
     let bent = |node: &Node| joint(node).map_or(0.0, |joint| curvature(model, state, joint));
@@ -92,7 +96,7 @@ fn point_data(frame: &Frame, model: &Model, nodes: &[Node], points: usize) -> Ve
         let transmitted = |node: &Node| node.joint.map_or(JointForce::default(), |index| forces[index]);
         let tension = |node: &Node| joint(node).map_or(0.0, |joint| transmitted(node).tension(model, state, joint));
         let vectors = |name, part: fn(JointForce) -> Vector3<f64>| {
-            let none = std::iter::repeat_n(Vector3::zeros(), points - nodes.len());
+            let none = iter::repeat_n(Vector3::zeros(), points - nodes.len());
             Array::floats(name, 3, nodes.iter().map(|node| part(transmitted(node))).chain(none).flat_map(vector))
         };
         arrays.push(numbers("Tension", &tension));
@@ -104,28 +108,40 @@ fn point_data(frame: &Frame, model: &Model, nodes: &[Node], points: usize) -> Ve
 
 /// Data of the lines, one a segment, and of the triangles.
 fn cell_data(frame: &Frame, model: &Model, solids: &[Solid]) -> Vec<Array> {
-    let state = &frame.state;
-    let triangles = |solid: &Solid| std::iter::repeat_n(solid.segment, solid.mesh.triangles.len());
-    let cells: Vec<usize> = (0..model.segments.len()).chain(solids.iter().flat_map(triangles)).collect();
-    let vectors = |name, of: &dyn Fn(usize) -> Vector3<f64>| {
-        Array::floats(name, 3, cells.iter().flat_map(|&segment| vector(of(segment))))
+    let lines = (0..model.segments.len()).map(|i| (Owner::Segment(i), 1));
+    let triangles = solids.iter().map(|solid| (solid.of, solid.mesh.triangles.len()));
+    let cells: Vec<(Owner, MovingPose)> = lines
+        .chain(triangles)
+        .flat_map(|(owner, count)| iter::repeat_n((owner, owner.at(model, frame)), count))
+        .collect();
+    let vectors = |name, of: &dyn Fn(&MovingPose) -> Vector3<f64>| {
+        Array::floats(name, 3, cells.iter().flat_map(|(_, moving)| vector(of(moving))))
     };
-    let numbers = |name, of: &dyn Fn(usize) -> f64| Array::floats(name, 1, cells.iter().map(|&segment| of(segment)));
-    let director = |name, axis: Vector3<f64>| vectors(name, &|i| state.orientations[i] * axis);
-    let orientations = cells.iter().flat_map(|&i| <[f64; 4]>::from(state.orientations[i].coords));
-    vec![
-        vectors("Position", &|i| state.positions[i]),
+    let director = |name, axis: Vector3<f64>| vectors(name, &|moving| moving.pose.orientation * axis);
+    let lengths = |name, of: fn(&Segment) -> f64| {
+        Array::floats(name, 1, cells.iter().map(|(owner, _)| owner.segment().map_or(0.0, |i| of(&model.segments[i]))))
+    };
+    let numbers = |name, of: &dyn Fn(&Owner) -> Option<usize>| {
+        Array::integers(name, cells.iter().map(|(owner, _)| of(owner).unwrap_or(NONE)))
+    };
+    let orientations = cells.iter().flat_map(|(_, moving)| <[f64; 4]>::from(moving.pose.orientation.coords));
+    let mut arrays = vec![
+        vectors("Position", &|moving| moving.pose.position),
         Array::floats("Orientation", 4, orientations),
         director("Director1", Vector3::x()),
         director("Director2", Vector3::y()),
         director("Director3", Vector3::z()),
-        vectors("Velocity", &|i| state.velocities[i]),
-        vectors("AngularVelocity", &|i| state.angular_velocities[i]),
-        numbers("Length", &|i| model.segments[i].length),
-        numbers("Radius", &|i| model.segments[i].radius),
-        Array::integers("Rod", cells.iter().map(|&i| model.segments[i].rod)),
-        Array::integers("Segment", cells.iter().copied()),
-    ]
+        vectors("Velocity", &|moving| moving.velocity),
+        vectors("AngularVelocity", &|moving| moving.angular_velocity),
+        lengths("Length", |segment| segment.length),
+        lengths("Radius", |segment| segment.radius),
+        numbers("Rod", &|owner| owner.segment().map(|i| model.segments[i].rod)),
+        numbers("Segment", &|owner| owner.segment()),
+    ];
+    if !model.contacts.obstacles.is_empty() {
+        arrays.push(numbers("Obstacle", &|owner| owner.obstacle()));
+    }
+    arrays
 }
 
 fn vector(v: Vector3<f64>) -> [f64; 3] {

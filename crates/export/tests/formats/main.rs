@@ -4,6 +4,7 @@ mod bodies;
 mod errors;
 mod glb;
 mod lines;
+mod obstacles;
 mod runs;
 mod tables;
 mod vtp;

@@ -152,6 +152,7 @@ class Page {
     const visible = pictures.flat();
     if (this.stale) {
       for (const run of visible) this.renderer.runs[run].update(player.frameOf(run), this.colourings[run]);
+      this.renderer.scenery.update((run) => player.frameOf(run));
       if (this.renamed) this.controls.showChoices();
       this.controls.showFrame();
       if (this.curve) this.chart.draw(this.curve, visible, player.time, theme);
@@ -184,6 +185,7 @@ function scriptable(page) {
     beside: (beside) => page.setBeside(beside),
     position: read("readPosition", 3),
     orientation: read("readOrientation", 4),
+    obstacle: (run, frame, index) => motions[run].obstacleAt(index, frame),
   };
 }
 

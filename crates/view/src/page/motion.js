@@ -13,6 +13,10 @@ const MIDDLE = 16383;
 const COMPONENT = 0x7fff;
 /** Segments, of all frames, that are looked at to frame a motion. */
 const OUTLINE = 4000;
+/** Frames in which obstacles that move are looked at to frame a motion. */
+const OBSTACLE_FRAMES = 100;
+/** No turn at all. */
+const UNTURNED = [0, 0, 0, 1];
 
 async function inflate(base64) {
   const text = atob(base64);
@@ -36,6 +40,7 @@ class Motion {
     this.frames = run.time.length;
     this.obstacles = run.obstacles;
     this.bodies = run.bodies ?? { segment: [], surface: [], surfaces: [] };
+    this.obstaclePoses = new Map((run.obstacle_motions ?? []).map(({ obstacle, poses }) => [obstacle, poses]));
     this.ranges = run.ranges;
     this.curves = { energy: run.energy, length_ratio: run.length_ratio, iterations: run.iterations };
     this.length = run.segments.length;
@@ -103,6 +108,29 @@ class Motion {
     return low;
   }
 
+  /** An obstacle where it is in a frame, with its `turn` since the start. */
+  obstacleAt(index, frame) {
+    const obstacle = this.obstacles[index];
+    const pose = this.obstaclePoses.get(index)?.[frame];
+    if (!pose) return { ...obstacle, turn: UNTURNED };
+    const [middle, turn] = [pose.slice(0, 3), pose.slice(3)];
+    if (obstacle.kind === "half_space") return { ...obstacle, point: middle, normal: turned(turn, obstacle.normal), turn };
+    if (obstacle.kind === "sphere") return { ...obstacle, centre: middle, turn };
+    const half = turned(turn, scaled(subtract(obstacle.end, obstacle.start), 0.5));
+    return { ...obstacle, start: subtract(middle, half), end: add(middle, half), turn };
+  }
+
+  /** Visits places of all round obstacles, with their radii, in as many frames as it takes to see where they go. */
+  #visitObstacles(visit) {
+    this.obstacles.forEach((_, index) => {
+      const every = this.obstaclePoses.has(index) ? Math.ceil(this.frames / OBSTACLE_FRAMES) : this.frames;
+      for (let frame = 0; frame < this.frames; frame += every) {
+        const { centre, start, end, radius } = this.obstacleAt(index, frame);
+        for (const place of [centre, start, end]) if (place) visit(place, radius);
+      }
+    });
+  }
+
   /** Coordinates of points that lie around the motion and the round obstacles, from `centre` [m]. */
   outline(centre) {
     const points = [];
@@ -121,9 +149,7 @@ class Motion {
       this.readPosition(Math.floor(i / this.segments), segment, place, 0);
       surround(place, this.length[segment] / 2 + this.radius[segment]);
     }
-    for (const obstacle of this.obstacles) {
-      for (const end of [obstacle.centre, obstacle.start, obstacle.end]) if (end) surround(end, obstacle.radius);
-    }
+    this.#visitObstacles(surround);
     return points;
   }
 
@@ -142,9 +168,7 @@ class Motion {
       low[axis] -= reach;
       high[axis] += reach;
     }
-    for (const obstacle of this.obstacles) {
-      for (const place of [obstacle.centre, obstacle.start, obstacle.end]) if (place) widen(place, obstacle.radius);
-    }
+    this.#visitObstacles(widen);
     return { low, high };
   }
 }

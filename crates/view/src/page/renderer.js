@@ -115,7 +115,7 @@ class Renderer {
     gl.uniform3fv(tube.eye, view.eye);
     gl.uniform1f(tube.stripe, stripe ? theme.stripe : 0);
     for (const set of tubes) set.draw();
-    gl.uniform1f(tube.stripe, 0);
+    gl.uniform1f(tube.stripe, stripe && scenery.turns ? theme.stripe : 0);
     if (scenery.solid) scenery.solid.draw();
     const body = this.#use(this.bodyProgram, view);
     gl.uniform3fv(body.eye, view.eye);

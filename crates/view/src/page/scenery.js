@@ -1,29 +1,36 @@
-// What stands still: the ground with its grid, walls and round obstacles.
+// What stands about: the ground with its grid, walls and round obstacles. Some of it may move.
 
 /** A half space whose normal is so steep is the ground. */
 const GROUND_STEEPNESS = 0.5;
 const LIGHT = normalized([0.22, -0.32, 1]);
+const LEVEL = [[1, 0, 0], [0, 1, 0]];
 
 /** Planes and tubes of obstacles, about the centre of a scene of `reach` [m]. */
 class Scenery {
   constructor(gl, motions, box, centre, reach) {
     this.gl = gl;
     this.reach = reach;
+    this.centre = centre;
     const seen = new Set();
-    const obstacles = motions.flatMap((motion) => motion.obstacles).filter((obstacle) => {
-      const text = JSON.stringify(obstacle);
+    const all = motions.flatMap((motion, run) => motion.obstacles.map((obstacle, index) => {
+      const poses = motion.obstaclePoses.get(index);
+      return { motion, run, index, isPlane: obstacle.kind === "half_space", moves: poses !== undefined, poses };
+    }));
+    const obstacles = all.filter(({ motion, index, poses }) => {
+      const text = JSON.stringify([motion.obstacles[index], poses]);
       return !seen.has(text) && seen.add(text);
     });
-    const planes = obstacles.filter((obstacle) => obstacle.kind === "half_space").map(({ point, normal }) => {
-      return { normal, offset: dot(normal, subtract(point, centre)) };
-    });
+    const planes = obstacles.filter((obstacle) => obstacle.isPlane).map((source) => ({ source, ...this.#planeAt(source, 0) }));
     const ground = planes.find((plane) => plane.normal[2] > GROUND_STEEPNESS);
     this.isGround = ground !== undefined;
-    this.ground = ground ?? { normal: [0, 0, 1], offset: box.low[2] - centre[2] };
-    this.walls = planes.filter((plane) => plane !== ground && Math.abs(plane.offset) < 3 * reach);
+    this.ground = ground ?? { normal: [0, 0, 1], offset: box.low[2] - centre[2], axes: LEVEL, slide: [0, 0] };
+    this.walls = planes.filter((plane) => plane !== ground && (plane.source.moves || Math.abs(plane.offset) < 3 * reach));
     this.spacing = niceBelow(reach / 4);
-    this.centre = centre;
-    this.solid = this.#tubes(obstacles.filter((obstacle) => obstacle.kind !== "half_space"));
+    this.moving = planes.filter((plane) => plane.source.moves);
+    this.round = obstacles.filter((obstacle) => !obstacle.isPlane);
+    this.solid = this.#tubes();
+    // Stripes show turns.
+    this.turns = this.round.some(({ poses }) => poses?.some((pose) => Math.abs(pose[6]) < 0.9999));
     this.array = gl.createVertexArray();
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
@@ -33,19 +40,45 @@ class Scenery {
     gl.bindVertexArray(null);
   }
 
-  #tubes(obstacles) {
-    if (obstacles.length === 0) return null;
-    const tubes = new TubeSet(this.gl, obstacles.length, OBSTACLE_DETAIL);
+  /** A plane in a frame: its normal, its offset from the scene's centre, two axes in it, and how far its grid has slid. */
+  #planeAt({ motion, index }, frame) {
+    const first = motion.obstacles[index];
+    const { point, normal, turn } = motion.obstacleAt(index, frame);
+    // On level ground the grid follows x and y.
+    const own = Math.abs(first.normal[2]) > 0.999 ? LEVEL : across(first.normal);
+    const axes = own.map((axis) => turned(turn, axis));
+    const slide = own.map((axis, k) => dot(first.point, axis) - dot(point, axes[k]));
+    return { normal, offset: dot(normal, subtract(point, this.centre)), axes, slide };
+  }
+
+  #tubes() {
+    if (this.round.length === 0) return null;
+    const tubes = new TubeSet(this.gl, this.round.length, OBSTACLE_DETAIL);
     const shapes = [];
-    obstacles.forEach((obstacle, i) => {
-      const ends = [obstacle.start ?? obstacle.centre, obstacle.end ?? obstacle.centre].map((x) => subtract(x, this.centre));
-      const span = subtract(ends[1], ends[0]);
-      const turn = norm(span) > 0 ? turnFromZ(normalized(span)) : [0, 0, 0, 1];
-      tubes.floats.set([...ends[0], ...turn, ...ends[1], ...turn], WORDS * i);
-      shapes.push(obstacle.radius, obstacle.radius, 1, 1);
+    this.round.forEach((source, i) => {
+      this.#place(tubes, source, i, 0);
+      const { radius } = source.motion.obstacles[source.index];
+      shapes.push(radius, radius, 1, 1);
     });
     tubes.setShapes(new Float32Array(shapes));
     return tubes;
+  }
+
+  #place(tubes, { motion, index }, i, frame) {
+    const first = motion.obstacles[index];
+    const { centre, start, end, turn } = motion.obstacleAt(index, frame);
+    const ends = [start ?? centre, end ?? centre].map((x) => subtract(x, this.centre));
+    const span = first.end ? subtract(first.end, first.start) : [0, 0, 0];
+    const frameOfAxis = composed(turn, norm(span) > 0 ? turnFromZ(normalized(span)) : UNTURNED);
+    tubes.floats.set([...ends[0], ...frameOfAxis, ...ends[1], ...frameOfAxis], WORDS * i);
+  }
+
+  /** Moves what moves to the frames shown; `frameOf` says which of a run is. */
+  update(frameOf) {
+    for (const plane of this.moving) Object.assign(plane, this.#planeAt(plane.source, frameOf(plane.source.run)));
+    if (!this.round.some((source) => source.moves)) return;
+    this.round.forEach((source, i) => this.#place(this.solid, source, i, frameOf(source.run)));
+    this.solid.upload();
   }
 
   /** Colours the round obstacles. */
@@ -69,14 +102,14 @@ class Scenery {
   drawPlane(places, plane, extent, fill, line) {
     const { gl } = this;
     const centre = this.foot(plane);
-    // On level ground the grid follows x and y.
-    const [u, v] = Math.abs(plane.normal[2]) > 0.999 ? [[1, 0, 0], [0, 1, 0]] : across(plane.normal);
+    const [u, v] = plane.axes;
     const world = add(centre, this.centre);
+    const [alongU, alongV] = [u, v].map((axis, k) => dot(world, axis) + plane.slide[k]);
     gl.uniform3fv(places.centre, centre);
     gl.uniform3fv(places.u, scaled(u, extent));
     gl.uniform3fv(places.v, scaled(v, extent));
     // Grid lines are at multiples of the spacing in the world; what is left keeps single precision exact.
-    gl.uniform2f(places.shift, dot(world, u) % (5 * this.spacing), dot(world, v) % (5 * this.spacing));
+    gl.uniform2f(places.shift, alongU % (5 * this.spacing), alongV % (5 * this.spacing));
     gl.uniform1f(places.spacing, this.spacing);
     gl.uniform4fv(places.fill, fill);
     gl.uniform4fv(places.line, line);

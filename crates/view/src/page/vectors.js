@@ -14,6 +14,19 @@ function across(axis) {
   return [u, cross(axis, u)];
 }
 
+/** A vector turned by a unit quaternion. */
+function turned([x, y, z, w], v) {
+  const axis = [x, y, z];
+  return add(v, scaled(cross(axis, add(cross(axis, v), scaled(v, w))), 2));
+}
+
+/** The turn `second` after the turn `first`. */
+function composed([x, y, z, w], first) {
+  const [axis, other] = [[x, y, z], first.slice(0, 3)];
+  const sum = add(add(scaled(other, w), scaled(axis, first[3])), cross(axis, other));
+  return [...sum, w * first[3] - dot(axis, other)];
+}
+
 /** The shortest turn from z to a unit vector. */
 function turnFromZ(axis) {
   if (axis[2] < -0.999999) return [1, 0, 0, 0];

@@ -1,9 +1,12 @@
 //! The JSON part of a glTF file: nodes, skins, meshes, animation, and where their numbers are in the binary part.
 
-use rod::State;
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{Mesh, Model, State};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::super::Frame;
+use super::super::solids::{Owner, Solid};
 use super::tube::Tube;
 
 /// Component types and targets of buffers (sections 5.1.3 and 5.11.5).
@@ -12,9 +15,12 @@ const U32: u16 = 5125;
 const F32: u16 = 5126;
 const VERTICES: Option<u16> = Some(34962);
 const INDICES: Option<u16> = Some(34963);
-/// The root comes first, then the meshes, then the segments.
+/// The root comes first, then the tubes, then the segments, then the obstacles.
 const ROOT: usize = 0;
-const FIRST_MESH: usize = 1;
+const FIRST_TUBE: usize = 1;
+/// Materials of rods and rigid bodies, and of obstacles.
+const ROD: usize = 0;
+const OBSTACLE: usize = 1;
 /// The quarter turn about x that takes z up to y up.
 const Z_UP_TO_Y_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
@@ -26,9 +32,11 @@ pub(super) struct Document {
     scene: usize,
     scenes: Value,
     nodes: Vec<Node>,
-    meshes: Value,
-    materials: Value,
-    skins: Value,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    meshes: Vec<Value>,
+    materials: Vec<Value>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    skins: Vec<Value>,
     animations: [Animation; 1],
     buffers: [Buffer; 1],
     buffer_views: Vec<BufferView>,
@@ -106,53 +114,70 @@ struct Accessor {
 }
 
 impl Document {
-    /// The document of a scene: its tubes, its first state and its times [s]. The binary part holds, in this order, the
-    /// arrays of each tube as [`Tube::write`] has them, the inverse bind matrices of each, the times, and for each segment
-    /// its translations and its rotations.
-    pub(super) fn new(scene: &str, tubes: &[Tube], first: &State, times: &[f32]) -> Self {
-        let (segments, frames) = (first.positions.len(), times.len());
-        let first_segment = FIRST_MESH + tubes.len();
+    /// The document of a scene: its tubes and solids, its first frame and the times of all frames [s]. The binary part
+    /// holds, in this order, the arrays of each tube as [`Tube::write`] has them, the inverse bind matrices of each, the
+    /// times, for each segment its translations and its rotations, and for each solid the indices, places and normals of
+    /// its mesh, and of an obstacle that moves its translations and its rotations.
+    pub(super) fn new(
+        scene: &str,
+        model: &Model,
+        tubes: &[Tube],
+        solids: &[Solid],
+        first: &Frame,
+        times: &[f32],
+    ) -> Self {
+        let segments = first.state.positions.len();
+        let first_segment = FIRST_TUBE + tubes.len();
         let roots: Vec<usize> = (ROOT..first_segment).collect();
         let mut document = Self {
             asset: json!({ "version": "2.0", "generator": env!("CARGO_PKG_NAME") }),
             scene: 0,
             scenes: json!([{ "name": scene, "nodes": roots }]),
-            nodes: nodes(first, tubes.len()),
-            meshes: Value::Null,
-            materials: json!([{
-                "name": "rod",
-                "pbrMetallicRoughness":
-                    { "baseColorFactor": [0.8, 0.45, 0.25, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6 },
-            }]),
-            skins: Value::Null,
+            nodes: nodes(&first.state, tubes.len()),
+            meshes: Vec::new(),
+            materials: vec![material("rod", [0.8, 0.45, 0.25, 1.0])],
+            skins: Vec::new(),
             animations: [Animation { name: scene.to_owned(), ..Animation::default() }],
             buffers: [Buffer::default()],
             buffer_views: Vec::new(),
             accessors: Vec::new(),
         };
-        document.meshes = tubes.iter().map(|tube| document.mesh(tube)).collect();
-        let mut skin = |tube: &Tube| {
+        if !model.contacts.obstacles.is_empty() {
+            document.materials.push(material("obstacle", [0.55, 0.56, 0.58, 1.0]));
+        }
+        tubes.iter().for_each(|tube| document.add_tube(tube));
+        for tube in tubes {
             let inverse_bind = document.array(tube.segments.len(), F32, "MAT4", 64, None);
             let bones: Vec<usize> = tube.segments.iter().map(|segment| first_segment + segment).collect();
-            json!({ "inverseBindMatrices": inverse_bind, "skeleton": ROOT, "joints": bones })
-        };
-        document.skins = tubes.iter().map(&mut skin).collect();
+            document.skins.push(json!({ "inverseBindMatrices": inverse_bind, "skeleton": ROOT, "joints": bones }));
+        }
 
-        let input = document.array(frames, F32, "SCALAR", 4, None);
+        let input = document.array(times.len(), F32, "SCALAR", 4, None);
         document.bound(input, &times.iter().map(|&time| [time]).collect::<Vec<_>>());
-        for node in first_segment..first_segment + segments {
-            for (path, kind, bytes) in [("translation", "VEC3", 12), ("rotation", "VEC4", 16)] {
-                let output = document.array(frames, F32, kind, bytes, None);
-                let [animation] = &mut document.animations;
-                animation.channels.push(Channel { sampler: animation.samplers.len(), target: Target { node, path } });
-                animation.samplers.push(Sampler { input, output });
+        (first_segment..first_segment + segments).for_each(|node| document.animate(node, input));
+        for solid in solids {
+            let name = solid.name(model);
+            let node = match solid.of {
+                Owner::Segment(i) => first_segment + i,
+                Owner::Obstacle(_) => {
+                    let at = solid.of.at(model, first).pose;
+                    document.nodes.push(placed(name.clone(), &at.position, &at.orientation));
+                    document.nodes.len() - 1
+                }
+            };
+            document.nodes[node].mesh = Some(document.meshes.len());
+            document.add_mesh(&name, &solid.mesh, if solid.of.obstacle().is_some() { OBSTACLE } else { ROD });
+            if solid.moving(model).is_some() {
+                document.animate(node, input);
             }
         }
+        let children = (first_segment..document.nodes.len()).collect();
+        document.nodes[ROOT].children = children;
         document
     }
 
-    /// The mesh of a tube, whose arrays are appended.
-    fn mesh(&mut self, tube: &Tube) -> Value {
+    /// Appends the mesh of a tube and its arrays.
+    fn add_tube(&mut self, tube: &Tube) {
         let vertices = tube.positions.len();
         let indices = self.array(tube.indices.len(), U32, "SCALAR", 4, INDICES);
         let positions = self.array(vertices, F32, "VEC3", 12, VERTICES);
@@ -161,10 +186,30 @@ impl Document {
         let joints = self.array(vertices, U16, "VEC4", 8, VERTICES);
         let weights = self.array(vertices, F32, "VEC4", 16, VERTICES);
         let attributes = json!({ "POSITION": positions, "NORMAL": normals, "JOINTS_0": joints, "WEIGHTS_0": weights });
-        json!({
-            "name": "rods",
-            "primitives": [{ "attributes": attributes, "indices": indices, "material": 0 }],
-        })
+        let primitive = json!({ "attributes": attributes, "indices": indices, "material": ROD });
+        self.meshes.push(json!({ "name": "rods", "primitives": [primitive] }));
+    }
+
+    /// Appends a mesh without a skin and its arrays.
+    fn add_mesh(&mut self, name: &str, mesh: &Mesh, material: usize) {
+        let vertices: Vec<[f32; 3]> = mesh.positions.iter().map(|x| x.map(|x| x as f32).into()).collect();
+        let indices = self.array(3 * mesh.triangles.len(), U32, "SCALAR", 4, INDICES);
+        let positions = self.array(vertices.len(), F32, "VEC3", 12, VERTICES);
+        self.bound(positions, &vertices);
+        let normals = self.array(vertices.len(), F32, "VEC3", 12, VERTICES);
+        let attributes = json!({ "POSITION": positions, "NORMAL": normals });
+        let primitive = json!({ "attributes": attributes, "indices": indices, "material": material });
+        self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
+    }
+
+    /// Appends translations and rotations of a node at the times of the accessor `input`.
+    fn animate(&mut self, node: usize, input: usize) {
+        for (path, kind, bytes) in [("translation", "VEC3", 12), ("rotation", "VEC4", 16)] {
+            let output = self.array(self.accessors[input].count, F32, kind, bytes, None);
+            let [animation] = &mut self.animations;
+            animation.channels.push(Channel { sampler: animation.samplers.len(), target: Target { node, path } });
+            animation.samplers.push(Sampler { input, output });
+        }
     }
 
     /// Bytes of the binary part, a multiple of four.
@@ -200,19 +245,28 @@ impl Document {
     }
 }
 
-/// Root, meshes and segments. A mesh is no child of the root: a skin's joints alone say where its vertices are (section
-/// 3.7.3.3).
-fn nodes(first: &State, meshes: usize) -> Vec<Node> {
-    let segments = first.positions.len();
-    let first_segment = FIRST_MESH + meshes;
-    let children = (first_segment..first_segment + segments).collect();
-    let root = Node { name: "root".to_owned(), rotation: Some(Z_UP_TO_Y_UP), children, ..Node::default() };
-    let mesh = |i: usize| Node { name: "rods".to_owned(), mesh: Some(i), skin: Some(i), ..Node::default() };
-    let segment = |i: usize| Node {
-        name: format!("segment {i}"),
-        translation: Some(first.positions[i].map(|x| x as f32).into()),
-        rotation: Some(first.orientations[i].coords.map(|x| x as f32).into()),
+fn material(name: &str, colour: [f64; 4]) -> Value {
+    json!({
+        "name": name,
+        "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.6 },
+    })
+}
+
+/// Root, tubes and segments; the root's children are not known yet. A tube is no child of the root: a skin's joints alone
+/// say where its vertices are (section 3.7.3.3).
+fn nodes(first: &State, tubes: usize) -> Vec<Node> {
+    let root = Node { name: "root".to_owned(), rotation: Some(Z_UP_TO_Y_UP), ..Node::default() };
+    let tube = |i: usize| Node { name: "rods".to_owned(), mesh: Some(i), skin: Some(i), ..Node::default() };
+    let segment = |i: usize| placed(format!("segment {i}"), &first.positions[i], &first.orientations[i]);
+    let segments = (0..first.positions.len()).map(segment);
+    std::iter::once(root).chain((0..tubes).map(tube)).chain(segments).collect()
+}
+
+fn placed(name: String, position: &Vector3<f64>, orientation: &UnitQuaternion<f64>) -> Node {
+    Node {
+        name,
+        translation: Some(position.map(|x| x as f32).into()),
+        rotation: Some(orientation.coords.map(|x| x as f32).into()),
         ..Node::default()
-    };
-    std::iter::once(root).chain((0..meshes).map(mesh)).chain((0..segments).map(segment)).collect()
+    }
 }

@@ -7,7 +7,6 @@ use nalgebra::Vector3;
 use rod::{Model, State};
 
 use super::super::centrelines::{Centrelines, Node};
-use super::super::solids::Solid;
 use super::write_floats;
 
 /// Vertices of a ring about the centreline.
@@ -48,8 +47,8 @@ struct Piece {
 }
 
 impl Tube {
-    /// The surface of all rods in `state` and of all rigid bodies: one tube, or more where one would move with more than `most` segments. Vertices
-    /// between two segments move half with each.
+    /// The surface of all rods in `state`: one tube, or more where one would move with more than `most` segments. Vertices
+    /// between two segments move half with each. Rigid bodies are no tubes.
     pub(super) fn all(model: &Model, lines: &Centrelines, state: &State, most: usize) -> Vec<Self> {
         let mut tubes: Vec<(Self, Vec<Piece>)> = Vec::new();
         for chain in lines.chains.iter().filter(|chain| model.segments[lines.first(chain)].body.is_none()) {
@@ -71,26 +70,7 @@ impl Tube {
             pieces.iter().for_each(|piece| tube.add(piece));
             tube
         };
-        tubes
-            .into_iter()
-            .map(finish)
-            .chain(Solid::all(model).iter().map(|solid| Self::of_solid(solid, state)))
-            .collect()
-    }
-
-    /// The surface of a rigid body, which moves with its segment.
-    fn of_solid(solid: &Solid, state: &State) -> Self {
-        let orientation = state.orientations[solid.segment];
-        let single = |x: Vector3<f64>| -> [f32; 3] { x.map(|x| x as f32).into() };
-        let vertices = solid.mesh.positions.len();
-        Self {
-            segments: vec![solid.segment],
-            positions: solid.places(state).map(single).collect(),
-            normals: solid.mesh.normals.iter().map(|normal| single(orientation * normal)).collect(),
-            joints: vec![[0; 4]; vertices],
-            weights: vec![[1.0, 0.0, 0.0, 0.0]; vertices],
-            indices: solid.mesh.triangles.as_flattened().to_vec(),
-        }
+        tubes.into_iter().map(finish).collect()
     }
 
     fn add(&mut self, Piece { rings, closed }: &Piece) {

@@ -24,7 +24,7 @@ impl Array {
         Self { name, kind: "Float64", components, bytes: values.flat_map(f64::to_le_bytes).collect() }
     }
 
-    /// An array of indices.
+    /// An array of indices; `usize::MAX` is -1 there.
     pub(super) fn integers(name: &'static str, values: impl Iterator<Item = usize>) -> Self {
         let bytes = values.flat_map(|value| (value as i64).to_le_bytes()).collect();
         Self { name, kind: "Int64", components: 1, bytes }
@@ -44,8 +44,8 @@ pub(super) struct Piece {
     pub(super) connectivity: Array,
     /// End of each line in `connectivity`.
     pub(super) offsets: Array,
-    /// Points of each triangle, and their ends there.
-    pub(super) triangles: (Array, Array),
+    /// The same two of triangles, if there are any.
+    pub(super) triangles: Option<[Array; 2]>,
     pub(super) point_data: Vec<Array>,
     pub(super) cell_data: Vec<Array>,
 }
@@ -54,8 +54,8 @@ impl Piece {
     /// Writes the file.
     pub(super) fn write(&self, writer: &mut impl Write) -> io::Result<()> {
         let points = self.points.bytes.len() / (3 * size_of::<f64>());
-        let cells = |offsets: &Array| offsets.bytes.len() / size_of::<i64>();
-        let (cells, triangles) = (cells(&self.offsets), cells(&self.triangles.1));
+        let cells = self.offsets.bytes.len() / size_of::<i64>();
+        let triangles = self.triangles.as_ref().map_or(0, |[_, offsets]| offsets.bytes.len() / size_of::<i64>());
         write!(
             writer,
             "<?xml version=\"1.0\"?>\n\
@@ -69,9 +69,7 @@ impl Piece {
             ("Points", vec![&self.points]),
             ("Lines", vec![&self.connectivity, &self.offsets]),
         ];
-        if triangles > 0 {
-            groups.push(("Polys", vec![&self.triangles.0, &self.triangles.1]));
-        }
+        groups.extend(self.triangles.iter().map(|arrays| ("Polys", arrays.iter().collect())));
         let mut offset = 0;
         for (element, arrays) in &groups {
             writeln!(writer, "<{element}>")?;
