@@ -73,6 +73,11 @@ impl<T: Real> Beyond<T> {
         out
     }
 
+    /// Whether no joint has any of it.
+    pub(super) fn is_empty(&self) -> bool {
+        self.bend_extra.is_empty() && self.rests.is_empty() && self.damped.is_empty()
+    }
+
     /// One lane.
     pub(super) fn pick(&self, lane: usize) -> Beyond<f64> {
         let damped = |own: &Damped<T>| Damped {

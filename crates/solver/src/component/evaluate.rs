@@ -105,6 +105,7 @@ impl<T: Real> Component<T> {
     fn evaluate_joints(&mut self) -> Residuals<T> {
         let zero = T::zero();
         let mut worst = Residuals { stretch: zero, bend: zero, momentum: zero, check: zero };
+        let has_beyond = !self.beyond.is_empty() || !self.system.across.is_empty();
         for (k, terms) in self.system.joints.iter_mut().enumerate() {
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
             let (first, second) = (&self.poses[a], &self.poses[b]);
@@ -112,18 +113,21 @@ impl<T: Real> Component<T> {
             let constants = &self.joints[k];
             let lambda = self.lambda[k];
             let mut gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
-            if let Some(across) = self.system.across.get(k) {
-                gap = gap + across[0] - across[1];
-            }
-            let (mut frame, mut other) = (first.q, second.q);
-            if let Some(rests) = self.beyond.rests.get(k) {
-                (frame, other) = (first.q * rests[0], second.q * rests[1]);
-                self.system.frames[k] = frame;
-            }
-            let mut rest_darboux = constants.rest_darboux;
-            if let Some(damped) = self.beyond.damped.get(k) {
-                rest_darboux = damped.rest_darboux;
-                gap -= first.q.rotate(damped.gap);
+            let (mut frame, mut other, mut rest_darboux) = (first.q, second.q, constants.rest_darboux);
+            let mut bend_extra = T::zero();
+            if has_beyond {
+                if let Some(across) = self.system.across.get(k) {
+                    gap = gap + across[0] - across[1];
+                }
+                if let Some(rests) = self.beyond.rests.get(k) {
+                    (frame, other) = (first.q * rests[0], second.q * rests[1]);
+                    self.system.frames[k] = frame;
+                }
+                if let Some(damped) = self.beyond.damped.get(k) {
+                    rest_darboux = damped.rest_darboux;
+                    gap -= first.q.rotate(damped.gap);
+                }
+                bend_extra = self.system.bend_extra.get(k).map_or(bend_extra, |&extra| extra);
             }
             let relative = (frame.conj() * other).upper();
             // Away from a half turn, where G loses a direction; the residual stays exact.
@@ -133,8 +137,8 @@ impl<T: Real> Component<T> {
             let stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
-            if let Some(&extra) = self.system.bend_extra.get(k) {
-                bend.0[1] += lambda.angular.0[1] * extra;
+            if has_beyond {
+                bend.0[1] += lambda.angular.0[1] * bend_extra;
             }
             bend.0[2] += lambda.angular.0[2] * terms.twist_extra;
             terms.rhs = Spatial { linear: -stretch, angular: -bend };

@@ -109,11 +109,11 @@ pub fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: 
 /// A joint as its elimination sees it, gathered from the system.
 struct View<'a, T> {
     joint: &'a JointTerms<T>,
-    /// Frame of the bend-twist rows, and whether it is not that of body a.
+    /// Frame of the bend-twist rows.
     frame: Quat<T>,
-    is_turned: bool,
-    /// What bending about d2 has beyond that about d1, where anything has.
-    bend_extra: Option<T>,
+    /// Whether that is not the frame of body a, or what bending about d2 has beyond that about d1 is not zero.
+    has_beyond: bool,
+    bend_extra: T,
     axis_a: Vec3<T>,
     /// +1 where the inner body is the joint's body a, -1 where it is b.
     sign: T,
@@ -139,8 +139,8 @@ impl<'a, T: Real> View<'a, T> {
         View {
             joint,
             frame: system.frames.get(node.joint as usize).copied().unwrap_or(a.orientation),
-            is_turned: !system.frames.is_empty(),
-            bend_extra: system.bend_extra.get(node.joint as usize).copied(),
+            has_beyond: !(system.frames.is_empty() && system.bend_extra.is_empty()),
+            bend_extra: system.bend_extra.get(node.joint as usize).copied().unwrap_or(T::zero()),
             axis_a: a.axis,
             sign: T::splat(sign),
             arms,
@@ -155,8 +155,8 @@ impl<'a, T: Real> View<'a, T> {
         View {
             joint,
             frame: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
-            is_turned: a.is_turned,
-            bend_extra: a.bend_extra.zip(b.bend_extra).map(|(a, b)| Both([a, b])),
+            has_beyond: a.has_beyond,
+            bend_extra: Both([a.bend_extra, b.bend_extra]),
             axis_a: Vec3::both(a.axis_a, b.axis_a),
             sign: Both([a.sign, b.sign]),
             arms: [Vec3::both(a.arms[0], b.arms[0]), Vec3::both(a.arms[1], b.arms[1])],
@@ -166,10 +166,11 @@ impl<'a, T: Real> View<'a, T> {
 
     #[inline(always)]
     fn terms(&self) -> NodeTerms<T> {
-        let mut bend = self.joint.bend_compliance(if self.is_turned { self.frame.axis() } else { self.axis_a });
-        if let Some(extra) = self.bend_extra {
-            bend = bend + self.joint.second_bending(self.frame, extra);
-        }
+        let bend = if self.has_beyond {
+            self.joint.bend_compliance(self.frame.axis()) + self.joint.second_bending(self.frame, self.bend_extra)
+        } else {
+            self.joint.bend_compliance(self.axis_a)
+        };
         NodeTerms {
             compliance: [self.joint.stretch_compliance(self.axis_a), bend],
             rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.frame), self.sign),
