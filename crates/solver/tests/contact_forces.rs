@@ -35,7 +35,8 @@ fn weight(model: &Model) -> f64 {
     model.segments.iter().map(|segment| 9.81 * segment.mass()).sum()
 }
 
-/// The forces after so many steps, contacts solved to a tolerance, and the change of the momentum in the last one over its time [N].
+/// The forces after so many steps, contacts solved to a tolerance, and the change of the momentum in the last one over its
+/// time [N].
 fn forces(
     (model, state): (&Model, &State),
     formulation: Formulation,
