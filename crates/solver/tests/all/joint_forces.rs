@@ -1,8 +1,6 @@
 //! What joints transmit, as the multipliers of the last step say.
 
-mod common;
-
-use common::{DT, GRAVITY, material};
+use crate::common::{DT, GRAVITY, material};
 use nalgebra::Vector3;
 use rod::{Assembly, JointForce, Load, Model, RodSpec, State, shape};
 use solver::formulation::Formulation;

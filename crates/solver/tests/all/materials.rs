@@ -1,8 +1,6 @@
 //! Sections with sides, rest rotations and inner damping in every solver: against dense algebra, and from lane to lane.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use nalgebra::{DVector, Vector3};
 use rod::{Assembly, InnerDamping, Model, RestShape, RodSpec, Section, State, Stretch, shape};
 use solver::formulation::Formulation;

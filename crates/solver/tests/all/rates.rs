@@ -1,8 +1,6 @@
 //! Angular velocities of states are true rates, angle / dt, however fast a segment spins.
 
-mod common;
-
-use common::{integrated, material};
+use crate::common::{integrated, material};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Model, RodSpec, State, shape};
 use solver::formulation::Formulation;

@@ -1,10 +1,8 @@
 //! Copies in a batch move like each of them alone, to the last bit.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::*;
+use crate::common::*;
 use nalgebra::Vector3;
 use rod::{
     Air, Assembly, Body, Contacts, Driven, Friction, Interpolation, JointForce, Keyframe, Load, Model, Motion,

@@ -1,10 +1,8 @@
 //! Pinned ends, hinges and springs: joints that leave turns free, and grips that yield.
 
-mod common;
-
 use std::f64::consts::{PI, TAU};
 
-use common::{GRAVITY, material, settings};
+use crate::common::{GRAVITY, material, settings};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
     Assembly, Damping, Freedom, JointForce, Model, Reaction, RodSpec, Springs, State, darboux::darboux, measure, shape,

@@ -1,8 +1,6 @@
 //! Parameters of steps and of static analyses that are not allowed are named with their value before the first step.
 
-mod common;
-
-use common::{material, rod};
+use crate::common::{material, rod};
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::statics::{StaticParams, equilibrium};
 use solver::step::StepParams;

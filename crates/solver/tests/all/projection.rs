@@ -1,8 +1,6 @@
 //! Predictions in the place of the constraint projection.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use rod::{Model, State};
 use solver::component::{Component, Members};
 use solver::formulation::{ContactProjection, Formulation};

@@ -1,8 +1,6 @@
 //! Forces of contacts, as a program reads them off.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use nalgebra::Vector3;
 use rod::{Assembly, Contacts, Damping, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
 use solver::formulation::Formulation;

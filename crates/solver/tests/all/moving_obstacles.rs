@@ -1,11 +1,9 @@
 //! Obstacles that move: friction and restitution see the motion of their surfaces, and rods never come to their other side.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use common::material;
+use crate::common::material;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{
     Assembly, Body, Carried, Damping, Friction, Interpolation, JointForce, Keyframe, Load, Model, Motion, Obstacle,

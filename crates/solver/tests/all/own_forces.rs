@@ -1,8 +1,6 @@
 //! Loads and gravity that a program sets between steps are those of a model that has them.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use nalgebra::Vector3;
 use rod::{Assembly, Change, Changing, Interpolation, Load, Model, RodSpec, State, Track, shape};
 use solver::formulation::Formulation;

@@ -1,11 +1,9 @@
 //! Fixed segments and anchors that a motion drives are where it says, and rods follow them.
 
-mod common;
-
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use common::{GRAVITY, integrated, material, settings, ways};
+use crate::common::{GRAVITY, integrated, material, settings, ways};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
     Assembly, Body, Change, Changing, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Pose, Reaction,

@@ -1,10 +1,8 @@
 //! Fixed segments follow their motion exactly, whatever leads the others there.
 
-mod common;
-
 use std::ops::Range;
 
-use common::{GRAVITY, material, settings, ways};
+use crate::common::{GRAVITY, material, settings, ways};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{Assembly, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
 use solver::component::{BodyPose, Component, Members};

@@ -1,10 +1,8 @@
 //! From a snapshot a simulation goes on with the bits with which it went on then.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::*;
+use crate::common::*;
 use nalgebra::Vector3;
 use rod::{
     Air, Assembly, Body, Contacts, Driven, Friction, Gusts, Interpolation, JointForce, Keyframe, Load, Model, Motion,

@@ -1,8 +1,6 @@
 //! Guesses inside and outside of the simulation.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use rod::{Model, State};
 use solver::component::{BodyPose, Component, Members};
 use solver::counters::Counters;

@@ -1,10 +1,8 @@
 //! What steps that build on those before owe to lanes, to the outside, and to what joints transmit.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{GRAVITY, integrated, material, settings};
+use crate::common::{GRAVITY, integrated, material, settings};
 use nalgebra::Vector3;
 use rod::{
     Assembly, Body, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Reaction, RodSpec, State, shape,

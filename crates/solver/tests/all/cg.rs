@@ -1,8 +1,6 @@
 //! Conjugate gradients and their preconditioners against dense algebra, and iteration counts as snapshots.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,10 +1,8 @@
 //! What is attached and released between two steps, by a program or by the model's grips with times.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{GRAVITY, material, settings};
+use crate::common::{GRAVITY, material, settings};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
     Assembly, Body, Contacts, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Obstacle, ObstacleShape,
@@ -349,8 +347,7 @@ fn a_released_rod_lands_on_the_ground() {
     // The contacts see that the segment is free; before, it hung in the air.
     let (mut model, state) = rods(1, true);
     let shape = ObstacleShape::HalfSpace { point: Vector3::z() * -0.5, normal: Vector3::z_axis() };
-    model.contacts =
-        Contacts { obstacles: vec![Obstacle::new(shape, Surface::default())], ..Contacts::default() };
+    model.contacts = Contacts { obstacles: vec![Obstacle::new(shape, Surface::default())], ..Contacts::default() };
     model.damping = rod::Damping { linear: 1.0, angular: 1.0 };
     let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
     let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();

@@ -1,0 +1,23 @@
+//! All acceptance tests as one program: a third of the time to build.
+
+mod auto;
+mod bdf2;
+mod bodies;
+mod cables;
+mod capstan;
+mod contact;
+mod contact_scenes;
+mod drum;
+mod dynamics;
+mod grips;
+mod inner_damping;
+mod invariance;
+mod needs;
+mod rest_rotation;
+mod sections;
+mod stability;
+mod starts;
+mod statics;
+mod suture;
+mod trees_and_loops;
+mod wind;
