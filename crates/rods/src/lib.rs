@@ -86,8 +86,9 @@ pub use nalgebra;
 /// Building a model and its first state: rods, rigid bodies, clamps, loads, air, contacts.
 pub mod assembly {
     pub use rod::{
-        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, LineInertia, Load, Material, Mesh, Mount,
-        Obstacle, ObstacleShape, RestShape, RigidBody, RodSpec, Section, Stiffness, Stretch, Surface, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, LineInertia, Load, Material, Mesh,
+        Mount, Obstacle, ObstacleShape, RestShape, RigidBody, RodSpec, Section, Stiffness, Stretch, Surface, Wind,
+        shape,
     };
 }
 
@@ -101,8 +102,8 @@ pub mod scene {
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
 pub mod state {
     pub use rod::{
-        Body, DriveError, Freedom, Joint, JointForce, Model, ModelError, Pose, Probe, Quantity, Reading, Segment, Springs,
-        State, curvature, measure,
+        Body, DriveError, Freedom, Joint, JointForce, Model, ModelError, Pose, Probe, Quantity, Reading, Segment,
+        Springs, State, curvature, measure,
     };
 }
 
@@ -159,14 +160,14 @@ pub mod prelude {
     pub use nalgebra::{UnitQuaternion, Vector3};
 
     pub use crate::assembly::{
-        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, Load, Material, Obstacle, ObstacleShape,
-        RestShape, RigidBody, RodSpec, Section, Stretch, Surface, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, Load, Material, Obstacle,
+        ObstacleShape, RestShape, RigidBody, RodSpec, Section, Stretch, Surface, Wind, shape,
     };
     pub use crate::motion::{Carried, Driven, Interpolation, Keyframe, Motion, Reaction};
     pub use crate::scene::{self, Scene, SceneError};
     pub use crate::simulation::{
-        Batch, ContactForce, Formulation, Integrator, Settings, Simulation, SimulationError, Snapshot, Status, StepParams,
-        StepReport, Touched,
+        Batch, ContactForce, Formulation, Integrator, Settings, Simulation, SimulationError, Snapshot, Status,
+        StepParams, StepReport, Touched,
     };
     pub use crate::state::{Body, Joint, JointForce, Model, ModelError, Pose, Segment, State, measure};
     pub use crate::statics::{self, StaticParams};

@@ -56,7 +56,8 @@ fn originals(builder: &Builder, source: &Source, own: &format::Copies) -> Result
             }
         }
         if !found {
-            return source.must_be(name.span(), &known_names("the name of a rod, a net or a body", builder.rods.iter()));
+            return source
+                .must_be(name.span(), &known_names("the name of a rod, a net or a body", builder.rods.iter()));
         }
     }
     // A branch comes after what it grows on.

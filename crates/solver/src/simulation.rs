@@ -188,7 +188,8 @@ impl Simulation {
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
         settings.step.validate()?;
-        if settings.step.integrator != Integrator::Euler && model.segments.iter().any(|segment| segment.body.is_some()) {
+        if settings.step.integrator != Integrator::Euler && model.segments.iter().any(|segment| segment.body.is_some())
+        {
             return Err(SimulationError::Bodies(settings.step.integrator));
         }
         if let SolverKind::Cg(_) = settings.solver {

@@ -85,4 +85,3 @@ struct Place {
     /// With which it goes on where nothing drives it [m/s].
     velocity: Vector3<f64>,
 }
-
