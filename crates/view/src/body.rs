@@ -65,7 +65,7 @@ impl Bodies {
             positions.len() == 3 * vertices
                 && normals.len() == positions.len()
                 && positions.iter().chain(normals).all(|x| x.is_finite())
-                && triangles.len() % 3 == 0
+                && triangles.len().is_multiple_of(3)
                 && triangles.iter().all(|&vertex| usize::from(vertex) < vertices)
         };
         let is_known = self.segment.len() == self.surface.len()
