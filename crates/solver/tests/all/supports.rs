@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::common::{GRAVITY, material, settings};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use rod::{
     Assembly, Damping, Freedom, JointForce, Model, Reaction, RodSpec, Springs, State, darboux::darboux, measure, shape,
 };
