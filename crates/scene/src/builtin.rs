@@ -30,7 +30,6 @@ const FILES: &[(&str, &str)] = files![
     "two-arms",
     "suture",
     "crane",
-    "drum",
     "knot",
     "small-cantilever",
     "elastica",

@@ -364,7 +364,7 @@ mod copies {
             ("rods = []\nshifts_m = [[1, 0, 0]]", "copies[0].rods = [], but it must be at least one name of a rod"),
             (
                 "rods = [\"bat\"]\nshifts_m = [[1, 0, 0]]",
-                "copies[0].rods[0] = \"bat\", but it must be the name of a rod or a net: `trunk`",
+                "copies[0].rods[0] = \"bat\", but it must be the name of a rod, a net or a body: `trunk`",
             ),
             (
                 "rods = [\"twig\"]\nshifts_m = [[1, 0, 0]]",

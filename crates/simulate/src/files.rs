@@ -19,6 +19,8 @@ use crate::plots;
 pub(crate) const TRAJECTORY: &str = "trajectory.safetensors";
 const CENTRELINE: &str = "centreline.csv";
 const SNAPSHOTS: &str = "snapshots.svg";
+/// Of scenes that have any.
+const OBSTACLES: &str = "obstacles.csv";
 const SUMMARY: &str = "summary.json";
 const PROBES: &str = "probes.csv";
 const CONTACTS: &str = "contacts.csv";
@@ -183,7 +185,9 @@ impl<'a> Files<'a> {
             }
             Err(refused) => (self.writer.salvage().map_or(0, |(_, frames)| frames), Some(refused)),
         };
-        let names = self.wanted.names().into_iter().map(str::to_owned);
+        let has_obstacles = !scene.model.contacts.obstacles.is_empty();
+        let is_due = |name: &&str| has_obstacles || *name != OBSTACLES;
+        let names = self.wanted.names().into_iter().filter(is_due).map(str::to_owned);
         let exists = |name: &String| name == SUMMARY || self.wanted.directory.join(name.trim_end_matches('/')).exists();
         let (written, missing): (Vec<String>, Vec<String>) = names.partition(exists);
         let incomplete = refused.as_ref().map(|why| Incomplete {

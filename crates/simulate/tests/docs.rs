@@ -44,7 +44,7 @@ fn every_file_and_every_column_is_documented() {
     let out = folder.path();
     let flags = ["--view", "--plot", "--export", "csv,vtp,glb,obj", "--contact-forces", "--snapshot", "--quiet"];
     let flags = [&flags[..], &["--out", out.to_str().expect("UTF-8")]].concat();
-    let output = run(&[&["helix", "--steps", "2"][..], &flags].concat());
+    let output = run(&[&["helix-on-plane", "--steps", "2"][..], &flags].concat());
     assert_eq!(texts(&output), (Some(0), "", ""));
 
     let entries = fs::read_dir(out).expect("a folder").map(|entry| entry.expect("an entry"));
