@@ -69,7 +69,7 @@ impl Model {
         if self.segments.iter().any(|segment| segment.body.is_some()) {
             return Some("rigid bodies");
         }
-        if !self.open.is_empty() || has(&|joint| joint.freedom != Freedom::None) {
+        if self.has_timed_grips() || !self.open.is_empty() || has(&|joint| joint.freedom != Freedom::None) {
             return Some("joints that turn freely, or grips that open");
         }
         if has(&Joint::has_rest_frames) {

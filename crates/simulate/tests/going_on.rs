@@ -44,8 +44,8 @@ fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_ended() {
     // Wind; motions; guesses; contacts; conjugate gradients from the last solutions.
     for scene in [
         &["tree-20"][..],
-        &["two-arms"],
-        &["two-arms", "--formulation", "newton"],
+        &["strip"],
+        &["strip", "--formulation", "newton"],
         &["helix-on-plane"],
         &["helix", "--guess", "quadratic"],
     ] {

@@ -38,11 +38,6 @@ fn the_network_of_the_program_saves_outer_iterations_and_leaves_the_motion_alone
     }
 }
 
-/// Whether a scene has nothing but what the rods have that networks learned from.
-fn learned_from(name: &str) -> bool {
-    scene::builtin(name).expect("a scene").model.beyond_the_paper().is_none()
-}
-
 #[test]
 fn every_scene_is_taken_and_slack_ones_are_no_strangers() {
     // The largest takes seconds.

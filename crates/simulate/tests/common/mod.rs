@@ -70,3 +70,8 @@ pub(crate) fn many_rods() -> String {
     }
     text
 }
+
+/// Whether a scene has nothing but what the rods have that networks learned from.
+pub fn learned_from(name: &str) -> bool {
+    scene::builtin(name).expect("a scene").model.beyond_the_paper().is_none()
+}
