@@ -10,7 +10,7 @@ use std::process::{Output, Stdio};
 
 #[cfg(unix)]
 use common::interrupt;
-use common::{builtin_names, json, nulls, run, simulate, texts};
+use common::{builtin_names, json, learned_from, nulls, run, simulate, texts};
 use copingnet::{Card, Checkpoint, Encoding, Features, Head, NetworkConfig, Training, Weights};
 use graph::Norms;
 use serde_json::Value;

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{builtin_names, json, nulls, run, texts};
+use common::{builtin_names, json, learned_from, nulls, run, texts};
 use serde_json::Value;
 
 #[test]

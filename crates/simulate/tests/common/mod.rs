@@ -72,6 +72,6 @@ pub(crate) fn many_rods() -> String {
 }
 
 /// Whether a scene has nothing but what the rods have that networks learned from.
-pub fn learned_from(name: &str) -> bool {
+pub(crate) fn learned_from(name: &str) -> bool {
     scene::builtin(name).expect("a scene").model.beyond_the_paper().is_none()
 }
