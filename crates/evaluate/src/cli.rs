@@ -68,7 +68,7 @@ fn names() -> PossibleValuesParser {
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {
-    /// Fewer scenes, simulations and steps: done in minutes, where the full report takes two to three hours of one core.
+    /// Fewer scenes, simulations and steps: done in minutes, where the full report takes three to four hours of one core.
     #[arg(long)]
     pub(crate) quick: bool,
     /// Folder of the report [default: report; where a section has the command, out/SECTION].
