@@ -32,7 +32,7 @@ fn add_weighted(assembly: &mut Assembly, k: usize) {
     add(assembly, k, 6, false);
     let end = assembly.state_mut().len() - 1;
     let (position, orientation) = (assembly.state_mut().positions[end], assembly.state_mut().orientations[first]);
-    if k % 3 == 0 {
+    if k.is_multiple_of(3) {
         let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 300.0 };
         let last = assembly.rod(&RodSpec::new(vec![position, position + Vector3::y()], 0.01, material));
         assembly.join(end, 1.0, last.start, 0.0);
