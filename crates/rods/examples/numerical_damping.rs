@@ -80,14 +80,14 @@ fn with_bdf2_a_small_swing_loses_what_its_modes_lose() -> Result<(), Box<dyn Err
     let dt = 0.02_f64;
     let of_mode = |j: f64| {
         let frequency = 0.5 * j * (9.81 / LENGTH).sqrt();
-        32.0 / j.powi(4) * (1.0 - (-0.5 * frequency.powi(4) * dt.powi(3) * DURATION).exp())
+        // The first step is one of Euler's rule.
+        let kept = (-0.5 * frequency.powi(4) * dt.powi(3) * DURATION).exp() / (1.0 + (frequency * dt).powi(2));
+        32.0 / j.powi(4) * (1.0 - kept)
     };
     let expected: f64 = zeros.into_iter().map(of_mode).sum();
-    // Plain `xpbd` breaks the balance of momentum of a taut chain by more than that.
-    for formulation in [Formulation::XpbdGeometric, Formulation::Newton] {
-        let lost = lost((Integrator::Bdf2, formulation), 5.0, dt)?;
-        assert!((lost - expected).abs() < 0.5 * expected, "{formulation}: {lost} for {expected}");
-    }
+    // What the other formulations leave of a step's equation takes more than that.
+    let lost = lost((Integrator::Bdf2, Formulation::Newton), 5.0, dt)?;
+    assert!((lost - expected).abs() < 0.3 * expected, "{lost} for {expected}");
     Ok(())
 }
 

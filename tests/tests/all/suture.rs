@@ -38,7 +38,7 @@ fn the_pull_on_a_sliding_suture_is_the_weight_s_and_the_rim_s_friction() {
         simulation.store_joint_forces(&mut forces);
         simulation.store(&mut state);
         // The straight runs on either side of the rim; the tail swings a little.
-        let (tail, pull) = (2, scene.model.segments.len() - 3);
+        let (tail, pull) = (4, scene.model.segments.len() - 5);
         log_ratio += (forces[pull].force.norm() / forces[tail].force.norm()).ln();
         angle += state.axis(tail).angle(&state.axis(pull));
         steps += 1.0;
@@ -47,5 +47,6 @@ fn the_pull_on_a_sliding_suture_is_the_weight_s_and_the_rim_s_friction() {
     // Friction acts at the suture's surface: about the rim's axis its lever arm is that of the rim.
     let expected = FRICTION * angle * RIM / (RIM + SUTURE);
     println!("ln(pull / weight) = {log_ratio:.4}, expected {expected:.4} for {angle:.3} rad");
-    assert!((log_ratio / expected - 1.0).abs() < 0.05, "{log_ratio} {expected}");
+    // Four or five segments touch the rim; with segments twice as long, 5 % are missing.
+    assert!((log_ratio / expected - 1.0).abs() < 0.02, "{log_ratio} {expected}");
 }
