@@ -85,9 +85,11 @@ fn with_bdf2_a_small_swing_loses_what_its_modes_lose() -> Result<(), Box<dyn Err
         32.0 / j.powi(4) * (1.0 - kept)
     };
     let expected: f64 = zeros.into_iter().map(of_mode).sum();
-    // What the other formulations leave of a step's equation takes more than that.
-    let lost = lost((Integrator::Bdf2, Formulation::Newton), 5.0, dt)?;
-    assert!((lost - expected).abs() < 0.3 * expected, "{lost} for {expected}");
+    // Plain `xpbd` breaks the balance of momentum of a taut chain by more than that.
+    for formulation in [Formulation::XpbdGeometric, Formulation::Newton] {
+        let lost = lost((Integrator::Bdf2, formulation), 5.0, dt)?;
+        assert!((lost - expected).abs() < 0.3 * expected, "{formulation}: {lost} for {expected}");
+    }
     Ok(())
 }
 
