@@ -84,7 +84,8 @@ impl<T: Real> JointTerms<T> {
         Sym3::identity(self.shear) + Sym3::outer(axis_a, self.stretch_extra)
     }
 
-    /// alpha~ of bend-twist in world rows, for the axis of the rows' frame and a section that bends alike about d1 and d2: `G^-1 alpha~ G^-T = l^2 N (alpha~_b I + (alpha~_t - alpha~_b) d d^T) N^T`
+    /// alpha~ of bend-twist in world rows, for the axis of the rows' frame and a section that bends alike about d1 and d2:
+    /// `G^-1 alpha~ G^-T = l^2 N (alpha~_b I + (alpha~_t - alpha~_b) d d^T) N^T`
     /// with `N = s I + [t]x + t t^T / s`, for which `N N^T = I + t t^T / s^2`.
     #[inline(always)]
     pub fn bend_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {

@@ -1,6 +1,5 @@
 //! Constraints, residuals, Jacobians and mass matrices: the linear system of an outer iteration.
 
-use super::multistep::gyroscopic;
 use super::{Component, Residuals};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
@@ -19,7 +18,10 @@ impl<T: Real> Component<T> {
         if !self.loose.is_empty() {
             self.free_rows();
         }
-        let mut residuals = self.evaluate_joints();
+        let mut residuals = match self.beyond.is_empty() && self.system.across.is_empty() {
+            true => self.evaluate_joints::<false>(),
+            false => self.evaluate_joints::<true>(),
+        };
         if formulation.momentum() {
             self.evaluate_momentum(&mut residuals);
         } else if self.torques_wait {
@@ -102,10 +104,9 @@ impl<T: Real> Component<T> {
     }
 
     #[inline(always)]
-    fn evaluate_joints(&mut self) -> Residuals<T> {
+    fn evaluate_joints<const BEYOND: bool>(&mut self) -> Residuals<T> {
         let zero = T::zero();
         let mut worst = Residuals { stretch: zero, bend: zero, momentum: zero, check: zero };
-        let has_beyond = !self.beyond.is_empty() || !self.system.across.is_empty();
         for (k, terms) in self.system.joints.iter_mut().enumerate() {
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
             let (first, second) = (&self.poses[a], &self.poses[b]);
@@ -115,7 +116,7 @@ impl<T: Real> Component<T> {
             let mut gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
             let (mut frame, mut other, mut rest_darboux) = (first.q, second.q, constants.rest_darboux);
             let mut bend_extra = T::zero();
-            if has_beyond {
+            if BEYOND {
                 if let Some(across) = self.system.across.get(k) {
                     gap = gap + across[0] - across[1];
                 }
@@ -137,7 +138,7 @@ impl<T: Real> Component<T> {
             let stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
-            if has_beyond {
+            if BEYOND {
                 bend.0[1] += lambda.angular.0[1] * bend_extra;
             }
             bend.0[2] += lambda.angular.0[2] * terms.twist_extra;
@@ -171,17 +172,16 @@ impl<T: Real> Component<T> {
             let (constants, pose, predicted) = (&self.bodies[i], &self.poses[i], &self.predicted[i]);
             let axis = self.system.bodies[i].axis;
             let phi = (pose.q * predicted.q.conj()).upper().v * two;
-            let mut turning =
+            let turning =
                 phi * constants.transverse + axis * (axis.dot(phi) * (constants.axial - constants.transverse));
-            if self.multistep.is_some() {
-                let theta = (pose.q * self.start[i].q.conj()).upper().v * two;
-                turning += gyroscopic(constants, axis, theta, phi);
-            }
             let impulse = self.scratch[i];
             // The translation's part of M^-1 g, without the detour over the mass.
             let dx = (predicted.x - pose.x) * constants.free + impulse.linear * constants.inverse_mass;
             let dphi = self.system.bodies[i].inverse_inertia.apply(impulse.angular - turning);
             self.momentum[i] = Spatial { linear: dx, angular: dphi };
+        }
+        if self.multistep.is_some() {
+            self.add_gyroscopic_momentum();
         }
         if !self.rigid.is_empty() {
             self.momentum_of_rigid();

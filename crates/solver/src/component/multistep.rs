@@ -327,10 +327,25 @@ impl<T: Real> Component<T> {
     }
 }
 
+impl<T: Real> Component<T> {
+    /// Adds to the residuals of momentum what `I phi` leaves out.
+    #[inline(always)]
+    pub(super) fn add_gyroscopic_momentum(&mut self) {
+        let two = T::splat(2.0);
+        for i in 0..self.segments {
+            let (pose, axis) = (&self.poses[i], self.system.bodies[i].axis);
+            let [theta, phi] =
+                [&self.start[i], &self.predicted[i]].map(|from| (pose.q * from.q.conj()).upper().v * two);
+            let turning = gyroscopic(&self.bodies[i], axis, theta, phi);
+            self.momentum[i].angular -= self.system.bodies[i].inverse_inertia.apply(turning);
+        }
+    }
+}
+
 /// What `I phi` leaves out of a body's change of discrete momentum (times the step's length) as it is turned by `phi` after
 /// a turn by about `theta`: the share of second order, `([I theta x - theta x I] phi + phi x I theta) / 2`.
 #[inline(always)]
-pub(super) fn gyroscopic<T: Real>(body: &BodyConstants<T>, axis: Vec3<T>, theta: Vec3<T>, phi: Vec3<T>) -> Vec3<T> {
+fn gyroscopic<T: Real>(body: &BodyConstants<T>, axis: Vec3<T>, theta: Vec3<T>, phi: Vec3<T>) -> Vec3<T> {
     let inertia = |x: Vec3<T>| x * body.transverse + axis * (axis.dot(x) * (body.axial - body.transverse));
     let sum = inertia(theta.cross(phi)) - theta.cross(inertia(phi)) + phi.cross(inertia(theta));
     sum * T::splat(0.5)

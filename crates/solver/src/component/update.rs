@@ -67,14 +67,13 @@ impl<T: Real> Component<T> {
     /// the lanes where `active` >= 0; beside them those at the end of the step, where the integrator has them.
     #[inline(always)]
     pub(crate) fn update_velocities(&mut self, formulation: Formulation, active: T) {
-        let rate = T::splat(1.0 / self.dt);
-        let twice = T::splat(2.0 / self.dt);
+        if self.multistep.is_some() {
+            for i in 0..self.segments {
+                self.end_step(i, self.over_step(i), active);
+            }
+        }
         for i in 0..self.segments {
-            let (pose, start) = (&self.poses[i], &self.start[i]);
-            let turn = (pose.q * start.q.conj()).upper();
-            let new = Spatial { linear: (pose.x - start.x) * rate, angular: turn.v * twice };
-            self.end_step(i, new, active);
-            self.velocities[i] = select(active, new, self.velocities[i]);
+            self.velocities[i] = select(active, self.over_step(i), self.velocities[i]);
         }
         self.know_step(active);
         self.last_dt = active.select(T::splat(self.dt), self.last_dt);
@@ -89,6 +88,15 @@ impl<T: Real> Component<T> {
             }
             self.keep_rigid_pulls(active);
         }
+    }
+
+    /// Velocities of a segment over the step.
+    #[inline(always)]
+    fn over_step(&self, i: usize) -> Spatial<T> {
+        let (pose, start) = (&self.poses[i], &self.start[i]);
+        let turn = (pose.q * start.q.conj()).upper();
+        let (rate, twice) = (T::splat(1.0 / self.dt), T::splat(2.0 / self.dt));
+        Spatial { linear: (pose.x - start.x) * rate, angular: turn.v * twice }
     }
 
     /// Takes the step under way back.
