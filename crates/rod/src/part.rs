@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::{Body, Change, Changing, Driven, Joint, Load, Model, Motion, Pose, Segment, State};
+use crate::{Body, Carried, Change, Changing, Driven, Joint, Load, Model, Motion, Pose, Segment, State};
 
 impl Model {
     /// The segments of `rods`, which must exist, as a model of their own: each range a rod, in this order. With them goes what
@@ -120,8 +120,9 @@ pub(crate) fn with_motions(all: &[Driven], make: impl Fn(&Motion) -> Motion) -> 
     let mut made = HashMap::new();
     let anew = |driven: &Driven| {
         let motion: &Arc<Motion> =
-            made.entry(Arc::as_ptr(&driven.motion)).or_insert_with(|| Arc::new(make(&driven.motion)));
-        Driven { motion: motion.clone(), ..driven.clone() }
+            made.entry(Arc::as_ptr(&driven.carried.motion)).or_insert_with(|| Arc::new(make(&driven.carried.motion)));
+        let carried = Carried { motion: motion.clone(), ..driven.carried };
+        Driven { carried, ..driven.clone() }
     };
     all.iter().map(anew).collect()
 }
@@ -150,7 +151,7 @@ mod tests {
         let (model, state) = assembly.finish();
         model.validate(&state).unwrap();
         for (a, b) in (0..6).flat_map(|a| (0..6).map(move |b| (a, b))) {
-            let is_shared = Arc::ptr_eq(&model.motions[a].motion, &model.motions[b].motion);
+            let is_shared = Arc::ptr_eq(&model.motions[a].carried.motion, &model.motions[b].carried.motion);
             assert_eq!(is_shared, a / 2 == b / 2, "{a} {b}");
         }
     }
