@@ -51,7 +51,10 @@ impl<T: Real> Component<T> {
                 Sym3::identity(across) + Sym3::outer(axis, along - across)
             };
         }
-        if !self.rigid.is_empty() || !self.mounts.is_empty() {
+        if !self.beyond.across.is_empty() {
+            self.turn_places();
+        }
+        if !self.rigid.is_empty() {
             self.evaluate_rigid(geometric);
         }
     }
@@ -105,7 +108,7 @@ impl<T: Real> Component<T> {
     fn evaluate_joints(&mut self) -> Residuals<T> {
         let zero = T::zero();
         let mut worst = Residuals { stretch: zero, bend: zero, momentum: zero, check: zero };
-        let has_beyond = !self.beyond.is_empty() || !self.system.across.is_empty();
+        let has_beyond = !self.beyond.is_empty();
         for (k, terms) in self.system.joints.iter_mut().enumerate() {
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
             let (first, second) = (&self.poses[a], &self.poses[b]);
