@@ -1,8 +1,6 @@
 //! Several models and their states as one.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-
+use crate::part::with_motions;
 use crate::{Body, Changing, Driven, Joint, Load, Model, Motion, Segment, State};
 
 impl Model {
@@ -11,6 +9,11 @@ impl Model {
     /// contacts, air.
     pub fn append(&mut self, other: &Model) {
         let rods = self.segments.iter().map(|segment| segment.rod + 1).max().unwrap_or(0);
+        self.append_after(rods, other);
+    }
+
+    /// [`Model::append`] to a model of so many rods.
+    pub(crate) fn append_after(&mut self, rods: usize, other: &Model) {
         let (segments, anchors, loads) = (self.segments.len(), self.anchors.len(), self.loads.len());
         let moved = |body: Body| body.shifted(segments, anchors);
         // Every field stands here, so that whoever adds one says what becomes of it.
@@ -34,12 +37,8 @@ impl Model {
         self.loads.extend(other.loads.iter().map(|own| Load { segment: own.segment + segments, ..*own }));
         self.open.extend(open.iter().map(|anchor| anchor + anchors));
         // What one motion drives goes on as one rigid body: each model keeps motions of its own.
-        let mut own_motions = HashMap::new();
-        self.motions.extend(motions.iter().map(|own| {
-            let of = own_motions.entry(Arc::as_ptr(&own.motion));
-            let motion: &mut Arc<Motion> = of.or_insert_with(|| Arc::new(own.motion.as_ref().clone()));
-            Driven { body: moved(own.body), motion: motion.clone(), ..own.clone() }
-        }));
+        let motions = with_motions(motions, Motion::clone);
+        self.motions.extend(motions.into_iter().map(|own| Driven { body: moved(own.body), ..own }));
         self.changes.extend(changes.iter().filter(|own| own.of != Changing::Gravity).map(|own| {
             let mut change = own.clone();
             change.of = match own.of {
@@ -82,7 +81,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::{Assembly, Change, Driven, Interpolation, Material, Motion, RodSpec, Track, measure, shape};
+    use crate::{Assembly, Change, Interpolation, Material, RodSpec, Track, measure, shape};
 
     /// A rod of so many segments with all that an index can point to.
     fn one(segments: usize, height: f64) -> (Model, State) {
@@ -116,5 +115,6 @@ mod tests {
         let joints = model.joints_of(&(4..10));
         assert_eq!(joints.len(), 6, "five between segments and the clamp");
         assert_eq!(model.joints[joints[0]].a, Body::Anchor(1));
+        assert_eq!((model.part(&[4..10]), state.part(&[4..10])), (second, second_state));
     }
 }

@@ -23,6 +23,7 @@ pub mod measure;
 mod mesh;
 mod model;
 mod motion;
+mod part;
 mod probe;
 mod reaction;
 mod rigid;

@@ -88,6 +88,33 @@ struct Knot {
     rate: Vector3<f64>,
 }
 
+/// What goes with a motion as one rigid body: an [`crate::Obstacle`], or the body of a [`Driven`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Carried {
+    /// The motion that it follows.
+    pub motion: Arc<Motion>,
+    /// Where it is in the frame of the motion's pose, as if it were gripped there.
+    pub grip: Pose,
+}
+
+impl Carried {
+    /// Something whose pose is the motion's.
+    pub fn new(motion: Arc<Motion>) -> Self {
+        Self { motion, grip: Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() } }
+    }
+
+    /// Something that is gripped at `time` [s] where it is then, at `pose`, and goes with the motion from there.
+    pub fn gripped(motion: Arc<Motion>, pose: &Pose, time: f64) -> Self {
+        let grip = motion.grip(pose, time);
+        Self { motion, grip }
+    }
+
+    /// Where it is at `time` [s], and how fast it goes on from there.
+    pub fn at(&self, time: f64) -> MovingPose {
+        self.motion.carry(&self.grip, time)
+    }
+}
+
 /// A body that a motion drives: a fixed segment or an anchor. Nothing else moves it.
 ///
 /// With times it is a grip that takes hold of the body in the first step that begins at `from` or later, with the pose that
@@ -97,10 +124,8 @@ struct Knot {
 pub struct Driven {
     /// The body.
     pub body: Body,
-    /// The motion that it follows.
-    pub motion: Arc<Motion>,
-    /// Where the body is in the frame of the motion's pose, as if it were gripped there.
-    pub grip: Pose,
+    /// The motion that it follows, and where it is on it.
+    pub carried: Carried,
     /// When it takes hold [s]; 0 or less where it does from the start.
     pub from: f64,
     /// When it lets go [s]; infinite where it never does.
@@ -116,8 +141,11 @@ const SAME_TIME: f64 = 1e-12;
 impl Driven {
     /// A body whose pose is the motion's.
     pub fn new(body: Body, motion: Arc<Motion>) -> Self {
-        let grip = Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() };
-        Self { body, motion, grip, from: 0.0, until: f64::INFINITY, moves_along: false }
+        Self::by(body, Carried::new(motion))
+    }
+
+    fn by(body: Body, carried: Carried) -> Self {
+        Self { body, carried, from: 0.0, until: f64::INFINITY, moves_along: false }
     }
 
     /// The same, held from one time to another [s] alone.
@@ -148,47 +176,21 @@ impl Driven {
     /// Takes hold of the body at `pose` at `time` [s]: see [`Driven`]. `centre` [m] is where its motion is moved to if it
     /// [moves along](Self::moves_along): the body's position, or of several bodies that go on as one a place of all.
     pub fn taken(&self, pose: &Pose, centre: &Vector3<f64>, time: f64) -> Self {
-        let away = centre - self.motion.at(time).pose.position;
-        let motion = if self.moves_along { Arc::new(self.motion.shifted(&away)) } else { self.motion.clone() };
+        let motion = &self.carried.motion;
+        let away = centre - motion.at(time).pose.position;
+        let motion = if self.moves_along { Arc::new(motion.shifted(&away)) } else { motion.clone() };
         let Self { until, moves_along, .. } = *self;
         Self { from: time, until, moves_along, ..Self::gripped(self.body, motion, pose, time) }
     }
 
     /// A body that is gripped at `time` [s] where it is then, at `pose`, and goes with the motion from there.
     pub fn gripped(body: Body, motion: Arc<Motion>, pose: &Pose, time: f64) -> Self {
-        Self { grip: motion.grip(pose, time), ..Self::new(body, motion) }
+        Self::by(body, Carried::gripped(motion, pose, time))
     }
 
     /// Where the body is at `time` [s], and how fast it goes on from there.
     pub fn at(&self, time: f64) -> MovingPose {
-        self.motion.carry(&self.grip, time)
-    }
-}
-
-/// The motion of an [`crate::Obstacle`], and where the obstacle is in the frame of its pose.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Carried {
-    /// The motion that it follows.
-    pub motion: Arc<Motion>,
-    /// Where it is in the frame of the motion's pose, as if it were gripped there.
-    pub grip: Pose,
-}
-
-impl Carried {
-    /// Of an obstacle whose pose is the motion's.
-    pub fn new(motion: Arc<Motion>) -> Self {
-        Self { motion, grip: Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() } }
-    }
-
-    /// Of an obstacle that is gripped at `time` [s] where it is then, at `pose`, and goes with the motion from there.
-    pub fn gripped(motion: Arc<Motion>, pose: &Pose, time: f64) -> Self {
-        let grip = motion.grip(pose, time);
-        Self { motion, grip }
-    }
-
-    /// Where the obstacle is at `time` [s], and how fast it goes on from there.
-    pub fn at(&self, time: f64) -> MovingPose {
-        self.motion.carry(&self.grip, time)
+        self.carried.at(time)
     }
 }
 

@@ -241,5 +241,5 @@ fn a_table_is_read_once_for_all_strands() {
     std::fs::write(&path, hair).unwrap();
     let motions = scene::load(&path).unwrap().model.motions;
     assert_eq!(motions.len(), 5);
-    assert!(motions.iter().all(|driven| std::sync::Arc::ptr_eq(&driven.motion, &motions[0].motion)));
+    assert!(motions.iter().all(|driven| std::sync::Arc::ptr_eq(&driven.carried.motion, &motions[0].carried.motion)));
 }

@@ -18,7 +18,7 @@ use crate::sections::paper::{BLOCK_JACOBI, is_end_to_end, solver, traces};
 use crate::show::{number, picture, spread};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct DynamicsKey {
     figure: char,
     place: usize,
     steps: usize,
@@ -34,36 +34,41 @@ const INTRODUCTION: &str = "The supplement's dynamic results: the bending rod at
     the motion from the network's guess is also compared with the direct solver's, number by number.";
 
 impl Section for Dynamics {
-    type Key = Key;
+    type Key = DynamicsKey;
     type Value = Vec<Trace>;
     const ID: &'static str = "dynamics";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<DynamicsKey>> {
         let figures = supplement().into_iter().flat_map(|(figure, scenes)| {
             let scenes = context.size.pick(1, scenes.len());
-            (0..scenes).map(move |place| Key { figure, place, steps: 100 })
+            (0..scenes).map(move |place| DynamicsKey { figure, place, steps: 100 })
         });
         Ok(figures.collect())
     }
 
-    fn seconds(&self, _: &Key) -> f64 {
+    fn seconds(&self, _: &DynamicsKey) -> f64 {
         0.5
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &DynamicsKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Vec<Trace>>> {
         let parameters = parameters(key).context("a figure that the supplement does not have")?;
         let guesses = context.library.guesses(scenario_of(key), Learned::Networks)?;
         traces(&parameters.scene()?, &guesses, &solver(BLOCK_JACOBI, 1e-8)?, (key.steps, &FRAMES), go_on)
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
+    fn show(&self, context: &Context, cells: &[(&DynamicsKey, &Vec<Trace>)]) -> Result<PageSection> {
         let steps = cells.first().map_or(0, |(key, _)| key.steps);
         let conditions = context
             .conditions("none: positions are compared here")
             .with("scenes", format!("the supplement's, {steps} steps of 0.02 s"))
             .with("solver", "formulation xpbd; direct, and block-Jacobi conjugate gradients to 1e-8 from guesses");
         let caption = format!("Centrelines in the x-z plane after {FRAMES:?} steps. Solid: direct; dashed: from gn.");
-        let of_figure = |(name, own): (char, Vec<(&Key, &Vec<Trace>)>)| {
+        let of_figure = |(name, own): (char, Vec<(&DynamicsKey, &Vec<Trace>)>)| {
             let [id, title] = [format!("dynamics-{name}"), format!("Dynamic results ({name})")];
             let charts = own.iter().map(|(key, traces)| chart(key, traces)).collect();
             figure([&id, &title, &caption], charts, conditions.clone())
@@ -92,7 +97,7 @@ impl Section for Dynamics {
         Ok(section([Self::ID, "Dynamic results", INTRODUCTION], blocks))
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
+    fn claims(&self, _: &Context, cells: &[(&DynamicsKey, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
         let of_guesses =
             of_scenarios(cells).filter(|(_, way)| way[0].name.starts_with("gn") && !is_end_to_end(&way[0].name));
         let words = of_guesses.map(|(scenario, way)| {
@@ -105,24 +110,24 @@ impl Section for Dynamics {
 }
 
 /// Rods in (a) to (d), then helices.
-fn scenario_of(key: &Key) -> Scenario {
+fn scenario_of(key: &DynamicsKey) -> Scenario {
     if key.figure < 'e' { Scenario::Rod } else { Scenario::Helix }
 }
 
-fn parameters(key: &Key) -> Option<Parameters> {
+fn parameters(key: &DynamicsKey) -> Option<Parameters> {
     let (_, scenes) = supplement().into_iter().find(|(figure, _)| key.figure == *figure)?;
     scenes.get(key.place).copied()
 }
 
 /// The traces of each way, for each scenario: planar scenes have more ways.
-fn of_scenarios<'a>(cells: &[(&'a Key, &'a Vec<Trace>)]) -> impl Iterator<Item = (Scenario, Vec<&'a Trace>)> {
+fn of_scenarios<'a>(cells: &[(&'a DynamicsKey, &'a Vec<Trace>)]) -> impl Iterator<Item = (Scenario, Vec<&'a Trace>)> {
     let of_scenario =
         |(scenario, own): (Scenario, Vec<_>)| by_way(&values(&own)).into_iter().map(move |way| (scenario, way));
     groups(cells, scenario_of).into_iter().flat_map(of_scenario)
 }
 
 /// What tells a scene from the others of its figure.
-fn caption(key: &Key) -> String {
+fn caption(key: &DynamicsKey) -> String {
     let values = parameters(key).map_or(Vec::new(), |parameters| varied(key.figure, &parameters));
     match (key.figure, &values[..]) {
         ('a', [angle]) => format!("{angle} degrees"),
@@ -149,7 +154,7 @@ pub(crate) fn varied(figure: char, parameters: &Parameters) -> Vec<f64> {
     }
 }
 
-fn chart(key: &Key, traces: &[Trace]) -> LineChart {
+fn chart(key: &DynamicsKey, traces: &[Trace]) -> LineChart {
     let mut series = Vec::new();
     for (name, dashed) in [(DIRECT, false), ("gn", true)] {
         let own = traces.iter().filter(|trace| trace.name == name);

@@ -18,7 +18,7 @@ use crate::sections::paper::{BLOCK_JACOBI, is_end_to_end, solver, traces};
 use crate::show::{number, picture};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct KnotKey {
     steps: usize,
     frames: Vec<usize>,
 }
@@ -29,26 +29,31 @@ const INTRODUCTION: &str = "The supplement's knot: the ends of a loosely knotted
     motion of its network end to end (red) over vanilla position-based dynamics (blue).";
 
 impl Section for Knot {
-    type Key = Key;
+    type Key = KnotKey;
     type Value = Vec<Trace>;
     const ID: &'static str = "knot";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<KnotKey>> {
         let (steps, every) = context.size.pick((40, 20), (480, 96));
-        Ok(vec![Key { steps, frames: (0..=steps).step_by(every).collect() }])
+        Ok(vec![KnotKey { steps, frames: (0..=steps).step_by(every).collect() }])
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &KnotKey) -> f64 {
         0.1 * key.steps as f64
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &KnotKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Vec<Trace>>> {
         let scene = scene::builtin("knot")?;
         let guesses = context.library.for_scene(&scene, Learned::Networks)?;
         traces(&scene, &guesses, &solver(BLOCK_JACOBI, 1e-8)?, (key.steps, &key.frames), go_on)
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
+    fn show(&self, context: &Context, cells: &[(&KnotKey, &Vec<Trace>)]) -> Result<PageSection> {
         let mut blocks = Vec::new();
         for (key, traces) in cells {
             let conditions = context
@@ -82,8 +87,8 @@ impl Section for Knot {
         Ok(section([Self::ID, "The knot", INTRODUCTION], blocks))
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
-        let words = |(key, traces): &(&Key, &Vec<Trace>)| {
+    fn claims(&self, _: &Context, cells: &[(&KnotKey, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
+        let words = |(key, traces): &(&KnotKey, &Vec<Trace>)| {
             let solved = traces.iter().filter(|trace| !is_end_to_end(&trace.name));
             let words = solved.map(|trace| format!("{}: determinant {}", trace.name, determinant_text(trace)));
             format!("after {} steps, {}", key.steps, words.collect::<Vec<_>>().join("; "))

@@ -17,7 +17,7 @@ use crate::sections::paper::{RAW, is_end_to_end, solver, traces};
 use crate::show::{number, of_way};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct LongTermKey {
     modulus: f64,
     steps: usize,
 }
@@ -41,26 +41,31 @@ const INTRODUCTION: &str = "The paper's figure on long-term stability: the lengt
     first grow exponentially beyond the 50 steps of its training data, and none of the second.";
 
 impl Section for LongTerm {
-    type Key = Key;
+    type Key = LongTermKey;
     type Value = Vec<Trace>;
     const ID: &'static str = "long-term";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<LongTermKey>> {
         let steps = context.size.pick(200, STEPS);
         let moduli = context.size.pick(&MODULI[2..3], &MODULI[..]);
-        Ok(moduli.iter().map(|&modulus| Key { modulus, steps }).collect())
+        Ok(moduli.iter().map(|&modulus| LongTermKey { modulus, steps }).collect())
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &LongTermKey) -> f64 {
         0.003 * key.steps as f64
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &LongTermKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Vec<Trace>>> {
         let guesses = context.library.guesses(Scenario::Rod, Learned::Networks)?;
         traces(&rod(key.modulus).scene()?, &guesses, &solver(RAW, 1e-4)?, (key.steps, &[]), go_on)
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
+    fn show(&self, context: &Context, cells: &[(&LongTermKey, &Vec<Trace>)]) -> Result<PageSection> {
         let steps = cells.first().map_or(0, |(key, _)| key.steps);
         let conditions = context
             .conditions("none: lengths are measured here")
@@ -91,7 +96,7 @@ impl Section for LongTerm {
         Ok(section([Self::ID, "Long-term stability", INTRODUCTION], vec![length, worst]))
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
+    fn claims(&self, _: &Context, cells: &[(&LongTermKey, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
         let ways = by_way(&values(cells));
         let claim = |(id, end_to_end): (&str, bool)| {
             let is_own = |name: &str| name.starts_with("gn") && is_end_to_end(name) == end_to_end;
@@ -108,7 +113,7 @@ fn length_change(trace: &Trace) -> f64 {
     trace.length_changes().fold(0.0, f64::max)
 }
 
-fn lengths(context: &Context, key: &Key, traces: &[Trace]) -> Result<LineChart> {
+fn lengths(context: &Context, key: &LongTermKey, traces: &[Trace]) -> Result<LineChart> {
     let every = key.steps.div_ceil(POINTS).max(1);
     let series = traces.iter().map(|trace| {
         let changes = trace.length_changes().enumerate().step_by(every);

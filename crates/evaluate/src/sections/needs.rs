@@ -14,7 +14,7 @@ use crate::cells::Section;
 use crate::context::Context;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct NeedsKey {
     scene: String,
     formulation: String,
     steps: usize,
@@ -27,11 +27,11 @@ const SCENES: &str = "bending-rod helix slack-rod tip-mass net tree-10 tree-20 t
     net-on-sphere hair";
 
 impl Section for Scenes {
-    type Key = Key;
+    type Key = NeedsKey;
     type Value = Needs;
     const ID: &'static str = "needs";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<NeedsKey>> {
         let formulations = context.size.pick(&[Formulation::XpbdGeometric][..], &Formulation::ALL);
         let steps = context.size.pick(20, 100);
         let mut keys = Vec::new();
@@ -40,13 +40,13 @@ impl Section for Scenes {
                 // Of these `newton` takes seconds a step.
                 let is_slow = matches!((scene, formulation), ("helix-on-plane" | "net-on-sphere", Formulation::Newton));
                 let steps = if is_slow { steps / 10 } else { steps };
-                keys.push(Key { scene: scene.to_owned(), formulation: formulation.name().to_owned(), steps });
+                keys.push(NeedsKey { scene: scene.to_owned(), formulation: formulation.name().to_owned(), steps });
             }
         }
         Ok(keys)
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &NeedsKey) -> f64 {
         let a_step = match (key.scene.as_str(), key.formulation.as_str()) {
             ("helix-on-plane", "newton") => 10.0,
             ("net-on-sphere", "newton") => 1.0,
@@ -55,16 +55,16 @@ impl Section for Scenes {
         a_step * key.steps as f64
     }
 
-    fn measure(&mut self, _: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Needs>> {
+    fn measure(&mut self, _: &Context, key: &NeedsKey, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Needs>> {
         let formulation = key.formulation.parse().map_err(anyhow::Error::msg)?;
         Ok(needs::measure(&scene::builtin(&key.scene)?, key.steps, formulation, go_on)?)
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Needs)]) -> Result<PageSection> {
+    fn show(&self, context: &Context, cells: &[(&NeedsKey, &Needs)]) -> Result<PageSection> {
         Ok(show::section(context, cells))
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &Needs)]) -> Result<BTreeMap<String, String>> {
+    fn claims(&self, _: &Context, cells: &[(&NeedsKey, &Needs)]) -> Result<BTreeMap<String, String>> {
         Ok(show::claims(cells))
     }
 }

@@ -17,7 +17,7 @@ use crate::sections::paper::{BLOCK_JACOBI, FREE, SEED, is_end_to_end, solver, tr
 use crate::show::{band, join, number, of_way};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct NrmseKey {
     scenario: Scenario,
     simulation: u64,
     steps: usize,
@@ -31,29 +31,35 @@ const INTRODUCTION: &str = "The supplement's comparison: the positions' root mea
     network as a guess, and for the network and nearest neighbours end to end.";
 
 impl Section for Nrmse {
-    type Key = Key;
+    type Key = NrmseKey;
     type Value = Vec<Trace>;
     const ID: &'static str = "nrmse";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<NrmseKey>> {
         let steps = context.size.pick(60, 200);
         // Of helices fewer: a search of nearest neighbours takes long there.
         let simulations = [(Scenario::Rod, context.size.pick(2, 20)), (Scenario::Helix, context.size.pick(2, 5))];
-        let of = |(scenario, count)| (0..count).map(move |simulation| Key { scenario, simulation, steps, seed: SEED });
+        let of =
+            |(scenario, count)| (0..count).map(move |simulation| NrmseKey { scenario, simulation, steps, seed: SEED });
         Ok(simulations.into_iter().flat_map(of).collect())
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &NrmseKey) -> f64 {
         (if key.scenario == Scenario::Rod { 0.004 } else { 0.5 }) * key.steps as f64
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Trace>>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &NrmseKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Vec<Trace>>> {
         let guesses = context.library.guesses(key.scenario, Learned::All)?;
         let scene = key.scenario.sample(key.seed, key.simulation).scene()?;
         traces(&scene, &guesses, &solver(BLOCK_JACOBI, 1e-6)?, (key.steps, &[]), go_on)
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<PageSection> {
+    fn show(&self, context: &Context, cells: &[(&NrmseKey, &Vec<Trace>)]) -> Result<PageSection> {
         let of_scenarios = groups(cells, |key| key.scenario).into_iter();
         let charts = of_scenarios.map(|(scenario, own)| errors(context, scenario, &values(&own)));
         let [rods, helices] = FREE.map(|scenario| cells.iter().filter(|(key, _)| key.scenario == scenario).count());
@@ -71,7 +77,7 @@ impl Section for Nrmse {
         Ok(section([Self::ID, "Guess against end to end", INTRODUCTION], vec![figure]))
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
+    fn claims(&self, _: &Context, cells: &[(&NrmseKey, &Vec<Trace>)]) -> Result<BTreeMap<String, String>> {
         let mut words = [String::new(), String::new()];
         for (scenario, own) in groups(cells, |key| key.scenario) {
             for way in by_way(&values(&own)).into_iter().skip(1) {

@@ -17,7 +17,7 @@ use crate::library::Learned;
 use crate::sections::paper::{BLOCK_JACOBI, FREE, RAW, SEED, solver, with_guesses};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct PerformanceKey {
     scenario: Scenario,
     /// "segments", "stiffness" or "tolerance"; all else is drawn as in Table 1.
     varied: String,
@@ -43,11 +43,11 @@ const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 const TOLERANCE: f64 = 1e-4;
 
 impl Section for Performance {
-    type Key = Key;
+    type Key = PerformanceKey;
     type Value = Point;
     const ID: &'static str = "performance";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<PerformanceKey>> {
         let size = context.size;
         let mut keys = Vec::new();
         for (scenario, segments) in FREE.into_iter().zip(&SEGMENTS) {
@@ -57,7 +57,7 @@ impl Section for Performance {
                 ("tolerance", size.pick(&[], &TOLERANCES)),
             ];
             for (varied, value) in studies.iter().flat_map(|(varied, values)| values.iter().map(|x| (*varied, *x))) {
-                keys.extend([RAW, BLOCK_JACOBI].map(|preconditioner| Key {
+                keys.extend([RAW, BLOCK_JACOBI].map(|preconditioner| PerformanceKey {
                     scenario,
                     varied: varied.to_owned(),
                     value,
@@ -73,13 +73,18 @@ impl Section for Performance {
         Ok(keys)
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &PerformanceKey) -> f64 {
         let segments = if key.varied == "segments" { key.value } else { 40.0 };
         let a_step = if key.preconditioner == RAW { 1e-5 } else { 1e-6 } * segments * segments;
         a_step * (key.simulations * key.steps * key.repeats) as f64
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Point>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &PerformanceKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Point>> {
         let guesses = context.library.guesses(key.scenario, Learned::Networks)?;
         let solver = solver(&key.preconditioner, key.tolerance)?;
         let mut simulated = Vec::new();
@@ -94,11 +99,11 @@ impl Section for Performance {
         Ok(Some(performance::point(&simulated)))
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Point)]) -> Result<report::Section> {
+    fn show(&self, context: &Context, cells: &[(&PerformanceKey, &Point)]) -> Result<report::Section> {
         Ok(show::section(context, cells))
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &Point)]) -> Result<BTreeMap<String, String>> {
+    fn claims(&self, _: &Context, cells: &[(&PerformanceKey, &Point)]) -> Result<BTreeMap<String, String>> {
         Ok(show::claims(cells))
     }
 }

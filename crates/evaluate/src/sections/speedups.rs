@@ -18,7 +18,7 @@ use crate::sections::paper::{BLOCK_JACOBI, RAW, SEED, solver, with_guesses};
 use crate::ways::cap;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct SpeedupsKey {
     /// Of trees, "trees-" and the number of rods.
     scene: String,
     /// Repetition; of trees, the topology.
@@ -43,18 +43,18 @@ const TREES: [usize; 4] = [10, 20, 40, 70];
 const SOLVERS: [(&str, f64); 2] = [(RAW, 1e-4), (BLOCK_JACOBI, 1e-4)];
 
 impl Section for Speedups {
-    type Key = Key;
+    type Key = SpeedupsKey;
     type Value = SceneRun;
     const ID: &'static str = "speedups";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<SpeedupsKey>> {
         let size = context.size;
         let mut keys = Vec::new();
         for (preconditioner, tolerance) in SOLVERS {
             let mut add = |scene: String, runs: u64, steps: usize, repeats: usize| {
                 keys.extend((0..runs).map(|index| {
                     let (scene, preconditioner) = (scene.clone(), preconditioner.to_owned());
-                    Key { scene, index, steps, repeats, preconditioner, tolerance, seed: SEED }
+                    SpeedupsKey { scene, index, steps, repeats, preconditioner, tolerance, seed: SEED }
                 }));
             };
             let repeats = size.pick(1, 2);
@@ -70,13 +70,18 @@ impl Section for Speedups {
         Ok(keys)
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &SpeedupsKey) -> f64 {
         let rods = key.scene.strip_prefix("trees-").and_then(|rods| rods.parse().ok());
         let a_step = rods.map_or(0.05, |rods: f64| 0.05 * rods);
         a_step * (key.steps * key.repeats) as f64
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<SceneRun>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &SpeedupsKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<SceneRun>> {
         let scene = scene_of(key)?;
         let guesses = context.library.for_scene(&scene, Learned::Networks)?;
         let mut solver = solver(&key.preconditioner, key.tolerance)?;
@@ -88,16 +93,16 @@ impl Section for Speedups {
         })
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<report::Section> {
+    fn show(&self, context: &Context, cells: &[(&SpeedupsKey, &SceneRun)]) -> Result<report::Section> {
         show::section(context, cells)
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &SceneRun)]) -> Result<BTreeMap<String, String>> {
+    fn claims(&self, _: &Context, cells: &[(&SpeedupsKey, &SceneRun)]) -> Result<BTreeMap<String, String>> {
         Ok(show::claims(cells))
     }
 }
 
-fn scene_of(key: &Key) -> Result<Scene> {
+fn scene_of(key: &SpeedupsKey) -> Result<Scene> {
     let Some(rods) = key.scene.strip_prefix("trees-") else { return Ok(scene::builtin(&key.scene)?) };
     Ok(Parameters::Tree(Tree { rods: rods.parse()?, ..Tree::sample(key.seed, key.index) }).scene()?)
 }

@@ -20,7 +20,7 @@ use crate::context::Context;
 use crate::library::Learned;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct StabilityKey {
     case: String,
     formulation: String,
     /// Name of the start; of a learned one, "rod" or "helix" first.
@@ -51,17 +51,17 @@ const ZERO: &str = "zero";
 const LARGEST: usize = 1000;
 
 impl Section for Stability {
-    type Key = Key;
+    type Key = StabilityKey;
     type Value = Value;
     const ID: &'static str = "stability";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<StabilityKey>> {
         let mut keys = Vec::new();
         for case in self.cases.iter().step_by(context.size.pick(8, 1)) {
             let mut add = |formulation: Formulation, solver: &str, start: &str| {
                 let of = [&case.name, formulation.name(), solver, start];
                 let [case, formulation, solver, start] = of.map(str::to_owned);
-                keys.push(Key { case, formulation, start, solver });
+                keys.push(StabilityKey { case, formulation, start, solver });
             };
             for &formulation in case.formulations {
                 add(formulation, DIRECT, ZERO);
@@ -80,11 +80,16 @@ impl Section for Stability {
         Ok(keys)
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &StabilityKey) -> f64 {
         if key.solver == CG { 0.5 } else { 0.2 }
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &StabilityKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Value>> {
         let case = self.cases.iter().find(|case| case.name == key.case).context("a case that there is not")?;
         let mut settings = stress::settings(key.formulation.parse().map_err(anyhow::Error::msg)?);
         if key.solver == CG {
@@ -95,7 +100,7 @@ impl Section for Stability {
         Ok(go_on().then_some(Value { row }))
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Value)]) -> Result<report::Section> {
+    fn show(&self, context: &Context, cells: &[(&StabilityKey, &Value)]) -> Result<report::Section> {
         Ok(show::section(context, cells))
     }
 }

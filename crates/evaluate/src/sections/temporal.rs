@@ -20,7 +20,7 @@ use crate::sections::paper::{
 use crate::show::{join, per_cent};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct TemporalKey {
     scenario: Scenario,
     simulation: u64,
     steps: usize,
@@ -45,32 +45,40 @@ const INTRODUCTION: &str = "The paper's figure on temporal evolution: iterations
     be twenty times the same; all of ours but the first have its N and its modulus, and draw the rest from Table 1.";
 
 impl Section for Temporal {
-    type Key = Key;
+    type Key = TemporalKey;
     type Value = Vec<StartSeries>;
     const ID: &'static str = "temporal";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<TemporalKey>> {
         let (steps, repeats) = (context.size.pick(40, STEPS), context.size.pick(1, 3));
         let mut keys = Vec::new();
         for scenario in FREE {
             for (preconditioner, tolerance) in SOLVERS {
                 for simulation in 0..context.size.pick(2, temporal::SIMULATIONS as u64) {
                     let preconditioner = preconditioner.to_owned();
-                    keys.push(Key { scenario, simulation, steps, repeats, preconditioner, tolerance, seed: SEED });
+                    keys.push(TemporalKey {
+                        scenario,
+                        simulation,
+                        steps,
+                        repeats,
+                        preconditioner,
+                        tolerance,
+                        seed: SEED,
+                    });
                 }
             }
         }
         Ok(keys)
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &TemporalKey) -> f64 {
         (if key.scenario == Scenario::Rod { 0.004 } else { 0.01 }) * (key.steps * key.repeats) as f64
     }
 
     fn measure(
         &mut self,
         context: &Context,
-        key: &Key,
+        key: &TemporalKey,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Option<Self::Value>> {
         let guesses = context.library.guesses(key.scenario, Learned::All)?;
@@ -79,13 +87,13 @@ impl Section for Temporal {
         with_guesses(&scene, &guesses, |named| temporal::measure(&scene, key.steps, &solver, named, key.repeats, go_on))
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Vec<StartSeries>)]) -> Result<PageSection> {
+    fn show(&self, context: &Context, cells: &[(&TemporalKey, &Vec<StartSeries>)]) -> Result<PageSection> {
         let figures = groups(cells, |key| (key.scenario, &key.preconditioner)).into_iter();
         let figures = figures.map(|(_, own)| over_frames(context, own[0].0, &values(&own)));
         Ok(section([Self::ID, "Temporal evolution", INTRODUCTION], figures.collect::<Result<_>>()?))
     }
 
-    fn claims(&self, _: &Context, cells: &[(&Key, &Vec<StartSeries>)]) -> Result<BTreeMap<String, String>> {
+    fn claims(&self, _: &Context, cells: &[(&TemporalKey, &Vec<StartSeries>)]) -> Result<BTreeMap<String, String>> {
         let mut claims = BTreeMap::new();
         let mut add = |id: &str, words: String| join(claims.entry(id.to_owned()).or_default(), &words);
         let of_paper: Vec<_> = cells.iter().filter(|(key, _)| key.preconditioner == SOLVERS[0].0).copied().collect();
@@ -145,8 +153,8 @@ fn words([iterations, time]: [f64; 2]) -> String {
 }
 
 /// The figure of a scenario and solver.
-fn over_frames(context: &Context, key: &Key, cells: &[&Vec<StartSeries>]) -> Result<Block> {
-    let Key { scenario, steps, preconditioner, tolerance, .. } = key;
+fn over_frames(context: &Context, key: &TemporalKey, cells: &[&Vec<StartSeries>]) -> Result<Block> {
+    let TemporalKey { scenario, steps, preconditioner, tolerance, .. } = key;
     let curves = curves(cells);
     let zero = Reference::Horizontal { y: 1.0, label: "from zero".to_owned() };
     let references = vec![zero, context.library.training_end(*scenario)?];

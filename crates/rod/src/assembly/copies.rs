@@ -1,23 +1,9 @@
 //! Copies of rods, with all that belongs to them.
 
-use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::Arc;
 
 use super::Assembly;
-use crate::{Body, Change, Changing, Driven, Joint, Load, Motion, Pose};
-
-/// What is copied besides segments, by its place in the model.
-#[derive(Default)]
-struct Belongings {
-    /// Joints between the rods, or of one of them and an anchor.
-    joints: Vec<Joint>,
-    anchors: Vec<usize>,
-    loads: Vec<usize>,
-    motions: Vec<Driven>,
-    /// Changes of loads.
-    changes: Vec<Change>,
-}
+use crate::Pose;
 
 impl Assembly {
     /// Copies `rods` (ranges returned by [`Assembly::rod`]) once for each of `places`, which moves a copy from where its
@@ -30,135 +16,35 @@ impl Assembly {
         if !rods.iter().all(|rod| self.has_rod("copy", rod)) {
             return Vec::new();
         }
-        // Where a segment is among those of one copy.
-        let order: Vec<usize> = rods.iter().flat_map(Clone::clone).collect();
-        let index: HashMap<usize, usize> = order.iter().enumerate().map(|(new, &old)| (old, new)).collect();
-        let belongings = self.belongings(&index);
+        let (part, state) = (self.model.part(rods), self.state.part(rods));
         let mut copies = Vec::with_capacity(rods.len() * places.len());
         for place in places {
-            let first = self.model.segments.len();
-            for &i in &order {
-                self.copy_segment(i, place);
-            }
-            let mut start = first;
+            let mut start = self.model.segments.len();
+            self.model.append_after(self.rods, &part.moved(place));
+            self.state.append(&state.moved(place));
+            self.rods += rods.len();
             for rod in rods {
-                let copy = start..start + rod.len();
-                self.model.segments[copy.clone()].iter_mut().for_each(|segment| segment.rod = self.rods);
-                self.rods += 1;
-                start = copy.end;
-                copies.push(copy);
+                self.made_of.extend_from_within(rod.clone());
+                self.strains.extend_from_within(rod.clone());
+                copies.push(start..start + rod.len());
+                start += rod.len();
             }
-            self.copy_belongings(&belongings, place, &|i| first + index[&i]);
         }
         copies
-    }
-
-    fn belongings(&self, index: &HashMap<usize, usize>) -> Belongings {
-        let is_own = |body: Body| matches!(body, Body::Segment(i) if index.contains_key(&i));
-        let mut found = Belongings::default();
-        let mut anchors = HashMap::new();
-        for joint in &self.model.joints {
-            let bodies = [joint.a, joint.b];
-            if !bodies.iter().all(|&body| is_own(body) || matches!(body, Body::Anchor(_))) {
-                continue;
-            }
-            for body in bodies {
-                if let Body::Anchor(k) = body {
-                    anchors.entry(k).or_insert_with(|| {
-                        found.anchors.push(k);
-                        found.anchors.len() - 1
-                    });
-                }
-            }
-            found.joints.push(*joint);
-        }
-        let mut loads = HashMap::new();
-        for (k, _) in self.model.loads.iter().enumerate().filter(|(_, load)| index.contains_key(&load.segment)) {
-            loads.insert(k, found.loads.len());
-            found.loads.push(k);
-        }
-        // Anchors and loads are named by their places in the lists found.
-        let of_anchor = |body: Body| match body {
-            Body::Anchor(k) => Body::Anchor(anchors[&k]),
-            segment => segment,
-        };
-        for joint in &mut found.joints {
-            (joint.a, joint.b) = (of_anchor(joint.a), of_anchor(joint.b));
-        }
-        for driven in &self.model.motions {
-            let is_held = matches!(driven.body, Body::Anchor(k) if anchors.contains_key(&k));
-            if is_held || is_own(driven.body) {
-                found.motions.push(Driven { body: of_anchor(driven.body), ..driven.clone() });
-            }
-        }
-        for change in &self.model.changes {
-            let of = match change.of {
-                Changing::Force(k) => loads.get(&k).map(|&k| Changing::Force(k)),
-                Changing::Torque(k) => loads.get(&k).map(|&k| Changing::Torque(k)),
-                Changing::Gravity => None,
-            };
-            found.changes.extend(of.map(|of| Change { of, track: change.track.clone() }));
-        }
-        found
-    }
-
-    fn copy_segment(&mut self, i: usize, place: &Pose) {
-        let Self { model, state, made_of, strains, .. } = self;
-        let turn = place.orientation;
-        model.segments.push(model.segments[i]);
-        made_of.push(made_of[i]);
-        strains.push(strains[i]);
-        state.positions.push(turn * state.positions[i] + place.position);
-        state.orientations.push(turn * state.orientations[i]);
-        state.velocities.push(turn * state.velocities[i]);
-        state.angular_velocities.push(turn * state.angular_velocities[i]);
-    }
-
-    fn copy_belongings(&mut self, own: &Belongings, place: &Pose, segment: &dyn Fn(usize) -> usize) {
-        let model = &mut self.model;
-        let (anchors, loads, turn) = (model.anchors.len(), model.loads.len(), place.orientation);
-        let body = |body: Body| match body {
-            Body::Segment(i) => Body::Segment(segment(i)),
-            Body::Anchor(k) => Body::Anchor(anchors + k),
-        };
-        let is_open: Vec<bool> = own.anchors.iter().map(|k| model.open.contains(k)).collect();
-        model.open.extend((0..own.anchors.len()).filter(|&k| is_open[k]).map(|k| anchors + k));
-        for &k in &own.anchors {
-            let Pose { position, orientation } = model.anchors[k];
-            let copy = Pose { position: turn * position + place.position, orientation: turn * orientation };
-            model.anchors.push(copy);
-        }
-        model.joints.extend(own.joints.iter().map(|joint| Joint { a: body(joint.a), b: body(joint.b), ..*joint }));
-        for &k in &own.loads {
-            let Load { segment: on, force, torque, .. } = model.loads[k];
-            let copy = Load { segment: segment(on), force: turn * force, torque: turn * torque, ..model.loads[k] };
-            model.loads.push(copy);
-        }
-        // What one motion drives goes on as one rigid body, in a copy as well.
-        let mut moved = HashMap::new();
-        for driven in &own.motions {
-            let motion: &Arc<Motion> =
-                moved.entry(Arc::as_ptr(&driven.motion)).or_insert_with(|| Arc::new(driven.motion.moved(place)));
-            let motion = motion.clone();
-            model.motions.push(Driven { body: body(driven.body), motion, ..driven.clone() });
-        }
-        for Change { of, track } in &own.changes {
-            let of = match *of {
-                Changing::Force(k) => Changing::Force(loads + k),
-                Changing::Torque(k) => Changing::Torque(loads + k),
-                Changing::Gravity => Changing::Gravity,
-            };
-            model.changes.push(Change { of, track: Arc::new(track.turned(&turn)) });
-        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
-    use crate::{Interpolation, Keyframe, Material, RodSpec, Track, measure, shape};
+    use crate::{
+        Body, Change, Changing, Driven, Interpolation, Joint, Keyframe, Load, Material, Motion, RodSpec, Track,
+        measure, shape,
+    };
 
     #[test]
     fn a_copy_is_its_original_moved_and_turned() {

@@ -36,7 +36,7 @@ impl Grips {
                 Some(driven) => driven.at(time).pose.position,
                 None => place.position + place.velocity * time,
             };
-            for time in driven.iter().flatten().flat_map(|driven| driven.motion.times()).chain([end]) {
+            for time in driven.iter().flatten().flat_map(|driven| driven.carried.motion.times()).chain([end]) {
                 let distance = (at(first, driven[0], time) - at(second, driven[1], time)).norm();
                 if distance > (1.0 + STRETCH) * length {
                     let message = format!(

@@ -1,5 +1,5 @@
-//! What joints may have beyond those of the paper: a second bending compliance, rest frames, inner damping. A component
-//! without it holds empty lists and does nothing.
+//! What joints may have beyond those of the paper: a second bending compliance, rest frames, places across the axes of rigid
+//! bodies, inner damping. A component without it holds empty lists and does nothing.
 
 use rod::{InnerDamping, Joint, Model};
 
@@ -16,6 +16,8 @@ pub(super) struct Beyond<T> {
     pub(super) bend_extra: Vec<T>,
     /// Rest frames of bodies a and b.
     pub(super) rests: Vec<[Quat<T>; 2]>,
+    /// Places of the connectors across the axes of bodies a and b, in their frames [m].
+    pub(super) across: Vec<[Vec3<T>; 2]>,
     pub(super) damped: Vec<Damped<T>>,
 }
 
@@ -39,9 +41,10 @@ impl<T: Real> Beyond<T> {
         let joints_of = |members: &Members| -> Vec<Joint> { members.joints.iter().map(|&k| model.joints[k]).collect() };
         let sets: Vec<Vec<Joint>> = sets.iter().map(|members| joints_of(members)).collect();
         let any = |has: &dyn Fn(&Joint) -> bool| sets.iter().flatten().any(has);
-        let (is_second, is_turned, is_damped) = (
+        let (is_second, is_turned, is_mounted, is_damped) = (
             any(&|joint| joint.bend_extra != 0.0),
             any(&Joint::has_rest_frames),
+            any(&|joint| joint.mount.is_some()),
             any(&|joint| joint.inner_damping != InnerDamping::NONE),
         );
         let count = sets.first().map_or(0, Vec::len);
@@ -50,6 +53,7 @@ impl<T: Real> Beyond<T> {
         let mut out = Self {
             bend_extra: vec![T::zero(); list(is_second)],
             rests: vec![[Quat::identity(); 2]; list(is_turned)],
+            across: vec![[Vec3::zero(); 2]; list(is_mounted)],
             damped: vec![still; list(is_damped)],
         };
         for lane in 0..T::LANES {
@@ -61,6 +65,12 @@ impl<T: Real> Beyond<T> {
                 for (rest, q) in rests.iter_mut().zip(&joint.rest_frames) {
                     put(&mut rest.v, lane, vec3(&q.imag()));
                     rest.w.set_lane(lane, q.w);
+                }
+            }
+            for (across, joint) in out.across.iter_mut().zip(joints) {
+                let Some(mount) = joint.mount else { continue };
+                for (own, place) in across.iter_mut().zip(mount.across) {
+                    put(own, lane, [place.x, place.y, 0.0]);
                 }
             }
             for (damped, joint) in out.damped.iter_mut().zip(joints) {
@@ -75,7 +85,7 @@ impl<T: Real> Beyond<T> {
 
     /// Whether no joint has any of it.
     pub(super) fn is_empty(&self) -> bool {
-        self.bend_extra.is_empty() && self.rests.is_empty() && self.damped.is_empty()
+        self.bend_extra.is_empty() && self.rests.is_empty() && self.across.is_empty() && self.damped.is_empty()
     }
 
     /// One lane.
@@ -92,6 +102,7 @@ impl<T: Real> Beyond<T> {
                 .iter()
                 .map(|rests| rests.map(|q| Quat { v: pick(q.v, lane), w: q.w.lane(lane) }))
                 .collect(),
+            across: self.across.iter().map(|across| across.map(|place| pick(place, lane))).collect(),
             damped: self.damped.iter().map(damped).collect(),
         }
     }
@@ -100,6 +111,7 @@ impl<T: Real> Beyond<T> {
     pub(super) fn prepare(&self, system: &mut System<T>) {
         system.bend_extra.resize(self.bend_extra.len(), T::zero());
         system.frames.resize(self.rests.len(), Quat::identity());
+        system.across.resize(self.across.len(), [Vec3::zero(); 2]);
     }
 }
 
@@ -137,10 +149,20 @@ impl<T: Real> Component<T> {
             let (bending, twist) = (share(bending), share(twist));
             damped.rest_darboux = rest_darboux + Vec3([x * bending, y * bending, z * twist]);
             let mut gap = a.x - b.x + a.q.axis() * terms.offsets[0] - b.q.axis() * terms.offsets[1];
-            if let Some(mount) = self.mounts.get(j) {
-                gap = gap + a.q.rotate(mount.across[0]) - b.q.rotate(mount.across[1]);
+            if let Some(across) = self.beyond.across.get(j) {
+                gap = gap + a.q.rotate(across[0]) - b.q.rotate(across[1]);
             }
             damped.gap = a.q.rotate_back(gap) * share(stretch);
+        }
+    }
+
+    /// Turns the places across the axes with the current poses.
+    pub(super) fn turn_places(&mut self) {
+        for (k, across) in self.beyond.across.iter().enumerate() {
+            let ends = self.system.topology.joints[k];
+            for ((arm, &place), body) in self.system.across[k].iter_mut().zip(across).zip(ends) {
+                *arm = self.poses[body as usize].q.rotate(place);
+            }
         }
     }
 

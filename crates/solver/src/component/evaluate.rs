@@ -18,7 +18,7 @@ impl<T: Real> Component<T> {
         if !self.loose.is_empty() {
             self.free_rows();
         }
-        let mut residuals = match self.beyond.is_empty() && self.system.across.is_empty() {
+        let mut residuals = match self.beyond.is_empty() {
             true => self.evaluate_joints::<false>(),
             false => self.evaluate_joints::<true>(),
         };
@@ -53,7 +53,10 @@ impl<T: Real> Component<T> {
                 Sym3::identity(across) + Sym3::outer(axis, along - across)
             };
         }
-        if !self.rigid.is_empty() || !self.mounts.is_empty() {
+        if !self.beyond.across.is_empty() {
+            self.turn_places();
+        }
+        if !self.rigid.is_empty() {
             self.evaluate_rigid(geometric);
         }
     }

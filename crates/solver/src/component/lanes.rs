@@ -128,7 +128,6 @@ impl<T: Real> Component<T> {
 
     /// One lane as a component of its own.
     pub(crate) fn extract_lane(&self, lane: usize) -> Component<f64> {
-        let (rigid, mounts) = self.pick_rigid(lane);
         let mut out = Component {
             system: System::new(self.system.topology.clone()),
             poses: self.poses.iter().map(|pose| pick_pose(pose, lane)).collect(),
@@ -161,8 +160,7 @@ impl<T: Real> Component<T> {
             beyond: self.beyond.pick(lane),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
             changing: self.changing.iter().filter(|own| own.lane == lane).map(|own| own.alone()).collect(),
-            rigid,
-            mounts,
+            rigid: self.pick_rigid(lane),
             drag: self.drag.as_ref().map(|drag| Box::new(drag.pick(lane))),
             solves: self.solves,
             evaluations: self.evaluations,
@@ -182,7 +180,6 @@ impl<T: Real> Component<T> {
             terms.offsets = own.offsets.map(|z| z.lane(lane));
             terms.length = own.length.lane(lane);
         }
-        out.system.across = vec![[Vec3::zero(); 2]; out.mounts.len()];
         out
     }
 

@@ -20,7 +20,8 @@ const FREE_OF_THREE: f64 = 1e8;
 /// Compliance where neither body answers [1/(kg m^4)].
 const LEAST: f64 = 1e-30;
 
-/// A joint of a lane that leaves something free.
+/// A joint of a lane that leaves something free: a few joints, which grips on the way join and leave, where the lists of
+/// [`super::beyond::Beyond`] have an entry for every joint of every lane and stay as they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Loose {
     pub(super) lane: usize,

@@ -194,8 +194,6 @@ pub struct Component<T> {
     changing: Vec<forces::ChangingForce>,
     /// Rigid bodies that move freely.
     rigid: Vec<rigid::Rigid>,
-    /// How joints hold on to rigid bodies, one entry a joint; empty where none does.
-    mounts: Vec<rigid::Mount<T>>,
     /// The air, if there is any.
     drag: Option<Box<drag::Drag<T>>>,
     /// Whether the loads' torques have yet to enter a linear system of this step.
@@ -262,7 +260,6 @@ impl<T: Real> Component<T> {
             loads: Vec::new(),
             changing: Vec::new(),
             rigid: Vec::new(),
-            mounts: Vec::new(),
             drag: model.air.as_ref().map(|air| Box::new(drag::Drag::new(air, model, sets))),
             torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),

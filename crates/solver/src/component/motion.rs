@@ -68,7 +68,7 @@ impl Motion {
     fn turned(&self, from: f64, to: f64) -> f64 {
         match self {
             Motion::Steady(steady) => steady.velocity.angular.norm_squared().sqrt() * (to - from),
-            Motion::Driven(driven) => driven.motion.turned(from, to),
+            Motion::Driven(driven) => driven.carried.motion.turned(from, to),
         }
     }
 

@@ -12,13 +12,6 @@ use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::snapshot::Tape;
 
-/// How a joint holds on to rigid bodies: zero and none where it holds none.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Mount<T> {
-    /// Places of the connectors across the axes of bodies a and b, in their frames [m].
-    pub(super) across: [Vec3<T>; 2],
-}
-
 /// A rigid body, in one lane; while it is held its inertia counts nothing.
 #[derive(Clone, Debug)]
 pub(super) struct Rigid {
@@ -36,16 +29,6 @@ pub(super) struct Rigid {
     pull: [Vec3<f64>; 3],
     /// The same as forces at the end of the last step [N m].
     held: [Vec3<f64>; 3],
-}
-
-impl<T: Real> Mount<T> {
-    fn none() -> Self {
-        Self { across: [Vec3::zero(); 2] }
-    }
-
-    fn pick(&self, lane: usize) -> Mount<f64> {
-        Mount { across: self.across.map(|place| pick(place, lane)) }
-    }
 }
 
 impl Rigid {
@@ -132,19 +115,9 @@ fn free_turn(body: &Rigid, m: Vec3<f64>, u: Vec3<f64>, half: f64) -> Quat<f64> {
 }
 
 impl<T: Real> Component<T> {
-    /// Takes in a model's rigid bodies and how its joints hold them, in one lane.
+    /// Takes in a model's rigid bodies in one lane.
     pub(super) fn add_rigid(&mut self, model: &Model, members: &Members, lane: usize) {
         let joints = || members.joints.iter().map(|&k| &model.joints[k]);
-        if joints().any(|joint| joint.mount.is_some()) && self.mounts.is_empty() {
-            self.mounts = vec![Mount::none(); self.joints.len()];
-            self.system.across = vec![[Vec3::zero(); 2]; self.joints.len()];
-        }
-        for (own, mount) in self.mounts.iter_mut().zip(joints().map(|joint| joint.mount)) {
-            let Some(mount) = mount else { continue };
-            for (own, place) in own.across.iter_mut().zip(mount.across) {
-                put(own, lane, [place.x, place.y, 0.0]);
-            }
-        }
         for (body, &index) in members.segments.iter().enumerate() {
             let segment = &model.segments[index];
             let Some(rigid) = segment.body else { continue };
@@ -164,11 +137,10 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Rigid bodies and mounts of one lane, for a component of its own.
-    pub(super) fn pick_rigid(&self, lane: usize) -> (Vec<Rigid>, Vec<Mount<f64>>) {
+    /// Rigid bodies of one lane, for a component of its own.
+    pub(super) fn pick_rigid(&self, lane: usize) -> Vec<Rigid> {
         let own = self.rigid.iter().filter(|rigid| rigid.lane == lane);
-        let alone = own.map(|rigid| Rigid { lane: 0, ..rigid.clone() }).collect();
-        (alone, self.mounts.iter().map(|mount| mount.pick(lane)).collect())
+        own.map(|rigid| Rigid { lane: 0, ..rigid.clone() }).collect()
     }
 
     /// Takes what one lane's rigid bodies were pulled by from a component of its own.
@@ -204,14 +176,8 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Places of the connectors across the axes, and the rigid bodies' inverse inertia, at the current poses.
+    /// The rigid bodies' inverse inertia at the current poses.
     pub(super) fn evaluate_rigid(&mut self, geometric: bool) {
-        for (k, mount) in self.mounts.iter().enumerate() {
-            let ends = self.system.topology.joints[k];
-            for ((arm, place), body) in self.system.across[k].iter_mut().zip(mount.across).zip(ends) {
-                *arm = self.poses[body as usize].q.rotate(place);
-            }
-        }
         let bodies = &self.bodies;
         for rigid in self.rigid.iter().filter(|rigid| bodies[rigid.body].free.lane(rigid.lane) != 0.0) {
             let q = pick_pose(&self.poses[rigid.body], rigid.lane).q;

@@ -48,7 +48,6 @@ impl<T: Real> Component<T> {
             joints: _,
             resting: _,
             loose: _,
-            mounts: _,
             beyond: _,
             changing: _,
             damping: _,

@@ -146,8 +146,8 @@ impl Simulation {
         let is_due = |own: &Scheduled| own.phase == Phase::Waits && own.driven.begins_by(now);
         while let Some(first) = self.schedule.iter().position(is_due) {
             // The bodies of one motion go on as one rigid body.
-            let motion = self.schedule[first].driven.motion.clone();
-            let is_one = |own: &Scheduled| is_due(own) && Arc::ptr_eq(&own.driven.motion, &motion);
+            let motion = self.schedule[first].driven.carried.motion.clone();
+            let is_one = |own: &Scheduled| is_due(own) && Arc::ptr_eq(&own.driven.carried.motion, &motion);
             let bodies: Vec<usize> = (0..self.schedule.len()).filter(|k| is_one(&self.schedule[*k])).collect();
             let there = motion.at(now).pose;
             let pose = |k: &usize| self.pose(self.schedule[*k].driven.body).unwrap_or(there);

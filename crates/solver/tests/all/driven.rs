@@ -80,7 +80,7 @@ fn follow(model: &Model, state: &State, settings: &Settings, kind: GuessKind, wh
         }
         for component in simulation.singles() {
             let anchor = component.poses[component.segments()];
-            let expected = model.motions[1].motion.at(there).pose;
+            let expected = model.motions[1].carried.motion.at(there).pose;
             let gap = Vector3::from(anchor.x.0) - expected.position;
             assert!(model.motions.len() > 2 || gap.norm() <= 1e-12, "{what}, step {step}");
         }
@@ -317,7 +317,7 @@ fn a_motion_may_be_given_on_the_way() {
 #[test]
 fn what_is_not_held_is_not_driven() {
     let (mut model, state) = driven(1, Interpolation::Linear);
-    let motion = model.motions[0].motion.clone();
+    let motion = model.motions[0].carried.motion.clone();
     let settings = settings(Formulation::Newton, SolverKind::Direct);
     let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
     for body in [Body::Segment(3), Body::Segment(SEGMENTS), Body::Anchor(1)] {

@@ -7,18 +7,18 @@ use evaluation::stages::Stages;
 use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section};
 use solver::formulation::Formulation;
 
-use super::Key;
+use super::NeedsKey;
 use crate::blocks::{self, table};
 use crate::context::Context;
 use crate::show::number;
 
-pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
+pub(super) fn section(context: &Context, cells: &[(&NeedsKey, &Needs)]) -> Section {
     let mut conditions = context.conditions("medians of a step, stage by stage");
     if let Some((key, _)) = cells.first() {
         conditions = conditions.with("steps", key.steps.to_string());
     }
     let default: Vec<_> = cells.iter().filter(|(key, _)| is_default(key)).collect();
-    let bar = |(key, needs): &&(&Key, &Needs)| {
+    let bar = |(key, needs): &&(&NeedsKey, &Needs)| {
         let values = stages(&needs.median_us).map(|(_, us)| us / needs.segments as f64).collect();
         Bar { name: key.scene.clone(), values }
     };
@@ -42,19 +42,19 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Needs)]) -> Section {
     blocks::section(["needs", "What a scene needs", &in_words(cells)], blocks)
 }
 
-pub(super) fn claims(cells: &[(&Key, &Needs)]) -> BTreeMap<String, String> {
+pub(super) fn claims(cells: &[(&NeedsKey, &Needs)]) -> BTreeMap<String, String> {
     let of_tree = cells.iter().filter(|(key, _)| key.scene == "tree-70" && is_default(key));
     let words =
         |needs: &Needs| format!("{} times real time with {} segments", number(real_time(needs)), needs.segments);
     of_tree.map(|(_, needs)| ("trees-real-time".to_owned(), words(needs))).collect()
 }
 
-fn is_default(key: &Key) -> bool {
+fn is_default(key: &NeedsKey) -> bool {
     key.formulation == Formulation::default().name()
 }
 
 /// Each scene with what is chosen for it, and whether what is left out was really left out.
-fn in_words(cells: &[(&Key, &Needs)]) -> String {
+fn in_words(cells: &[(&NeedsKey, &Needs)]) -> String {
     let counts = || cells.iter().flat_map(|(_, needs)| &needs.left_out).map(|left_out| left_out.count);
     format!(
         "Each scene with the solver and the start that are chosen for it (`--solver auto`, the default), what each stage costs, \
@@ -75,8 +75,8 @@ fn stages(us: &Stages) -> impl Iterator<Item = (&'static str, f64)> {
     us.by_name().into_iter().filter(|(name, _)| *name != "total")
 }
 
-fn choices(cells: &[(&Key, &Needs)], conditions: Conditions) -> Block {
-    let row = |(key, needs): &(&Key, &Needs)| {
+fn choices(cells: &[(&NeedsKey, &Needs)], conditions: Conditions) -> Block {
+    let row = |(key, needs): &(&NeedsKey, &Needs)| {
         let Needs { solver, guess, reason, .. } = needs;
         let texts = [&key.scene, &key.formulation, solver, guess, reason].map(|text| Cell::from(text.as_str()));
         let numbers = [needs.median_us.total, real_time(needs)].map(|value| number(value).into());
@@ -91,7 +91,7 @@ fn choices(cells: &[(&Key, &Needs)], conditions: Conditions) -> Block {
     table(head, headings, cells.iter().map(row).collect(), conditions)
 }
 
-fn left_out(cells: &[&(&Key, &Needs)], conditions: Conditions) -> Block {
+fn left_out(cells: &[&(&NeedsKey, &Needs)], conditions: Conditions) -> Block {
     let rows = cells.iter().flat_map(|(key, needs)| {
         let row = move |LeftOut { what, why, count }: &LeftOut| {
             [&key.scene, what, why, &count.to_string()].map(|text| Cell::from(text.as_str())).to_vec()

@@ -8,7 +8,7 @@ use evaluation::paper::performance::{Point, StartPoint};
 use evaluation::paper::{DIRECT, FISCHER, ZERO};
 use report::{Axis, Block, Cell, Reference, Section as PageSection};
 
-use super::{Key, Performance, TOLERANCE};
+use super::{Performance, PerformanceKey, TOLERANCE};
 use crate::blocks::{chart, figure, groups, section as page_section, table};
 use crate::cells::Section as _;
 use crate::context::Context;
@@ -23,20 +23,21 @@ const INTRODUCTION: &str = "The paper's figure on performance: the ratio of iter
     training.";
 
 /// The cells of one figure, from the smallest value to the largest.
-type Study<'a> = [(&'a Key, &'a Point)];
+type Study<'a> = [(&'a PerformanceKey, &'a Point)];
 
-pub(super) fn section(context: &Context, cells: &[(&Key, &Point)]) -> PageSection {
+pub(super) fn section(context: &Context, cells: &[(&PerformanceKey, &Point)]) -> PageSection {
     let studies = groups(cells, |key| (key.scenario, &key.varied, &key.preconditioner));
     let mut blocks = vec![pays_table(context, studies.iter().map(|(_, study)| &study[..]))];
     blocks.extend(studies.iter().map(|(_, study)| over_values(context, study)));
     page_section([Performance::ID, "Performance", INTRODUCTION], blocks)
 }
 
-pub(super) fn claims(cells: &[(&Key, &Point)]) -> BTreeMap<String, String> {
+pub(super) fn claims(cells: &[(&PerformanceKey, &Point)]) -> BTreeMap<String, String> {
     let mut claims = BTreeMap::new();
     let mut add = |id: &str, words: String| join(claims.entry(id.to_owned()).or_default(), &words);
     for (scenario, guess) in FREE.into_iter().flat_map(|scenario| PAPER_GUESSES.map(|guess| (scenario, guess))) {
-        let of_paper = |key: &Key| key.varied == "segments" && key.scenario == scenario && key.preconditioner == RAW;
+        let of_paper =
+            |key: &PerformanceKey| key.varied == "segments" && key.scenario == scenario && key.preconditioner == RAW;
         let saved = cells.iter().filter(|(key, _)| of_paper(key)).filter_map(|(key, point)| {
             Some([key.value, of_projection(point, guess)?.median, of_whole(point, guess)?.median])
         });
@@ -98,7 +99,7 @@ fn ways_but<'a>(study: &Study<'a>, left_out: &[&str]) -> Vec<&'a str> {
 
 /// The figure of a study.
 fn over_values(context: &Context, study: &Study<'_>) -> Block {
-    let Key { scenario, varied, preconditioner, steps, seed, tolerance, .. } = study[0].0;
+    let PerformanceKey { scenario, varied, preconditioner, steps, seed, tolerance, .. } = study[0].0;
     let (axis, parameter) = axis(varied);
     let training = parameter.map_or(Vec::new(), |parameter| training_range(*scenario, parameter));
     let axis = if varied == "segments" { Axis::linear(axis) } else { Axis::log(axis) };
@@ -155,7 +156,7 @@ const RIVALS: [(&str, &str); 3] = [(ZERO, "zero"), (FISCHER, "Fischer"), (DIRECT
 fn pays_table<'a>(context: &Context, studies: impl Iterator<Item = &'a Study<'a>>) -> Block {
     let mut rows = Vec::new();
     for study in studies {
-        let Key { scenario, varied, preconditioner, .. } = study[0].0;
+        let PerformanceKey { scenario, varied, preconditioner, .. } = study[0].0;
         for guess in ways_but(study, &[ZERO, FISCHER, DIRECT]) {
             let mut row: Vec<Cell> =
                 [name_of(*scenario), axis(varied).0, preconditioner, guess].map(Cell::from).to_vec();

@@ -38,7 +38,7 @@ const COURSES: [(&str, [usize; 2], &[usize]); 11] = [
 const FULL_ALONE: [&str; 2] = ["tree-20", "tree-70"];
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Key {
+pub(crate) struct PrecisionKey {
     scene: String,
     way: String,
     steps: usize,
@@ -68,11 +68,11 @@ struct Current {
 }
 
 impl Section for Precision {
-    type Key = Key;
+    type Key = PrecisionKey;
     type Value = Value;
     const ID: &'static str = "precision";
 
-    fn keys(&self, context: &Context) -> Result<Vec<Key>> {
+    fn keys(&self, context: &Context) -> Result<Vec<PrecisionKey>> {
         let (size, mut keys) = (context.size, Vec::new());
         let [quick, full] = [(0.1, 2), (2.0, 5)].map(|(seconds, repetitions)| Budget { seconds, repetitions });
         for (name, steps, factors) in COURSES {
@@ -81,7 +81,7 @@ impl Section for Precision {
             }
             let scene = scene::builtin(name)?;
             let guesses = context.library.for_scene(&scene, learned(size, &scene))?;
-            keys.extend(ways(&scene, &guesses, size).into_iter().map(|way| Key {
+            keys.extend(ways(&scene, &guesses, size).into_iter().map(|way| PrecisionKey {
                 scene: name.to_owned(),
                 steps: size.pick(steps[0], steps[1]),
                 factors: size.pick(&[][..], factors).to_vec(),
@@ -93,16 +93,21 @@ impl Section for Precision {
         Ok(keys)
     }
 
-    fn go_together(key: &Key, next: &Key) -> bool {
+    fn go_together(key: &PrecisionKey, next: &PrecisionKey) -> bool {
         key.scene == next.scene
     }
 
-    fn seconds(&self, key: &Key) -> f64 {
+    fn seconds(&self, key: &PrecisionKey) -> f64 {
         let share = if key.scene.contains("rod") || key.scene == "helix" { 0.1 } else { 0.5 };
         share * key.budget.seconds * key.levels.len() as f64
     }
 
-    fn measure(&mut self, context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &PrecisionKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Value>> {
         if self.current.as_ref().is_none_or(|current| current.problem.scene.name != key.scene) {
             self.current = current(context, key, go_on)?;
         }
@@ -116,7 +121,7 @@ impl Section for Precision {
         Ok(Some(Value { curve, floor, reference }))
     }
 
-    fn show(&self, context: &Context, cells: &[(&Key, &Value)]) -> Result<report::Section> {
+    fn show(&self, context: &Context, cells: &[(&PrecisionKey, &Value)]) -> Result<report::Section> {
         Ok(show::section(context, cells))
     }
 }
@@ -143,7 +148,7 @@ fn levels(way: &Way<'_>, size: Size) -> Vec<Level> {
 }
 
 /// Simulates the references of a scene.
-fn current(context: &Context, key: &Key, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Current>> {
+fn current(context: &Context, key: &PrecisionKey, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Current>> {
     let scene = scene::builtin(&key.scene)?;
     let guesses = context.library.for_scene(&scene, learned(context.size, &scene))?;
     let refined = |&factor: &usize| {

@@ -6,7 +6,7 @@ use evaluation::precision::{Against, Curve};
 use report::{Axis, Block, Conditions, LineChart, Point, Reference, Section, Series};
 
 use super::tables::{Worth, auto, in_short, overview, winners, worth};
-use super::{Key, Value};
+use super::{PrecisionKey, Value};
 use crate::blocks;
 use crate::context::Context;
 use crate::show::ALL_STAGES;
@@ -28,7 +28,7 @@ pub(super) struct Sheet<'a> {
 }
 
 /// The section.
-pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
+pub(super) fn section(context: &Context, cells: &[(&PrecisionKey, &Value)]) -> Section {
     let by_scene = cells.chunk_by(|(key, _), (next, _)| key.scene == next.scene);
     let sheets: Vec<_> = by_scene.map(|cells| Sheet::new(context, cells)).collect();
     let worth: Vec<Worth<'_>> = sheets.iter().flat_map(worth).collect();
@@ -52,8 +52,8 @@ const INTRODUCTION: &str = "Every scene in every way, at several tolerances (con
 
 impl<'a> Sheet<'a> {
     /// Of the cells of one scene.
-    fn new(context: &Context, cells: &[(&'a Key, &'a Value)]) -> Self {
-        let (Key { scene, steps, .. }, first) = cells[0];
+    fn new(context: &Context, cells: &[(&'a PrecisionKey, &'a Value)]) -> Self {
+        let (PrecisionKey { scene, steps, .. }, first) = cells[0];
         let curves: Vec<&Curve> = cells.iter().map(|(_, value)| &value.curve).collect();
         let medians = curves.iter().filter_map(|curve| Some(curve.yardstick?.median));
         let yardstick = Spread::of(medians).map_or(f64::NAN, |spread| spread.median);

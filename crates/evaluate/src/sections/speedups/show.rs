@@ -9,7 +9,7 @@ use evaluation::paper::speedup::{SceneRun, Speedup, break_even, saved_s, speedup
 use evaluation::paper::{DIRECT, FISCHER, ZERO};
 use report::{Block, Cell, Section as PageSection};
 
-use super::{Key, Speedups, scene_of};
+use super::{Speedups, SpeedupsKey, scene_of};
 use crate::blocks::{groups, section as page_section, table, values};
 use crate::cells::Section as _;
 use crate::context::Context;
@@ -25,7 +25,7 @@ const INTRODUCTION: &str = "The paper's total speed-ups, inference included: a h
 /// What a network must beat.
 const RIVALS: [&str; 3] = [ZERO, FISCHER, DIRECT];
 
-pub(super) fn section(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<PageSection> {
+pub(super) fn section(context: &Context, cells: &[(&SpeedupsKey, &SceneRun)]) -> Result<PageSection> {
     let mut blocks = Vec::new();
     for ((preconditioner, tolerance), own) in groups(cells, solver) {
         let mut rows = Vec::new();
@@ -61,7 +61,7 @@ fn claim(scene: &str) -> String {
     format!("{}-total", if scene == "helix-on-plane" { "plane" } else { scene })
 }
 
-fn solver(key: &Key) -> (&str, f64) {
+fn solver(key: &SpeedupsKey) -> (&str, f64) {
     (&key.preconditioner, key.tolerance)
 }
 
@@ -87,7 +87,7 @@ fn row(scene: &str, paper: &str, runs: &[&SceneRun], way: &Speedup) -> Vec<Cell>
 }
 
 /// When training has paid for itself.
-fn break_evens(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<Block> {
+fn break_evens(context: &Context, cells: &[(&SpeedupsKey, &SceneRun)]) -> Result<Block> {
     let mut rows = Vec::new();
     for (scene, own) in groups(cells, |key| &key.scene) {
         let guesses = context.library.for_scene(&scene_of(own[0].0)?, Learned::Networks)?;
@@ -126,7 +126,7 @@ fn break_evens(context: &Context, cells: &[(&Key, &SceneRun)]) -> Result<Block> 
 }
 
 /// What the networks save in each scene, in words.
-pub(super) fn claims(cells: &[(&Key, &SceneRun)]) -> BTreeMap<String, String> {
+pub(super) fn claims(cells: &[(&SpeedupsKey, &SceneRun)]) -> BTreeMap<String, String> {
     let mut claims = BTreeMap::new();
     for (scene, own) in groups(cells, |key| &key.scene) {
         for ((preconditioner, tolerance), own) in groups(&own, solver) {

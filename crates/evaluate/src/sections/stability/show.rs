@@ -4,14 +4,14 @@ use evaluation::stress::{self, CaseRun};
 use report::{Block, Cell, Conditions, Section};
 use solver::formulation::Formulation;
 
-use super::{DIRECT, Key, Value, ZERO};
+use super::{DIRECT, StabilityKey, Value, ZERO};
 use crate::blocks::{self, groups, table};
 use crate::context::Context;
 use crate::show::number;
 
-pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
+pub(super) fn section(context: &Context, cells: &[(&StabilityKey, &Value)]) -> Section {
     let conditions = tolerances(context.conditions("wall time of all steps"));
-    let is_plain = |key: &Key| key.solver == DIRECT && key.start == ZERO;
+    let is_plain = |key: &StabilityKey| key.solver == DIRECT && key.start == ZERO;
     let plain: Vec<_> = cells.iter().filter(|(key, _)| is_plain(key)).map(|(_, value)| &value.row).collect();
     let guessed = cells.iter().filter(|(key, _)| !is_plain(key));
     let head = [
@@ -20,7 +20,9 @@ pub(super) fn section(context: &Context, cells: &[(&Key, &Value)]) -> Section {
         "The same cases from learned guesses, beside the same solver without them. A bad guess must cost time at worst: \
          its status must be that of the row without it; energy and length stand beside.",
     ];
-    let row = |(key, value): &(&Key, &Value)| row([&key.case, &key.formulation, &key.solver, &key.start], &value.row);
+    let row = |(key, value): &(&StabilityKey, &Value)| {
+        row([&key.case, &key.formulation, &key.solver, &key.start], &value.row)
+    };
     let headings = format!("case | formulation | solver | start | {NUMBERS}");
     let guesses = table(head, &headings, guessed.map(row).collect(), conditions.clone());
     blocks::section(["stability", "Stability", &verdict(cells)], vec![cases_table(&plain, conditions), guesses])
@@ -71,8 +73,8 @@ fn is_good(row: &CaseRun) -> bool {
 }
 
 /// The tables in words.
-fn verdict(cells: &[(&Key, &Value)]) -> String {
-    let mut ways = groups(cells, |Key { formulation, solver, start, .. }| (formulation, solver, start));
+fn verdict(cells: &[(&StabilityKey, &Value)]) -> String {
+    let mut ways = groups(cells, |StabilityKey { formulation, solver, start, .. }| (formulation, solver, start));
     ways.sort_by_key(|((formulation, solver, start), _)| {
         (Formulation::ALL.iter().position(|known| known.name() == *formulation), *solver != DIRECT, *start != ZERO)
     });
@@ -83,7 +85,7 @@ fn verdict(cells: &[(&Key, &Value)]) -> String {
     let learned = || cells.iter().filter(|(key, _)| key.start.starts_with("gn"));
     // The same solver from zero stands where the network's guess does not.
     let fallen = learned().filter(|(key, value)| {
-        let base = Key { start: ZERO.to_owned(), ..(*key).clone() };
+        let base = StabilityKey { start: ZERO.to_owned(), ..(*key).clone() };
         !is_good(&value.row) && cells.iter().any(|(other, value)| **other == base && is_good(&value.row))
     });
     format!(
