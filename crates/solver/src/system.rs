@@ -187,6 +187,12 @@ impl<T: Real> System<T> {
         Self { topology, bodies, joints, across: Vec::new(), bend_extra: Vec::new(), frames: Vec::new() }
     }
 
+    /// Whether joints have anything beyond those of round rods that are joined on their axes and measured from each other.
+    #[inline(always)]
+    pub fn has_beyond(&self) -> bool {
+        self.across.len() | self.bend_extra.len() | self.frames.len() != 0
+    }
+
     /// Frame of a joint's bend-twist rows.
     #[inline(always)]
     pub fn frame(&self, j: usize) -> Quat<T> {

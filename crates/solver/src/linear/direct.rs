@@ -111,7 +111,7 @@ struct View<'a, T> {
     joint: &'a JointTerms<T>,
     /// Frame of the bend-twist rows.
     frame: Quat<T>,
-    /// Whether that is not the frame of body a, or what bending about d2 has beyond that about d1 is not zero.
+    /// Whether that may not be the frame of body a, or bending about d2 not as about d1.
     has_beyond: bool,
     bend_extra: T,
     axis_a: Vec3<T>,
@@ -131,21 +131,31 @@ impl<'a, T: Real> View<'a, T> {
         let [za, zb] = joint.offsets;
         let inner_is_a = system.topology.joints[node.joint as usize][0] == node.inner;
         let (a, sign, z_outer, z_inner) = if inner_is_a { (inner, 1.0, zb, za) } else { (outer, -1.0, za, zb) };
-        let mut arms = [outer.axis * z_outer, inner.axis * z_inner];
-        if let Some([at_a, at_b]) = system.across.get(node.joint as usize) {
-            let [at_outer, at_inner] = if inner_is_a { [at_b, at_a] } else { [at_a, at_b] };
-            arms = [arms[0] + *at_outer, arms[1] + *at_inner];
-        }
-        View {
+        let mut view = View {
             joint,
-            frame: system.frames.get(node.joint as usize).copied().unwrap_or(a.orientation),
-            has_beyond: !(system.frames.is_empty() && system.bend_extra.is_empty()),
-            bend_extra: system.bend_extra.get(node.joint as usize).copied().unwrap_or(T::zero()),
+            frame: a.orientation,
+            has_beyond: system.has_beyond(),
+            bend_extra: T::zero(),
             axis_a: a.axis,
             sign: T::splat(sign),
-            arms,
+            arms: [outer.axis * z_outer, inner.axis * z_inner],
             inner: (inner.inverse_mass, inner.inverse_inertia),
+        };
+        if view.has_beyond {
+            view.go_beyond(system, node.joint as usize, inner_is_a);
         }
+        view
+    }
+
+    /// Takes in what the joint has beyond those of rods.
+    #[inline(always)]
+    fn go_beyond(&mut self, system: &System<T>, joint: usize, inner_is_a: bool) {
+        if let Some([at_a, at_b]) = system.across.get(joint) {
+            let [at_outer, at_inner] = if inner_is_a { [at_b, at_a] } else { [at_a, at_b] };
+            self.arms = [self.arms[0] + *at_outer, self.arms[1] + *at_inner];
+        }
+        self.frame = system.frames.get(joint).copied().unwrap_or(self.frame);
+        self.bend_extra = system.bend_extra.get(joint).copied().unwrap_or(T::zero());
     }
 
     /// Two side by side; `joint` is made of their joints.
