@@ -39,7 +39,7 @@
 //! # Rigid bodies
 //!
 //! [`Assembly::body`](assembly::Assembly::body) adds a [`RigidBody`](assembly::RigidBody) of any inertia: a weight, a hook, a
-//! hand. [`Assembly::attach`](assembly::Assembly::attach) joins a segment to it at any place. A body is a segment of the
+//! hand. [`Assembly::join_body`](assembly::Assembly::join_body) joins a segment to it at any place. A body is a segment of the
 //! model and the state like those of rods, so that it can be fixed, driven, loaded and measured as they are.
 //!
 //! # Grips that move

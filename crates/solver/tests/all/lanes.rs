@@ -39,7 +39,7 @@ fn add_weighted(assembly: &mut Assembly, k: usize) {
     } else {
         let body = RigidBody::new(BodyShape::Box { sides: Vector3::new(0.1, 0.2, 0.1 * k as f64) }, 0.5);
         let body = assembly.body(body, Pose { position, orientation });
-        assembly.attach(end, 1.0, body, &Vector3::new(0.05, -0.1, 0.02 * k as f64));
+        assembly.join_body(end, 1.0, body, &Vector3::new(0.05, -0.1, 0.02 * k as f64));
         assembly.state_mut().angular_velocities[body] = Vector3::new(1.0, k as f64, -2.0);
     }
 }
