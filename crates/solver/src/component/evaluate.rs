@@ -174,11 +174,12 @@ impl<T: Real> Component<T> {
             let (constants, pose, predicted) = (&self.bodies[i], &self.poses[i], &self.predicted[i]);
             let axis = self.system.bodies[i].axis;
             let phi = (pose.q * predicted.q.conj()).upper().v * two;
-            let mut turning =
-                phi * constants.transverse + axis * (axis.dot(phi) * (constants.axial - constants.transverse));
+            let inertia =
+                |x: Vec3<T>| x * constants.transverse + axis * (axis.dot(x) * (constants.axial - constants.transverse));
+            let mut turning = inertia(phi);
             if self.multistep.is_some() {
                 let theta = (pose.q * self.start[i].q.conj()).upper().v * two;
-                turning += gyroscopic(constants, axis, theta, phi);
+                turning += gyroscopic(inertia, theta, phi);
             }
             let impulse = self.scratch[i];
             // The translation's part of M^-1 g, without the detour over the mass.
