@@ -354,7 +354,7 @@ impl Assembly {
     /// Joins a segment, at a fraction of its length (0 the start, 1 the end), to a rigid body at a `place` in the body's frame
     /// [m], at the angle they have now. The joint is made of the segment's material and bends over half of it, as a clamped
     /// face. A mistake where there is no such segment.
-    pub fn attach(&mut self, segment: usize, fraction: f64, body: usize, place: &Vector3<f64>) -> &mut Self {
+    pub fn join_body(&mut self, segment: usize, fraction: f64, body: usize, place: &Vector3<f64>) -> &mut Self {
         if !self.has_segments("joint", &[segment, body]) {
             return self;
         }

@@ -39,7 +39,7 @@
 //! # Rigid bodies
 //!
 //! [`Assembly::body`](assembly::Assembly::body) adds a [`RigidBody`](assembly::RigidBody) of any inertia: a weight, a hook, a
-//! hand. [`Assembly::attach`](assembly::Assembly::attach) joins a segment to it at any place. A body is a segment of the
+//! hand. [`Assembly::join_body`](assembly::Assembly::join_body) joins a segment to it at any place. A body is a segment of the
 //! model and the state like those of rods, so that it can be fixed, driven, loaded and measured as they are.
 //!
 //! # Grips that move
@@ -58,7 +58,7 @@
 //! [`Simulation::snapshot`](simulation::Simulation::snapshot) takes all that the steps to come depend on, at a small part of
 //! the cost of a step, and [`Simulation::restore`](simulation::Simulation::restore) goes back there, to the last bit. A
 //! [`Batch`](simulation::Batch) steps many copies of a model together, alike rods in the lanes of vector registers, each with
-//! its own materials, state, motions and loads (example `plan_a_move`).
+//! its own materials, state, motions, loads and grips (example `plan_a_move`).
 //! [`Simulation::store_contact_forces`](simulation::Simulation::store_contact_forces) says what presses on what.
 //!
 //! # Grips that attach and release

@@ -176,7 +176,7 @@ impl Builder {
             );
             return source.wrong(join.span(), &message);
         }
-        self.assembly.attach(segment, fraction, body, &at.unwrap_or(here));
+        self.assembly.join_body(segment, fraction, body, &at.unwrap_or(here));
         Ok(())
     }
 

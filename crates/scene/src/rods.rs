@@ -48,7 +48,7 @@ fn build(
         _ => builder.add_rod(name, spec, None),
     };
     if let Some(Spot::Body(body, at)) = branch_of {
-        builder.assembly.attach(segments.start, 0.0, body, &at.unwrap_or_default());
+        builder.assembly.join_body(segments.start, 0.0, body, &at.unwrap_or_default());
     }
     if let Some(joint) = &rod.branch_joint {
         match branch_of {

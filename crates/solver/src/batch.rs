@@ -5,10 +5,11 @@
 //! each other.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rod::{Body, Change, Changing, Driven, JointForce, Model, State};
+use rod::{Body, Change, Changing, Driven, JointForce, Model, Motion, State};
 
 use crate::counters::Counters;
 use crate::simulation::{ContactForce, GuessFactory, Settings, Simulation, SimulationError, StepReport};
@@ -164,18 +165,53 @@ impl Batch {
     /// # Errors
     /// If the copy has no such body, or it is free.
     pub fn drive(&mut self, copy: usize, driven: &Driven) -> Result<(), SimulationError> {
+        let refused = SimulationError::NotHeld(driven.body);
+        let Some((world, body)) = self.body(copy, driven.body) else { return Err(refused) };
+        world.simulation.drive(&Driven { body, ..driven.clone() }).map_err(|_| refused)
+    }
+
+    /// Takes hold of a free segment of a copy, or closes an open grip, as [`Simulation::attach`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn attach(&mut self, copy: usize, body: Body, motion: Option<Arc<Motion>>) -> Result<(), SimulationError> {
+        let refused = SimulationError::NothingToAttach(body);
+        let Some((world, body)) = self.body(copy, body) else { return Err(refused) };
+        world.looked_at = [false; 3];
+        world.simulation.attach(body, motion).map_err(|error| match error {
+            SimulationError::NothingToAttach(_) => refused,
+            error => error,
+        })
+    }
+
+    /// Lets a fixed segment of a copy go, or opens a grip, as [`Simulation::release`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn release(&mut self, copy: usize, body: Body) -> Result<(), SimulationError> {
+        let refused = SimulationError::NothingToRelease(body);
+        let Some((world, body)) = self.body(copy, body) else { return Err(refused) };
+        world.looked_at = [false; 3];
+        world.simulation.release(body).map_err(|error| match error {
+            SimulationError::NothingToRelease(_) => refused,
+            error => error,
+        })
+    }
+
+    /// Whether a fixed segment or an anchor of a copy is held now, as [`Simulation::is_held`].
+    pub fn is_held(&mut self, copy: usize, body: Body) -> Option<bool> {
+        let (world, body) = self.body(copy, body)?;
+        world.simulation.is_held(body)
+    }
+
+    /// The world of a copy, and what a body of the copy is there; `None` where there is no such body.
+    fn body(&mut self, copy: usize, body: Body) -> Option<(&mut World, Body)> {
         let Place { world, segments, anchors, .. } = &self.copies[copy];
-        let is_there = match driven.body {
+        let is_there = match body {
             Body::Segment(i) => i < segments.len(),
             Body::Anchor(i) => i < anchors.len(),
         };
-        let refused = SimulationError::NotHeld(driven.body);
-        if !is_there {
-            return Err(refused);
-        }
-        let mut shifted = driven.clone();
-        shifted.body = driven.body.shifted(segments.start, anchors.start);
-        self.worlds[*world].simulation.drive(&shifted).map_err(|_| refused)
+        is_there.then(|| (&mut self.worlds[*world], body.shifted(segments.start, anchors.start)))
     }
 
     /// Takes the velocities of `state`, which must be of the copy's size, as [`Simulation::set_velocities`].

@@ -54,9 +54,6 @@ pub enum SimulationError {
     /// Predictions in the place of solves with an integrator that they do not know.
     #[error("predictions in the place of solves need integrator euler, not {0}")]
     Projection(Integrator),
-    /// Rigid bodies with an integrator that does not know them.
-    #[error("integrator {0} knows no rigid bodies yet; euler does")]
-    Bodies(Integrator),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),
@@ -188,10 +185,6 @@ impl Simulation {
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
         settings.step.validate()?;
-        if settings.step.integrator != Integrator::Euler && model.segments.iter().any(|segment| segment.body.is_some())
-        {
-            return Err(SimulationError::Bodies(settings.step.integrator));
-        }
         if let SolverKind::Cg(_) = settings.solver {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }

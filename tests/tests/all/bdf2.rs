@@ -1,13 +1,17 @@
 //! Integrator `bdf2`: what keeps its energy, at which order errors fall, and that nothing blows up.
 
 use acceptance::{Beam, order, relaxed, run, tight};
-use nalgebra::Vector3;
-use rod::{Assembly, Contacts, Friction, Material, Model, Obstacle, ObstacleShape, RestShape, RodSpec, State, Surface};
-use rod::{measure, shape};
+use nalgebra::{Complex, UnitQuaternion, Vector3};
+use rod::{
+    Assembly, BodyShape, Contacts, Friction, Material, Model, Obstacle, ObstacleShape, Pose, RestShape, RigidBody,
+    RodSpec, State, Surface, measure, shape,
+};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
+
+use crate::bodies::{self, brick};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
@@ -201,6 +205,103 @@ fn a_free_top_keeps_energy_and_momentum() {
     }
     let orders = errors.map(|[coarse, fine]| order(coarse, fine));
     assert!(orders[0] > 0.9 && orders[1] > 1.9 && errors[1][0] < 0.2 * errors[0][0], "{errors:?}, {orders:?}");
+}
+
+#[test]
+fn a_free_body_with_three_moments_keeps_energy_and_momentum_to_second_order() {
+    // It tumbles about all its axes; true rates are of second order, and those of Euler's rule of first.
+    let orientation = UnitQuaternion::from_euler_angles(0.3, -0.4, 1.0);
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let body = assembly.body(brick(3.0), Pose { position: Vector3::zeros(), orientation });
+    assembly.state_mut().angular_velocities[body] = orientation * Vector3::new(2.0, 3.0, 6.0);
+    let (model, state) = assembly.finish();
+    let before = (measure::angular_momentum(&model, &state), measure::energy(&model, &state).total());
+    let errors = Integrator::ALL.map(|integrator| {
+        [200_usize, 400].map(|steps| {
+            let (_, end) = run(&model, &state, &settings(Formulation::Newton, integrator), 1.0 / steps as f64, steps);
+            let momentum = (measure::angular_momentum(&model, &end) - before.0).norm() / before.0.norm();
+            let energy = (measure::energy(&model, &end).total() / before.1 - 1.0).abs();
+            [momentum, energy]
+        })
+    });
+    println!("a brick that tumbles, changes of momentum and energy: euler {:?}, bdf2 {:?}", errors[0], errors[1]);
+    let [euler, [coarse, fine]] = errors;
+    assert!(order(coarse[0], fine[0]) > 1.9 && order(coarse[1], fine[1]) > 1.8, "{errors:?}");
+    assert!(coarse[0] < 0.1 * euler[0][0] && coarse[1] < 1e-3, "{errors:?}");
+}
+
+#[test]
+fn bodies_on_a_rod_go_on_to_second_order() {
+    // A brick and a ball at the ends of a soft rod, thrown and spinning.
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let rod = assembly.rod(&Beam::rubber(10).spec(Vector3::zeros(), Vector3::x()));
+    let ball = RigidBody::new(BodyShape::Sphere { radius: 0.1 }, 0.3);
+    for (body, segment, fraction, x) in [(brick(0.5), rod.start, 0.0, -0.1), (ball, rod.end - 1, 1.0, 1.1)] {
+        let pose = Pose { position: Vector3::x() * x, orientation: UnitQuaternion::identity() };
+        let body = assembly.body(body, pose);
+        assembly.join_body(segment, fraction, body, &(Vector3::x() * (fraction - x)));
+    }
+    let spin = Vector3::new(0.4, 1.0, 2.0);
+    let state = assembly.state_mut();
+    for i in 0..state.len() {
+        state.velocities[i] = Vector3::new(1.0, -2.0, 3.0) + spin.cross(&state.positions[i]);
+        state.angular_velocities[i] = spin;
+    }
+    let scene = assembly.finish();
+    let mut settings = tight();
+    (settings.step.formulation, settings.step.integrator) = (Formulation::Newton, Integrator::Bdf2);
+    let found = differences(&scene, &settings, 0.5, 100, &[1.0]);
+    let orders = [order(found[0], found[1]), order(found[1], found[2])];
+    println!("two bodies on a rod: {found:?} m, orders {orders:?}");
+    assert!(orders.iter().all(|order| (1.9..=2.1).contains(order)), "{orders:?}");
+}
+
+#[test]
+fn a_body_on_a_stick_swings_as_the_rule_says() {
+    for (axis, formulation) in [(Vector3::x(), Formulation::Newton), (Vector3::y(), Formulation::XpbdGeometric)] {
+        let (model, state, exact) = bodies::pendulum(brick(2.0), Vector3::z() * 0.125, axis * 0.01);
+        let (dt, steps) = (0.1 / exact, 600_i32);
+        // An oscillation exp(i w t) becomes z^n with (3/2 - i w dt) z^2 - 2 z + 1/2 = 0.
+        let a = Complex::new(1.5, -exact * dt);
+        let z = (Complex::new(1.0, 0.0) + (Complex::new(1.0, 0.0) - a * 0.5).sqrt()) / a;
+        let rest = measure::energy(&model, &state).total() - measure::energy(&model, &state).kinetic;
+        let across = axis.cross(&Vector3::z());
+        let [euler, bdf2] = Integrator::ALL.map(|integrator| {
+            let mut settings = tight();
+            (settings.step.formulation, settings.step.integrator) = (formulation, integrator);
+            let mut simulation = Simulation::new(&model, &state, &settings, None).expect("a valid model");
+            let mut now = state.clone();
+            let (mut crossings, mut before, mut first) = (Vec::new(), 0.0, 0.0);
+            for step in 0..steps + 20 {
+                assert_eq!(simulation.step(dt).expect("a valid step").status, Status::Converged);
+                simulation.store(&mut now);
+                let here = now.positions[1].dot(&across);
+                if before * here < 0.0 {
+                    crossings.push(f64::from(step) + before / (before - here));
+                }
+                before = here;
+                // It begins with a step of Euler's rule.
+                if step == 19 {
+                    first = measure::energy(&model, &now).total() - rest;
+                }
+            }
+            let turns = crossings.len() as f64 - 1.0;
+            let phase = turns * std::f64::consts::PI / (crossings[crossings.len() - 1] - crossings[0]);
+            let kept = (measure::energy(&model, &now).total() - rest) / first;
+            (phase, kept)
+        });
+        let lost = 1.0 - z.norm().powi(2 * steps);
+        println!(
+            "{formulation}: phase {} rad a step, rule {}; of the energy it loses {} and euler {}, rule {lost}",
+            bdf2.0,
+            z.arg(),
+            1.0 - bdf2.1,
+            1.0 - euler.1
+        );
+        assert!((bdf2.0 / z.arg() - 1.0).abs() < 1e-4, "{formulation}: {} rad", bdf2.0);
+        assert!(((1.0 - bdf2.1) / lost - 1.0).abs() < 0.1, "{formulation}: {bdf2:?}");
+        assert!(bdf2.1 > 0.95 && euler.1 < 0.05, "{formulation}: {bdf2:?}, {euler:?}");
+    }
 }
 
 #[test]

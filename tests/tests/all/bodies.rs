@@ -24,7 +24,7 @@ fn at(position: Vector3<f64>) -> Pose {
 }
 
 /// A box whose three moments of inertia differ.
-fn brick(mass: f64) -> RigidBody {
+pub(crate) fn brick(mass: f64) -> RigidBody {
     RigidBody::new(BodyShape::Box { sides: Vector3::new(0.1, 0.6, 0.25) }, mass)
 }
 
@@ -50,7 +50,7 @@ fn frequency(model: &Model, state: &State, dt: f64, coordinate: impl Fn(&State) 
 }
 
 /// A body on a stiff stick of one segment, whose upper end turns freely about the origin.
-fn pendulum(body: RigidBody, place: Vector3<f64>, swing: Vector3<f64>) -> (Model, State, f64) {
+pub(crate) fn pendulum(body: RigidBody, place: Vector3<f64>, swing: Vector3<f64>) -> (Model, State, f64) {
     let (length, material) = (0.5, Material { youngs_modulus: 1e9, torsion_modulus: 1e9, density: 100.0 });
     let mut assembly = Assembly::new(DOWN);
     let nodes = shape::straight(Vector3::zeros(), -Vector3::z(), length, 1);
@@ -58,7 +58,7 @@ fn pendulum(body: RigidBody, place: Vector3<f64>, swing: Vector3<f64>) -> (Model
     assembly.clamp_start(&stick);
     let centre = Vector3::z() * -length - place;
     let bob = assembly.body(body, at(centre));
-    assembly.attach(stick.start, 1.0, bob, &place);
+    assembly.join_body(stick.start, 1.0, bob, &place);
     let model = assembly.model_mut();
     (model.joints[0].bend_compliance, model.joints[0].twist_compliance) = (1e12, 1e12);
     (model.joints[1].bend_compliance, model.joints[1].twist_compliance) = (1e-9, 1e-9);
@@ -143,9 +143,9 @@ fn bola() -> (Model, State) {
     let beam = Beam::rubber(10);
     let rod = assembly.rod(&beam.spec(Vector3::zeros(), Vector3::x()));
     let brick = assembly.body(brick(0.5), at(Vector3::new(-0.1, 0.2, 0.0)));
-    assembly.attach(rod.start, 0.0, brick, &Vector3::new(0.1, -0.2, 0.0));
+    assembly.join_body(rod.start, 0.0, brick, &Vector3::new(0.1, -0.2, 0.0));
     let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.1 }, 0.3), at(Vector3::x() * 1.1));
-    assembly.attach(rod.end - 1, 1.0, ball, &Vector3::new(-0.1, 0.0, 0.0));
+    assembly.join_body(rod.end - 1, 1.0, ball, &Vector3::new(-0.1, 0.0, 0.0));
     let spin = Vector3::new(0.4, 1.0, 2.0);
     let state = assembly.state_mut();
     for i in 0..state.len() {
@@ -199,7 +199,7 @@ fn a_body_on_a_rope_comes_to_rest_below_it() {
     assembly.clamp_start(&rope);
     let place = Vector3::new(0.02, 0.05, 0.1);
     let body = assembly.body(brick(2.0), at(Vector3::z() * -0.5 - place));
-    assembly.attach(rope.end - 1, 1.0, body, &place);
+    assembly.join_body(rope.end - 1, 1.0, body, &place);
     let (model, state) = relaxed(assembly);
     let held = state.orientations[body] * place;
     println!("centre {}, held {held}", state.positions[body]);
@@ -226,7 +226,7 @@ fn a_mobile_balances() {
         let weights = [(beam.start, 0.0, 0.2), (beam.end - 1, 1.0, 0.2 / at_mass_ratio)].map(|(segment, end, mass)| {
             let centre = Vector3::new(end * 0.6, 0.0, -0.05);
             let weight = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.03 }, mass), at(centre));
-            assembly.attach(segment, end, weight, &Vector3::new(0.0, 0.0, 0.05));
+            assembly.join_body(segment, end, weight, &Vector3::new(0.0, 0.0, 0.05));
             weight
         });
         let (_, state) = relaxed(assembly);
@@ -244,9 +244,9 @@ fn a_held_body_carries_what_hangs_on_it() {
     let place = Vector3::new(0.3, -0.1, -0.05);
     let held = assembly.body(brick(2.0), at(Vector3::zeros()));
     let rod = assembly.rod(&Beam::rubber(5).spec(place, -Vector3::z()));
-    assembly.attach(rod.start, 0.0, held, &place).fix(held);
+    assembly.join_body(rod.start, 0.0, held, &place).fix(held);
     let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.1 }, 1.5), at(place - Vector3::z() * 1.1));
-    assembly.attach(rod.end - 1, 1.0, ball, &(Vector3::z() * 0.1));
+    assembly.join_body(rod.end - 1, 1.0, ball, &(Vector3::z() * 0.1));
     let (model, state) = assembly.finish();
     let hanging: f64 = model.segments[1..].iter().map(|segment| segment.mass()).sum();
     let (simulation, end) = run(&model, &state, &tight(), 0.01, 10);
@@ -269,7 +269,7 @@ fn a_driven_body_takes_the_rods_along() {
     let hand = assembly.body(brick(1.0), at(Vector3::zeros()));
     let place = Vector3::new(0.05, 0.3, 0.0);
     let rod = assembly.rod(&Beam::rubber(8).spec(place, Vector3::y()));
-    assembly.attach(rod.start, 0.0, hand, &place).fix(hand);
+    assembly.join_body(rod.start, 0.0, hand, &place).fix(hand);
     let keyframe = |time: f64, shift: Vector3<f64>, turn: Vector3<f64>| Keyframe { time, position: shift, turn };
     let (shift, turn) = (Vector3::new(0.5, 0.2, 0.4), Vector3::new(0.3, -0.8, 1.2));
     let frames = [keyframe(0.0, Vector3::zeros(), Vector3::zeros()), keyframe(0.5, shift, turn)];
@@ -340,7 +340,7 @@ fn a_ball_pulls_a_rope_over_an_obstacle() {
     let weights = [(rope.start, 0.0, -reach, 1.0), (rope.end - 1, 1.0, reach, 1.5)].map(|(segment, end, x, mass)| {
         let centre = Vector3::new(x, 0.0, -0.65);
         let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.04 }, mass), at(centre));
-        assembly.attach(segment, end, ball, &(Vector3::z() * 0.05));
+        assembly.join_body(segment, end, ball, &(Vector3::z() * 0.05));
         ball
     });
     let [start, end] = [-1.0, 1.0].map(|y| Vector3::y() * y);

@@ -136,8 +136,8 @@ pub(crate) fn weighted(frames: usize) -> Run {
     let block = assembly.body(RigidBody::new(BodyShape::Box { sides }, 3.0), at(1.1));
     assembly.body(RigidBody::hidden(1.0, Vector3::repeat(0.1)), at(5.0));
     let rod = assembly.rod(&line(Vector3::new(0.0, 0.5, 0.0), Vector3::x(), 1.0, 2, 0.05));
-    assembly.attach(rod.start, 0.0, ball, &Vector3::new(0.25, 0.0, 0.0));
-    assembly.attach(rod.end - 1, 1.0, block, &Vector3::new(-0.1, 0.0, 0.0));
+    assembly.join_body(rod.start, 0.0, ball, &Vector3::new(0.25, 0.0, 0.0));
+    assembly.join_body(rod.end - 1, 1.0, block, &Vector3::new(-0.1, 0.0, 0.0));
     Run::new("weighted", assembly, frames, true)
 }
 

@@ -156,7 +156,11 @@ impl<T: Real> Component<T> {
 
     /// The drag on rigid bodies, at their centres and the same from all sides.
     fn drag_on_rigid(&mut self, time: f64, dt: f64) {
-        let Self { drag: Some(drag), bodies, poses, velocities, rigid, scratch, gravity, .. } = self else { return };
+        let Self { drag: Some(drag), bodies, poses, velocities, rigid, scratch, gravity, multistep, effective, .. } =
+            self
+        else {
+            return;
+        };
         let Drag { air, impulses, .. } = drag.as_mut();
         let wind = air.wind.at(time + dt);
         for &Rigid { lane, body, mass, drag_area, .. } in rigid.iter() {
@@ -164,7 +168,8 @@ impl<T: Real> Component<T> {
                 continue;
             }
             let coefficient = 0.5 * air.density * drag_area;
-            let (velocity, gravity) = (pick(velocities[body].linear, lane), pick(*gravity, lane));
+            let moving = multistep.as_ref().map_or(velocities[body].linear, |steps| steps.brought(body).linear);
+            let (velocity, gravity, dt) = (pick(moving, lane), pick(*gravity, lane), effective.lane(lane));
             let relative = Vec3(vec3(&wind.velocity(&get(poses[body].x, lane)))) - velocity;
             let slope = coefficient * relative.norm_squared().sqrt();
             let pull = gravity * mass + pick(scratch[body].linear, lane);

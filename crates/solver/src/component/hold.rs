@@ -97,8 +97,9 @@ impl<T: Real> Component<T> {
 
     /// Tells what goes on from the steps before that a body is held or free from now on.
     fn begin_with(&mut self, lane: usize, body: usize) {
+        let moments = self.moments(body, lane);
         if let Some(steps) = &mut self.multistep {
-            steps.set_inertia(body, lane, &self.bodies[body]);
+            steps.set_inertia(body, lane, &self.bodies[body], moments);
         }
     }
 

@@ -45,6 +45,9 @@ pub(super) struct Multistep<T> {
     beyond: Vec<Vec3<T>>,
     /// Per segment: its inertia, without what air adds to it.
     bodies: Vec<BodyConstants<T>>,
+    /// Per segment: moments of inertia about its own axes [kg m^2], and >= 0 where it is a rigid body, a lane each; empty
+    /// where none is.
+    moments: Vec<(Vec3<T>, T)>,
     /// 0 where a step goes on from those before; elsewhere less, by the number of steps until then, each of which knows
     /// velocities at its start, and nothing before.
     goes_on: T,
@@ -85,11 +88,36 @@ impl<T: Real> Multistep<T> {
         let share = self.share();
         let rest = T::splat(1.0) - share;
         let brought = self.brought(body);
-        let momentum = angular_momentum(&self.bodies[body], w, last_half);
+        let momentum = self.momentum(body, w, last_half);
         Spatial {
             linear: brought.linear * share + over * rest,
             angular: q.rotate_back(brought.angular) * share + momentum * rest,
         }
+    }
+
+    /// `I x` of a segment, both in its frame.
+    #[inline(always)]
+    fn inertia(&self, body: usize, x: Vec3<T>) -> Vec3<T> {
+        match self.moments.get(body) {
+            None => self.bodies[body].inertia(x),
+            Some((moments, _)) => Vec3([0, 1, 2].map(|k| x.0[k] * moments.0[k])),
+        }
+    }
+
+    /// Angular momentum at the end of a step that turned a segment with `w`, both in its frame.
+    #[inline(always)]
+    fn momentum(&self, body: usize, w: Vec3<T>, half: T) -> Vec3<T> {
+        angular_momentum(self.inertia(body, w), w * half)
+    }
+
+    /// `I^-1 momentum` of a segment that is oriented so, both in world axes.
+    #[inline(always)]
+    fn rate(&self, body: usize, q: Quat<T>, momentum: Vec3<T>) -> Vec3<T> {
+        let of_top = rate_of(&self.bodies[body], q.axis(), momentum);
+        let Some((moments, is_rigid)) = self.moments.get(body) else { return of_top };
+        let own = q.rotate_back(momentum);
+        let rate = q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] / moments.0[k])));
+        Vec3([0, 1, 2].map(|k| is_rigid.select(rate.0[k], of_top.0[k])))
     }
 
     /// The inertia across the axis, without what air adds to it.
@@ -116,8 +144,11 @@ impl<T: Real> Multistep<T> {
         tape.real(goes_on);
     }
 
-    /// A segment's inertia is that of `body` in a lane from now on.
-    pub(super) fn set_inertia(&mut self, index: usize, lane: usize, body: &BodyConstants<T>) {
+    /// A segment's inertia is that of `body` in a lane from now on, about its own axes `moments`.
+    pub(super) fn set_inertia(&mut self, index: usize, lane: usize, body: &BodyConstants<T>, moments: Vec3<f64>) {
+        if let Some((own, _)) = self.moments.get_mut(index) {
+            put(own, lane, moments.0);
+        }
         let own = &mut self.bodies[index];
         own.inverse_mass.set_lane(lane, body.inverse_mass.lane(lane));
         own.transverse.set_lane(lane, body.transverse.lane(lane));
@@ -133,6 +164,7 @@ impl<T: Real> Multistep<T> {
             earlier: all(&self.earlier),
             beyond: self.beyond.iter().map(|x| pick(*x, lane)).collect(),
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
+            moments: self.moments.iter().map(|(own, is_rigid)| (pick(*own, lane), is_rigid.lane(lane))).collect(),
             goes_on: self.goes_on.lane(lane),
             held_back: self.held_back,
             ratio: self.ratio.lane(lane),
@@ -164,6 +196,7 @@ impl<T: Real> Component<T> {
                 now,
                 beyond,
                 bodies: self.bodies[..self.segments].to_vec(),
+                moments: self.all_moments(),
                 goes_on: T::splat(-1.0),
                 held_back: false,
                 ratio: zero,
@@ -227,10 +260,9 @@ impl<T: Real> Component<T> {
             let (variable, half) = self.variable(i, T::splat(0.5 * self.dt));
             let q = self.poses[i].q;
             let Some(steps) = &mut self.multistep else { return };
-            let body = &steps.bodies[i];
             let u = variable * half;
             let cosine = (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
-            let momentum = q.rotate(body.inertia(q.rotate_back(variable))) * cosine;
+            let momentum = q.rotate(steps.inertia(i, q.rotate_back(variable))) * cosine;
             for lane in 0..T::LANES {
                 if self.given[i].lane(lane) >= 0.0 {
                     put(&mut steps.now[i].angular, lane, pick(momentum, lane).0);
@@ -246,16 +278,15 @@ impl<T: Real> Component<T> {
         let (half, last_half) = (T::splat(0.5 * self.dt), self.last_dt * T::splat(0.5));
         let Some(steps) = &mut self.multistep else { return };
         let (start, end) = (self.start[body].q, self.poses[body].q);
-        let constants = &steps.bodies[body];
-        let momentum = |q: Quat<T>, w: Vec3<T>, half: T| q.rotate(angular_momentum(constants, q.rotate_back(w), half));
+        let momentum = |q: Quat<T>, w: Vec3<T>, half: T| q.rotate(steps.momentum(body, q.rotate_back(w), half));
         let old = self.velocities[body];
         let over = [
             Spatial { linear: old.linear, angular: momentum(start, old.angular, last_half) },
             Spatial { linear: new.linear, angular: momentum(end, new.angular, half) },
         ];
-        let beside = rate_of(constants, middle(start, end).axis(), over[1].angular);
+        let beside = steps.rate(body, middle(start, end), over[1].angular);
         steps.take_in(body, over, active);
-        let beyond = rate_of(&steps.bodies[body], end.axis(), steps.now[body].angular) - beside;
+        let beyond = steps.rate(body, end, steps.now[body].angular) - beside;
         let kept = steps.beyond[body];
         steps.beyond[body] = Vec3([0, 1, 2].map(|k| active.select(beyond.0[k], kept.0[k])));
     }
@@ -283,10 +314,8 @@ impl<T: Real> Component<T> {
             let over = self.velocities[i];
             let constants = &steps.bodies[i];
             let pull = self.gravity * constants.free + self.scratch[i].linear * constants.inverse_mass;
-            let body = angular_momentum(constants, end.rotate_back(over.angular), half);
-            let momentum = end.rotate(body);
-            let beyond =
-                rate_of(constants, end.axis(), momentum) - rate_of(constants, middle(start, end).axis(), momentum);
+            let momentum = end.rotate(steps.momentum(i, end.rotate_back(over.angular), half));
+            let beyond = steps.rate(i, end, momentum) - steps.rate(i, middle(start, end), momentum);
             steps.now[i] =
                 select(active, Spatial { linear: over.linear + pull * half, angular: momentum }, steps.now[i]);
             let kept = steps.beyond[i];
@@ -336,17 +365,19 @@ impl<T: Real> Component<T> {
             let (pose, axis) = (&self.poses[i], self.system.bodies[i].axis);
             let [theta, phi] =
                 [&self.start[i], &self.predicted[i]].map(|from| (pose.q * from.q.conj()).upper().v * two);
-            let turning = gyroscopic(&self.bodies[i], axis, theta, phi);
+            let body = &self.bodies[i];
+            let inertia = |x: Vec3<T>| x * body.transverse + axis * (axis.dot(x) * (body.axial - body.transverse));
+            let turning = gyroscopic(inertia, theta, phi);
             self.momentum[i].angular -= self.system.bodies[i].inverse_inertia.apply(turning);
         }
     }
 }
 
 /// What `I phi` leaves out of a body's change of discrete momentum (times the step's length) as it is turned by `phi` after
-/// a turn by about `theta`: the share of second order, `([I theta x - theta x I] phi + phi x I theta) / 2`.
+/// a turn by about `theta`: the share of second order, `([I theta x - theta x I] phi + phi x I theta) / 2`. `inertia` is I in
+/// world axes.
 #[inline(always)]
-fn gyroscopic<T: Real>(body: &BodyConstants<T>, axis: Vec3<T>, theta: Vec3<T>, phi: Vec3<T>) -> Vec3<T> {
-    let inertia = |x: Vec3<T>| x * body.transverse + axis * (axis.dot(x) * (body.axial - body.transverse));
+pub(super) fn gyroscopic<T: Real>(inertia: impl Fn(Vec3<T>) -> Vec3<T>, theta: Vec3<T>, phi: Vec3<T>) -> Vec3<T> {
     let sum = inertia(theta.cross(phi)) - theta.cross(inertia(phi)) + phi.cross(inertia(theta));
     sum * T::splat(0.5)
 }

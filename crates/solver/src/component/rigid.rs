@@ -7,6 +7,8 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use rod::Model;
 
 use super::lanes::{pick, pick_pose, put, vec3};
+use super::multistep::gyroscopic;
+use super::predict::angular_momentum;
 use super::{Component, Members};
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3};
@@ -137,6 +139,27 @@ impl<T: Real> Component<T> {
         }
     }
 
+    /// Moments of inertia of a lane's segment about its own axes [kg m^2].
+    pub(super) fn moments(&self, body: usize, lane: usize) -> Vec3<f64> {
+        let own = &self.bodies[body];
+        let across = own.transverse.lane(lane);
+        let rigid = self.rigid.iter().find(|rigid| (rigid.lane, rigid.body) == (lane, body));
+        rigid.map_or(Vec3([across, across, own.axial.lane(lane)]), |rigid| rigid.inertia)
+    }
+
+    /// Those of all segments in all lanes, and >= 0 where one is a rigid body; none where none is.
+    pub(super) fn all_moments(&self) -> Vec<(Vec3<T>, T)> {
+        let count = if self.rigid.is_empty() { 0 } else { self.segments };
+        let mut all = vec![(Vec3::zero(), T::splat(-1.0)); count];
+        for (body, (moments, _)) in all.iter_mut().enumerate() {
+            (0..T::LANES).for_each(|lane| put(moments, lane, self.moments(body, lane).0));
+        }
+        for rigid in &self.rigid {
+            all[rigid.body].1.set_lane(rigid.lane, 1.0);
+        }
+        all
+    }
+
     /// Rigid bodies of one lane, for a component of its own.
     pub(super) fn pick_rigid(&self, lane: usize) -> Vec<Rigid> {
         let own = self.rigid.iter().filter(|rigid| rigid.lane == lane);
@@ -161,12 +184,16 @@ impl<T: Real> Component<T> {
             let rigid = &self.rigid[k];
             let (q, half) = (pick_pose(&self.start[body], lane).q, last_half.lane(lane));
             let w = q.rotate_back(pick(rate, lane));
-            let u = w * half;
-            let s = (1.0 - u.norm_squared()).max(0.0).sqrt();
-            let turning = rigid.times_inertia(w);
-            let mut m = (turning * s - u.cross(turning)) * kept;
+            let (mut m, share) = match &self.multistep {
+                None => (angular_momentum(rigid.times_inertia(w), w * half) * kept, 1.0),
+                Some(steps) => {
+                    let (q, over) = (self.start[body].q, self.velocities[body].linear);
+                    let predicted = steps.predicted(body, q, over, q.rotate_back(rate), last_half);
+                    (pick(predicted.angular, lane), steps.share().lane(lane))
+                }
+            };
             if let Some(drag) = &self.drag {
-                m += pick(drag.impulses[body].angular, lane);
+                m += pick(drag.impulses[body].angular, lane) * share;
             }
             let half = 0.5 * self.dt;
             let q = (q * free_turn(rigid, m, w * half, half)).normalized();
@@ -195,7 +222,12 @@ impl<T: Real> Component<T> {
             let (body, lane) = (rigid.body, rigid.lane);
             let (pose, predicted) = (pick_pose(&self.poses[body], lane), pick_pose(&self.predicted[body], lane));
             let phi = (pose.q * predicted.q.conj()).upper().v * 2.0;
-            let turning = pose.q.rotate(rigid.times_inertia(pose.q.rotate_back(phi)));
+            let inertia = |x: Vec3<f64>| pose.q.rotate(rigid.times_inertia(pose.q.rotate_back(x)));
+            let mut turning = inertia(phi);
+            if self.multistep.is_some() {
+                let theta = (pose.q * pick_pose(&self.start[body], lane).q.conj()).upper().v * 2.0;
+                turning += gyroscopic(inertia, theta, phi);
+            }
             let inverse = Sym3(self.system.bodies[body].inverse_inertia.0.map(|x| x.lane(lane)));
             let dphi = inverse.apply(pick(self.scratch[body].angular, lane) - turning);
             put(&mut self.momentum[body].angular, lane, dphi.0);
@@ -204,8 +236,9 @@ impl<T: Real> Component<T> {
 
     /// Sums what pulls the rigid bodies: the multipliers of their joints, and loads times dt^2.
     pub(super) fn gather_rigid_pulls(&mut self) {
-        let Self { rigid, lambda, loads, dt, .. } = self;
+        let Self { rigid, lambda, loads, effective, .. } = self;
         for Rigid { lane, body, held_by, pull, .. } in rigid {
+            let dt = effective.lane(*lane);
             *pull = [Vec3::zero(); 3];
             for &(joint, sign, place) in held_by.iter() {
                 let force = pick(lambda[joint].linear, *lane) * sign;
@@ -214,23 +247,24 @@ impl<T: Real> Component<T> {
                 }
             }
             for load in loads.iter().filter(|load| load.body == *body) {
-                pull[2] += pick(load.force, *lane) * (load.offset.lane(*lane) * *dt * *dt);
+                pull[2] += pick(load.force, *lane) * (load.offset.lane(*lane) * dt * dt);
             }
         }
     }
 
     /// The pulls with which a step begins: see `Component::expect_pulls`.
     pub(super) fn expect_rigid_pulls(&mut self) {
-        let dt = self.dt;
         for rigid in &mut self.rigid {
+            let dt = self.effective.lane(rigid.lane);
             rigid.pull = rigid.held.map(|held| held * (dt * dt));
         }
     }
 
     /// Keeps the pulls at the end of a step, in the lanes where `active` >= 0.
     pub(super) fn keep_rigid_pulls(&mut self, active: T) {
-        let per_dt2 = 1.0 / (self.dt * self.dt);
         for rigid in self.rigid.iter_mut().filter(|rigid| active.lane(rigid.lane) >= 0.0) {
+            let dt = self.effective.lane(rigid.lane);
+            let per_dt2 = 1.0 / (dt * dt);
             rigid.held = rigid.pull.map(|pull| pull * per_dt2);
         }
     }

@@ -182,3 +182,6 @@ fn moves(contact: &Contact, shapes: &[Shape], component: u32, dp: &[Spatial<Colu
     }
     out
 }
+
+#[cfg(test)]
+mod tests;

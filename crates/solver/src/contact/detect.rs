@@ -207,3 +207,6 @@ fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2], most: f64) -> bool {
     let size = a.norm_squared() * b.norm_squared();
     size > 0.0 && a.cross(b).norm_squared() < most * size
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,6 +14,8 @@ mod obstacles;
 mod overlap;
 mod problem;
 mod stage;
+#[cfg(test)]
+mod testing;
 
 pub use force::{ContactForce, Touched};
 pub use overlap::{Overlap, Overlapped};

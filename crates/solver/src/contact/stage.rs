@@ -495,3 +495,6 @@ fn push(
         add(other, -f, contact.arms[1]);
     }
 }
+
+#[cfg(test)]
+mod tests;

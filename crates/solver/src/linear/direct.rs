@@ -489,11 +489,11 @@ mod tests {
             let body = RigidBody::new(BodyShape::Box { sides }, rng.random_range(0.1..10.0));
             let body = assembly.body(body, Pose { position, orientation });
             let segment = if rng.random() { segments - 1 } else { rng.random_range(0..segments) };
-            assembly.attach(segment, rng.random_range(0.0..1.0), body, &random(rng, 0.1));
+            assembly.join_body(segment, rng.random_range(0.0..1.0), body, &random(rng, 0.1));
             for _ in 0..rng.random_range(0..3) {
                 let length = rng.random_range(1..5);
                 let rod = rod(&mut assembly, position, length, rng);
-                assembly.attach(rod.start, 0.0, body, &random(rng, 0.1));
+                assembly.join_body(rod.start, 0.0, body, &random(rng, 0.1));
             }
             let state = assembly.state_mut();
             for k in count..state.len() {

@@ -185,6 +185,47 @@ fn a_copy_that_fails_is_named_and_the_others_go_on() {
 }
 
 #[test]
+fn a_copy_that_is_released_and_attached_again_moves_like_it_alone() {
+    let copies: Vec<_> = (0..4).map(copy).collect();
+    let all: Vec<_> = copies.iter().map(|(model, state)| (model, state)).collect();
+    let mut batch = Batch::new(&all, &Settings::default(), None).unwrap();
+    let mut simulations: Vec<_> =
+        all.iter().map(|(model, state)| Simulation::new(model, state, &Settings::default(), None).unwrap()).collect();
+    // The first rod's clamp opens and closes, and the second rod's end is held and let go again.
+    let (clamp, end) = (Body::Anchor(0), Body::Segment(18));
+    for step in 0..40 {
+        match step {
+            10 => {
+                batch.release(2, clamp).unwrap();
+                simulations[2].release(clamp).unwrap();
+                batch.attach(1, end, None).unwrap();
+                simulations[1].attach(end, None).unwrap();
+            }
+            20 => {
+                batch.attach(2, clamp, None).unwrap();
+                simulations[2].attach(clamp, None).unwrap();
+                batch.release(1, end).unwrap();
+                simulations[1].release(end).unwrap();
+            }
+            _ => {}
+        }
+        let held = [0, 1, 2, 3].map(|k| [clamp, end].map(|body| batch.is_held(k, body) == Some(true)));
+        let changed = (10..20).contains(&step);
+        assert_eq!(held, [[true, false], [true, changed], [!changed, false], [true, false]], "{step}");
+        batch.step(DT).unwrap();
+        simulations.iter_mut().for_each(|simulation| assert!(simulation.step(DT).is_ok()));
+    }
+    for (k, (model, state)) in copies.iter().enumerate() {
+        assert_eq!(in_batch(&mut batch, k), alone(model, state, &simulations[k]), "copy {k}");
+    }
+    let refused = batch.attach(1, clamp, None).unwrap_err();
+    assert!(matches!(refused, SimulationError::NothingToAttach(Body::Anchor(0))), "{refused}");
+    let refused = batch.release(1, Body::Segment(19)).unwrap_err();
+    assert!(matches!(refused, SimulationError::NothingToRelease(Body::Segment(19))), "{refused}");
+    assert_eq!(batch.is_held(0, Body::Anchor(2)), None);
+}
+
+#[test]
 fn mistakes_name_the_copy() {
     let (model, state) = copy(0);
     let mut wrong = model.clone();

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rod::{Air, Assembly, BodyShape, Gusts, Material, Model, Pose, RigidBody, RodSpec, State, Wind};
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 
 const ALIKE: usize = 8;
@@ -39,7 +40,7 @@ fn add_weighted(assembly: &mut Assembly, k: usize) {
     } else {
         let body = RigidBody::new(BodyShape::Box { sides: Vector3::new(0.1, 0.2, 0.1 * k as f64) }, 0.5);
         let body = assembly.body(body, Pose { position, orientation });
-        assembly.attach(end, 1.0, body, &Vector3::new(0.05, -0.1, 0.02 * k as f64));
+        assembly.join_body(end, 1.0, body, &Vector3::new(0.05, -0.1, 0.02 * k as f64));
         assembly.state_mut().angular_velocities[body] = Vector3::new(1.0, k as f64, -2.0);
     }
 }
@@ -51,9 +52,9 @@ fn airs() -> [Option<Air>; 2] {
     [None, Some(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind })]
 }
 
-fn run(model: &Model, mut state: State, formulation: Formulation) -> State {
+fn run(model: &Model, mut state: State, (formulation, integrator): (Formulation, Integrator)) -> State {
     let mut settings = Settings::default();
-    settings.step.formulation = formulation;
+    (settings.step.formulation, settings.step.integrator) = (formulation, integrator);
     let mut simulation = Simulation::new(model, &state, &settings, None).unwrap();
     for _ in 0..20 {
         simulation.step(0.02).unwrap();
@@ -76,19 +77,19 @@ fn rigid_bodies_in_lanes_have_the_bits_of_those_alone_beside_rods_without() {
 
 fn are_as_alone(add: impl Fn(&mut Assembly, usize)) {
     for air in airs() {
-        for formulation in Formulation::ALL {
+        for how in Formulation::ALL.into_iter().flat_map(|own| Integrator::ALL.map(|integrator| (own, integrator))) {
             let mut together = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
             (0..ALIKE).for_each(|k| add(&mut together, k));
             together.model_mut().air.clone_from(&air);
             let (model, state) = together.finish();
-            let together = run(&model, state, formulation);
+            let together = run(&model, state, how);
             let mut offset = 0;
             for k in 0..ALIKE {
                 let mut alone = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
                 add(&mut alone, k);
                 alone.model_mut().air.clone_from(&air);
                 let (model, state) = alone.finish();
-                let alone = run(&model, state, formulation);
+                let alone = run(&model, state, how);
                 let own = offset..offset + alone.len();
                 offset = own.end;
                 assert_eq!(together.positions[own.clone()], alone.positions, "rod {k} of {} segments", alone.len());

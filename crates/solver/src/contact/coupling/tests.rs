@@ -1,0 +1,72 @@
+//! The operator of free segments in closed form.
+
+use super::super::geometry::Poses;
+use super::super::problem::Block3;
+use super::super::testing::Rods;
+use super::*;
+
+const STILL: [f64; 3] = [0.0; 3];
+
+/// Segments of these radii one below the other, each across the one above it, the contacts between them, and the operator's
+/// blocks with their columns, row by row.
+struct Stack {
+    rods: Rods,
+    contacts: Vec<Contact>,
+    blocks: Vec<Vec<(u32, Block3)>>,
+}
+
+fn stack(radii: &[f64], most_blocks: usize) -> Result<Stack, TooManyContacts> {
+    let depth = |k: usize| radii[..k].iter().map(|radius| 2.0 * radius).sum::<f64>() + radii[k];
+    let along = |k: usize| if k % 2 == 0 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let rod = |k: usize| ([0.0, 0.0, -depth(k)], along(k), 1, radii[k], STILL);
+    let mut rods = Rods::new(&(0..radii.len()).map(rod).collect::<Vec<_>>());
+    rods.predict(0.01);
+    let (mut detector, mut contacts) = (rods.detector(), Vec::new());
+    detector.detect(&rods.sets, &mut contacts);
+    contacts.iter_mut().for_each(|contact| contact.evaluate(&detector.world(), &rods.sets, Poses::Now));
+    let response = |set: &ConnectedSet| Response::new(&set.component.system, true).expect("a factor");
+    let mut responses: Vec<_> = rods.sets.iter().map(response).collect();
+    let active: Vec<u32> = (0..contacts.len() as u32).collect();
+    let (own, mut problem) = ((&*contacts, &*active), Problem::default());
+    Coupling::default().assemble(own, &rods.shapes, &rods.sets, &mut responses, &mut problem, most_blocks)?;
+    let blocks = (0..contacts.len()).map(|row| problem.row(row).collect()).collect();
+    Ok(Stack { rods, contacts, blocks })
+}
+
+#[test]
+fn two_free_segments_answer_with_their_inverse_masses() {
+    let radii = [0.02, 0.03];
+    let Stack { rods, contacts, blocks } = stack(&radii, 100).unwrap();
+    assert_eq!((contacts.len(), blocks[0].len()), (1, 1));
+    let w = blocks[0][0].1;
+    let segments = &rods.model.segments;
+    let masses: f64 = segments.iter().map(|segment| 1.0 / segment.mass()).sum();
+    assert!((w[0][0] / masses - 1.0).abs() < 1e-12, "{} {masses}", w[0][0]);
+    // Along both tangents: twice the inverse mass, and what the arm r turns across and about the axis.
+    let turned = |(k, segment): (usize, &rod::Segment)| {
+        radii[k].powi(2) * (1.0 / segment.transverse_inertia() + 1.0 / segment.axial_inertia())
+    };
+    let across = 2.0 * masses + segments.iter().enumerate().map(turned).sum::<f64>();
+    assert!(((w[1][1] + w[2][2]) / across - 1.0).abs() < 1e-12, "{} {across}", w[1][1] + w[2][2]);
+    for (r, c) in [(0, 1), (0, 2), (1, 2)] {
+        assert!((w[r][c] - w[c][r]).abs() < 1e-12 * across && (r > 0 || w[r][c].abs() < 1e-12 * across), "{w:?}");
+    }
+}
+
+#[test]
+fn contacts_are_coupled_by_the_segment_that_both_push() {
+    let Stack { rods, contacts, blocks } = stack(&[0.02, 0.03, 0.02, 0.02], 100).unwrap();
+    assert_eq!(contacts.len(), 3);
+    let columns: Vec<Vec<u32>> = blocks.iter().map(|row| row.iter().map(|block| block.0).collect()).collect();
+    assert_eq!(columns, [vec![0, 1], vec![0, 1, 2], vec![1, 2]]);
+    // A push between two drives the middle one towards the third.
+    for (k, (upper, lower)) in
+        [(blocks[0][1].1, blocks[1][0].1), (blocks[1][2].1, blocks[2][0].1)].into_iter().enumerate()
+    {
+        let inverse = 1.0 / rods.model.segments[k + 1].mass();
+        assert!((upper[0][0] / inverse + 1.0).abs() < 1e-12, "{} {inverse}", upper[0][0]);
+        assert!((0..9).all(|at| (upper[at / 3][at % 3] - lower[at % 3][at / 3]).abs() < 1e-9 * inverse), "symmetric");
+    }
+    // Each of the four segments has its contacts, 1, 2, 2 and 1, coupled with each other.
+    assert!(stack(&[0.02, 0.03, 0.02, 0.02], 10).is_ok() && stack(&[0.02, 0.03, 0.02, 0.02], 9).is_err());
+}

@@ -1,0 +1,79 @@
+//! Free rods of one segment and more that may touch, for the tests of this module.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
+
+use super::Shape;
+use super::detect::Detector;
+use super::exclusion::PairFilter;
+use crate::component::{Component, split};
+use crate::connected_set::{ConnectedSet, Projector};
+use crate::contact_params::ContactParams;
+use crate::formulation::Formulation;
+use crate::kernel::Spatial;
+use crate::linear::solvers::SolverKind;
+
+/// Rods in the making, their connected sets and the shapes of their segments.
+pub(super) struct Rods {
+    pub(super) model: Model,
+    pub(super) sets: Vec<ConnectedSet>,
+    pub(super) shapes: Vec<Shape>,
+}
+
+impl Rods {
+    /// Straight rods without weight: the centre and the whole way along of each, its segments, radius and velocity.
+    pub(super) fn new(rods: &[([f64; 3], [f64; 3], usize, f64, [f64; 3])]) -> Self {
+        let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 1000.0 };
+        let mut assembly = Assembly::new(Vector3::zeros());
+        for &(centre, along, segments, radius, velocity) in rods {
+            let (centre, along) = (Vector3::from(centre), Vector3::from(along));
+            let nodes = shape::straight(centre - along * 0.5, along.normalize(), along.norm(), segments);
+            let rod = assembly.rod(&RodSpec::new(nodes, radius, material));
+            assembly.state_mut().velocities[rod].fill(velocity.into());
+        }
+        assembly.model_mut().contacts.between_segments = Some(Surface::default());
+        let (model, state) = assembly.finish();
+        let sets = sets(&model, &state);
+        let shape = |index: usize| {
+            let place = |set: &ConnectedSet| set.members.segments.iter().position(|&own| own == index);
+            let (component, body) = (0..sets.len()).find_map(|k| Some((k, place(&sets[k])?))).expect("a set");
+            let segment = &model.segments[index];
+            Shape {
+                component: component as u32,
+                body: body as u32,
+                half: 0.5 * segment.length,
+                radius: segment.radius,
+                free: true,
+                ends: [true; 2],
+            }
+        };
+        let shapes = (0..model.segments.len()).map(shape).collect();
+        Self { model, sets, shapes }
+    }
+
+    /// Predicts a step of `dt` [s].
+    pub(super) fn predict(&mut self, dt: f64) {
+        for set in &mut self.sets {
+            set.component.predict(0.0, dt, Formulation::Xpbd);
+            set.component.evaluate(Formulation::Xpbd);
+        }
+    }
+
+    /// What finds their contacts.
+    pub(super) fn detector(&self) -> Detector {
+        Detector::new(&self.model, self.shapes.clone(), PairFilter::new(&self.model), ContactParams::DEFAULT)
+    }
+}
+
+fn sets(model: &Model, state: &State) -> Vec<ConnectedSet> {
+    let set = |(members, topology)| {
+        let solver = SolverKind::Direct.build(model, &members, &topology).expect("a solver");
+        let mut component = Component::new(model, state, Arc::new(topology), &[&members]);
+        component.pushes = vec![Spatial::zero(); component.poses.len()];
+        component.pushed = component.pushes.clone();
+        ConnectedSet::new(component, members, Projector::Solve { solver, guess: None })
+    };
+    split(model).into_iter().map(set).collect()
+}
