@@ -12,6 +12,7 @@ mod measured;
 mod numbers;
 mod plots;
 mod reached;
+mod rods;
 mod run;
 mod sample;
 mod scenes;

@@ -1,0 +1,138 @@
+//! A part of a model: some of its rods with all that belongs to them, as if there were no others.
+
+use std::collections::{BTreeSet, HashMap};
+
+use crate::{Body, Change, Changing, Driven, JointForce, Load, Model, State};
+
+/// Some rods of a model, to be drawn and tabulated without the others: see [`Model::part`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// The rods as a model of their own.
+    pub model: Model,
+    /// Which segment of the whole each one is, ascending.
+    pub segments: Vec<usize>,
+    /// Which joint of the whole each one is, ascending.
+    pub joints: Vec<usize>,
+}
+
+impl Model {
+    /// The part that has these rods ([`crate::Segment::rod`], whose numbers stay), with the joints between them and to
+    /// anchors, anchors, loads and motions; gravity, air, contacts and obstacles are the whole's. Joints to other rods are
+    /// left out, and so it does not move as the whole does.
+    pub fn part(&self, has: impl Fn(usize) -> bool) -> Part {
+        let segments: Vec<usize> = (0..self.segments.len()).filter(|&i| has(self.segments[i].rod)).collect();
+        let places = |list: &[usize]| list.iter().enumerate().map(|(new, &old)| (old, new)).collect();
+        let of_segment: HashMap<usize, usize> = places(&segments);
+        let has_body = |body| matches!(body, Body::Segment(i) if of_segment.contains_key(&i));
+        let anchor = |body| if let Body::Anchor(k) = body { Some(k) } else { None };
+        let is_anchor = |body| anchor(body).is_some();
+        let stays = |[a, b]: [Body; 2]| {
+            (has_body(a) || is_anchor(a)) && (has_body(b) || is_anchor(b)) && !(is_anchor(a) && is_anchor(b))
+        };
+        let ends = |k: usize| [self.joints[k].a, self.joints[k].b];
+        let joints: Vec<usize> = (0..self.joints.len()).filter(|&k| stays(ends(k))).collect();
+        let anchors: BTreeSet<usize> = joints.iter().flat_map(|&k| ends(k)).filter_map(anchor).collect();
+        let anchors: Vec<usize> = anchors.into_iter().collect();
+        let loads: Vec<usize> =
+            (0..self.loads.len()).filter(|&k| of_segment.contains_key(&self.loads[k].segment)).collect();
+        let (of_anchor, of_load): (HashMap<usize, usize>, HashMap<usize, usize>) = (places(&anchors), places(&loads));
+        let body = |body: Body| match body {
+            Body::Segment(i) => of_segment.get(&i).copied().map(Body::Segment),
+            Body::Anchor(i) => of_anchor.get(&i).copied().map(Body::Anchor),
+        };
+        let joint = |&k: &usize| {
+            let mut joint = self.joints[k];
+            (joint.a, joint.b) = (body(joint.a)?, body(joint.b)?);
+            Some(joint)
+        };
+        let change = |change: &Change| {
+            let of = match change.of {
+                Changing::Gravity => Changing::Gravity,
+                Changing::Force(k) => Changing::Force(*of_load.get(&k)?),
+                Changing::Torque(k) => Changing::Torque(*of_load.get(&k)?),
+            };
+            Some(Change { of, track: change.track.clone() })
+        };
+        let driven = |driven: &Driven| body(driven.body).map(|body| Driven { body, ..driven.clone() });
+        let load = |&k: &usize| Load { segment: of_segment[&self.loads[k].segment], ..self.loads[k] };
+        let model = Model {
+            segments: segments.iter().map(|&i| self.segments[i]).collect(),
+            joints: joints.iter().filter_map(joint).collect(),
+            anchors: anchors.iter().map(|&k| self.anchors[k]).collect(),
+            loads: loads.iter().map(load).collect(),
+            motions: self.motions.iter().filter_map(driven).collect(),
+            open: self.open.iter().filter_map(|k| of_anchor.get(k).copied()).collect(),
+            changes: self.changes.iter().filter_map(change).collect(),
+            gravity: self.gravity,
+            damping: self.damping,
+            contacts: self.contacts.clone(),
+            air: self.air.clone(),
+            mistake: self.mistake.clone(),
+        };
+        Part { model, segments, joints }
+    }
+}
+
+impl Part {
+    /// What a state of the whole says of the part.
+    pub fn state(&self, whole: &State) -> State {
+        fn pick<T: Copy>(values: &[T], segments: &[usize]) -> Vec<T> {
+            segments.iter().map(|&i| values[i]).collect()
+        }
+        State {
+            positions: pick(&whole.positions, &self.segments),
+            orientations: pick(&whole.orientations, &self.segments),
+            velocities: pick(&whole.velocities, &self.segments),
+            angular_velocities: pick(&whole.angular_velocities, &self.segments),
+        }
+    }
+
+    /// What the part's joints transmit, of all that the whole's do; nothing where that is not known.
+    pub fn forces(&self, whole: &[JointForce]) -> Vec<JointForce> {
+        self.joints.iter().filter_map(|&k| whole.get(k).copied()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use crate::{Assembly, Body, JointForce, Material, Model, RodSpec, measure, shape};
+
+    #[test]
+    fn a_part_is_what_there_would_be_without_the_others() {
+        let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let build = |rods: &[f64]| {
+            let mut assembly = Assembly::new(Vector3::z() * -9.81);
+            let ranges: Vec<_> = rods
+                .iter()
+                .map(|&y| {
+                    let nodes = shape::straight(Vector3::y() * y, Vector3::x(), 1.0, 4);
+                    let rod = assembly.rod(&RodSpec::new(nodes, 0.01 + 0.01 * y, material));
+                    assembly.clamp_end(&rod);
+                    rod
+                })
+                .collect();
+            if let [first, second, _] = &ranges[..] {
+                assembly.join(first.start, 0.5, second.start, 0.5);
+            }
+            assembly.finish()
+        };
+        let (whole, state) = build(&[0.0, 1.0, 2.0]);
+        let part = whole.part(|rod| rod != 0);
+        let (mut alone, own) = build(&[1.0, 2.0]);
+        alone.segments.iter_mut().for_each(|segment| segment.rod += 1);
+        assert_eq!((&part.model, part.state(&state)), (&alone, own.clone()));
+        assert_eq!(part.segments, [4, 5, 6, 7, 8, 9, 10, 11]);
+        let last = part.model.joints.last().unwrap();
+        assert!([last.a, last.b].contains(&Body::Anchor(1)), "{last:?}");
+        assert_eq!(measure::energy(&part.model, &own), measure::energy(&alone, &own));
+        let forces: Vec<_> = (0..whole.joints.len())
+            .map(|k| JointForce { force: Vector3::x() * k as f64, ..JointForce::default() })
+            .collect();
+        let of: Vec<_> = part.forces(&forces).iter().map(|joint| joint.force.x as usize).collect();
+        assert_eq!((of, part.forces(&[])), (part.joints.clone(), Vec::new()));
+        assert_eq!(whole.part(|_| true).model, whole);
+        assert_eq!(whole.part(|_| false).model, Model { gravity: whole.gravity, ..Model::default() });
+    }
+}
