@@ -2,6 +2,7 @@
 
 mod choice;
 mod cli;
+mod coarse;
 #[cfg(feature = "gn")]
 mod demo;
 mod files;
