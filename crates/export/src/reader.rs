@@ -55,6 +55,8 @@ pub struct TrajectoryReader {
     data_start: u64,
     /// One frame's part of a tensor.
     bytes: Vec<u8>,
+    /// The segments and joints that are read, where these are not all.
+    only: Option<[Vec<usize>; 2]>,
 }
 
 impl TrajectoryReader {
@@ -103,7 +105,7 @@ impl TrajectoryReader {
         if checksum.finalize().to_hex().as_bytes() != expected {
             return Err(damaged("its checksum does not fit its content".to_owned()));
         }
-        Ok(Self { path: path.to_owned(), file, info, layout, data_start, bytes: Vec::new() })
+        Ok(Self { path: path.to_owned(), file, info, layout, data_start, bytes: Vec::new(), only: None })
     }
 
     /// What the file says about itself.
@@ -116,14 +118,23 @@ impl TrajectoryReader {
         self.layout.frames
     }
 
+    /// Reads these segments and joints alone from here on, ascending, as if there were no others: those of a
+    /// [`rod::Part`].
+    ///
+    /// # Panics
+    /// In later reads, if there are no such segments or joints.
+    pub fn only(&mut self, segments: &[usize], joints: &[usize]) {
+        self.only = Some([segments.to_vec(), joints.to_vec()]);
+    }
+
     /// Number of segments.
     pub fn segments(&self) -> usize {
-        self.layout.segments
+        self.only.as_ref().map_or(self.layout.segments, |[segments, _]| segments.len())
     }
 
     /// Number of joints whose forces were kept; 0 if none were.
     pub fn joints(&self) -> usize {
-        self.layout.joints
+        self.only.as_ref().map_or(self.layout.joints, |[_, joints]| joints.len().min(self.layout.joints))
     }
 
     /// Checks that the trajectory is of `found` segments.
@@ -149,6 +160,12 @@ impl TrajectoryReader {
         set(&mut state.orientations, self.part("orientations", frame)?, unit);
         set(&mut state.velocities, self.part("velocities", frame)?, Vector3::from);
         set(&mut state.angular_velocities, self.part("angular_velocities", frame)?, Vector3::from);
+        if let Some([segments, _]) = &self.only {
+            pick(&mut state.positions, segments);
+            pick(&mut state.orientations, segments);
+            pick(&mut state.velocities, segments);
+            pick(&mut state.angular_velocities, segments);
+        }
         Ok(time)
     }
 
@@ -162,6 +179,9 @@ impl TrajectoryReader {
             moment: Vector3::new(mx, my, mz),
         };
         set(forces, self.part(JOINT_FORCES, frame)?, joint);
+        if let Some([_, joints]) = self.only.as_ref().filter(|_| self.layout.joints > 0) {
+            pick(forces, joints);
+        }
         Ok(())
     }
 
@@ -202,6 +222,14 @@ impl TrajectoryReader {
 fn set<T, const N: usize>(target: &mut Vec<T>, values: &[[u8; VALUE]], item: impl Fn([f64; N]) -> T) {
     target.clear();
     target.extend(values.as_chunks::<N>().0.iter().map(|parts| item(parts.map(f64::from_le_bytes))));
+}
+
+/// Keeps the values at these places, which ascend.
+fn pick<T: Copy>(values: &mut Vec<T>, places: &[usize]) {
+    for (to, &from) in places.iter().enumerate() {
+        values[to] = values[from];
+    }
+    values.truncate(places.len());
 }
 
 /// Reads a JSON header: what it says, the trajectory's size, and the bytes of all tensors; or what is wrong with it.

@@ -22,13 +22,14 @@ pub enum Freedom {
 pub struct Springs {
     /// Across and along the axis d3 of the joint's body a [N/m]; infinite where it does not yield.
     pub force: [f64; 2],
-    /// Of bending and of twist about that axis [N m/rad]; infinite where it does not yield.
-    pub moment: [f64; 2],
+    /// Of bending about the axes d1 and d2 of the joint's rows and of twist about their d3 [N m/rad]; infinite where it does
+    /// not yield.
+    pub moment: [f64; 3],
 }
 
 impl Springs {
     /// Springs that do not yield.
-    pub const RIGID: Self = Self { force: [f64::INFINITY; 2], moment: [f64::INFINITY; 2] };
+    pub const RIGID: Self = Self { force: [f64::INFINITY; 2], moment: [f64::INFINITY; 3] };
 }
 
 impl Model {
@@ -72,12 +73,13 @@ impl Model {
     pub fn soften(&mut self, joint: usize, springs: &Springs) {
         let Some(joint) = self.joints.get_mut(joint) else { return };
         let [across, along] = springs.force;
-        let [bend, twist] = springs.moment;
+        let [first, second, twist] = springs.moment;
         joint.shear_compliance += 1.0 / across;
         joint.stretch_compliance += 1.0 / along;
         // A Darboux vector is an angle over the joint's length.
         let square = joint.length.powi(2);
-        joint.bend_compliance += 1.0 / (bend * square);
+        joint.bend_compliance += 1.0 / (first * square);
+        joint.bend_extra += 1.0 / (second * square) - 1.0 / (first * square);
         joint.twist_compliance += 1.0 / (twist * square);
     }
 

@@ -133,6 +133,9 @@ pub struct Driven {
     /// Whether a motion that takes hold later is moved to where the body is then, so that its way and its turns are the
     /// body's own. Else it is a gripper's, whose grip is wherever the two are then, and both go on as one rigid body.
     pub moves_along: bool,
+    /// Whether a gripper that takes hold later goes on with the body's place at its own: the body keeps its orientation
+    /// relative to it, and what holds it must yield to the jump, as an anchor behind springs does.
+    pub snaps: bool,
 }
 
 /// Part of a time by which a sum of many steps may miss it.
@@ -145,7 +148,7 @@ impl Driven {
     }
 
     fn by(body: Body, carried: Carried) -> Self {
-        Self { body, carried, from: 0.0, until: f64::INFINITY, moves_along: false }
+        Self { body, carried, from: 0.0, until: f64::INFINITY, moves_along: false, snaps: false }
     }
 
     /// The same, held from one time to another [s] alone.
@@ -179,8 +182,12 @@ impl Driven {
         let motion = &self.carried.motion;
         let away = centre - motion.at(time).pose.position;
         let motion = if self.moves_along { Arc::new(motion.shifted(&away)) } else { motion.clone() };
-        let Self { until, moves_along, .. } = *self;
-        Self { from: time, until, moves_along, ..Self::gripped(self.body, motion, pose, time) }
+        let Self { until, moves_along, snaps, .. } = *self;
+        let mut taken = Self { from: time, until, moves_along, snaps, ..Self::gripped(self.body, motion, pose, time) };
+        if snaps {
+            taken.carried.grip.position = Vector3::zeros();
+        }
+        taken
     }
 
     /// A body that is gripped at `time` [s] where it is then, at `pose`, and goes with the motion from there.

@@ -1,72 +1,75 @@
-//! Some rods of a model and its state on their own, and all of them in another place.
+//! A part of a model: some of its rods with all that belongs to them, as if there were no others; and a model in another place.
 
-use std::collections::HashMap;
-use std::ops::Range;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use crate::{Body, Carried, Change, Changing, Driven, Joint, Load, Model, Motion, Pose, Segment, State};
+use crate::{Body, Carried, Change, Changing, Driven, JointForce, Load, Model, Motion, Pose, State};
+
+/// Some rods of a model without the others: see [`Model::part`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// The rods as a model of their own.
+    pub model: Model,
+    /// Which segment of the whole each one is.
+    pub segments: Vec<usize>,
+    /// Which joint of the whole each one is, ascending.
+    pub joints: Vec<usize>,
+}
 
 impl Model {
-    /// The segments of `rods`, which must exist, as a model of their own: each range a rod, in this order. With them goes what
-    /// belongs to them: joints between them, anchors that those hold on to, loads, motions, and what of the loads changes over
-    /// time. Joints to other segments are left out. What is of the world goes along: gravity and its changes, damping,
-    /// contacts, air.
-    pub fn part(&self, rods: &[Range<usize>]) -> Self {
-        // Where segments, anchors and loads are in the part.
-        let (mut segments, mut anchors, mut loads) = (HashMap::new(), HashMap::new(), HashMap::new());
-        let (mut own_segments, mut own_joints) = (Vec::new(), Vec::new());
-        let (mut own_anchors, mut own_loads) = (Vec::new(), Vec::new());
-        for (rod, range) in rods.iter().enumerate() {
-            for i in range.clone() {
-                segments.insert(i, own_segments.len());
-                own_segments.push(Segment { rod, ..self.segments[i] });
-            }
-        }
-        let belongs = |body: &Body| match body {
-            Body::Segment(i) => segments.contains_key(i),
-            Body::Anchor(_) => true,
+    /// The part that has these segments, which must exist, in this order (the numbers of their rods stay), with the joints
+    /// between them and to anchors, anchors, loads and motions; gravity, air, contacts and obstacles are the whole's. Joints to
+    /// other segments are left out, and so it does not move as the whole does.
+    pub fn part(&self, segments: Vec<usize>) -> Part {
+        let places = |list: &[usize]| list.iter().enumerate().map(|(new, &old)| (old, new)).collect();
+        let of_segment: HashMap<usize, usize> = places(&segments);
+        let has_body = |body| matches!(body, Body::Segment(i) if of_segment.contains_key(&i));
+        let anchor = |body| if let Body::Anchor(k) = body { Some(k) } else { None };
+        let is_anchor = |body| anchor(body).is_some();
+        let stays = |[a, b]: [Body; 2]| {
+            (has_body(a) || is_anchor(a)) && (has_body(b) || is_anchor(b)) && !(is_anchor(a) && is_anchor(b))
         };
-        for joint in self.joints.iter().filter(|joint| belongs(&joint.a) && belongs(&joint.b)) {
-            let [a, b] = [joint.a, joint.b].map(|body| match body {
-                Body::Segment(i) => Body::Segment(segments[&i]),
-                Body::Anchor(k) => Body::Anchor(*anchors.entry(k).or_insert_with(|| {
-                    own_anchors.push(self.anchors[k]);
-                    own_anchors.len() - 1
-                })),
-            });
-            own_joints.push(Joint { a, b, ..*joint });
-        }
-        for (k, load) in self.loads.iter().enumerate() {
-            if let Some(&segment) = segments.get(&load.segment) {
-                loads.insert(k, own_loads.len());
-                own_loads.push(Load { segment, ..*load });
-            }
-        }
-        let own_body = |body: Body| match body {
-            Body::Segment(i) => segments.get(&i).map(|&i| Body::Segment(i)),
-            Body::Anchor(k) => anchors.get(&k).map(|&k| Body::Anchor(k)),
+        let ends = |k: usize| [self.joints[k].a, self.joints[k].b];
+        let joints: Vec<usize> = (0..self.joints.len()).filter(|&k| stays(ends(k))).collect();
+        let anchors: BTreeSet<usize> = joints.iter().flat_map(|&k| ends(k)).filter_map(anchor).collect();
+        let anchors: Vec<usize> = anchors.into_iter().collect();
+        let loads: Vec<usize> =
+            (0..self.loads.len()).filter(|&k| of_segment.contains_key(&self.loads[k].segment)).collect();
+        let (of_anchor, of_load): (HashMap<usize, usize>, HashMap<usize, usize>) = (places(&anchors), places(&loads));
+        let body = |body: Body| match body {
+            Body::Segment(i) => of_segment.get(&i).copied().map(Body::Segment),
+            Body::Anchor(i) => of_anchor.get(&i).copied().map(Body::Anchor),
         };
-        let own_change = |of: Changing| match of {
-            Changing::Gravity => Some(Changing::Gravity),
-            Changing::Force(k) => loads.get(&k).map(|&k| Changing::Force(k)),
-            Changing::Torque(k) => loads.get(&k).map(|&k| Changing::Torque(k)),
+        let joint = |&k: &usize| {
+            let mut joint = self.joints[k];
+            (joint.a, joint.b) = (body(joint.a)?, body(joint.b)?);
+            Some(joint)
         };
-        let motion = |driven: &Driven| Some(Driven { body: own_body(driven.body)?, ..driven.clone() });
-        let change = |change: &Change| Some(Change { of: own_change(change.of)?, ..change.clone() });
-        Self {
-            segments: own_segments,
-            joints: own_joints,
-            anchors: own_anchors,
-            loads: own_loads,
-            motions: self.motions.iter().filter_map(motion).collect(),
-            open: self.open.iter().filter_map(|k| anchors.get(k).copied()).collect(),
+        let change = |change: &Change| {
+            let of = match change.of {
+                Changing::Gravity => Changing::Gravity,
+                Changing::Force(k) => Changing::Force(*of_load.get(&k)?),
+                Changing::Torque(k) => Changing::Torque(*of_load.get(&k)?),
+            };
+            Some(Change { of, track: change.track.clone() })
+        };
+        let driven = |driven: &Driven| body(driven.body).map(|body| Driven { body, ..driven.clone() });
+        let load = |&k: &usize| Load { segment: of_segment[&self.loads[k].segment], ..self.loads[k] };
+        let model = Model {
+            segments: segments.iter().map(|&i| self.segments[i]).collect(),
+            joints: joints.iter().filter_map(joint).collect(),
+            anchors: anchors.iter().map(|&k| self.anchors[k]).collect(),
+            loads: loads.iter().map(load).collect(),
+            motions: self.motions.iter().filter_map(driven).collect(),
+            open: self.open.iter().filter_map(|k| of_anchor.get(k).copied()).collect(),
             changes: self.changes.iter().filter_map(change).collect(),
             gravity: self.gravity,
             damping: self.damping,
             contacts: self.contacts.clone(),
             air: self.air.clone(),
             mistake: self.mistake.clone(),
-        }
+        };
+        Part { model, segments, joints }
     }
 
     /// The same model with all that belongs to its rods moved by `place`, from a point x to `orientation * x + position`, and
@@ -89,20 +92,27 @@ impl Model {
     }
 }
 
-impl State {
-    /// The entries of `rods`, which must exist, in this order: see [`Model::part`].
-    pub fn part(&self, rods: &[Range<usize>]) -> Self {
-        fn own<T: Copy>(all: &[T], rods: &[Range<usize>]) -> Vec<T> {
-            rods.iter().flat_map(|rod| &all[rod.clone()]).copied().collect()
+impl Part {
+    /// What a state of the whole says of the part.
+    pub fn state(&self, whole: &State) -> State {
+        fn pick<T: Copy>(values: &[T], segments: &[usize]) -> Vec<T> {
+            segments.iter().map(|&i| values[i]).collect()
         }
-        Self {
-            positions: own(&self.positions, rods),
-            orientations: own(&self.orientations, rods),
-            velocities: own(&self.velocities, rods),
-            angular_velocities: own(&self.angular_velocities, rods),
+        State {
+            positions: pick(&whole.positions, &self.segments),
+            orientations: pick(&whole.orientations, &self.segments),
+            velocities: pick(&whole.velocities, &self.segments),
+            angular_velocities: pick(&whole.angular_velocities, &self.segments),
         }
     }
 
+    /// What the part's joints transmit, of all that the whole's do; nothing where that is not known.
+    pub fn forces(&self, whole: &[JointForce]) -> Vec<JointForce> {
+        self.joints.iter().filter_map(|&k| whole.get(k).copied()).collect()
+    }
+}
+
+impl State {
     /// The same state moved by `place`, velocities along: see [`Model::moved`].
     pub fn moved(&self, place: &Pose) -> Self {
         let turn = place.orientation;
@@ -132,7 +142,44 @@ mod tests {
     use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
-    use crate::{Assembly, Material, RodSpec, shape};
+    use crate::{Assembly, Material, RodSpec, measure, shape};
+
+    #[test]
+    fn a_part_is_what_there_would_be_without_the_others() {
+        let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let build = |rods: &[f64]| {
+            let mut assembly = Assembly::new(Vector3::z() * -9.81);
+            let ranges: Vec<_> = rods
+                .iter()
+                .map(|&y| {
+                    let nodes = shape::straight(Vector3::y() * y, Vector3::x(), 1.0, 4);
+                    let rod = assembly.rod(&RodSpec::new(nodes, 0.01 + 0.01 * y, material));
+                    assembly.clamp_end(&rod);
+                    rod
+                })
+                .collect();
+            if let [first, second, _] = &ranges[..] {
+                assembly.join(first.start, 0.5, second.start, 0.5);
+            }
+            assembly.finish()
+        };
+        let (whole, state) = build(&[0.0, 1.0, 2.0]);
+        let part = whole.part((4..12).collect());
+        let (mut alone, own) = build(&[1.0, 2.0]);
+        alone.segments.iter_mut().for_each(|segment| segment.rod += 1);
+        assert_eq!((&part.model, part.state(&state)), (&alone, own.clone()));
+        assert_eq!(part.segments, [4, 5, 6, 7, 8, 9, 10, 11]);
+        let last = part.model.joints.last().unwrap();
+        assert!([last.a, last.b].contains(&Body::Anchor(1)), "{last:?}");
+        assert_eq!(measure::energy(&part.model, &own), measure::energy(&alone, &own));
+        let forces: Vec<_> = (0..whole.joints.len())
+            .map(|k| JointForce { force: Vector3::x() * k as f64, ..JointForce::default() })
+            .collect();
+        let of: Vec<_> = part.forces(&forces).iter().map(|joint| joint.force.x as usize).collect();
+        assert_eq!((of, part.forces(&[])), (part.joints.clone(), Vec::new()));
+        assert_eq!(whole.part((0..12).collect()).model, whole);
+        assert_eq!(whole.part(Vec::new()).model, Model { gravity: whole.gravity, ..Model::default() });
+    }
 
     #[test]
     fn what_shares_a_motion_shares_it_in_a_copy_and_with_no_other() {

@@ -99,11 +99,11 @@ pub mod scene {
     pub use ::scene::{Builtin, Origin, RodInfo, RunDefaults, Scene, SceneError, builtin, builtins, load, parse};
 }
 
-/// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths.
+/// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths, first modes; parts of it.
 pub mod state {
     pub use rod::{
-        Body, DriveError, Freedom, Joint, JointForce, Model, ModelError, Pose, Probe, Quantity, Reading, Segment,
-        Springs, State, curvature, measure,
+        Body, DriveError, Freedom, Joint, JointForce, Mode, Model, ModelError, Part, Pose, Probe, Quantity, Reading,
+        Restoring, Segment, Springs, State, curvature, measure,
     };
 }
 

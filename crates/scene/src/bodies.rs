@@ -52,6 +52,9 @@ pub(crate) fn add(
         if let Some(span) = at.as_ref().map(Spanned::span).or(part.as_ref().map(Spanned::span)) {
             return source.wrong(span, WHOLE);
         }
+        if let Some(span) = motion.get_ref().of_grips() {
+            return source.wrong(span, "is of grips on rods; a body is driven all the time, leave it out");
+        }
         let motion = Prepared::new(source, motion)?.motion(source, motion, &pose)?;
         let driven = Driven::gripped(Body::Segment(segment), motion, &pose, 0.0);
         let (state, begin) = (builder.assembly.state_mut(), driven.at(0.0));

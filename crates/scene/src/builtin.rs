@@ -28,6 +28,7 @@ const FILES: &[(&str, &str)] = files![
     "helix-on-plane",
     "two-rods",
     "two-arms",
+    "drum",
     "suture",
     "crane",
     "knot",

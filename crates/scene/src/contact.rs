@@ -43,6 +43,9 @@ fn carried(source: &Source, entry: &Spanned<format::Motion>, pose: &Pose) -> Res
     if let Some(span) = places.into_iter().flatten().next() {
         return source.wrong(span, "is a place on a rod; an obstacle moves as a whole, leave it out");
     }
+    if let Some(span) = own.of_grips() {
+        return source.wrong(span, "is of grips on rods; an obstacle moves all the time, leave it out");
+    }
     let motion = Prepared::new(source, entry)?.motion(source, entry, pose)?;
     Ok(Carried::gripped(motion, pose, 0.0))
 }

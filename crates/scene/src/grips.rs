@@ -35,6 +35,8 @@ struct Face {
     joint: usize,
     /// Whether an entry has said how it is held.
     is_shaped: bool,
+    /// Whether springs hold it in all directions.
+    yields: bool,
 }
 
 /// What an entry holds and for how long.
@@ -93,7 +95,7 @@ impl Grips {
             };
             let model = builder.assembly.model_mut();
             let (anchor, joint) = (model.anchors.len() - 1, model.joints.len() - 1);
-            self.faces.push(Face { clamp, anchor, joint, is_shaped: false });
+            self.faces.push(Face { clamp, anchor, joint, is_shaped: false, yields: false });
             self.faces.len() - 1
         });
         &mut self.faces[place]
@@ -156,8 +158,8 @@ impl Grips {
         if let (Some(axis), true) = (axis, hold != Hold::Hinge) {
             return source.wrong(axis.span(), "goes with `joint = \"hinge\"`");
         }
-        let stiffness = [stiffness_n_m, stiffness_n_m_rad];
-        let spans = stiffness.into_iter().flatten().map(|list| list.0[0].span());
+        let spans = stiffness_n_m.iter().map(|list| list.0[0].span());
+        let spans = spans.chain(stiffness_n_m_rad.iter().map(Spanned::span));
         let Some(span) = joint.iter().map(Spanned::span).chain(spans).next() else { return Ok(()) };
         let face = match at.as_ref().map(|at| *at.get_ref()) {
             Some(clamp @ (Clamp::StartFace | Clamp::EndFace)) => self.face(builder, clamp),
@@ -166,13 +168,23 @@ impl Grips {
         if std::mem::replace(&mut face.is_shaped, true) {
             return source.wrong(entry.span(), "another entry says how this place is held");
         }
+        let positive = |value: &format::Number| source.number(value, |v| v > 1e-9, "> 1e-9, or inf");
+        let mut springs = Springs::RIGID;
+        if let Some(format::List([across, along])) = stiffness_n_m {
+            springs.force = [positive(across)?, positive(along)?];
+        }
+        if let Some(list) = stiffness_n_m_rad {
+            springs.moment = match list.get_ref().as_slice() {
+                [bend, twist] => [positive(bend)?, positive(bend)?, positive(twist)?],
+                [_, _, _] if hold == Hold::Hinge => {
+                    return source.wrong(list.span(), "has three values; with a hinge it is [bend, twist]");
+                }
+                [first, second, twist] => [positive(first)?, positive(second)?, positive(twist)?],
+                _ => return source.wrong(list.span(), "must be [bend, twist] or [about d1, about d2, twist]"),
+            };
+        }
+        face.yields = springs.force.iter().all(|stiffness| stiffness.is_finite());
         let (joint, anchor) = (face.joint, face.anchor);
-        let value = |list: &Option<format::List<format::Number, 2>>| -> Result<[f64; 2]> {
-            let Some(list) = list else { return Ok([f64::INFINITY; 2]) };
-            let positive = |value: &format::Number| source.number(value, |v| v > 1e-9, "> 1e-9, or inf");
-            Ok([positive(&list.0[0])?, positive(&list.0[1])?])
-        };
-        let springs = Springs { force: value(stiffness_n_m)?, moment: value(stiffness_n_m_rad)? };
         let axis = axis.as_ref().map(|axis| source.direction(axis)).transpose()?;
         let model = builder.assembly.model_mut();
         match hold {
@@ -202,12 +214,27 @@ impl Grips {
         let centre: Vector3<f64> = poses.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / poses.len() as f64;
         let whole = Pose { position: centre, orientation: poses[0].orientation };
         let motion = prepared.motion(source, entry, &whole)?;
+        let (snaps, moves_along) = (self.snaps(source, own, &bodies, times)?, prepared.moves_along());
         for (body, pose) in bodies.into_iter().zip(&poses) {
-            let driven =
-                Driven { moves_along: prepared.moves_along(), ..Driven::gripped(body, motion.clone(), pose, 0.0) };
+            let driven = Driven { moves_along, snaps, ..Driven::gripped(body, motion.clone(), pose, 0.0) };
             self.own(builder, source, entry.span(), driven.between(times.0, times.1))?;
         }
         Ok(())
+    }
+
+    /// Whether what a motion takes hold of goes to the gripper's own place: where springs pull it there.
+    fn snaps(&self, source: &Source, own: &format::Motion, bodies: &[Body], (from, _): (f64, f64)) -> Result<bool> {
+        let Some(snap) = own.snap.as_ref().filter(|snap| *snap.get_ref()) else { return Ok(false) };
+        let yields = |body: &Body| self.faces.iter().any(|face| *body == Body::Anchor(face.anchor) && face.yields);
+        if own.positions_m.is_none() || from <= 0.0 {
+            return source.wrong(snap.span(), "goes with `positions_m` and a `from_s` > 0");
+        }
+        if !bodies.iter().all(yields) {
+            let message = "what is held without springs would jump; say in `[[rods.grips]]` how an end face yields, with two \
+                           finite values of `stiffness_n_m`";
+            return source.wrong(snap.span(), message);
+        }
+        Ok(true)
     }
 
     /// Adds a motion to the model, and holds what it drives from the start where it does so.

@@ -35,6 +35,11 @@ fn an_end_is_pinned_hinged_and_held_by_springs() {
     let added = (end.bend_compliance - rigid.joints[10].bend_compliance) * end.length.powi(2);
     assert!((added - 0.25).abs() < 1e-12, "{added} rad/(N m)");
     assert!(scene.model.open.is_empty() && scene.model.motions.is_empty());
+    // Three numbers are about d1, d2 and d3.
+    let three = parsed("[[rods.grips]]\nat = \"end-face\"\nstiffness_n_m_rad = [4, inf, 8]").model.joints[9];
+    let [bend, extra] = [three.bend_compliance, three.bend_extra].map(|added| added * three.length.powi(2));
+    assert!((bend + extra - rigid.joints[10].bend_compliance * three.length.powi(2)).abs() < 1e-12);
+    assert!((extra + 0.25).abs() < 1e-12, "{extra} rad/(N m)");
     // The rod's own axis unless it is given.
     let swivel = parsed("[[rods.grips]]\nat = \"start-face\"\njoint = \"hinge\"").model;
     assert!((swivel.anchors[0].orientation * Vector3::z() - Vector3::x()).norm() < 1e-12);
@@ -128,6 +133,29 @@ fn mistakes_are_named_with_their_key() {
         (
             grip("at = \"end-face\"\njoint = \"ball\"\n[[rods.grips]]\nat = \"end-face\"\njoint = \"rigid\""),
             "grips[1]: another entry says how this place is held",
+        ),
+        (
+            grip("at = \"end-face\"\nstiffness_n_m_rad = [1]"),
+            "stiffness_n_m_rad: must be [bend, twist] or [about d1, about",
+        ),
+        (grip("at = \"end-face\"\nstiffness_n_m_rad = [1, 2, -3]"), "stiffness_n_m_rad[2] = -3, but it must be > 1e-9"),
+        (
+            grip("at = \"end-face\"\njoint = \"hinge\"\nstiffness_n_m_rad = [1, 2, 3]"),
+            "stiffness_n_m_rad: has three values; with a hinge it is [bend, twist]",
+        ),
+        (
+            "[[rods.motions]]\nat = \"end-face\"\nfrom_s = 1\ntimes_s = [0]\nshifts_m = [[0,0,0]]\nsnap = true"
+                .to_owned(),
+            "motions[0].snap: goes with `positions_m` and a `from_s` > 0",
+        ),
+        (
+            "[[rods.motions]]\nat = \"end-face\"\nfrom_s = 1\ntimes_s = [0]\npositions_m = [[0,0,0]]\nsnap = true"
+                .to_owned(),
+            "motions[0].snap: what is held without springs would jump",
+        ),
+        (
+            "[[rods.motions]]\nat = \"end-face\"\ntimes_s = [0]\nshifts_m = [[0,0,0]]\nsnap = 1".to_owned(),
+            "motions[0].snap = 1, but it must be true or false",
         ),
         ("branch_joint = \"ball\"".to_owned(), "branch_joint: goes with `branch_of`"),
     ] {

@@ -88,6 +88,10 @@ fn what_is_no_motion_of_an_obstacle_is_refused_with_its_key() {
             "motion = { at = \"end-face\", times_s = [0], shifts_m = [[0, 0, 0]] }",
             "6: obstacles[0].motion.at: is a place on a rod; an obstacle moves as a whole, leave it out",
         ),
+        (
+            "motion = { times_s = [0], shifts_m = [[0, 0, 0]], from_s = 1 }",
+            "6: obstacles[0].motion.from_s: is of grips on rods; an obstacle moves all the time, leave it out",
+        ),
         ("motion = {}", "6: obstacles[0].motion: give either `times_s` and lists, or a `file`"),
         (
             "motion = { times_s = [0, 1], shifts_m = [[0, 0, 1], [0, 0, 0]] }",

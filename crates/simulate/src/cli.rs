@@ -158,6 +158,10 @@ pub(crate) struct RunArgs {
     /// Keep every N-th step's frame, and the last one, in all files [default: the scene's, else every one].
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     pub(crate) every: Option<usize>,
+    /// Draw and tabulate these rods and bodies of the scene alone: centreline.csv, snapshots.svg, and what --view and --export
+    /// write. NAME stands for NAME/0 and so on, too. The trajectory keeps all of them, so that --from can go on.
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub(crate) rods: Vec<String>,
     /// Write contacts.csv: what presses on what, where, and how hard, in every frame that is kept.
     #[arg(long)]
     pub(crate) contact_forces: bool,
@@ -182,8 +186,8 @@ impl RunArgs {
         self.out.is_some() || view || plot || contact_forces || snapshot || !self.export.is_empty()
     }
 
-    /// The files that are asked for, of a run of this scene.
-    pub(crate) fn wanted<'a>(&'a self, scene: &'a Scene) -> Option<Wanted<'a>> {
+    /// The files that are asked for, of a run of this scene, with these rods in those that do not have all of them.
+    pub(crate) fn wanted<'a>(&'a self, scene: &'a Scene, rods: Option<Vec<usize>>) -> Option<Wanted<'a>> {
         let Self { view, plot, contact_forces, snapshot, .. } = *self;
         let directory = || self.out.clone().unwrap_or_else(|| Path::new(OUT).join(&scene.name));
         self.writes().then(|| Wanted {
@@ -194,6 +198,7 @@ impl RunArgs {
             snapshot,
             formats: &self.export,
             probes: &scene.probes,
+            rods,
         })
     }
 }

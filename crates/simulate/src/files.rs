@@ -7,7 +7,7 @@ use export::{
     Format, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_format,
     write_json, write_probes, write_snapshots,
 };
-use rod::Probe;
+use rod::{Model, Part, Probe};
 use scene::Scene;
 use serde::Serialize;
 use solver::simulation::{ContactForce, Touched};
@@ -45,6 +45,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) formats: &'a [Format],
     /// Where quantities are read.
     pub(crate) probes: &'a [Probe],
+    /// The rods that are drawn and tabulated, by number; `None`: all.
+    pub(crate) rods: Option<Vec<usize>>,
 }
 
 impl Wanted<'_> {
@@ -58,7 +60,15 @@ impl Wanted<'_> {
             snapshot: false,
             formats: &[],
             probes: &[],
+            rods: None,
         }
+    }
+
+    /// The part of the scene's model that is drawn and tabulated, where that is not all of it.
+    pub(crate) fn part(&self, model: &Model) -> Option<Part> {
+        let rods = self.rods.as_ref()?;
+        let is_own = |&i: &usize| rods.contains(&model.segments[i].rod);
+        Some(model.part((0..model.segments.len()).filter(is_own).collect()))
     }
 
     /// Whether the trajectory keeps what joints transmit.
@@ -211,16 +221,20 @@ impl<'a> Files<'a> {
 
     fn write_beside(&self, trajectory: &Path, scene: &Scene, more: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
         let directory = self.folder.path();
-        let segments = &scene.model.segments;
         let mut reader = TrajectoryReader::open(trajectory)?;
-        write_snapshots(&directory.join(SNAPSHOTS), &mut reader, &scene.model)?;
-        more(directory)?;
-        write_centreline(&directory.join(CENTRELINE), &mut reader, segments)?;
         if !self.wanted.probes.is_empty() {
             write_probes(&directory.join(PROBES), &mut reader, &scene.model, self.wanted.probes)?;
         }
+        let part = self.wanted.part(&scene.model);
+        if let Some(part) = &part {
+            reader.only(&part.segments, &part.joints);
+        }
+        let model = part.as_ref().map_or(&scene.model, |part| &part.model);
+        write_snapshots(&directory.join(SNAPSHOTS), &mut reader, model)?;
+        more(directory)?;
+        write_centreline(&directory.join(CENTRELINE), &mut reader, &model.segments)?;
         for &format in self.wanted.formats {
-            write_format(format, directory, &mut reader, &scene.model)?;
+            write_format(format, directory, &mut reader, model)?;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use anyhow::{Error, Result};
 use chart::Conditions;
-use rod::{JointForce, Model, State};
+use rod::{JointForce, Model, Part, State};
 use scene::Scene;
 use serde::Serialize;
 use solver::simulation::{ContactForce, Simulation};
@@ -27,6 +27,8 @@ pub(crate) struct Keep<'a> {
     contacts: Vec<ContactForce>,
     /// Every so many steps a frame is kept.
     every: usize,
+    /// What the player shows of the model, where that is not all.
+    part: Option<Part>,
 }
 
 impl<'a> Keep<'a> {
@@ -36,14 +38,17 @@ impl<'a> Keep<'a> {
         let Scene { state, run, .. } = scene;
         let joints = |are_wanted: bool| if are_wanted { model.joints.len() } else { 0 };
         let (view, plot, keeps_forces) = (wanted.view, wanted.plot, wanted.keeps_forces());
+        let part = wanted.part(model);
+        let drawn = part.as_ref().map_or(model, |part| &part.model);
         let mut keep = Self {
             files: Files::open(wanted, scene, run.dt, joints(keeps_forces), time)?,
-            player: view.then(|| Recorder::new(label, run.dt, model)),
+            player: view.then(|| Recorder::new(label, run.dt, drawn)),
             plots: plot.then(Vec::new),
             sampler: None,
             forces: vec![JointForce::default(); joints(view || keeps_forces)],
             contacts: Vec::new(),
             every: run.every,
+            part,
         };
         if view || plot {
             let (sampler, start) = Sampler::new(model, state, run.steps, run.every, time);
@@ -79,7 +84,8 @@ impl<'a> Keep<'a> {
         if let Some(sampler) = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step)) {
             let sample = sampler.sample(model, state, simulation, step);
             if let (Some(player), true) = (&mut self.player, model.has_timed_grips()) {
-                player.take_grips(model);
+                let part = self.files.wanted.part(model);
+                player.take_grips(part.as_ref().map_or(model, |part| &part.model));
             }
             self.take(sample, state);
         }
@@ -88,10 +94,12 @@ impl<'a> Keep<'a> {
 
     fn take(&mut self, sample: Sample, state: &State) {
         if let Some(player) = &mut self.player {
+            let part = self.part.as_ref().map(|part| (part.state(state), part.forces(&self.forces)));
+            let (state, forces) = part.as_ref().map_or((state, &self.forces), |(state, forces)| (state, forces));
             player.push(&Frame {
                 time: sample.time,
                 state,
-                forces: &self.forces,
+                forces,
                 energy: sample.energy.total(),
                 length_ratio: sample.length_ratio,
                 iterations: sample.iterations,

@@ -2,6 +2,7 @@
 
 mod choice;
 mod cli;
+mod coarse;
 #[cfg(feature = "gn")]
 mod demo;
 mod files;
@@ -12,6 +13,7 @@ mod measured;
 mod numbers;
 mod plots;
 mod reached;
+mod rods;
 mod run;
 mod sample;
 mod scenes;

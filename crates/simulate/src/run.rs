@@ -23,6 +23,7 @@ use crate::cli::{RunArgs, SceneArgs};
 use crate::keep::Keep;
 use crate::measured::Measured;
 use crate::reached::Reached;
+use crate::rods;
 use crate::scenes::{Begin, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use terminal::{Progress, say};
@@ -34,6 +35,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     if args.every.is_some() && !args.writes() {
         bail!("--every says which frames are kept in files, but no file is asked for: give --out, for example");
     }
+    let rods = rods::named(&scene, args)?;
     if args.snapshot && scene.model.has_timed_grips() {
         bail!(
             "--snapshot: {} has grips that take hold or let go on the way (`from_s`, `until_s`), of which a file keeps no \
@@ -81,7 +83,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let label = label(&scene, &settings, name, args);
-    let wanted = args.wanted(&scene);
+    let wanted = args.wanted(&scene, rods);
     let keep = wanted.map(|wanted| Keep::open(wanted, &scene, &model, &label, time));
     let mut keep = keep.transpose().context("--out")?;
     if !quiet {

@@ -104,7 +104,7 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
 }
 
 /// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
-const ALIKE: f64 = 0.7;
+pub(crate) const ALIKE: f64 = 0.7;
 
 /// The error of a scene that does not exist: what may have been meant, and where to look.
 fn unknown(name: &str) -> Error {

@@ -12,6 +12,7 @@ use solver::counters::{Counters, StageTimes};
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
+use crate::coarse::TooCoarse;
 use crate::files::Written;
 use crate::measured::Measured;
 use crate::numbers::{energy_scale, number, share, unless_noise};
@@ -111,6 +112,9 @@ pub(crate) struct Summary {
     /// Energies below a small share of this one are rounding errors [J].
     #[serde(skip)]
     energy_scale_j: f64,
+    /// A swing for which the time step is too long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    too_coarse: Option<TooCoarse>,
     /// BLAKE3 of the final positions, orientations, velocities and angular velocities, as little-endian f64.
     final_state_hash: String,
 }
@@ -181,6 +185,7 @@ impl Summary {
             energy_end_j: measured.energy_end,
             energy_highest_j: measured.energy_highest,
             energy_scale_j: energy_scale(&scene.model, state),
+            too_coarse: TooCoarse::of(scene, settings.step.integrator, reached.steps, measured),
             final_state_hash: hash(state),
         }
     }
@@ -219,6 +224,9 @@ impl Summary {
         let joules = |energy: f64| number(unless_noise(energy, self.energies().fold(self.energy_scale_j, f64::max)));
         let [start, end, highest] = [self.energy_start_j, self.energy_end_j, self.energy_highest_j].map(joules);
         say!("energy: {start} J at the start, {end} J at the end, {highest} J at its highest")?;
+        if let Some(swing) = &self.too_coarse {
+            say!("{swing}")?;
+        }
         if times {
             say!("{}", self.stage_table())?;
         }

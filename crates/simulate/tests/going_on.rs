@@ -225,3 +225,80 @@ fn a_scene_says_where_it_begins_and_the_flag_wins() {
     let error = refused(&[&file]);
     assert!(error.contains("hang: run.from ") && error.contains("it is no folder of a run"), "{error}");
 }
+
+/// Two cables, one of which hangs on a body that is driven, and a body by itself.
+const NAMED: &str = "run = { dt_s = 0.02, steps = 6 }
+obstacles = [{ shape.plane = { point_m = [0, 0, -9] } }]
+
+[[bodies]]
+name = \"hand\"
+shape.box = { sides_m = [0.2, 0.2, 0.2] }
+touches = false
+mass_kg = 1
+motions = [{ times_s = [0, 1], shifts_m = [[0, 0, 0], [0.1, 0, 0]] }]
+
+[[bodies]]
+name = \"ball\"
+shape.sphere = { radius_m = 0.1 }
+mass_kg = 1
+position_m = [3, 0, 0]
+
+[[rods]]
+name = \"cable\"
+branch_of = { body = \"hand\", at_m = [0, 0, -0.1] }
+shape.straight = { direction = [0, 0, -1], length_m = 1, segments = 4 }
+
+[[rods]]
+name = \"rope\"
+clamp = [\"start-face\"]
+shape.straight = { start_m = [1, 0, 0], direction = [1, 0, 0], length_m = 1, segments = 5 }
+
+[[probes]]
+rod = \"cable\"
+at = \"end-face\"
+quantities = [\"position\"]
+";
+
+#[test]
+fn named_rods_alone_are_drawn_and_tabulated() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [scene, whole, some] = names(place.path(), ["named.toml", "whole", "some"]);
+    fs::write(&scene, NAMED).expect("a file");
+    let files = ["--view", "--plot", "--export", "csv,vtp,glb,obj"];
+    runs(&[&[&scene, "--out", &whole][..], &files].concat());
+    runs(&[&[&scene, "--out", &some, "--rods", "rope,ball"][..], &files].concat());
+    // The motion, and what is read of it, is all there.
+    assert_eq!(trajectory(&some), trajectory(&whole));
+    assert_eq!(table(&some, "probes.csv"), table(&whole, "probes.csv"));
+    // Rows are those of rods 1 and 3 of hand, ball, cable and rope; segments are counted among these.
+    for name in ["centreline.csv", "segments.csv"] {
+        let ((header, all), (same, rows)) = (table(&whole, name), table(&some, name));
+        let kept = all.into_iter().filter(|row| ["1", "3"].contains(&row[2].as_str())).map(|mut row| {
+            let segment: usize = row[3].parse().expect("a number");
+            row[3] = if segment == 1 { 0 } else { segment - 5 }.to_string();
+            row
+        });
+        assert_eq!((header, kept.collect::<Vec<_>>()), (same, rows), "{name}");
+    }
+    // The rope's joints: 4 between its segments, and that to its anchor. What they transmit is what they transmit.
+    let [(_, all), (_, rows)] = [&whole, &some].map(|folder| table(folder, "joints.csv"));
+    let rope: Vec<_> = all.iter().filter(|row| row[4].parse().is_ok_and(|b: usize| b >= 6)).collect();
+    assert_eq!(rows.len(), 7 * 5);
+    assert_eq!(
+        rope.iter().map(|row| &row[5..]).collect::<Vec<_>>(),
+        rows.iter().map(|row| &row[5..]).collect::<Vec<_>>()
+    );
+    let obj = fs::read_to_string(Path::new(&some).join("obj").join("frame_0000.obj")).expect("a file");
+    let objects: Vec<_> = obj.lines().filter_map(|line| line.strip_prefix("o ")).collect();
+    assert_eq!(objects, ["rod_3", "body_1", "obstacle_0"]);
+
+    let error = refused(&[&scene, "--out", &some, "--rods", "rop"]);
+    assert_eq!(
+        error,
+        "error: --rods: the scene named has no rod or body `rop`; did you mean `rope`? (it has hand, ball, cable, rope)\n"
+    );
+    assert!(refused(&[&scene, "--rods", "rope"]).contains("no file is asked for"));
+    let error = refused(&[&scene, "--out", &some, "--export", "csv", "--rods", "hand"]);
+    assert!(error.contains("what holds `hand` holds `cable`, too, and reactions.csv would lack its part"), "{error}");
+    runs(&[&scene, "--out", &some, "--export", "vtp", "--rods", "hand"]);
+}

@@ -7,6 +7,7 @@ mod cables;
 mod capstan;
 mod contact;
 mod contact_scenes;
+mod drum;
 mod dynamics;
 mod grips;
 mod inner_damping;

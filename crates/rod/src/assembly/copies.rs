@@ -16,11 +16,14 @@ impl Assembly {
         if !rods.iter().all(|rod| self.has_rod("copy", rod)) {
             return Vec::new();
         }
-        let (part, state) = (self.model.part(rods), self.state.part(rods));
+        let mut part = self.model.part(rods.iter().flat_map(Clone::clone).collect());
+        let state = part.state(&self.state);
+        let own = rods.iter().enumerate().flat_map(|(rod, range)| std::iter::repeat_n(rod, range.len()));
+        part.model.segments.iter_mut().zip(own).for_each(|(segment, rod)| segment.rod = rod);
         let mut copies = Vec::with_capacity(rods.len() * places.len());
         for place in places {
             let mut start = self.model.segments.len();
-            self.model.append_after(self.rods, &part.moved(place));
+            self.model.append_after(self.rods, &part.model.moved(place));
             self.state.append(&state.moved(place));
             self.rods += rods.len();
             for rod in rods {

@@ -24,6 +24,15 @@ pub(crate) struct Motion {
     pub(crate) interpolation: Option<Spanned<Interpolation>>,
     pub(crate) from_s: Option<Number>,
     pub(crate) until_s: Option<Number>,
+    pub(crate) snap: Option<Spanned<bool>>,
+}
+
+impl Motion {
+    /// Where the text says how a grip takes hold and lets go, if it does: bodies and obstacles have no grips.
+    pub(crate) fn of_grips(&self) -> Option<std::ops::Range<usize>> {
+        let times = [&self.from_s, &self.until_s].map(|time| time.as_ref().map(Spanned::span));
+        times.into_iter().chain([self.snap.as_ref().map(Spanned::span)]).flatten().next()
+    }
 }
 
 /// How and when a place is held.
@@ -37,7 +46,7 @@ pub(crate) struct Grip {
     pub(crate) joint: Option<Spanned<Hold>>,
     pub(crate) axis: Option<Vector>,
     pub(crate) stiffness_n_m: Option<List<Number, 2>>,
-    pub(crate) stiffness_n_m_rad: Option<List<Number, 2>>,
+    pub(crate) stiffness_n_m_rad: Option<Spanned<Vec<Number>>>,
 }
 
 /// What a joint holds.

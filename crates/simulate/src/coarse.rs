@@ -1,0 +1,169 @@
+//! Whether the time step is too long for what swings: how much of its energy the integrator takes in a period.
+
+use std::f64::consts::PI;
+use std::fmt::{self, Display, Formatter};
+
+use rod::{Mode, Model, Restoring};
+use scene::Scene;
+use serde::Serialize;
+use solver::integrator::Integrator;
+
+use crate::measured::Measured;
+use crate::numbers::{number, share};
+
+/// Part of its energy that a swing may lose in a period before a run says so.
+const MUCH: f64 = 0.2;
+/// The part that it loses at the time step that is advised.
+const LITTLE: f64 = 0.05;
+/// Rods lighter than this share of the heaviest one do not count.
+const LIGHT: f64 = 0.1;
+/// Part of the energy at stake below which nothing that swung has been lost.
+const UNMOVED: f64 = 1e-3;
+
+/// A swing that the integrator damps much: the fastest of the rods' first modes, of rods that are not light.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TooCoarse {
+    rod: String,
+    /// What pulls the rod back: bending, gravity or tension.
+    mode: &'static str,
+    /// An estimate, see [`Model::first_modes`].
+    frequency_hz: f64,
+    /// Part of its energy that the integrator takes in a period.
+    lost_a_period: f64,
+    /// The time step at which it takes a twentieth [s].
+    advised_dt_s: f64,
+    /// The same part with the integrator bdf2 at this time step, where that is another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lost_with_bdf2: Option<f64>,
+    #[serde(skip)]
+    integrator: &'static str,
+    #[serde(skip)]
+    dt: f64,
+}
+
+/// Part of the energy of an oscillation of angular frequency w that an integrator takes in a period, by `x = w dt`: its rate
+/// is `w^2 dt` with Euler's rule, `w^4 dt^3 / 2` with backward differences of second order.
+fn lost(integrator: Integrator, x: f64) -> f64 {
+    let in_a_period = match integrator {
+        Integrator::Euler => 2.0 * PI * x,
+        Integrator::Bdf2 => PI * x.powi(3),
+    };
+    -(-in_a_period).exp_m1()
+}
+
+/// `w dt` at which [`lost`] is `part`.
+fn allowed(integrator: Integrator, part: f64) -> f64 {
+    let in_a_period = -(-part).ln_1p();
+    match integrator {
+        Integrator::Euler => in_a_period / (2.0 * PI),
+        Integrator::Bdf2 => (in_a_period / PI).cbrt(),
+    }
+}
+
+/// Rate at which the scene itself takes energy from a swing [1/s]: damping, and of inner damping what it takes from bending.
+fn meant(model: &Model, mode: &Mode) -> f64 {
+    let of_rod = |joint: &&rod::Joint| matches!(joint.b, rod::Body::Segment(i) if model.segments[i].rod == mode.rod);
+    let inner = model.joints.iter().filter(of_rod).map(|joint| joint.inner_damping.bending).fold(0.0, f64::max);
+    let inner = if mode.restoring == Restoring::Bending { inner * mode.frequency.powi(2) } else { 0.0 };
+    model.damping.linear + inner
+}
+
+/// The weight of all lifted by the rods' length; without gravity the highest energy there was [J].
+fn at_stake(model: &Model, measured: &Measured) -> f64 {
+    let [mass, length] = model.segments.iter().fold([0.0; 2], |[m, l], own| [m + own.mass(), l + own.length]);
+    let lifted = mass * model.gravity.norm() * length;
+    if lifted > 0.0 { lifted } else { measured.energy_highest.abs() }
+}
+
+impl TooCoarse {
+    /// That of a run of `steps` steps; `None` where the integrator takes little, or less than the scene's own damping does,
+    /// where the run is shorter than a period, and where nothing was lost.
+    pub(crate) fn of(scene: &Scene, integrator: Integrator, steps: usize, measured: &Measured) -> Option<Self> {
+        if measured.energy_highest - measured.energy_end < UNMOVED * at_stake(&scene.model, measured) {
+            return None;
+        }
+        let (model, dt) = (&scene.model, scene.run.dt);
+        let modes = model.first_modes(&scene.state);
+        let heaviest = modes.iter().map(|mode| mode.mass).fold(0.0, f64::max);
+        let counts = |mode: &&Mode| {
+            let periods = steps as f64 * dt * mode.frequency / (2.0 * PI);
+            let part = lost(integrator, mode.frequency * dt);
+            let rate = -(-part).ln_1p() * mode.frequency / (2.0 * PI);
+            mode.mass >= LIGHT * heaviest && periods >= 1.0 && rate > meant(model, mode)
+        };
+        let mode = modes.iter().filter(counts).max_by(|a, b| a.frequency.total_cmp(&b.frequency))?;
+        let x = mode.frequency * dt;
+        let part = lost(integrator, x);
+        let has_bodies = model.segments.iter().any(|segment| segment.body.is_some());
+        (part > MUCH).then(|| Self {
+            rod: scene.rods.get(mode.rod).map_or_else(String::new, |rod| rod.name.clone()),
+            mode: match mode.restoring {
+                Restoring::Bending => "bending",
+                Restoring::Gravity => "gravity",
+                Restoring::Tension => "tension",
+            },
+            frequency_hz: mode.frequency / (2.0 * PI),
+            lost_a_period: part,
+            advised_dt_s: allowed(integrator, LITTLE) / mode.frequency,
+            lost_with_bdf2: (integrator != Integrator::Bdf2 && !has_bodies).then(|| lost(Integrator::Bdf2, x)),
+            integrator: integrator.name(),
+            dt,
+        })
+    }
+}
+
+impl Display for TooCoarse {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { rod, mode, frequency_hz, lost_a_period, integrator, dt, .. } = self;
+        write!(
+            f,
+            "time step: {integrator} at {dt:?} s takes about {:.0} % of its energy from the first swing of {rod} ({mode}, {} \
+             Hz) in each period; --dt {} takes {:.0} %",
+            100.0 * lost_a_period,
+            number(*frequency_hz),
+            short(self.advised_dt_s),
+            100.0 * LITTLE
+        )?;
+        match self.lost_with_bdf2 {
+            Some(part) if part < *lost_a_period => write!(f, ", --integrator bdf2 {} %", share(100.0 * part)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A number to two digits, as a flag takes it.
+fn short(x: f64) -> String {
+    let digits = (1.0 - x.abs().log10().floor()).max(0.0) as usize;
+    format!("{x:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_lost_is_that_of_the_rules() {
+        // One step of Euler's rule keeps 1 / (1 + x^2) of an oscillation's energy; 2 pi / x steps are a period.
+        for x in [0.01_f64, 0.03, 0.1] {
+            let exact = 1.0 - (1.0 + x * x).powf(-2.0 * PI / x);
+            assert!((lost(Integrator::Euler, x) / exact - 1.0).abs() < 0.01, "{x}");
+        }
+        // Its steps: (3 - 2 i x) z'' = 4 z' - z for y' = i w y, from a swing that goes on for two periods.
+        for x in [0.03_f64, 0.1] {
+            let (mut before, mut now) = ([x.cos(), -x.sin()], [1.0, 0.0]);
+            let steps = (4.0 * PI / x).round() as usize;
+            for _ in 0..steps {
+                let [re, im] = [0, 1].map(|k| 4.0 * now[k] - before[k]);
+                let size = 9.0 + 4.0 * x * x;
+                let next = [(3.0 * re - 2.0 * x * im) / size, (3.0 * im + 2.0 * x * re) / size];
+                (before, now) = (now, next);
+            }
+            let kept = (now[0].powi(2) + now[1].powi(2)).sqrt();
+            assert!((lost(Integrator::Bdf2, x) / (1.0 - kept) - 1.0).abs() < 0.1, "{x}: {kept}");
+        }
+        for integrator in [Integrator::Euler, Integrator::Bdf2] {
+            assert!((lost(integrator, allowed(integrator, 0.05)) - 0.05).abs() < 1e-12);
+        }
+        assert_eq!([0.0031416, 0.12, 2.5, 30.0].map(short), ["0.0031", "0.12", "2.5", "30"]);
+    }
+}

@@ -1,0 +1,70 @@
+//! `--rods`: which rods and bodies of a scene are drawn and tabulated.
+
+use anyhow::{Result, bail};
+use export::Format;
+use rod::Body;
+use scene::Scene;
+
+use crate::cli::RunArgs;
+use crate::scenes::ALIKE;
+
+/// Names that an error lists, at most.
+const LISTED: usize = 20;
+
+/// Numbers of the rods that are named, ascending; `None` where none are: all of them.
+///
+/// # Errors
+/// There is none of a name, no file is asked for, or what is left out would be missing from reactions.
+pub(crate) fn named(scene: &Scene, args: &RunArgs) -> Result<Option<Vec<usize>>> {
+    if args.rods.is_empty() {
+        return Ok(None);
+    }
+    if !args.writes() {
+        bail!("--rods says what is drawn and tabulated, but no file is asked for: give --out, for example");
+    }
+    let is =
+        |name: &str, asked: &str| name.strip_prefix(asked).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    for asked in &args.rods {
+        if !scene.rods.iter().any(|rod| is(&rod.name, asked)) {
+            return Err(unknown(scene, asked));
+        }
+    }
+    let numbers = (0..scene.rods.len()).filter(|&k| args.rods.iter().any(|asked| is(&scene.rods[k].name, asked)));
+    let numbers: Vec<usize> = numbers.collect();
+    if args.export.contains(&Format::Csv) {
+        check_reactions(scene, &numbers)?;
+    }
+    Ok(Some(numbers))
+}
+
+/// What holds a segment also holds what is joined to it.
+fn check_reactions(scene: &Scene, numbers: &[usize]) -> Result<()> {
+    let model = &scene.model;
+    let is_held =
+        |i: usize| model.segments[i].fixed || model.motions.iter().any(|driven| driven.body == Body::Segment(i));
+    for joint in &model.joints {
+        for pair in [[joint.a, joint.b], [joint.b, joint.a]] {
+            let [Body::Segment(own), Body::Segment(other)] = pair else { continue };
+            let [rod, left_out] = [own, other].map(|i| model.segments[i].rod);
+            if is_held(own) && numbers.contains(&rod) && !numbers.contains(&left_out) {
+                let [rod, left_out] = [rod, left_out].map(|k| &scene.rods[k].name);
+                bail!(
+                    "--rods: what holds `{rod}` holds `{left_out}`, too, and reactions.csv would lack its part: name both, or \
+                     leave csv out"
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The error of a name that no rod has: what may have been meant, and what there is.
+fn unknown(scene: &Scene, asked: &str) -> anyhow::Error {
+    let names = || scene.rods.iter().map(|rod| rod.name.as_str());
+    let likeness = |name: &str| strsim::jaro_winkler(asked, name);
+    let nearest = names().filter(|name| likeness(name) > ALIKE).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    let meant = nearest.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+    let more = if scene.rods.len() > LISTED { ", ..." } else { "" };
+    let known = names().take(LISTED).collect::<Vec<_>>().join(", ");
+    anyhow::anyhow!("--rods: the scene {} has no rod or body `{asked}`{meant} (it has {known}{more})", scene.name)
+}
