@@ -87,7 +87,7 @@ fn mistakes_are_named() {
         (
             "turn_deg = [0, 90, 0]",
             "turn_deg = [0, 90, 0]\norientation = [1, 0, 0, 0]",
-            "bodies[0]: give either `orientation` or `turn_deg`, not both",
+            "bodies[0].turn_deg: give either `orientation` or `turn_deg`, not both",
         ),
         (
             "[0.8, 0, 0.6, 0]",

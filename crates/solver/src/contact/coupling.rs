@@ -38,7 +38,7 @@ pub(crate) fn components_of(contact: &Contact, shapes: &[Shape]) -> [Option<u32>
     };
     let other = match contact.key.1 {
         Partner::Segment(i) => free(i),
-        Partner::Obstacle(_) => None,
+        Partner::Obstacle(_) | Partner::Face(..) | Partner::Edge(..) => None,
     };
     [free(contact.key.0), other]
 }
@@ -52,7 +52,7 @@ fn sides(contact: &Contact, shapes: &[Shape], component: u32) -> [Option<Side>; 
     };
     let other = match contact.key.1 {
         Partner::Segment(i) => side(i, 1, -1.0),
-        Partner::Obstacle(_) => None,
+        Partner::Obstacle(_) | Partner::Face(..) | Partner::Edge(..) => None,
     };
     [side(contact.key.0, 0, 1.0), other]
 }

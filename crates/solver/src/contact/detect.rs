@@ -8,6 +8,7 @@ use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
 use super::geometry::{Contact, Feature, Partner, Shape, World};
 use super::obstacles::Placed;
+use super::parts;
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
@@ -30,6 +31,10 @@ pub(crate) struct Detector {
     /// Bounded obstacles, in the order of their boxes.
     bounded: Vec<u32>,
     pairs: Vec<[u32; 2]>,
+    /// Obstacles with meshes.
+    meshes: Vec<u32>,
+    /// Where the ends of segments near a mesh were at the last search; empty without meshes.
+    seen: Vec<Option<[Vec3<f64>; 2]>>,
 }
 
 impl Detector {
@@ -38,7 +43,11 @@ impl Detector {
         let obstacles: Vec<Placed> = model.contacts.obstacles.iter().map(Placed::new).collect();
         let is_bounded = |&i: &u32| obstacles[i as usize].is_bounded();
         let bounded = (0..obstacles.len() as u32).filter(is_bounded).collect();
+        let has_mesh = |&i: &u32| obstacles[i as usize].mesh().is_some();
+        let meshes: Vec<u32> = (0..obstacles.len() as u32).filter(has_mesh).collect();
         Self {
+            seen: if meshes.is_empty() { Vec::new() } else { vec![None; shapes.len()] },
+            meshes,
             shapes,
             between_segments: model.contacts.between_segments,
             allow_overlap: model.contacts.allow_overlap,
@@ -51,6 +60,11 @@ impl Detector {
             bounded,
             pairs: Vec::new(),
         }
+    }
+
+    /// Whether any obstacle has a mesh.
+    pub(crate) fn has_meshes(&self) -> bool {
+        !self.meshes.is_empty()
     }
 
     /// Everything that can touch.
@@ -91,15 +105,22 @@ impl Detector {
 
     /// Whether every segment is still within the box of the last search.
     pub(crate) fn covers(&self, components: &[ConnectedSet]) -> bool {
-        self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
+        let ends = |shape: &Shape| {
             let component = &components[shape.component as usize].component;
-            let ends = shape.place(&component.poses[shape.body as usize]);
-            !shape.free || ends.iter().all(|&end| within(room, to_nalgebra(end), shape.radius))
-        })
+            shape.place(&component.poses[shape.body as usize])
+        };
+        let slack = self.params.search_room;
+        self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
+            !shape.free || ends(shape).iter().all(|&end| within(room, to_nalgebra(end), shape.radius))
+        }) && self
+            .shapes
+            .iter()
+            .zip(&self.seen)
+            .all(|(shape, seen)| seen.as_ref().is_none_or(|seen| parts::stay(ends(shape), seen, slack * shape.radius)))
     }
 
     /// Replaces `out` by the possible contacts on the ways of all segments from their start over the prediction to where
-    /// they are, in the order of their keys.
+    /// they are, in the order of their keys. Contacts with meshes stay while they press.
     pub(crate) fn detect(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
         self.boxes.clear();
         for shape in &self.shapes {
@@ -109,8 +130,10 @@ impl Detector {
             let ends = poses.into_iter().flat_map(|pose| shape.place(pose)).map(to_nalgebra);
             self.boxes.push(around(ends, shape.radius * (1.0 + self.params.search_room)));
         }
-        out.clear();
+        out.retain(|contact| contact.impulse != Vec3::zero() && contact.key.1.is_part());
+        out.iter_mut().for_each(|contact| *contact = Contact::new(contact.key, contact.friction, contact.radius));
         self.with_half_spaces(out);
+        self.with_meshes(components, out);
         let bounded = self.bounded.iter().filter_map(|&i| self.obstacles[i as usize].way());
         self.boxes.extend(bounded.map(|(ends, radius)| around(ends.into_iter().flatten(), radius)));
         if self.filter.has_pairs(self.bounded.len()) {
@@ -124,6 +147,26 @@ impl Detector {
             self.pairs = pairs;
         }
         out.sort_unstable_by_key(|contact| contact.key);
+        if !self.meshes.is_empty() {
+            out.dedup_by_key(|contact| contact.key);
+        }
+    }
+
+    fn with_meshes(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
+        self.seen.fill(None);
+        for &which in &self.meshes {
+            let obstacle = &self.obstacles[which as usize];
+            for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
+                if !shape.free || !shape.touches() || parts::is_out_of_reach(obstacle, room) {
+                    continue;
+                }
+                let component = &components[shape.component as usize].component;
+                let [from, to] =
+                    [&component.start, &component.poses].map(|poses| shape.place(&poses[shape.body as usize]));
+                self.seen[a] = Some(to);
+                parts::detect((a as u32, shape), [from, to], (which, obstacle), &self.params, out);
+            }
+        }
     }
 
     fn add_pair(&self, a: u32, b: u32, components: &[ConnectedSet], out: &mut Vec<Contact>) {
@@ -148,7 +191,7 @@ impl Detector {
             Feature::Own(end) => own.ends[end as usize],
             Feature::Partners(end) => match partner {
                 Partner::Segment(b) => self.shapes[b as usize].ends[end as usize],
-                Partner::Obstacle(_) => true,
+                _ => true,
             },
         };
         let contact = |&feature: &Feature| Contact::new((a, partner, feature), friction, radius);
@@ -156,7 +199,8 @@ impl Detector {
     }
 
     fn with_half_spaces(&self, out: &mut Vec<Contact>) {
-        for (i, obstacle) in self.obstacles.iter().enumerate().filter(|(_, obstacle)| !obstacle.is_bounded()) {
+        let is_half_space = |obstacle: &Placed| !obstacle.is_bounded() && obstacle.mesh().is_none();
+        for (i, obstacle) in self.obstacles.iter().enumerate().filter(|(_, obstacle)| is_half_space(obstacle)) {
             for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
                 if !shape.free || obstacle.is_out_of_reach(room) {
                     continue;
@@ -170,9 +214,9 @@ impl Detector {
 
     /// How a contact answers.
     pub(crate) fn surface(&self, partner: Partner) -> Surface {
-        match partner {
-            Partner::Segment(_) => self.between_segments.unwrap_or_default(),
-            Partner::Obstacle(i) => self.obstacles[i as usize].surface(),
+        match partner.obstacle() {
+            None => self.between_segments.unwrap_or_default(),
+            Some(i) => self.obstacles[i as usize].surface(),
         }
     }
 
@@ -202,7 +246,7 @@ fn within(room: &Aabb, centre: Vector3<f64>, radius: f64) -> bool {
 }
 
 /// Whether the squared sine of the angle between two axes is below `most`.
-fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2], most: f64) -> bool {
+pub(super) fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2], most: f64) -> bool {
     let (a, b) = (a[1] - a[0], b[1] - b[0]);
     let size = a.norm_squared() * b.norm_squared();
     size > 0.0 && a.cross(b).norm_squared() < most * size

@@ -31,6 +31,11 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// Whether it touches anything: a body that does not has no ends.
+    pub(crate) fn touches(&self) -> bool {
+        self.half > 0.0 || self.ends[0]
+    }
+
     /// The end that lies at a place along the axis [m], if one does.
     pub(crate) fn end_at(&self, offset: f64) -> Option<usize> {
         let is_end = (offset.abs() - self.half).abs() < 1e-6 * self.half;
@@ -49,8 +54,27 @@ impl Shape {
 pub(crate) enum Partner {
     /// A segment of the model with a higher index.
     Segment(u32),
-    /// An obstacle.
+    /// An obstacle that is round, or a half-space.
     Obstacle(u32),
+    /// An obstacle, and a triangle of its mesh.
+    Face(u32, u32),
+    /// An obstacle, and an edge of its mesh.
+    Edge(u32, u32),
+}
+
+impl Partner {
+    /// The obstacle, if it is one or a part of one.
+    pub(crate) fn obstacle(self) -> Option<u32> {
+        match self {
+            Partner::Segment(_) => None,
+            Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) => Some(i),
+        }
+    }
+
+    /// Whether it is a part of a mesh.
+    pub(crate) fn is_part(self) -> bool {
+        matches!(self, Partner::Face(..) | Partner::Edge(..))
+    }
 }
 
 /// Which points of the two axes a contact holds apart.
@@ -107,27 +131,38 @@ pub(crate) struct Contact {
     pub(crate) radius: f64,
     /// Whether another contact holds the same places apart.
     pub(crate) doubled: bool,
+    /// Whether a deeper contact with the same mesh is solved for first.
+    pub(crate) waits: bool,
 }
 
-/// A [`Key`] as words.
+/// A [`Key`] as words. The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the
+/// partner is a face (1) or an edge (2) of an obstacle, and, from bit 32 on, which of them.
 fn words((segment, partner, feature): Key) -> [u64; 3] {
-    let partner = match partner {
-        Partner::Segment(i) => u64::from(i) << 1,
-        Partner::Obstacle(i) => u64::from(i) << 1 | 1,
+    let (partner, part) = match partner {
+        Partner::Segment(i) => (u64::from(i) << 1, 0),
+        Partner::Obstacle(i) => (u64::from(i) << 1 | 1, 0),
+        Partner::Face(i, face) => (u64::from(i) << 1 | 1, u64::from(face) << 32 | 1 << 3),
+        Partner::Edge(i, edge) => (u64::from(i) << 1 | 1, u64::from(edge) << 32 | 2 << 3),
     };
     let feature = match feature {
         Feature::Nearest => 0,
         Feature::Own(end) => 1 | u64::from(end) << 2,
         Feature::Partners(end) => 2 | u64::from(end) << 2,
     };
-    [u64::from(segment), partner, feature]
+    [u64::from(segment), partner, feature | part]
 }
 
 /// The inverse of [`words`].
 fn key([segment, partner, feature]: [u64; 3]) -> Key {
     let index = (partner >> 1) as u32;
-    let partner = if partner & 1 == 0 { Partner::Segment(index) } else { Partner::Obstacle(index) };
-    let end = (feature >> 2) as u8;
+    let part = (feature >> 32) as u32;
+    let partner = match (partner & 1, feature >> 3 & 3) {
+        (0, _) => Partner::Segment(index),
+        (_, 1) => Partner::Face(index, part),
+        (_, 2) => Partner::Edge(index, part),
+        _ => Partner::Obstacle(index),
+    };
+    let end = (feature >> 2 & 1) as u8;
     let feature = match feature & 3 {
         0 => Feature::Nearest,
         1 => Feature::Own(end),
@@ -211,6 +246,7 @@ impl Contact {
             residual: 0.0,
             radius,
             doubled: false,
+            waits: false,
         }
     }
 
@@ -260,10 +296,14 @@ impl Contact {
                     self.between(&own, &other, feature, poses);
                 }
             }
+            Partner::Face(index, face) => self.with_face(&own, &world.obstacles[index as usize], face, feature, poses),
+            Partner::Edge(index, edge) => self.with_edge(&own, &world.obstacles[index as usize], edge, feature, poses),
         }
     }
 
-    fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) {
+    /// Evaluates a contact between two capsules. Returns the direction from the other one between the places; `None` where they
+    /// have passed through each other.
+    pub(super) fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) -> Option<Vec3<f64>> {
         let [s, t] = match feature {
             Feature::Nearest => nearest(own.ends, other.ends),
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
@@ -281,6 +321,7 @@ impl Contact {
         let distance = difference.norm_squared().sqrt();
         let mut normal = if distance > 0.0 { difference * (1.0 / distance) } else { across(own.ends, other.ends) };
         let mut gap = distance - reach;
+        let mut direction = (distance > 0.0).then_some(normal);
         // Fast enough to have passed through the other: what counts is the side from which it came.
         let moved = |side: &Side, k: usize| side.ends[k] - side.ends_before[k];
         let apart = |i: usize, j: usize| (moved(own, i) - moved(other, j)).norm_squared();
@@ -293,6 +334,7 @@ impl Contact {
             self.doubled |= feature != Feature::Nearest;
             (a, b, normal) = (own.at(hit.s), other.at(hit.t), to_kernel(&hit.normal));
             gap = normal.dot(a - b) - reach;
+            direction = None;
         }
         if poses == Poses::Settling {
             let between = normal + self.normal;
@@ -304,9 +346,10 @@ impl Contact {
         }
         let place = (a - normal * own.radius + b + normal * other.radius) * 0.5;
         self.set(own, Some(other), normal, gap, place);
+        direction
     }
 
-    fn set(&mut self, own: &Side, other: Option<&Side>, normal: Vec3<f64>, gap: f64, place: Vec3<f64>) {
+    pub(super) fn set(&mut self, own: &Side, other: Option<&Side>, normal: Vec3<f64>, gap: f64, place: Vec3<f64>) {
         self.gap = gap;
         self.normal = normal;
         self.frame = frame(normal);
@@ -328,7 +371,7 @@ impl Contact {
         let own = at(self.key.0, self.arms[0]);
         match self.key.1 {
             Partner::Segment(other) => own - at(other, self.arms[1]),
-            Partner::Obstacle(_) => own,
+            Partner::Obstacle(_) | Partner::Face(..) | Partner::Edge(..) => own,
         }
     }
 

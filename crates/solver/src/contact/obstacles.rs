@@ -1,14 +1,16 @@
 //! Obstacles over the step under way: where they are at its start and at its end.
 
-use collision::Aabb;
+use std::sync::Arc;
+
+use collision::{Aabb, TriangleMesh};
 use nalgebra::Vector3;
 use rod::{Carried, Obstacle, ObstacleShape, Surface};
 
-use super::convert::to_kernel;
+use super::convert::{to_kernel, to_nalgebra};
 use super::geometry::{Poses, Side};
 use crate::component::{BodyPose, LARGEST_TURN, in_kernel};
 use crate::kernel::Spatial;
-use crate::kernel::math::Vec3;
+use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::Tape;
 use crate::step::Interval;
 
@@ -17,16 +19,32 @@ use crate::step::Interval;
 pub(crate) struct Placed {
     obstacle: Obstacle,
     shapes: [ObstacleShape; 2],
-    /// What follows is of an obstacle that moves: its poses, and its velocities (v, w) at the start.
+    /// Its surface, if that is made of triangles.
+    solid: Option<Solid>,
+    /// Its poses.
     poses: [BodyPose<f64>; 2],
+    /// Its velocities (v, w) at the start, if it moves.
     velocity: Spatial<f64>,
+}
+
+/// A surface of triangles about the pivot of an obstacle.
+#[derive(Clone, Debug)]
+struct Solid {
+    mesh: Arc<TriangleMesh>,
+    /// From its axes to those of the obstacle's pose.
+    turn: Quat<f64>,
 }
 
 impl Placed {
     /// An obstacle before the first step.
     pub(crate) fn new(obstacle: &Obstacle) -> Self {
         let (pose, velocity) = in_kernel(&obstacle.at(0.0));
-        Self { obstacle: obstacle.clone(), shapes: [obstacle.shape; 2], poses: [pose; 2], velocity }
+        let shape = || obstacle.shape.clone();
+        let solid = obstacle.shape.surface().map(|(mesh, turn)| Solid {
+            mesh: Arc::new(TriangleMesh::new(&mesh.positions, &mesh.triangles)),
+            turn: Quat { v: to_kernel(&turn.imag()), w: turn.w },
+        });
+        Self { obstacle: obstacle.clone(), shapes: [shape(), shape()], solid, poses: [pose; 2], velocity }
     }
 
     /// Lets a motion drive it from the next step on.
@@ -38,7 +56,8 @@ impl Placed {
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         tape.obstacle_motion(&mut self.obstacle.motion);
         if self.obstacle.motion.is_none() {
-            self.shapes = [self.obstacle.shape; 2];
+            self.shapes = [self.obstacle.shape.clone(), self.obstacle.shape.clone()];
+            self.poses = [in_kernel(&self.obstacle.at(0.0)).0; 2];
         }
     }
 
@@ -62,9 +81,46 @@ impl Placed {
         self.obstacle.surface
     }
 
-    /// Whether it has an end.
+    /// Whether it is round, with an end.
     pub(crate) fn is_bounded(&self) -> bool {
         self.obstacle.shape.capsule().is_some()
+    }
+
+    /// Its surface, if that is made of triangles.
+    pub(crate) fn mesh(&self) -> Option<&TriangleMesh> {
+        self.solid.as_ref().map(|solid| &*solid.mesh)
+    }
+
+    /// A place of the world in the axes of the mesh, about its pivot [m]: at the start of the step (0) or at its end (1).
+    pub(super) fn to_mesh(&self, when: usize, place: Vec3<f64>) -> Vector3<f64> {
+        let BodyPose { x, q } = self.mesh_pose(when);
+        to_nalgebra(q.rotate_back(place - x))
+    }
+
+    /// Of [`Placed::to_mesh`] the inverse.
+    pub(super) fn from_mesh(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
+        let BodyPose { x, q } = self.mesh_pose(when);
+        x + q.rotate(to_kernel(place))
+    }
+
+    /// A direction of the mesh in the world.
+    pub(super) fn turned(&self, when: usize, direction: &Vector3<f64>) -> Vec3<f64> {
+        self.mesh_pose(when).q.rotate(to_kernel(direction))
+    }
+
+    fn mesh_pose(&self, when: usize) -> BodyPose<f64> {
+        let BodyPose { x, q } = self.poses[when];
+        BodyPose { x, q: self.solid.as_ref().map_or(q, |solid| q * solid.turn) }
+    }
+
+    /// An edge of its mesh as a body that a contact sees.
+    pub(super) fn edge(&self, ends: &[Vector3<f64>; 2], poses: Poses) -> Side {
+        let now = usize::from(poses != Poses::Start);
+        let [before, ends] = [0, now].map(|when| ends.each_ref().map(|end| self.from_mesh(when, end)));
+        match &self.obstacle.motion {
+            Some(_) => Side { start: self.poses[0], now: self.poses[now], ends, ends_before: before, radius: 0.0 },
+            None => Side::fixed(ends, 0.0),
+        }
     }
 
     /// Ends of its axis at the start and at the end of the step [m], and its radius [m]; `None` for what has no end.

@@ -12,6 +12,7 @@ use super::force::{ContactForce, Touched};
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::impulses;
 use super::newton::Newton;
+use super::parts::{Deepest, let_wait};
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::connected_set::ConnectedSet;
@@ -46,6 +47,8 @@ pub(crate) struct Stage {
     remembered: Vec<Remembered>,
     /// Contacts that may press, ascending.
     active: Vec<u32>,
+    /// Contacts of a segment with meshes for which others wait.
+    deepest: Vec<Deepest>,
     problem: Problem,
     newton: Newton,
     coupling: Coupling,
@@ -83,6 +86,7 @@ impl Stage {
             contacts: Vec::new(),
             remembered: Vec::new(),
             active: Vec::new(),
+            deepest: Vec::new(),
             problem: Problem::default(),
             newton: Newton::default(),
             coupling: Coupling::default(),
@@ -143,7 +147,7 @@ impl Stage {
                 segment: segment as usize,
                 other: match partner {
                     Partner::Segment(i) => Touched::Segment(i as usize),
-                    Partner::Obstacle(i) => Touched::Obstacle(i as usize),
+                    Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) => Touched::Obstacle(i as usize),
                 },
                 place: to_nalgebra(centre + contact.arms[0]),
                 normal: to_nalgebra(contact.normal),
@@ -221,7 +225,7 @@ impl Stage {
         self.contacts.iter().any(|contact| {
             let other = match contact.key.1 {
                 Partner::Segment(other) => far(contact, other),
-                Partner::Obstacle(_) => false,
+                _ => false,
             };
             far(contact, contact.key.0) || other
         })
@@ -298,7 +302,7 @@ impl Stage {
                 components[shape.component as usize].component.velocities[shape.body as usize]
             };
             let mut meeting = contact.relative(velocity);
-            if let Partner::Obstacle(i) = contact.key.1
+            if let Some(i) = contact.key.1.obstacle()
                 && let Some(surface) = world.obstacles[i as usize].velocity_at(contact.arms[1])
             {
                 meeting -= surface;
@@ -331,7 +335,7 @@ impl Stage {
         if self.contacts.is_empty() {
             return Ok(());
         }
-        self.choose();
+        self.choose(components);
         if self.active.is_empty() {
             return Ok(());
         }
@@ -360,17 +364,30 @@ impl Stage {
     }
 
     /// Chooses the contacts that may press and sets up their unknowns.
-    fn choose(&mut self) {
+    fn choose(&mut self, components: &[ConnectedSet]) {
         self.problem.clear();
         let shapes = self.detector.world().shapes;
-        for (index, contact) in self.contacts.iter().enumerate() {
+        let corrections = &self.corrections;
+        let free = |contact: &Contact| {
             let correction = |i: u32| {
                 let shape = &shapes[i as usize];
-                self.corrections[shape.component as usize][shape.body as usize]
+                corrections[shape.component as usize][shape.body as usize]
             };
             let mut free = contact.local(contact.relative(correction) + contact.slip);
             free[0] += contact.gap - contact.target;
-            if (free[0] > self.params.near * contact.radius || contact.doubled) && contact.impulse == Vec3::zero() {
+            free
+        };
+        if self.detector.has_meshes() {
+            let axis = |i: u32| {
+                let shape = &shapes[i as usize];
+                components[shape.component as usize].component.poses[shape.body as usize].q.axis()
+            };
+            let_wait(&mut self.contacts, |contact| free(contact)[0], axis, &mut self.deepest);
+        }
+        for (index, contact) in self.contacts.iter().enumerate() {
+            let free = free(contact);
+            let is_out = free[0] > self.params.near * contact.radius || contact.doubled || contact.waits;
+            if is_out && contact.impulse == Vec3::zero() {
                 continue;
             }
             let before = contact.local(contact.impulse);
