@@ -47,6 +47,7 @@ pub struct TriangleMesh {
     edges: Vec<Edge>,
     face_tree: Bvh,
     edge_tree: Bvh,
+    corners: Vec<Vector3<f64>>,
     closed: bool,
 }
 
@@ -98,9 +99,14 @@ impl TriangleMesh {
             min: places.iter().skip(1).fold(places[0], |min, place| min.inf(place)),
             max: places.iter().skip(1).fold(places[0], |max, place| max.sup(place)),
         };
+        let mut ends: Vec<u32> =
+            shared.iter().filter(|edge| !edge.is_flat()).flat_map(|edge| edge.ends).collect();
+        ends.sort_unstable();
+        ends.dedup();
+        let corners = ends.into_iter().map(|i| positions[i as usize]).collect();
         let face_tree = Bvh::new(&faces.iter().map(|face| room(&face.corners)).collect::<Vec<_>>());
         let edge_tree = Bvh::new(&edges.iter().map(|edge| room(&edge.ends)).collect::<Vec<_>>());
-        Self { faces, edges, face_tree, edge_tree, closed }
+        Self { faces, edges, face_tree, edge_tree, corners, closed }
     }
 
     /// The triangles.
@@ -111,6 +117,11 @@ impl TriangleMesh {
     /// The edges that are nearest to something.
     pub fn edges(&self) -> &[Edge] {
         &self.edges
+    }
+
+    /// Places at which such edges end: none of the surface is further out in any direction [m].
+    pub fn corners(&self) -> &[Vector3<f64>] {
+        &self.corners
     }
 
     /// Triangles whose boxes overlap a box.
@@ -135,11 +146,15 @@ impl TriangleMesh {
 }
 
 impl Shared {
+    /// Whether its triangles lie in one plane.
+    fn is_flat(&self) -> bool {
+        self.count == 2 && (self.outward[0] + self.outward[1]).norm() < FLAT
+    }
+
     /// It as an edge, unless its triangles lie in one plane.
     fn part(&self, positions: &[Vector3<f64>]) -> Option<Edge> {
-        let is_flat = self.count == 2 && (self.outward[0] + self.outward[1]).norm() < FLAT;
         let outward = if self.count > 2 { [Vector3::zeros(); 2] } else { self.outward };
-        (!is_flat).then(|| Edge { ends: self.ends.map(|i| positions[i as usize]), outward })
+        (!self.is_flat()).then(|| Edge { ends: self.ends.map(|i| positions[i as usize]), outward })
     }
 }
 

@@ -26,7 +26,7 @@ fn names_and_ranges() {
     let own = ["knot", "cable", "strip", "mast"];
     let parts = [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &curved, &strands, &own, &ropes, &copies, &net];
     assert_eq!(names, parts.concat());
-    assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2"]);
+    assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2", "obstacle-3", "obstacle-4", "obstacle-5"]);
     assert_eq!(scene.rods[8].segments, 31..36);
     assert!(scene.rods[16].closed && !scene.rods[15].closed);
     // 1.2 m, give or take 20 %, cut as near to 0.3 m as goes.

@@ -1,12 +1,13 @@
 //! Where two bodies touch: normal, gap, slip and lever arms of a contact at the current poses.
 
-use collision::closest;
+use collision::{TriangleMesh, closest};
 use collision::sweep::{MovingCapsule, crossing_normal, first_touch};
 use nalgebra::Vector3;
 use rod::{Friction, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::obstacles::Placed;
+use super::parts::Carrier;
 use crate::component::{BodyPose, Component};
 use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
@@ -60,20 +61,29 @@ pub(crate) enum Partner {
     Face(u32, u32),
     /// An obstacle, and an edge of its mesh.
     Edge(u32, u32),
+    /// A segment that is a rigid body, and a triangle of its mesh.
+    BodyFace(u32, u32),
+    /// A segment that is a rigid body, and an edge of its mesh.
+    BodyEdge(u32, u32),
 }
 
 impl Partner {
-    /// The obstacle, if it is one or a part of one.
-    pub(crate) fn obstacle(self) -> Option<u32> {
+    /// The segment or obstacle that it is, or is a part of.
+    pub(crate) fn whole(self) -> Self {
         match self {
-            Partner::Segment(_) => None,
-            Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) => Some(i),
+            Partner::Segment(i) | Partner::BodyFace(i, _) | Partner::BodyEdge(i, _) => Partner::Segment(i),
+            Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) => Partner::Obstacle(i),
         }
     }
 
-    /// Whether it is a part of a mesh.
-    pub(crate) fn is_part(self) -> bool {
-        matches!(self, Partner::Face(..) | Partner::Edge(..))
+    /// The obstacle, if it is one or a part of one.
+    pub(crate) fn obstacle(self) -> Option<u32> {
+        if let Partner::Obstacle(i) = self.whole() { Some(i) } else { None }
+    }
+
+    /// The segment, if it is one or a part of one.
+    pub(crate) fn segment(self) -> Option<u32> {
+        if let Partner::Segment(i) = self.whole() { Some(i) } else { None }
     }
 }
 
@@ -89,6 +99,8 @@ pub(crate) enum Feature {
     Own(u8),
     /// An end of the partner's axis and what of the segment's is nearest to it.
     Partners(u8),
+    /// A corner of the mesh that the segment has as a rigid body.
+    Corner(u32),
 }
 
 impl Feature {
@@ -136,27 +148,32 @@ pub(crate) struct Contact {
 }
 
 /// A [`Key`] as words. The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the
-/// partner is a face (1) or an edge (2) of an obstacle, and, from bit 32 on, which of them.
+/// partner is a face (1) or an edge (2) of a mesh (2 bits), and, from bit 32 on, which of them, or which corner.
 fn words((segment, partner, feature): Key) -> [u64; 3] {
-    let (partner, part) = match partner {
-        Partner::Segment(i) => (u64::from(i) << 1, 0),
-        Partner::Obstacle(i) => (u64::from(i) << 1 | 1, 0),
-        Partner::Face(i, face) => (u64::from(i) << 1 | 1, u64::from(face) << 32 | 1 << 3),
-        Partner::Edge(i, edge) => (u64::from(i) << 1 | 1, u64::from(edge) << 32 | 2 << 3),
+    let (kind, part) = match partner {
+        Partner::Segment(_) | Partner::Obstacle(_) => (0, 0),
+        Partner::Face(_, part) | Partner::BodyFace(_, part) => (1, part),
+        Partner::Edge(_, part) | Partner::BodyEdge(_, part) => (2, part),
+    };
+    let partner = match partner.whole() {
+        Partner::Segment(i) => u64::from(i) << 1,
+        other => u64::from(other.obstacle().unwrap_or_default()) << 1 | 1,
     };
     let feature = match feature {
         Feature::Nearest => 0,
         Feature::Own(end) => 1 | u64::from(end) << 2,
         Feature::Partners(end) => 2 | u64::from(end) << 2,
+        Feature::Corner(corner) => 3 | u64::from(corner) << 32,
     };
-    [u64::from(segment), partner, feature | part]
+    [u64::from(segment), partner, feature | kind << 3 | u64::from(part) << 32]
 }
 
 /// The inverse of [`words`].
 fn key([segment, partner, feature]: [u64; 3]) -> Key {
-    let index = (partner >> 1) as u32;
-    let part = (feature >> 32) as u32;
+    let (index, part) = ((partner >> 1) as u32, (feature >> 32) as u32);
     let partner = match (partner & 1, feature >> 3 & 3) {
+        (0, 1) => Partner::BodyFace(index, part),
+        (0, 2) => Partner::BodyEdge(index, part),
         (0, _) => Partner::Segment(index),
         (_, 1) => Partner::Face(index, part),
         (_, 2) => Partner::Edge(index, part),
@@ -166,7 +183,8 @@ fn key([segment, partner, feature]: [u64; 3]) -> Key {
     let feature = match feature & 3 {
         0 => Feature::Nearest,
         1 => Feature::Own(end),
-        _ => Feature::Partners(end),
+        2 => Feature::Partners(end),
+        _ => Feature::Corner(part),
     };
     (segment as u32, partner, feature)
 }
@@ -175,6 +193,20 @@ fn key([segment, partner, feature]: [u64; 3]) -> Key {
 pub(crate) struct World<'a> {
     pub(crate) shapes: &'a [Shape],
     pub(crate) obstacles: &'a [Placed],
+    /// Segments that are rigid bodies with meshes, ascending.
+    pub(crate) bodies: &'a [(u32, TriangleMesh)],
+}
+
+impl World<'_> {
+    /// The mesh of segment `index`, and where it is at the start of the step and in `poses`.
+    pub(super) fn body(&self, index: u32, components: &[ConnectedSet], poses: Poses) -> Option<Carrier<'_>> {
+        let place = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
+        let shape = &self.shapes[index as usize];
+        let component = &components[shape.component as usize].component;
+        let start = component.start[shape.body as usize];
+        let now = if poses == Poses::Start { start } else { component.poses[shape.body as usize] };
+        Some(Carrier { mesh: &self.bodies[place].1, frames: [start, now], body: Some([start, now]) })
+    }
 }
 
 /// At which poses contacts are evaluated.
@@ -285,19 +317,30 @@ impl Contact {
                 let obstacle = &world.obstacles[index as usize];
                 let other = obstacle.side(poses);
                 if let ObstacleShape::HalfSpace { point, normal } = obstacle.shape(poses) {
-                    let end = match feature {
-                        Feature::Own(1) => own.ends[1],
-                        _ => own.ends[0],
+                    let (end, radius) = match feature {
+                        Feature::Corner(corner) => {
+                            let body = world.body(self.key.0, components, poses);
+                            (body.map_or(own.now.x, |body| body.corner(corner)), 0.0)
+                        }
+                        Feature::Own(1) => (own.ends[1], own.radius),
+                        _ => (own.ends[0], own.radius),
                     };
                     let normal = to_kernel(normal);
-                    let gap = normal.dot(end - to_kernel(point)) - own.radius;
-                    self.set(&own, other.as_ref(), normal, gap, end - normal * (own.radius + 0.5 * gap));
+                    let gap = normal.dot(end - to_kernel(point)) - radius;
+                    self.set(&own, other.as_ref(), normal, gap, end - normal * (radius + 0.5 * gap));
                 } else if let Some(other) = other {
                     self.between(&own, &other, feature, poses);
                 }
             }
-            Partner::Face(index, face) => self.with_face(&own, &world.obstacles[index as usize], face, feature, poses),
-            Partner::Edge(index, edge) => self.with_edge(&own, &world.obstacles[index as usize], edge, feature, poses),
+            Partner::Face(..) | Partner::Edge(..) | Partner::BodyFace(..) | Partner::BodyEdge(..) => {
+                let carrier = match partner.whole() {
+                    Partner::Segment(index) => world.body(index, components, poses),
+                    other => other.obstacle().and_then(|index| world.obstacles[index as usize].carrier(poses)),
+                };
+                if let Some(carrier) = carrier {
+                    self.with_part(&own, &carrier, poses);
+                }
+            }
         }
     }
 
@@ -305,13 +348,13 @@ impl Contact {
     /// have passed through each other.
     pub(super) fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) -> Option<Vec3<f64>> {
         let [s, t] = match feature {
-            Feature::Nearest => nearest(own.ends, other.ends),
+            Feature::Nearest | Feature::Corner(_) => nearest(own.ends, other.ends),
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
             Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
         };
         // An end beyond the other axis is no end of the line along which the two touch.
         self.doubled = match feature {
-            Feature::Nearest => false,
+            Feature::Nearest | Feature::Corner(_) => false,
             Feature::Own(_) => t <= 0.0 || t >= 1.0,
             Feature::Partners(_) => s <= 0.0 || s >= 1.0,
         };
@@ -369,9 +412,9 @@ impl Contact {
             linear + angular.cross(arm)
         };
         let own = at(self.key.0, self.arms[0]);
-        match self.key.1 {
-            Partner::Segment(other) => own - at(other, self.arms[1]),
-            Partner::Obstacle(_) | Partner::Face(..) | Partner::Edge(..) => own,
+        match self.key.1.segment() {
+            Some(other) => own - at(other, self.arms[1]),
+            None => own,
         }
     }
 

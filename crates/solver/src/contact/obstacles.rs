@@ -6,8 +6,9 @@ use collision::{Aabb, TriangleMesh};
 use nalgebra::Vector3;
 use rod::{Carried, Obstacle, ObstacleShape, Surface};
 
-use super::convert::{to_kernel, to_nalgebra};
+use super::convert::to_kernel;
 use super::geometry::{Poses, Side};
+use super::parts::Carrier;
 use crate::component::{BodyPose, LARGEST_TURN, in_kernel};
 use crate::kernel::Spatial;
 use crate::kernel::math::{Quat, Vec3};
@@ -91,36 +92,12 @@ impl Placed {
         self.solid.as_ref().map(|solid| &*solid.mesh)
     }
 
-    /// A place of the world in the axes of the mesh, about its pivot [m]: at the start of the step (0) or at its end (1).
-    pub(super) fn to_mesh(&self, when: usize, place: Vec3<f64>) -> Vector3<f64> {
-        let BodyPose { x, q } = self.mesh_pose(when);
-        to_nalgebra(q.rotate_back(place - x))
-    }
-
-    /// Of [`Placed::to_mesh`] the inverse.
-    pub(super) fn from_mesh(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
-        let BodyPose { x, q } = self.mesh_pose(when);
-        x + q.rotate(to_kernel(place))
-    }
-
-    /// A direction of the mesh in the world.
-    pub(super) fn turned(&self, when: usize, direction: &Vector3<f64>) -> Vec3<f64> {
-        self.mesh_pose(when).q.rotate(to_kernel(direction))
-    }
-
-    fn mesh_pose(&self, when: usize) -> BodyPose<f64> {
-        let BodyPose { x, q } = self.poses[when];
-        BodyPose { x, q: self.solid.as_ref().map_or(q, |solid| q * solid.turn) }
-    }
-
-    /// An edge of its mesh as a body that a contact sees.
-    pub(super) fn edge(&self, ends: &[Vector3<f64>; 2], poses: Poses) -> Side {
-        let now = usize::from(poses != Poses::Start);
-        let [before, ends] = [0, now].map(|when| ends.each_ref().map(|end| self.from_mesh(when, end)));
-        match &self.obstacle.motion {
-            Some(_) => Side { start: self.poses[0], now: self.poses[now], ends, ends_before: before, radius: 0.0 },
-            None => Side::fixed(ends, 0.0),
-        }
+    /// Its mesh, if it has one, at the start of the step and in `poses`.
+    pub(super) fn carrier(&self, poses: Poses) -> Option<Carrier<'_>> {
+        let solid = self.solid.as_ref()?;
+        let body = [self.poses[0], self.poses[usize::from(poses != Poses::Start)]];
+        let frames = body.map(|BodyPose { x, q }| BodyPose { x, q: q * solid.turn });
+        Some(Carrier { mesh: &solid.mesh, frames, body: self.obstacle.motion.as_ref().map(|_| body) })
     }
 
     /// Ends of its axis at the start and at the end of the step [m], and its radius [m]; `None` for what has no end.

@@ -6,13 +6,14 @@
 
 use collision::mesh::{Edge, Face};
 use collision::sweep::first_touch;
-use collision::{Aabb, MovingCapsule};
+use collision::{Aabb, MovingCapsule, TriangleMesh};
 use nalgebra::Vector3;
+use rod::Friction;
 
-use super::convert::to_nalgebra;
+use super::convert::{to_kernel, to_nalgebra};
 use super::detect::are_parallel;
 use super::geometry::{Contact, Feature, Partner, Poses, Shape, Side};
-use super::obstacles::Placed;
+use crate::component::BodyPose;
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
 
@@ -24,13 +25,75 @@ const ASKEW: f64 = 1e-3;
 /// Cosine of the angle below which two normals are nearly the same.
 const ALIKE: f64 = 0.7;
 
+/// A mesh over a step.
+pub(super) struct Carrier<'a> {
+    pub(super) mesh: &'a TriangleMesh,
+    /// Where its axes are at the start of the step, and now.
+    pub(super) frames: [BodyPose<f64>; 2],
+    /// Poses of the body that it belongs to, then and now; `None` where it stands still.
+    pub(super) body: Option<[BodyPose<f64>; 2]>,
+}
+
+impl Carrier<'_> {
+    /// A place of the world in the axes of the mesh [m], at the start of the step (0) or now (1).
+    fn to_mesh(&self, when: usize, place: Vec3<f64>) -> Vector3<f64> {
+        let BodyPose { x, q } = self.frames[when];
+        to_nalgebra(q.rotate_back(place - x))
+    }
+
+    /// Of [`Carrier::to_mesh`] the inverse.
+    fn from_mesh(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
+        let BodyPose { x, q } = self.frames[when];
+        x + q.rotate(to_kernel(place))
+    }
+
+    /// A direction of the mesh in the world now.
+    fn turned(&self, direction: &Vector3<f64>) -> Vec3<f64> {
+        self.frames[1].q.rotate(to_kernel(direction))
+    }
+
+    /// Where a corner is now [m].
+    pub(super) fn corner(&self, corner: u32) -> Vec3<f64> {
+        self.mesh.corners().get(corner as usize).map_or(self.frames[1].x, |place| self.from_mesh(1, place))
+    }
+
+    /// It, with an edge, as a body that a contact sees.
+    fn side(&self, ends: &[Vector3<f64>; 2]) -> Side {
+        let [before, ends] = [0, 1].map(|when| ends.each_ref().map(|end| self.from_mesh(when, end)));
+        match self.body {
+            Some([start, now]) => Side { start, now, ends, ends_before: before, radius: 0.0 },
+            None => Side::fixed(ends, 0.0),
+        }
+    }
+}
+
 impl Contact {
+    /// Whether a mesh is part of it.
+    pub(super) fn is_of_mesh(&self) -> bool {
+        self.key.1.whole() != self.key.1 || matches!(self.key.2, Feature::Corner(_))
+    }
+
+    /// Evaluates a contact with a part of a mesh.
+    pub(super) fn with_part(&mut self, own: &Side, mesh: &Carrier<'_>, poses: Poses) {
+        match self.key.1 {
+            Partner::Face(_, k) | Partner::BodyFace(_, k) => {
+                if let Some(face) = mesh.mesh.faces().get(k as usize) {
+                    self.with_face(own, mesh, face);
+                }
+            }
+            Partner::Edge(_, k) | Partner::BodyEdge(_, k) => {
+                if let Some(edge) = mesh.mesh.edges().get(k as usize) {
+                    self.with_edge(own, mesh, edge, poses);
+                }
+            }
+            Partner::Segment(_) | Partner::Obstacle(_) => {}
+        }
+    }
+
     /// Evaluates the contact of one end with a face.
-    pub(super) fn with_face(&mut self, own: &Side, obstacle: &Placed, face: u32, feature: Feature, poses: Poses) {
-        let Some(face) = obstacle.mesh().and_then(|mesh| mesh.faces().get(face as usize)) else { return };
-        let end = usize::from(feature == Feature::Own(1));
-        let when = usize::from(poses != Poses::Start);
-        let (from, to) = (obstacle.to_mesh(0, own.ends_before[end]), obstacle.to_mesh(when, own.ends[end]));
+    fn with_face(&mut self, own: &Side, mesh: &Carrier<'_>, face: &Face) {
+        let end = usize::from(self.key.2 == Feature::Own(1));
+        let (from, to) = (mesh.to_mesh(0, own.ends_before[end]), mesh.to_mesh(1, own.ends[end]));
         let before = face.height(&from);
         let side = if before < 0.0 { -1.0 } else { 1.0 };
         let (before, height) = (side * before, side * face.height(&to));
@@ -48,18 +111,17 @@ impl Contact {
                 gap = distance;
             }
         }
-        let normal = obstacle.turned(when, &normal);
+        let normal = mesh.turned(&normal);
         let place = own.ends[end] - normal * (own.radius + 0.5 * gap);
-        self.set(own, obstacle.side(poses).as_ref(), normal, gap, place);
+        let other = mesh.body.is_some().then(|| mesh.side(&[face.corners[0]; 2]));
+        self.set(own, other.as_ref(), normal, gap, place);
     }
 
     /// Evaluates a contact with an edge.
-    pub(super) fn with_edge(&mut self, own: &Side, obstacle: &Placed, edge: u32, feature: Feature, poses: Poses) {
-        let Some(edge) = obstacle.mesh().and_then(|mesh| mesh.edges().get(edge as usize)) else { return };
-        let when = usize::from(poses != Poses::Start);
+    fn with_edge(&mut self, own: &Side, mesh: &Carrier<'_>, edge: &Edge, poses: Poses) {
         // What has passed through the edge is held off in any direction.
-        if let Some(direction) = self.between(own, &obstacle.edge(&edge.ends, poses), feature, poses) {
-            self.doubled |= edge.outward.iter().any(|out| obstacle.turned(when, out).dot(direction) < -ASKEW);
+        if let Some(direction) = self.between(own, &mesh.side(&edge.ends), self.key.2, poses) {
+            self.doubled |= edge.outward.iter().any(|out| mesh.turned(out).dot(direction) < -ASKEW);
         }
     }
 }
@@ -105,51 +167,57 @@ impl Way {
     }
 }
 
-/// Appends the possible contacts of segment `index`, whose ends go from `from` to `to` in the world, with an obstacle's mesh.
+/// Appends the possible contacts of segment `index`, whose ends go from `from` to `to` in the world, with the mesh of `whole`.
 pub(super) fn detect(
     (index, shape): (u32, &Shape),
     [from, to]: [[Vec3<f64>; 2]; 2],
-    (which, obstacle): (u32, &Placed),
-    params: &ContactParams,
+    (whole, carrier): (Partner, &Carrier<'_>),
+    (friction, params): (Friction, &ContactParams),
     out: &mut Vec<Contact>,
 ) {
-    let Some(mesh) = obstacle.mesh() else { return };
+    let mesh = carrier.mesh;
     let slack = params.search_room * shape.radius;
     let reach = shape.radius + slack;
-    let local = |when: usize, ends: [Vec3<f64>; 2]| ends.map(|end| obstacle.to_mesh(when, end));
+    let local = |when: usize, ends: [Vec3<f64>; 2]| ends.map(|end| carrier.to_mesh(when, end));
     let way = Way { capsule: MovingCapsule { from: local(0, from), to: local(1, to), radius: reach }, reach, slack };
-    let friction = obstacle.surface().friction;
     let contact = |partner, feature| Contact::new((index, partner, feature), friction, shape.radius);
+    let face = |k| match whole.segment() {
+        Some(i) => Partner::BodyFace(i, k),
+        None => Partner::Face(whole.obstacle().unwrap_or_default(), k),
+    };
+    let edge = |k| match whole.segment() {
+        Some(i) => Partner::BodyEdge(i, k),
+        None => Partner::Edge(whole.obstacle().unwrap_or_default(), k),
+    };
     for end in (0..2).filter(|&end| shape.ends[end]) {
         let room = way.room(&[way.capsule.from[end], way.capsule.to[end]]);
         mesh.face_tree().overlaps(&room, |k| {
             if way.end_meets(end, &mesh.faces()[k as usize]) {
-                out.push(contact(Partner::Face(which, k), Feature::Own(end as u8)));
+                out.push(contact(face(k), Feature::Own(end as u8)));
             }
         });
     }
     mesh.edge_tree().overlaps(&way.room(&way.ends()), |k| {
-        let edge = &mesh.edges()[k as usize];
-        if way.meets(edge) {
-            let ends = edge.ends.each_ref().map(|end| obstacle.from_mesh(0, end));
+        let own = &mesh.edges()[k as usize];
+        if way.meets(own) {
+            let ends = own.ends.each_ref().map(|end| carrier.from_mesh(0, end));
             let stands = |feature: &&Feature| match **feature {
                 Feature::Own(end) => shape.ends[end as usize],
-                Feature::Nearest | Feature::Partners(_) => true,
+                _ => true,
             };
             let features: &[Feature] =
                 if are_parallel(from, ends, params.parallel) { &Feature::PARALLEL } else { &[Feature::Nearest] };
-            out.extend(features.iter().filter(stands).map(|&feature| contact(Partner::Edge(which, k), feature)));
+            out.extend(features.iter().filter(stands).map(|&feature| contact(edge(k), feature)));
         }
     });
 }
 
 /// Whether a mesh is so far from a box in the world that nothing in that touches it.
-pub(super) fn is_out_of_reach(obstacle: &Placed, room: &Aabb) -> bool {
+pub(super) fn is_out_of_reach(carrier: &Carrier<'_>, room: &Aabb) -> bool {
     let (middle, half) = ((room.min + room.max) * 0.5, (room.max - room.min).norm() * 0.5);
-    let bounds = obstacle.mesh().and_then(|mesh| mesh.face_tree().bounds());
-    bounds.is_none_or(|bounds| {
+    carrier.mesh.face_tree().bounds().is_none_or(|bounds| {
         [0, 1].into_iter().all(|when| {
-            let middle = obstacle.to_mesh(when, Vec3(middle.into()));
+            let middle = carrier.to_mesh(when, to_kernel(&middle));
             !bounds.overlaps(&Aabb { min: middle.add_scalar(-half), max: middle.add_scalar(half) })
         })
     })
@@ -163,7 +231,7 @@ pub(super) fn stay(ends: [Vec3<f64>; 2], seen: &[Vec3<f64>; 2], slack: f64) -> b
 /// The deepest contact so far of those that are alike.
 pub(super) struct Deepest {
     segment: u32,
-    obstacle: u32,
+    whole: Partner,
     in_front: bool,
     normal: Vec3<f64>,
     gap: f64,
@@ -183,19 +251,22 @@ pub(super) fn let_wait(
     for k in 0..contacts.len() {
         let contact = &mut contacts[k];
         let (segment, partner, _) = contact.key;
-        let Some(obstacle) = partner.obstacle().filter(|_| partner.is_part()) else { continue };
+        let whole = partner.whole();
+        if whole == partner {
+            continue;
+        }
         contact.waits = false;
         let is_known = contact.impulse != Vec3::zero() || contact.guess != [0.0; 3];
         if is_known || contact.doubled {
             continue;
         }
         let in_front = axis(segment).dot(contact.arms[0]) > 0.0;
-        let own = Deepest { segment, obstacle, in_front, normal: contact.normal, gap: gap(contact), contact: k };
+        let own = Deepest { segment, whole, in_front, normal: contact.normal, gap: gap(contact), contact: k };
         if deepest.first().is_some_and(|first| first.segment != segment) {
             deepest.clear();
         }
         let is_alike = |other: &&mut Deepest| {
-            (other.obstacle, other.in_front) == (obstacle, in_front) && other.normal.dot(own.normal) > ALIKE
+            (other.whole, other.in_front) == (whole, in_front) && other.normal.dot(own.normal) > ALIKE
         };
         match deepest.iter_mut().find(is_alike) {
             None => deepest.push(own),

@@ -9,7 +9,7 @@ use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
-use super::geometry::{Contact, Key, Partner, Poses, Shape};
+use super::geometry::{Contact, Key, Poses, Shape};
 use super::impulses;
 use super::newton::Newton;
 use super::parts::{Deepest, let_wait};
@@ -145,9 +145,9 @@ impl Stage {
             let centre = components[shape.component as usize].component.poses[shape.body as usize].x;
             ContactForce {
                 segment: segment as usize,
-                other: match partner {
-                    Partner::Segment(i) => Touched::Segment(i as usize),
-                    Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) => Touched::Obstacle(i as usize),
+                other: match partner.segment() {
+                    Some(i) => Touched::Segment(i as usize),
+                    None => Touched::Obstacle(partner.obstacle().unwrap_or_default() as usize),
                 },
                 place: to_nalgebra(centre + contact.arms[0]),
                 normal: to_nalgebra(contact.normal),
@@ -223,11 +223,7 @@ impl Stage {
             dp.linear.norm_squared() > (self.params.far * contact.radius).powi(2)
         };
         self.contacts.iter().any(|contact| {
-            let other = match contact.key.1 {
-                Partner::Segment(other) => far(contact, other),
-                _ => false,
-            };
-            far(contact, contact.key.0) || other
+            far(contact, contact.key.0) || contact.key.1.segment().is_some_and(|other| far(contact, other))
         })
     }
 
@@ -508,7 +504,7 @@ fn push(
         *impulse = impulse.plus(Spatial { linear: f, angular: arm.cross(f) }, 1.0);
     };
     add(contact.key.0, f, contact.arms[0]);
-    if let Partner::Segment(other) = contact.key.1 {
+    if let Some(other) = contact.key.1.segment() {
         add(other, -f, contact.arms[1]);
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::common::material;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{
-    Assembly, Carried, Damping, Friction, Mesh, Model, Motion, Obstacle, ObstacleShape, Pose, RestShape, RodSpec,
+    Assembly, BodyShape, Carried, Contacts, Damping, Friction, Mesh, Model, Motion, Obstacle, ObstacleShape, Pose, RestShape, RigidBody, RodSpec,
     State, Surface, shape,
 };
 use solver::formulation::Formulation;
@@ -307,4 +307,86 @@ fn overlaps_with_meshes_are_refused() {
     assert!(depth(mesh(own.positions.clone(), own.triangles.clone())).is_some());
     let inwards = own.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
     assert_eq!(depth(mesh(own.positions.clone(), inwards)), None);
+}
+
+/// A body that is a box lies on the ground, a rod on it: the ground bears both, and each is where it should be.
+#[test]
+fn a_rod_rests_on_a_box_that_rests_on_the_ground() {
+    let (sides, mass) = (Vector3::new(0.3, 0.2, 0.1), 2.0);
+    for shape in [BodyShape::Box { sides }, BodyShape::Cylinder { radius: 0.15, length: sides.z }] {
+        let mut assembly = rod(Vector3::new(-0.1, 0.02, 0.125), Vector3::new(0.2, 0.01, 0.0), 6, 1e8);
+        assembly.damping(Damping { linear: 2.0, angular: 2.0 });
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3);
+        let pose = Pose { position: Vector3::z() * 0.053, orientation: turn };
+        let body = assembly.body(RigidBody::new(shape, mass), pose);
+        let surface = rough(0.5);
+        assembly.model_mut().contacts = Contacts {
+            between_segments: Some(surface),
+            obstacles: vec![Obstacle::new(ground(), surface)],
+            ..Contacts::default()
+        };
+        let (model, state) = assembly.finish();
+        let mut end = state.clone();
+        let simulation = run((&model, &state), &sharp(), 300, |_, now| end.clone_from(now));
+        let (mut forces, mut borne, mut carried) = (Vec::new(), Vector3::zeros(), Vector3::zeros());
+        simulation.store_contact_forces(&mut forces);
+        for contact in forces {
+            match contact.other {
+                Touched::Obstacle(_) => borne += contact.force,
+                Touched::Segment(other) => {
+                    assert_eq!(other, body, "{contact:?}");
+                    carried += contact.force;
+                }
+            }
+        }
+        let rods = weight(&model) - 9.81 * mass;
+        assert!((borne - Vector3::z() * (rods + 9.81 * mass)).norm() < 1e-3 * rods, "{borne}");
+        assert!((carried - Vector3::z() * rods).norm() < 2e-3 * rods, "{carried} of {rods}");
+        for (i, place) in end.positions.iter().enumerate() {
+            let height = if i == body { 0.5 * sides.z } else { sides.z + RADIUS };
+            assert!((place.z - height).abs() < 1e-3 * RADIUS, "segment {i}: {place}");
+        }
+    }
+}
+
+/// What a rod and a free box give each other adds to nothing.
+#[test]
+fn a_box_and_the_rod_that_hits_it_keep_their_momentum() {
+    let mut assembly = rod(Vector3::new(0.1, -0.25, 0.03), Vector3::y() * 0.5, 10, 1e7);
+    assembly.model_mut().gravity = Vector3::zeros();
+    assembly.state_mut().velocities.fill(Vector3::new(-3.0, 0.2, 0.1));
+    let body = assembly.body(RigidBody::new(BodyShape::Box { sides: Vector3::repeat(0.1) }, 0.3), at(Vector3::zeros()));
+    assembly.model_mut().contacts.between_segments = Some(rough(0.4));
+    let (model, state) = assembly.finish();
+    let momentum = |state: &State| -> Vector3<f64> {
+        model.segments.iter().zip(&state.velocities).map(|(segment, v)| v * segment.mass()).sum()
+    };
+    let before = momentum(&state);
+    let mut end = state.clone();
+    run((&model, &state), &sharp(), 40, |step, now| {
+        assert!((momentum(now) - before).norm() < 1e-9 * before.norm(), "step {step}");
+        end.clone_from(now);
+    });
+    assert!(end.velocities[body].x < -0.5, "it was hit: {}", end.velocities[body]);
+    assert!(end.angular_velocities[body].norm() > 1.0, "above its centre: {}", end.angular_velocities[body]);
+}
+
+#[test]
+fn overlaps_with_bodies_are_refused() {
+    let start = |height: f64, ground_height: f64| {
+        let mut assembly = rod(Vector3::new(-0.1, 0.0, height), Vector3::x() * 0.2, 2, 1e8);
+        let block = BodyShape::Box { sides: Vector3::repeat(0.1) };
+        assembly.body(RigidBody::new(block, 1.0), at(Vector3::zeros()));
+        let normal = Unit::new_normalize(Vector3::z());
+        let plane = ObstacleShape::HalfSpace { point: Vector3::z() * ground_height, normal };
+        assembly.model_mut().contacts.between_segments = Some(rough(0.0));
+        assembly.model_mut().contacts.obstacles = vec![Obstacle::new(plane, rough(0.0))];
+        let (model, state) = assembly.finish();
+        Simulation::new(&model, &state, &Settings::default(), None).err().map(|error| error.to_string())
+    };
+    assert_eq!(start(0.05 + RADIUS, -0.05), None);
+    let text = start(0.057, -0.05).unwrap();
+    assert!(text.contains("and segment 2 (rod 1) overlap by 0.003 m at the start"), "{text}");
+    let text = start(0.07, -0.04).unwrap();
+    assert!(text.contains("segment 2 (rod 1) overlaps obstacle 0 (a plane) by 0.01 m"), "{text}");
 }

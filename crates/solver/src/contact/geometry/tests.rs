@@ -235,6 +235,8 @@ fn keys_come_back_from_their_words() {
         Partner::Face(most, 0),
         Partner::Face(0, most),
         Partner::Edge(most, most),
+        Partner::BodyFace(4, most),
+        Partner::BodyEdge(most, 1),
     ];
     for partner in partners {
         for feature in Feature::PARALLEL {
@@ -242,4 +244,6 @@ fn keys_come_back_from_their_words() {
             assert_eq!(key(words(own)), own);
         }
     }
+    let own = (3, Partner::Obstacle(1), Feature::Corner(most));
+    assert_eq!(key(words(own)), own);
 }
