@@ -99,8 +99,7 @@ impl TriangleMesh {
             min: places.iter().skip(1).fold(places[0], |min, place| min.inf(place)),
             max: places.iter().skip(1).fold(places[0], |max, place| max.sup(place)),
         };
-        let mut ends: Vec<u32> =
-            shared.iter().filter(|edge| !edge.is_flat()).flat_map(|edge| edge.ends).collect();
+        let mut ends: Vec<u32> = shared.iter().filter(|edge| !edge.is_flat()).flat_map(|edge| edge.ends).collect();
         ends.sort_unstable();
         ends.dedup();
         let corners = ends.into_iter().map(|i| positions[i as usize]).collect();
@@ -119,7 +118,7 @@ impl TriangleMesh {
         &self.edges
     }
 
-    /// Places at which such edges end: none of the surface is further out in any direction [m].
+    /// Ends of those edges [m]: in any direction one of them is as far out as any place of the surface.
     pub fn corners(&self) -> &[Vector3<f64>] {
         &self.corners
     }

@@ -7,8 +7,8 @@ use thiserror::Error;
 
 use crate::motion::{self, DriveError};
 use crate::{
-    Air, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InnerDamping, LineInertia, Mesh, Mount, RigidBody,
-    track,
+    Air, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InnerDamping, LineInertia, Mesh, Mount,
+    RigidBody, track,
 };
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).

@@ -11,17 +11,17 @@ use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{format, rods};
 
-/// Builds entry `index` of the file's bodies; `in_contact` says whether anything of the scene can touch.
+/// Builds entry `index` of the file's bodies; `beyond_planes` says whether any obstacle is no plane.
 pub(crate) fn add(
     builder: &mut Builder,
     source: &Source,
     index: usize,
     entry: &Spanned<format::Body>,
-    in_contact: bool,
+    beyond_planes: bool,
 ) -> Result<()> {
     let own = entry.get_ref();
     let name = builder.new_name(source, &own.name, format!("body-{index}"), entry.span())?;
-    let body = RigidBody { touches: touches(source, own, in_contact)?, ..body(source, entry)? };
+    let body = RigidBody { touches: touches(source, own, beyond_planes)?, ..body(source, entry)? };
     let vector = |value: &Option<format::Vector>, unit| value.as_ref().map(|v| source.vector(v, unit)).transpose();
     let orientation = orientation(source, &own.orientation, &own.turn_deg)?;
     let pose = Pose { position: vector(&own.position_m, "m")?.unwrap_or_default(), orientation };
@@ -143,19 +143,23 @@ fn shape(source: &Source, shape: &format::BodyShape) -> Result<BodyShape> {
     })
 }
 
-/// Whether a body touches rods and obstacles.
-fn touches(source: &Source, own: &format::Body, in_contact: bool) -> Result<bool> {
-    let is_capsule = matches!(own.shape.get_ref(), format::BodyShape::Sphere(_) | format::BodyShape::Capsule(_));
-    let is_hidden = matches!(own.shape.get_ref(), format::BodyShape::Hidden(_));
+/// Whether a body touches rods and obstacles; `beyond_planes` says whether any obstacle is no plane.
+fn touches(source: &Source, own: &format::Body, beyond_planes: bool) -> Result<bool> {
+    let (is_hidden, has_faces) = match own.shape.get_ref() {
+        format::BodyShape::Sphere(_) | format::BodyShape::Capsule(_) => (false, false),
+        format::BodyShape::Cylinder(_) | format::BodyShape::Box(_) => (false, true),
+        format::BodyShape::Hidden(_) => (true, false),
+    };
     match &own.touches {
-        Some(value) if *value.get_ref() && !is_capsule => {
-            source.must_be(value.span(), "false: of bodies, spheres and capsules touch")
+        Some(value) if *value.get_ref() && is_hidden => {
+            source.must_be(value.span(), "false: a hidden body has nothing to touch with")
         }
         Some(value) => Ok(*value.get_ref()),
-        None if in_contact && !is_capsule && !is_hidden => source.wrong(
+        None if has_faces && beyond_planes => source.wrong(
             own.shape.span(),
-            "of bodies, spheres and capsules touch; take one of them, or say `touches = false`",
+            "of obstacles, boxes and cylinders touch planes alone; say `touches = true` if it may pass through the others, \
+             or `touches = false`",
         ),
-        None => Ok(is_capsule),
+        None => Ok(!is_hidden),
     }
 }

@@ -96,14 +96,14 @@ fn mistakes_are_named() {
         ),
         ("inertia_kg_m2 = [0.01, 0.02, 0.03]", "", "bodies[4]: a hidden body needs `inertia_kg_m2`"),
         (
-            "density_kg_m3 = 1000\ntouches = false",
-            "density_kg_m3 = 1000",
-            "bodies[1].shape: of bodies, spheres and capsules touch; take one of them, or say `touches = false`",
+            "shape.plane = { point_m = [0, 0, -20] }",
+            "shape.sphere = { centre_m = [0, 0, -20], radius_m = 1 }\n[[bodies]]\nshape.box.sides_m = [1, 1, 1]\nmass_kg = 1",
+            "bodies[0].shape: of obstacles, boxes and cylinders touch planes alone; say `touches = true` if it may pass through the others, or `touches = false`",
         ),
         (
-            "density_kg_m3 = 1000\ntouches = false",
-            "density_kg_m3 = 1000\ntouches = true",
-            "bodies[1].touches = true, but it must be false: of bodies, spheres and capsules touch",
+            "shape.hidden = {}",
+            "shape.hidden = {}\ntouches = true",
+            "bodies[4].touches = true, but it must be false: a hidden body has nothing to touch with",
         ),
         (
             "drag_area_m2 = 0.04",

@@ -150,7 +150,7 @@ fn contacts() {
     let contacts = everything().model.contacts;
     let friction = Friction { at_rest: 0.4, sliding: 0.3 };
     assert_eq!(contacts.between_segments, Some(Surface { friction, restitution: 0.1 }));
-    let [plane, ball, post] = &contacts.obstacles[..] else { panic!("{contacts:?}") };
+    let [plane, ball, post, ..] = &contacts.obstacles[..] else { panic!("{contacts:?}") };
     let point = Vector3::new(0.0, 0.0, -5.0);
     let half_space = ObstacleShape::HalfSpace { point, normal: Vector3::z_axis() };
     assert_eq!(*plane, Obstacle::new(half_space, Surface::default()));

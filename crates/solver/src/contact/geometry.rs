@@ -1,7 +1,7 @@
 //! Where two bodies touch: normal, gap, slip and lever arms of a contact at the current poses.
 
-use collision::{TriangleMesh, closest};
 use collision::sweep::{MovingCapsule, crossing_normal, first_touch};
+use collision::{TriangleMesh, closest};
 use nalgebra::Vector3;
 use rod::{Friction, ObstacleShape};
 

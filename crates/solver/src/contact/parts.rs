@@ -42,7 +42,7 @@ impl Carrier<'_> {
     }
 
     /// Of [`Carrier::to_mesh`] the inverse.
-    fn from_mesh(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
+    fn to_world(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
         let BodyPose { x, q } = self.frames[when];
         x + q.rotate(to_kernel(place))
     }
@@ -54,12 +54,12 @@ impl Carrier<'_> {
 
     /// Where a corner is now [m].
     pub(super) fn corner(&self, corner: u32) -> Vec3<f64> {
-        self.mesh.corners().get(corner as usize).map_or(self.frames[1].x, |place| self.from_mesh(1, place))
+        self.mesh.corners().get(corner as usize).map_or(self.frames[1].x, |place| self.to_world(1, place))
     }
 
     /// It, with an edge, as a body that a contact sees.
     fn side(&self, ends: &[Vector3<f64>; 2]) -> Side {
-        let [before, ends] = [0, 1].map(|when| ends.each_ref().map(|end| self.from_mesh(when, end)));
+        let [before, ends] = [0, 1].map(|when| ends.each_ref().map(|end| self.to_world(when, end)));
         match self.body {
             Some([start, now]) => Side { start, now, ends, ends_before: before, radius: 0.0 },
             None => Side::fixed(ends, 0.0),
@@ -200,7 +200,7 @@ pub(super) fn detect(
     mesh.edge_tree().overlaps(&way.room(&way.ends()), |k| {
         let own = &mesh.edges()[k as usize];
         if way.meets(own) {
-            let ends = own.ends.each_ref().map(|end| carrier.from_mesh(0, end));
+            let ends = own.ends.each_ref().map(|end| carrier.to_world(0, end));
             let stands = |feature: &&Feature| match **feature {
                 Feature::Own(end) => shape.ends[end as usize],
                 _ => true,

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::common::material;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{
-    Assembly, BodyShape, Carried, Contacts, Damping, Friction, Mesh, Model, Motion, Obstacle, ObstacleShape, Pose, RestShape, RigidBody, RodSpec,
-    State, Surface, shape,
+    Assembly, BodyShape, Carried, Contacts, Damping, Friction, Mesh, Model, Motion, Obstacle, ObstacleShape, Pose,
+    RestShape, RigidBody, RodSpec, State, Surface, shape,
 };
 use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation, Touched};
