@@ -1,4 +1,4 @@
-//! Outlines of rigid bodies on paper.
+//! Outlines of rigid bodies and obstacles on paper.
 
 use chart::{Xml, polyline};
 use rod::{Model, State};
@@ -14,11 +14,16 @@ pub(crate) fn draw_bodies(
     for (i, segment) in model.segments.iter().enumerate() {
         let Some(body) = &segment.body else { continue };
         let corner = |corner| place(&(state.positions[i] + state.orientations[i] * corner));
-        let outline = hull(body.shape.mesh().positions.into_iter().map(corner).collect());
-        if outline.len() > 2 {
-            let path = polyline(outline) + "z";
-            svg.push(Xml::nest("path", &[("fill", &colour), ("d", &path)], []));
-        }
+        fill(svg, body.shape.mesh().positions.into_iter().map(corner).collect(), colour);
+    }
+}
+
+/// Fills the convex hull of points, if that has an area.
+pub(crate) fn fill(svg: &mut Xml, points: Vec<[f64; 2]>, colour: &str) {
+    let outline = hull(points);
+    if outline.len() > 2 {
+        let path = polyline(outline) + "z";
+        svg.push(Xml::nest("path", &[("fill", &colour), ("d", &path)], []));
     }
 }
 

@@ -8,7 +8,7 @@ use nalgebra::{Vector2, Vector3};
 use rod::{Model, ObstacleShape, State};
 
 use crate::file::write_atomically;
-use crate::silhouette::draw_bodies;
+use crate::silhouette::{draw_bodies, fill};
 use crate::{ExportError, TrajectoryReader};
 
 /// Most times shown.
@@ -180,6 +180,11 @@ fn draw_obstacle(svg: &mut Xml, view: &View, shape: &ObstacleShape, colour: &str
         }
         ObstacleShape::Capsule { start, end, radius } => {
             stroke(svg, &polyline([view.place(start), view.place(end)]), colour, 2.0 * radius * view.scale);
+        }
+        ObstacleShape::Box { .. } | ObstacleShape::Cylinder { .. } | ObstacleShape::Mesh { .. } => {
+            let Some((mesh, turn)) = shape.surface() else { return };
+            let place = |corner: &Vector3<f64>| view.place(&(shape.pivot() + turn * corner));
+            fill(svg, mesh.positions.iter().map(place).collect(), colour);
         }
     }
 }

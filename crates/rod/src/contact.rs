@@ -1,10 +1,16 @@
 //! What segments can touch: each other, and obstacles that stand still or follow motions.
 
+use std::sync::Arc;
+
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::model::unit;
 use crate::motion::begins_at;
-use crate::{Carried, ModelError, MovingPose, Pose};
+use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose};
+
+/// Flat sides that stand for the round side of a cylinder that segments touch: they lie within it, by 0.12 percent of its
+/// radius at most.
+pub const CYLINDER_SIDES: usize = 64;
 
 /// Coulomb friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,7 +38,7 @@ pub struct Surface {
 }
 
 /// Shape of an obstacle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ObstacleShape {
     /// All space beyond a plane: the ground, a wall.
     HalfSpace {
@@ -56,6 +62,30 @@ pub enum ObstacleShape {
         end: Vector3<f64>,
         /// Radius [m].
         radius: f64,
+    },
+    /// A full box.
+    Box {
+        /// Its centre, and the orientation of its sides.
+        pose: Pose,
+        /// Lengths of its sides along its own x, y and z [m].
+        sides: Vector3<f64>,
+    },
+    /// A full cylinder with flat ends; for contacts its round side is [`CYLINDER_SIDES`] flat ones.
+    Cylinder {
+        /// Centre of the one end [m].
+        start: Vector3<f64>,
+        /// Centre of the other end [m].
+        end: Vector3<f64>,
+        /// Radius [m].
+        radius: f64,
+    },
+    /// A surface of triangles, closed or open. Segments stay on the side of it that they are on, so that a closed one is full
+    /// for what is outside of it, and a room for what is inside.
+    Mesh {
+        /// Its origin, and the orientation of its axes.
+        pose: Pose,
+        /// The triangles.
+        mesh: Arc<Mesh>,
     },
 }
 
@@ -136,7 +166,7 @@ impl Obstacle {
 
     /// Its shape, where it is at `time` [s].
     pub fn shape_at(&self, time: f64) -> ObstacleShape {
-        self.motion.as_ref().map_or(self.shape, |motion| self.shape.placed(&motion.at(time).pose))
+        self.motion.as_ref().map_or_else(|| self.shape.clone(), |motion| self.shape.placed(&motion.at(time).pose))
     }
 
     /// Its pose at time 0.
@@ -146,13 +176,16 @@ impl Obstacle {
 }
 
 impl ObstacleShape {
-    /// The place that an obstacle's pose is of, and about which it turns [m]: a sphere's centre, a capsule's middle, the
-    /// given point of a plane.
+    /// The place that an obstacle's pose is of, and about which it turns [m]: a sphere's and a box's centre, a capsule's and a
+    /// cylinder's middle, a mesh's origin, the given point of a plane.
     pub fn pivot(&self) -> Vector3<f64> {
         match *self {
             ObstacleShape::HalfSpace { point, .. } => point,
             ObstacleShape::Sphere { centre, .. } => centre,
-            ObstacleShape::Capsule { start, end, .. } => 0.5 * (start + end),
+            ObstacleShape::Capsule { start, end, .. } | ObstacleShape::Cylinder { start, end, .. } => {
+                0.5 * (start + end)
+            }
+            ObstacleShape::Box { pose, .. } | ObstacleShape::Mesh { pose, .. } => pose.position,
         }
     }
 
@@ -160,6 +193,7 @@ impl ObstacleShape {
     pub fn placed(&self, pose: &Pose) -> Self {
         let pivot = self.pivot();
         let place = |x: Vector3<f64>| pose.position + pose.orientation * (x - pivot);
+        let turned = |own: Pose| Pose { position: pose.position, orientation: pose.orientation * own.orientation };
         match *self {
             ObstacleShape::HalfSpace { point, normal } => {
                 ObstacleShape::HalfSpace { point: place(point), normal: pose.orientation * normal }
@@ -168,22 +202,52 @@ impl ObstacleShape {
             ObstacleShape::Capsule { start, end, radius } => {
                 ObstacleShape::Capsule { start: place(start), end: place(end), radius }
             }
+            ObstacleShape::Box { pose, sides } => ObstacleShape::Box { pose: turned(pose), sides },
+            ObstacleShape::Cylinder { start, end, radius } => {
+                ObstacleShape::Cylinder { start: place(start), end: place(end), radius }
+            }
+            ObstacleShape::Mesh { pose, ref mesh } => {
+                ObstacleShape::Mesh { pose: turned(pose), mesh: Arc::clone(mesh) }
+            }
         }
     }
 
-    /// What it is, in a word: "plane", "sphere" or "capsule".
+    /// The surface of a box, a cylinder or a mesh as triangles, and the orientation in which it stands about the pivot; `None`
+    /// for what is round or flat.
+    pub fn surface(&self) -> Option<(Arc<Mesh>, UnitQuaternion<f64>)> {
+        match self {
+            ObstacleShape::HalfSpace { .. } | ObstacleShape::Sphere { .. } | ObstacleShape::Capsule { .. } => None,
+            ObstacleShape::Box { pose, sides } => {
+                Some((Arc::new(BodyShape::Box { sides: *sides }.mesh()), pose.orientation))
+            }
+            ObstacleShape::Cylinder { start, end, radius } => {
+                let axis = end - start;
+                let turn = UnitQuaternion::face_towards(&axis, &Vector3::ith(axis.iamin(), 1.0));
+                Some((Arc::new(Mesh::cylinder(*radius, axis.norm(), CYLINDER_SIDES)), turn))
+            }
+            ObstacleShape::Mesh { pose, mesh } => Some((Arc::clone(mesh), pose.orientation)),
+        }
+    }
+
+    /// What it is, in a word: "plane", "sphere", "capsule", "box", "cylinder" or "mesh".
     pub fn kind(&self) -> &'static str {
         match self {
             ObstacleShape::HalfSpace { .. } => "plane",
             ObstacleShape::Sphere { .. } => "sphere",
             ObstacleShape::Capsule { .. } => "capsule",
+            ObstacleShape::Box { .. } => "box",
+            ObstacleShape::Cylinder { .. } => "cylinder",
+            ObstacleShape::Mesh { .. } => "mesh",
         }
     }
 
-    /// Ends of the axis [m] and radius [m]; a sphere's axis is its centre twice. `None` for what has no end.
+    /// Ends of the axis [m] and radius [m]; a sphere's axis is its centre twice. `None` for what is not round.
     pub fn capsule(&self) -> Option<([Vector3<f64>; 2], f64)> {
         match *self {
-            ObstacleShape::HalfSpace { .. } => None,
+            ObstacleShape::HalfSpace { .. }
+            | ObstacleShape::Box { .. }
+            | ObstacleShape::Cylinder { .. }
+            | ObstacleShape::Mesh { .. } => None,
             ObstacleShape::Sphere { centre, radius } => Some(([centre; 2], radius)),
             ObstacleShape::Capsule { start, end, radius } => Some(([start, end], radius)),
         }
@@ -195,11 +259,16 @@ impl ObstacleShape {
             None => Ok(()),
             Some(&value) => Err(ModelError::Value { what, index, quantity, value, allowed: "finite" }),
         };
-        let positive = |value: f64| {
+        let size = |quantity, value: f64| {
             if value.is_finite() && value > 0.0 {
                 return Ok(());
             }
-            Err(ModelError::Value { what, index, quantity: "radius", value, allowed: "finite and > 0" })
+            Err(ModelError::Value { what, index, quantity, value, allowed: "finite and > 0" })
+        };
+        let positive = |radius| size("radius", radius);
+        let posed = |pose: &Pose| {
+            finite("position", &pose.position)?;
+            unit(what, index, "length of the orientation", pose.orientation.norm())
         };
         match self {
             ObstacleShape::HalfSpace { point, normal } => {
@@ -215,6 +284,26 @@ impl ObstacleShape {
                 finite("start", start)?;
                 finite("end", end)?;
                 positive(*radius)
+            }
+            ObstacleShape::Box { pose, sides } => {
+                posed(pose)?;
+                sides.iter().try_for_each(|&side| size("side", side))
+            }
+            ObstacleShape::Cylinder { start, end, radius } => {
+                finite("start", start)?;
+                finite("end", end)?;
+                size("length", (end - start).norm())?;
+                positive(*radius)
+            }
+            ObstacleShape::Mesh { pose, mesh } => {
+                posed(pose)?;
+                size("number of triangles", mesh.triangles.len() as f64)?;
+                let count = mesh.positions.len();
+                if let Some(&vertex) = mesh.triangles.iter().flatten().find(|&&vertex| vertex as usize >= count) {
+                    let (quantity, allowed) = ("vertex of a triangle", "one of its vertices");
+                    return Err(ModelError::Value { what, index, quantity, value: f64::from(vertex), allowed });
+                }
+                mesh.positions.iter().try_for_each(|place| finite("vertex", place))
             }
         }
     }

@@ -1,8 +1,9 @@
-//! Surfaces of rigid bodies and of round obstacles as triangles, for drawing.
+//! Surfaces as triangles: those of rigid bodies and obstacles for drawing, and those that segments touch.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{UnitQuaternion, Vector3};
+use thiserror::Error;
 
 use crate::BodyShape;
 
@@ -21,24 +22,35 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// Why triangles are no surface.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MeshError {
+    /// A place is not finite.
+    #[error("vertex {0} is not finite")]
+    NotFinite(usize),
+    /// A triangle names a vertex that is not there.
+    #[error("triangle {triangle} has a vertex {vertex}, but there are {count}")]
+    NoVertex {
+        /// Index of the triangle.
+        triangle: usize,
+        /// Index of the vertex.
+        vertex: u32,
+        /// Vertices that there are.
+        count: usize,
+    },
+    /// No triangle has an area.
+    #[error("there is no triangle with an area")]
+    Empty,
+}
+
 impl BodyShape {
     /// Its surface, with vertices on it; nothing where hidden.
     pub fn mesh(&self) -> Mesh {
         match *self {
             BodyShape::Hidden => Mesh::default(),
-            BodyShape::Sphere { radius } => Mesh::round(&capped(radius, 0.0)),
-            BodyShape::Capsule { radius, length } => Mesh::round(&capped(radius, 0.5 * length)),
-            BodyShape::Cylinder { radius, length } => {
-                let end = |side: f64| {
-                    [(0.0, FRAC_PI_2), (radius, FRAC_PI_2), (radius, 0.0)].map(|(r, latitude)| Profile {
-                        radius: r,
-                        height: 0.5 * length * side,
-                        latitude: latitude * side,
-                    })
-                };
-                let [top, bottom] = [end(1.0), end(-1.0)];
-                Mesh::round(&bottom.into_iter().chain(top.into_iter().rev()).collect::<Vec<_>>())
-            }
+            BodyShape::Sphere { radius } => Mesh::round(&capped(radius, 0.0), SIDES),
+            BodyShape::Capsule { radius, length } => Mesh::round(&capped(radius, 0.5 * length), SIDES),
+            BodyShape::Cylinder { radius, length } => Mesh::cylinder(radius, length, SIDES),
             BodyShape::Box { sides } => Mesh::of_box(&(sides * 0.5)),
         }
     }
@@ -63,6 +75,50 @@ fn capped(radius: f64, half: f64) -> Vec<Profile> {
 }
 
 impl Mesh {
+    /// The surface of triangles, with the mean normals of the triangles about each vertex. Triangles without an area, or one
+    /// that no number holds, are left out.
+    ///
+    /// # Errors
+    /// [`MeshError`] where a vertex is not finite or not there, or no triangle is left.
+    pub fn new(positions: Vec<Vector3<f64>>, mut triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
+        let count = positions.len();
+        if let Some(index) = positions.iter().position(|place| !place.iter().all(|x| x.is_finite())) {
+            return Err(MeshError::NotFinite(index));
+        }
+        for (triangle, corners) in triangles.iter().enumerate() {
+            if let Some(&vertex) = corners.iter().find(|&&vertex| vertex as usize >= count) {
+                return Err(MeshError::NoVertex { triangle, vertex, count });
+            }
+        }
+        let area = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| positions[i as usize]);
+            (b - a).cross(&(c - a))
+        };
+        triangles.retain(|triangle| (f64::MIN_POSITIVE..f64::INFINITY).contains(&area(triangle).norm()));
+        if triangles.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        let mut normals = vec![Vector3::zeros(); count];
+        for triangle in &triangles {
+            triangle.iter().for_each(|&i| normals[i as usize] += area(triangle));
+        }
+        normals.iter_mut().for_each(|normal| *normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z));
+        Ok(Self { positions, normals, triangles })
+    }
+
+    /// The surface of a cylinder about the z axis whose round side is made of `sides` flat ones.
+    pub fn cylinder(radius: f64, length: f64, sides: usize) -> Self {
+        let end = |side: f64| {
+            [(0.0, FRAC_PI_2), (radius, FRAC_PI_2), (radius, 0.0)].map(|(r, latitude)| Profile {
+                radius: r,
+                height: 0.5 * length * side,
+                latitude: latitude * side,
+            })
+        };
+        let [top, bottom] = [end(1.0), end(-1.0)];
+        Self::round(&bottom.into_iter().chain(top.into_iter().rev()).collect::<Vec<_>>(), sides)
+    }
+
     /// The surface, turned about the origin.
     pub fn turned(mut self, turn: &UnitQuaternion<f64>) -> Self {
         self.positions.iter_mut().chain(&mut self.normals).for_each(|vector| *vector = turn * *vector);
@@ -70,17 +126,18 @@ impl Mesh {
     }
 
     /// The surface that an outline makes, turned about the axis.
-    fn round(outline: &[Profile]) -> Self {
+    fn round(outline: &[Profile], sides: usize) -> Self {
         let mut mesh = Self::default();
         for (k, Profile { radius, height, latitude }) in outline.iter().enumerate() {
-            for side in 0..=SIDES {
-                let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
+            for side in 0..=sides {
+                // The first and the last side meet in the same places.
+                let (sin, cos) = (TAU * (side % sides) as f64 / sides as f64).sin_cos();
                 let outwards = Vector3::new(cos, sin, 0.0);
                 mesh.positions.push(outwards * *radius + Vector3::z() * *height);
                 mesh.normals.push(outwards * latitude.cos() + Vector3::z() * latitude.sin());
                 if k > 0 && side > 0 {
-                    let here = (k * (SIDES + 1) + side) as u32;
-                    let below = here - SIDES as u32 - 1;
+                    let here = (k * (sides + 1) + side) as u32;
+                    let below = here - sides as u32 - 1;
                     mesh.quad([below - 1, below, here, here - 1]);
                 }
             }

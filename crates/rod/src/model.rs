@@ -6,7 +6,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::motion::{self, DriveError};
-use crate::{Air, Change, Contacts, Driven, Freedom, InnerDamping, LineInertia, Mount, RigidBody, track};
+use crate::{
+    Air, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InnerDamping, LineInertia, Mesh, Mount,
+    RigidBody, track,
+};
 
 /// A pose in the world: position [m] and orientation (local z is the rod's axis d3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +85,19 @@ impl Segment {
         }
     }
 
+    /// The surface with which it touches rods and planes, in its own frame: that of a rigid body that is a box or a cylinder,
+    /// with [`crate::CYLINDER_SIDES`] flat sides. `None` of all others.
+    pub fn surface(&self) -> Option<Mesh> {
+        let body = self.body.filter(|body| body.touches)?;
+        match body.shape {
+            BodyShape::Box { .. } => Some(body.shape.mesh()),
+            BodyShape::Cylinder { radius, length } => Some(Mesh::cylinder(radius, length, CYLINDER_SIDES)),
+            BodyShape::Hidden | BodyShape::Sphere { .. } | BodyShape::Capsule { .. } => None,
+        }
+    }
+
     /// Half the length of the axis and the radius [m] of the capsule with which it touches others; `None` of a rigid body
-    /// that touches nothing.
+    /// that is none, or touches nothing.
     pub fn capsule(&self) -> Option<(f64, f64)> {
         match &self.body {
             None => Some((0.5 * self.length, self.radius)),

@@ -79,8 +79,7 @@ impl BodyShape {
         }
     }
 
-    /// Half the length of the axis and the radius [m] of the capsule that it is; `None` where it is none, and touches
-    /// nothing.
+    /// Half the length of the axis and the radius [m] of the capsule that it is; `None` where it is none.
     pub fn capsule(&self) -> Option<(f64, f64)> {
         match *self {
             BodyShape::Sphere { radius } => Some((0.0, radius)),
@@ -135,8 +134,8 @@ pub struct RigidBody {
     pub inertia: Vector3<f64>,
     /// Shape.
     pub shape: BodyShape,
-    /// Whether it touches rods and obstacles, where the model has contacts: as a sphere or a capsule, not in another shape.
-    /// Bodies do not touch each other.
+    /// Whether it touches rods and obstacles, where the model has contacts. Of obstacles a box and a cylinder touch
+    /// half-spaces alone, and a hidden body touches nothing. Bodies do not touch each other.
     pub touches: bool,
     /// Drag coefficient times area [m^2], the same from all sides: in air the drag is half of this times density and
     /// square of the relative velocity of the centre.

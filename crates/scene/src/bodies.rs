@@ -11,26 +11,19 @@ use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{format, rods};
 
-/// Builds entry `index` of the file's bodies; `in_contact` says whether anything of the scene can touch.
+/// Builds entry `index` of the file's bodies; `beyond_planes` says whether any obstacle is no plane.
 pub(crate) fn add(
     builder: &mut Builder,
     source: &Source,
     index: usize,
     entry: &Spanned<format::Body>,
-    in_contact: bool,
+    beyond_planes: bool,
 ) -> Result<()> {
     let own = entry.get_ref();
     let name = builder.new_name(source, &own.name, format!("body-{index}"), entry.span())?;
-    let body = RigidBody { touches: touches(source, own, in_contact)?, ..body(source, entry)? };
+    let body = RigidBody { touches: touches(source, own, beyond_planes)?, ..body(source, entry)? };
     let vector = |value: &Option<format::Vector>, unit| value.as_ref().map(|v| source.vector(v, unit)).transpose();
-    let orientation = match (&own.orientation, vector(&own.turn_deg, "degrees")?) {
-        (Some(_), Some(_)) => return source.wrong(entry.span(), "give either `orientation` or `turn_deg`, not both"),
-        (Some(value), None) => match unit(value.get_ref().0) {
-            Some(orientation) => orientation,
-            None => return source.must_be(value.span(), "a unit quaternion [w, x, y, z], its norm 1 to within 1e-3"),
-        },
-        (None, turn) => UnitQuaternion::from_scaled_axis(turn.unwrap_or_default().map(f64::to_radians)),
-    };
+    let orientation = orientation(source, &own.orientation, &own.turn_deg)?;
     let pose = Pose { position: vector(&own.position_m, "m")?.unwrap_or_default(), orientation };
     let segment = builder.add_body(name, body, pose);
     let is_held = own.fixed || !own.motions.is_empty();
@@ -73,6 +66,25 @@ pub(crate) fn add(
     Ok(())
 }
 
+/// The orientation that either of two keys gives; none is that of the world.
+pub(crate) fn orientation(
+    source: &Source,
+    quaternion: &Option<format::Quaternion>,
+    turn: &Option<format::Vector>,
+) -> Result<UnitQuaternion<f64>> {
+    match (quaternion, turn) {
+        (Some(_), Some(turn)) => source.wrong(turn.span(), "give either `orientation` or `turn_deg`, not both"),
+        (Some(value), None) => match unit(value.get_ref().0) {
+            Some(orientation) => Ok(orientation),
+            None => source.must_be(value.span(), "a unit quaternion [w, x, y, z], its norm 1 to within 1e-3"),
+        },
+        (None, Some(turn)) => {
+            Ok(UnitQuaternion::from_scaled_axis(source.vector(turn, "degrees")?.map(f64::to_radians)))
+        }
+        (None, None) => Ok(UnitQuaternion::identity()),
+    }
+}
+
 /// Why keys that name a part of a rod say nothing of a body.
 const WHOLE: &str = "a body is moved and loaded at its centre of mass; leave this out";
 
@@ -107,14 +119,17 @@ fn body(source: &Source, entry: &Spanned<format::Body>) -> Result<RigidBody> {
     Ok(body)
 }
 
+/// A length that one can compute with [m].
+pub(crate) fn length(source: &Source, value: &format::Number) -> Result<f64> {
+    let length = source.positive(value, "m")?;
+    if !NODE_DISTANCE.contains(&length) {
+        return source.must_be(value.span(), &format!("{:e} to {:e} m", NODE_DISTANCE.start, NODE_DISTANCE.end));
+    }
+    Ok(length)
+}
+
 fn shape(source: &Source, shape: &format::BodyShape) -> Result<BodyShape> {
-    let length = |value: &format::Number| {
-        let length = source.positive(value, "m")?;
-        if !NODE_DISTANCE.contains(&length) {
-            return source.must_be(value.span(), &format!("{:e} to {:e} m", NODE_DISTANCE.start, NODE_DISTANCE.end));
-        }
-        Ok(length)
-    };
+    let length = |value: &format::Number| length(source, value);
     Ok(match shape {
         format::BodyShape::Sphere(ball) => BodyShape::Sphere { radius: length(&ball.radius_m)? },
         format::BodyShape::Capsule(round) => {
@@ -131,19 +146,23 @@ fn shape(source: &Source, shape: &format::BodyShape) -> Result<BodyShape> {
     })
 }
 
-/// Whether a body touches rods and obstacles.
-fn touches(source: &Source, own: &format::Body, in_contact: bool) -> Result<bool> {
-    let is_capsule = matches!(own.shape.get_ref(), format::BodyShape::Sphere(_) | format::BodyShape::Capsule(_));
-    let is_hidden = matches!(own.shape.get_ref(), format::BodyShape::Hidden(_));
+/// Whether a body touches rods and obstacles; `beyond_planes` says whether any obstacle is no plane.
+fn touches(source: &Source, own: &format::Body, beyond_planes: bool) -> Result<bool> {
+    let (is_hidden, has_faces) = match own.shape.get_ref() {
+        format::BodyShape::Sphere(_) | format::BodyShape::Capsule(_) => (false, false),
+        format::BodyShape::Cylinder(_) | format::BodyShape::Box(_) => (false, true),
+        format::BodyShape::Hidden(_) => (true, false),
+    };
     match &own.touches {
-        Some(value) if *value.get_ref() && !is_capsule => {
-            source.must_be(value.span(), "false: of bodies, spheres and capsules touch")
+        Some(value) if *value.get_ref() && is_hidden => {
+            source.must_be(value.span(), "false: a hidden body has nothing to touch with")
         }
         Some(value) => Ok(*value.get_ref()),
-        None if in_contact && !is_capsule && !is_hidden => source.wrong(
+        None if has_faces && beyond_planes => source.wrong(
             own.shape.span(),
-            "of bodies, spheres and capsules touch; take one of them, or say `touches = false`",
+            "of obstacles, boxes and cylinders touch planes alone; say `touches = true` if it may pass through the others, \
+             or `touches = false`",
         ),
-        None => Ok(is_capsule),
+        None => Ok(!is_hidden),
     }
 }

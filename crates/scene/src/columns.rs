@@ -1,6 +1,6 @@
 //! CSV tables with a header that names quantities and units.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 use toml::Spanned;
@@ -10,15 +10,21 @@ use crate::error::{Result, Source};
 
 /// The text of the file that a scene names, from the scene's own folder on, and its path for errors.
 pub(crate) fn text(source: &Source, name: &Spanned<String>) -> Result<(String, String)> {
-    let path = Path::new(source.file).parent().unwrap_or_else(|| Path::new("")).join(name.get_ref());
-    let file = path.display().to_string();
-    if !path.is_file() {
-        return source.must_be(name.span(), &format!("a CSV file, and there is none at {file}"));
-    }
+    let (path, file) = place(source, name, "a CSV file")?;
     match std::fs::read_to_string(&path) {
         Ok(text) => Ok((text, file)),
         Err(source) => Err(SceneError::Read { file, source }),
     }
+}
+
+/// Where the file is that a scene names, from the scene's own folder on, and the same for errors; `what` it must be.
+pub(crate) fn place(source: &Source, name: &Spanned<String>, what: &str) -> Result<(PathBuf, String)> {
+    let path = Path::new(source.file).parent().unwrap_or_else(|| Path::new("")).join(name.get_ref());
+    let file = path.display().to_string();
+    if !path.is_file() {
+        return source.must_be(name.span(), &format!("{what}, and there is none at {file}"));
+    }
+    Ok((path, file))
 }
 
 /// A table whose header has been read.

@@ -1,15 +1,17 @@
 //! From the keys of contacts and obstacles to what segments can touch.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use nalgebra::{Unit, Vector3};
 use rod::{Carried, Contacts, Friction, Obstacle, ObstacleShape, Pose, Surface};
 use toml::Spanned;
 
+use crate::bodies::{length, orientation};
 use crate::error::{Result, Source, short};
-use crate::format;
 use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
+use crate::{format, mesh};
 
 /// What segments can touch, and the obstacles' names.
 pub(crate) fn contacts(source: &Source, file: &format::File) -> Result<(Contacts, Vec<String>)> {
@@ -93,12 +95,43 @@ fn obstacle_shape(source: &Source, shape: &format::ObstacleShape) -> Result<Obst
             Ok(ObstacleShape::Sphere { centre, radius })
         }
         format::ObstacleShape::Capsule(capsule) => {
-            let (start, end) = (source.vector(&capsule.start_m, "m")?, source.vector(&capsule.end_m, "m")?);
-            if !NODE_DISTANCE.contains(&(end - start).norm()) {
-                let allowed = format!("{:e} to {:e} m from start_m", NODE_DISTANCE.start, NODE_DISTANCE.end);
-                return source.must_be(capsule.end_m.span(), &allowed);
-            }
-            Ok(ObstacleShape::Capsule { start, end, radius: source.positive(&capsule.radius_m, "m")? })
+            let ([start, end], radius) = about_an_axis(source, capsule)?;
+            Ok(ObstacleShape::Capsule { start, end, radius })
+        }
+        format::ObstacleShape::Cylinder(cylinder) => {
+            let ([start, end], _) = about_an_axis(source, cylinder)?;
+            Ok(ObstacleShape::Cylinder { start, end, radius: length(source, &cylinder.radius_m)? })
+        }
+        format::ObstacleShape::Box(block) => {
+            let [x, y, z] = &block.sides_m.0;
+            let sides = Vector3::new(length(source, x)?, length(source, y)?, length(source, z)?);
+            let pose = pose(source, &block.centre_m, &block.orientation, &block.turn_deg)?;
+            Ok(ObstacleShape::Box { pose, sides })
+        }
+        format::ObstacleShape::Mesh(key) => {
+            let pose = pose(source, &key.position_m, &key.orientation, &key.turn_deg)?;
+            let scale = number_or(&key.scale, 1.0, |v| source.positive(v, ""))?;
+            Ok(ObstacleShape::Mesh { pose, mesh: Arc::new(mesh::read(source, &key.file, scale)?) })
         }
     }
+}
+
+fn pose(
+    source: &Source,
+    place: &Option<format::Vector>,
+    quaternion: &Option<format::Quaternion>,
+    turn: &Option<format::Vector>,
+) -> Result<Pose> {
+    let position = place.as_ref().map_or(Ok(Vector3::zeros()), |key| source.vector(key, "m"))?;
+    Ok(Pose { position, orientation: orientation(source, quaternion, turn)? })
+}
+
+/// Ends of the axis of a capsule or a cylinder, and its radius [m].
+fn about_an_axis(source: &Source, shape: &format::Capsule) -> Result<([Vector3<f64>; 2], f64)> {
+    let (start, end) = (source.vector(&shape.start_m, "m")?, source.vector(&shape.end_m, "m")?);
+    if !NODE_DISTANCE.contains(&(end - start).norm()) {
+        let allowed = format!("{:e} to {:e} m from start_m", NODE_DISTANCE.start, NODE_DISTANCE.end);
+        return source.must_be(shape.end_m.span(), &allowed);
+    }
+    Ok(([start, end], source.positive(&shape.radius_m, "m")?))
 }

@@ -17,7 +17,7 @@ mod probe;
 mod section;
 
 pub(crate) use body::{Body, BodyShape};
-pub(crate) use contact::{Contact, Friction, Obstacle, ObstacleShape, Sphere};
+pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;
 pub(crate) use many::{Copies, Net, Strands};

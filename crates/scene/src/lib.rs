@@ -30,6 +30,7 @@ mod format;
 mod given;
 mod grips;
 mod hung;
+mod mesh;
 mod motion;
 mod net;
 mod origin;

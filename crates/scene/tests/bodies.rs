@@ -87,7 +87,7 @@ fn mistakes_are_named() {
         (
             "turn_deg = [0, 90, 0]",
             "turn_deg = [0, 90, 0]\norientation = [1, 0, 0, 0]",
-            "bodies[0]: give either `orientation` or `turn_deg`, not both",
+            "bodies[0].turn_deg: give either `orientation` or `turn_deg`, not both",
         ),
         (
             "[0.8, 0, 0.6, 0]",
@@ -96,14 +96,14 @@ fn mistakes_are_named() {
         ),
         ("inertia_kg_m2 = [0.01, 0.02, 0.03]", "", "bodies[4]: a hidden body needs `inertia_kg_m2`"),
         (
-            "density_kg_m3 = 1000\ntouches = false",
-            "density_kg_m3 = 1000",
-            "bodies[1].shape: of bodies, spheres and capsules touch; take one of them, or say `touches = false`",
+            "shape.plane = { point_m = [0, 0, -20] }",
+            "shape.sphere = { centre_m = [0, 0, -20], radius_m = 1 }\n[[bodies]]\nshape.box.sides_m = [1, 1, 1]\nmass_kg = 1",
+            "bodies[0].shape: of obstacles, boxes and cylinders touch planes alone; say `touches = true` if it may pass through the others, or `touches = false`",
         ),
         (
-            "density_kg_m3 = 1000\ntouches = false",
-            "density_kg_m3 = 1000\ntouches = true",
-            "bodies[1].touches = true, but it must be false: of bodies, spheres and capsules touch",
+            "shape.hidden = {}",
+            "shape.hidden = {}\ntouches = true",
+            "bodies[4].touches = true, but it must be false: a hidden body has nothing to touch with",
         ),
         (
             "drag_area_m2 = 0.04",

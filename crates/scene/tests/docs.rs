@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../README.md");
 const RECIPES: &str = include_str!("../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 56] = [
+const PROBES: [&str; 59] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -39,6 +39,9 @@ const PROBES: [&str; 56] = [
     "obstacles = [{ shape.plane.zzz = 1 }]",
     "obstacles = [{ shape.sphere.zzz = 1 }]",
     "obstacles = [{ shape.capsule.zzz = 1 }]",
+    "obstacles = [{ shape.box.zzz = 1 }]",
+    "obstacles = [{ shape.cylinder.zzz = 1 }]",
+    "obstacles = [{ shape.mesh.zzz = 1 }]",
     "obstacles = [{ motion.zzz = 1 }]",
     "rods = [{ shape.knot.zzz = 1 }]",
     "rods = [{ shape.hung.zzz = 1 }]",

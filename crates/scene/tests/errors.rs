@@ -161,7 +161,7 @@ mistakes! {
     too_much_restitution: END => "segments = 30\n[contact]\nrestitution = 1.5\n",
         "15: contact.restitution = 1.5, but it must be 0 to 1";
     unknown_obstacle: END => "segments = 30\n[[obstacles]]\nshape.cube = { radius_m = 1 }\n",
-        "15: obstacles[0].shape.cube is not a known key; expected one of `plane`, `sphere`, `capsule`";
+        "15: obstacles[0].shape.cube is not a known key; expected one of `plane`, `sphere`, `capsule`, `box`, `cylinder`, `mesh`";
     obstacle_without_a_shape: END => "segments = 30\n[[obstacles]]\nname = \"b\"\n",
         "14: obstacles[0]: missing key `shape`";
     obstacle_name_twice: END => "segments = 30\n[[obstacles]]\nname = \"b\"\nshape.plane = {}\n[[obstacles]]\nname = \"b\"\nshape.plane = {}\n",
@@ -172,6 +172,16 @@ mistakes! {
         "15: obstacles[0].shape.sphere.radius_m = 0, but it must be finite and > 0 [m]";
     capsule_without_a_length: END => "segments = 30\n[[obstacles]]\nshape.capsule = { start_m = [1, 0, 0], end_m = [1, 0, 0], radius_m = 1 }\n",
         "15: obstacles[0].shape.capsule.end_m = [1, 0, 0], but it must be 1e-12 to 1e12 m from start_m";
+    flat_box: END => "segments = 30\n[[obstacles]]\nshape.box.sides_m = [1, 0, 1]\n",
+        "15: obstacles[0].shape.box.sides_m[1] = 0, but it must be finite and > 0 [m]";
+    box_that_is_turned_twice: END => "segments = 30\n[[obstacles]]\n[obstacles.shape.box]\nsides_m = [1, 1, 1]\nturn_deg = [0, 0, 1]\norientation = [1, 0, 0, 0]\n",
+        "17: obstacles[0].shape.box.turn_deg: give either `orientation` or `turn_deg`, not both";
+    cylinder_without_a_length: END => "segments = 30\n[[obstacles]]\nshape.cylinder = { start_m = [1, 0, 0], end_m = [1, 0, 0], radius_m = 1 }\n",
+        "15: obstacles[0].shape.cylinder.end_m = [1, 0, 0], but it must be 1e-12 to 1e12 m from start_m";
+    mesh_without_a_file: END => "segments = 30\n[[obstacles]]\nshape.mesh.scale = 2\n",
+        "15: obstacles[0].shape.mesh: missing key `file`";
+    mesh_of_no_file: END => "segments = 30\n[[obstacles]]\nshape.mesh.file = \"rock.obj\"\n",
+        "15: obstacles[0].shape.mesh.file = \"rock.obj\", but it must be a file of triangles (.obj or .stl), and there is none at scenes/rock.obj";
     knot_in_a_short_rope: "[rods.shape.straight]" => "[rods.shape.knot]\nloop_m = 1",
         "12: rods[0].shape.knot.loop_m = 1, but it must be at most length_m / 8.8 = 0.454545 [m]";
     coarse_knot: "[rods.shape.straight]" => "[rods.shape.knot]\nloop_m = 0.4",

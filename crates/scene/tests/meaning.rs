@@ -26,7 +26,7 @@ fn names_and_ranges() {
     let own = ["knot", "cable", "strip", "mast"];
     let parts = [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &curved, &strands, &own, &ropes, &copies, &net];
     assert_eq!(names, parts.concat());
-    assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2"]);
+    assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2", "obstacle-3", "obstacle-4", "obstacle-5"]);
     assert_eq!(scene.rods[8].segments, 31..36);
     assert!(scene.rods[16].closed && !scene.rods[15].closed);
     // 1.2 m, give or take 20 %, cut as near to 0.3 m as goes.
@@ -150,7 +150,7 @@ fn contacts() {
     let contacts = everything().model.contacts;
     let friction = Friction { at_rest: 0.4, sliding: 0.3 };
     assert_eq!(contacts.between_segments, Some(Surface { friction, restitution: 0.1 }));
-    let [plane, ball, post] = &contacts.obstacles[..] else { panic!("{contacts:?}") };
+    let [plane, ball, post, ..] = &contacts.obstacles[..] else { panic!("{contacts:?}") };
     let point = Vector3::new(0.0, 0.0, -5.0);
     let half_space = ObstacleShape::HalfSpace { point, normal: Vector3::z_axis() };
     assert_eq!(*plane, Obstacle::new(half_space, Surface::default()));

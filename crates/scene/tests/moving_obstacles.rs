@@ -22,7 +22,7 @@ fn error(motion: &str) -> String {
 #[test]
 fn what_has_no_motion_stands_still() {
     let [plane] = &parsed("[[obstacles]]\nshape.plane = { point_m = [0, 0, -1] }")[..] else { panic!() };
-    assert_eq!((plane.motion.is_none(), plane.shape_at(7.0)), (true, plane.shape));
+    assert_eq!((plane.motion.is_none(), plane.shape_at(7.0)), (true, plane.shape.clone()));
 }
 
 #[test]

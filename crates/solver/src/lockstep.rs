@@ -46,7 +46,11 @@ impl Lockstep {
                 let segment = &model.segments[index];
                 let capsule = segment.capsule();
                 // What touches nothing has no ends, and a filter keeps it from all others. A sphere has one.
-                let (half, radius) = capsule.unwrap_or((0.0, segment.radius));
+                let (half, mut radius) = capsule.unwrap_or((0.0, segment.radius));
+                if let Some(mesh) = segment.surface() {
+                    // The ball around it.
+                    radius = mesh.positions.iter().map(|place| place.norm()).fold(0.0, f64::max);
+                }
                 shapes[index] = Shape {
                     component: component as u32,
                     body: body as u32,

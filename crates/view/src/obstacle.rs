@@ -1,17 +1,34 @@
 //! Obstacles as they stand in a run's JSON.
 
-use rod::{ObstacleShape, Pose};
+use rod::{Mesh, ObstacleShape, Pose};
 use serde::{Deserialize, Serialize};
 
 use crate::DecodeError;
+use crate::body::Surface;
 
 /// [`ObstacleShape`] in plain numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Obstacle {
-    HalfSpace { point: [f64; 3], normal: [f64; 3] },
-    Sphere { centre: [f64; 3], radius: f64 },
-    Capsule { start: [f64; 3], end: [f64; 3], radius: f64 },
+    HalfSpace {
+        point: [f64; 3],
+        normal: [f64; 3],
+    },
+    Sphere {
+        centre: [f64; 3],
+        radius: f64,
+    },
+    Capsule {
+        start: [f64; 3],
+        end: [f64; 3],
+        radius: f64,
+    },
+    /// A surface about its pivot, in the axes of the world at time 0, and the radius of the ball about it.
+    Mesh {
+        centre: [f64; 3],
+        radius: f64,
+        surface: Surface,
+    },
 }
 
 /// The poses of an obstacle that moves. What moves none stands where its shape says.
@@ -51,6 +68,12 @@ impl From<&ObstacleShape> for Obstacle {
             ObstacleShape::Capsule { start, end, radius } => {
                 Self::Capsule { start: start.into(), end: end.into(), radius }
             }
+            ObstacleShape::Box { .. } | ObstacleShape::Cylinder { .. } | ObstacleShape::Mesh { .. } => {
+                let turned = shape.surface().map(|(mesh, turn)| Mesh::clone(&mesh).turned(&turn));
+                let mesh = turned.unwrap_or_default();
+                let radius = mesh.positions.iter().map(|place| place.norm()).fold(0.0, f64::max);
+                Self::Mesh { centre: shape.pivot().into(), radius, surface: Surface::from(&mesh) }
+            }
         }
     }
 }
@@ -61,6 +84,10 @@ impl Obstacle {
             Self::HalfSpace { point, normal } => ([point, normal], 1.0),
             Self::Sphere { centre, radius } => ([centre; 2], *radius),
             Self::Capsule { start, end, radius } => ([start, end], *radius),
+            Self::Mesh { surface, .. } if !surface.fits() => {
+                return Err(DecodeError::new("obstacles", "each mesh must be a surface of triangles"));
+            }
+            Self::Mesh { centre, radius, .. } => ([centre; 2], *radius),
         };
         if places.into_iter().flatten().all(|x| x.is_finite()) && radius.is_finite() && radius > 0.0 {
             return Ok(());

@@ -296,6 +296,7 @@ fn obstacles_go_where_they_are_driven(browser: &mut Browser) -> Result<()> {
                 ObstacleShape::HalfSpace { point, normal } => [("point", point), ("normal", *normal)],
                 ObstacleShape::Sphere { centre, .. } => [("centre", centre); 2],
                 ObstacleShape::Capsule { start, end, .. } => [("start", start), ("end", end)],
+                shape => [("centre", shape.pivot()); 2],
             };
             for (key, place) in places {
                 let off = (Vector3::from(numbers(&drawn[key])?) - place).amax();

@@ -81,6 +81,7 @@ fn deepest(model: &Model, state: &State, neighbours: &HashSet<(usize, usize)>) -
                 ObstacleShape::Capsule { start, end, radius } => {
                     (closest::segments(line, &[start, end]).distance - radius, segment.radius.min(radius))
                 }
+                _ => continue,
             };
             deepest = deepest.max((segment.radius - distance) / smaller);
         }

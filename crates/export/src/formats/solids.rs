@@ -99,6 +99,9 @@ fn surface(shape: &ObstacleShape, [low, high]: [Vector3<f64>; 2]) -> Mesh {
             let turn = UnitQuaternion::face_towards(&axis, &Vector3::ith(axis.iamin(), 1.0));
             BodyShape::Capsule { radius, length }.mesh().turned(&turn)
         }
+        ObstacleShape::Box { .. } | ObstacleShape::Cylinder { .. } | ObstacleShape::Mesh { .. } => {
+            shape.surface().map_or_else(Mesh::default, |(mesh, turn)| Mesh::clone(&mesh).turned(&turn))
+        }
     }
 }
 
@@ -114,7 +117,7 @@ fn square(middle: Vector3<f64>, normal: Vector3<f64>, reach: f64) -> Mesh {
     }
 }
 
-/// Corners of a box about the segments and the round obstacles of the first and the last frame [m].
+/// Corners of a box about the segments and the obstacles that are no planes of the first and the last frame [m].
 fn bounds(model: &Model, trajectory: &mut TrajectoryReader) -> Result<[Vector3<f64>; 2], ExportError> {
     let infinite = Vector3::repeat(f64::INFINITY);
     let [mut low, mut high] = [infinite, -infinite];
@@ -129,12 +132,16 @@ fn bounds(model: &Model, trajectory: &mut TrajectoryReader) -> Result<[Vector3<f
             widen(place, 0.5 * segment.length + segment.radius);
         }
         for obstacle in &model.contacts.obstacles {
-            if let Some((ends, radius)) = obstacle.shape_at(time).capsule() {
+            let shape = obstacle.shape_at(time);
+            if let Some((ends, radius)) = shape.capsule() {
                 ends.iter().for_each(|end| widen(end, radius));
+            }
+            if let Some((mesh, turn)) = shape.surface() {
+                mesh.positions.iter().for_each(|place| widen(&(shape.pivot() + turn * place), 0.0));
             }
         }
     }
-    // A model without segments and round obstacles.
+    // A model of planes alone.
     if low.x > high.x { Ok([Vector3::zeros(), Vector3::repeat(1.0)]) } else { Ok([low, high]) }
 }
 

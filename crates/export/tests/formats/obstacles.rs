@@ -7,12 +7,12 @@ use export::Format;
 use gltf::Gltf;
 use gltf::animation::util::ReadOutputs;
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
-use rod::{Carried, Motion, Obstacle, ObstacleShape, Surface};
+use rod::{Carried, Motion, Obstacle, ObstacleShape, Pose, Surface};
 use vtkio::model::{Attribute, DataSet, Piece, VertexNumbers, Vtk};
 
 use crate::runs::{Run, straight};
 
-/// A rod among a plane, a sphere and a capsule that move, and a sphere that does not.
+/// A rod among a plane, a sphere, a capsule and a box that move, and a sphere and a cylinder that do not.
 fn among_obstacles() -> Run {
     let mut run = straight(4);
     let shapes = [
@@ -22,10 +22,18 @@ fn among_obstacles() -> Run {
         },
         ObstacleShape::Sphere { centre: Vector3::new(1.0, 2.0, 0.5), radius: 0.4 },
         ObstacleShape::Capsule { start: Vector3::new(-1.0, 0.0, 0.0), end: Vector3::new(-1.0, 1.5, 0.3), radius: 0.2 },
+        ObstacleShape::Box {
+            pose: Pose {
+                position: Vector3::new(2.0, -1.0, 0.2),
+                orientation: UnitQuaternion::new(Vector3::new(0.3, -1.0, 0.5)),
+            },
+            sides: Vector3::new(0.2, 0.5, 0.3),
+        },
         ObstacleShape::Sphere { centre: Vector3::new(-2.0, 2.0, 0.5), radius: 0.3 },
+        ObstacleShape::Cylinder { start: Vector3::new(3.0, 0.0, 0.0), end: Vector3::new(3.0, 1.5, 0.3), radius: 0.2 },
     ];
     run.model.contacts.obstacles = shapes.map(|shape| Obstacle::new(shape, Surface::default())).into();
-    for (k, obstacle) in run.model.contacts.obstacles.iter_mut().take(3).enumerate() {
+    for (k, obstacle) in run.model.contacts.obstacles.iter_mut().take(4).enumerate() {
         let (pose, k) = (obstacle.at(0.0).pose, k as f64);
         let (v, w) = (Vector3::new(1.0, k, -0.5), Vector3::new(2.0 * k, -1.0, 3.0));
         let way = Motion::at_velocities(&pose, &[(0.0, v, w)]).unwrap();
@@ -38,6 +46,15 @@ fn among_obstacles() -> Run {
 fn off(obstacle: &Obstacle, time: f64, place: &Vector3<f64>) -> f64 {
     match obstacle.shape_at(time) {
         ObstacleShape::HalfSpace { point, normal } => normal.dot(&(place - point)).abs(),
+        ObstacleShape::Box { pose, sides } => {
+            let own = pose.orientation.inverse() * (place - pose.position);
+            (own.abs() - sides * 0.5).max().abs()
+        }
+        ObstacleShape::Cylinder { start, end, radius } => {
+            let (from, axis) = (place - 0.5 * (start + end), (end - start).normalize());
+            let along = from.dot(&axis);
+            (along.abs() - 0.5 * (end - start).norm()).max((from - axis * along).norm() - radius).abs()
+        }
         shape => {
             let ([start, end], radius) = shape.capsule().unwrap();
             let axis = end - start;

@@ -5,7 +5,7 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
-use super::{Motion, Number, Vector};
+use super::{List, Motion, Number, Quaternion, Vector};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -32,6 +32,9 @@ pub(crate) enum ObstacleShape {
     Plane(Plane),
     Sphere(Sphere),
     Capsule(Capsule),
+    Box(Block),
+    Cylinder(Capsule),
+    Mesh(Mesh),
 }
 
 #[derive(Deserialize)]
@@ -54,6 +57,25 @@ pub(crate) struct Capsule {
     pub(crate) start_m: Vector,
     pub(crate) end_m: Vector,
     pub(crate) radius_m: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Block {
+    pub(crate) sides_m: List<Number, 3>,
+    pub(crate) centre_m: Option<Vector>,
+    pub(crate) turn_deg: Option<Vector>,
+    pub(crate) orientation: Option<Quaternion>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Mesh {
+    pub(crate) file: Spanned<String>,
+    pub(crate) scale: Option<Number>,
+    pub(crate) position_m: Option<Vector>,
+    pub(crate) turn_deg: Option<Vector>,
+    pub(crate) orientation: Option<Quaternion>,
 }
 
 /// One coefficient of friction, or one at rest and one sliding.

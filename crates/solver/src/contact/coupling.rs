@@ -1,7 +1,7 @@
 //! The Delassus operator `W = J P J^T` of the contacts that may press, P being how the bodies answer impulses.
 
 use super::TooManyContacts;
-use super::geometry::{Contact, Partner, Shape};
+use super::geometry::{Contact, Shape};
 use super::problem::{Pattern, Problem};
 use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
@@ -36,11 +36,7 @@ pub(crate) fn components_of(contact: &Contact, shapes: &[Shape]) -> [Option<u32>
         let shape = &shapes[i as usize];
         shape.free.then_some(shape.component)
     };
-    let other = match contact.key.1 {
-        Partner::Segment(i) => free(i),
-        Partner::Obstacle(_) => None,
-    };
-    [free(contact.key.0), other]
+    [free(contact.key.0), contact.key.1.segment().and_then(free)]
 }
 
 /// The sides of a contact that lie in `component`.
@@ -50,11 +46,7 @@ fn sides(contact: &Contact, shapes: &[Shape], component: u32) -> [Option<Side>; 
         let here = shape.free && shape.component == component;
         here.then_some(Side { body: shape.body, arm: contact.arms[k], sign })
     };
-    let other = match contact.key.1 {
-        Partner::Segment(i) => side(i, 1, -1.0),
-        Partner::Obstacle(_) => None,
-    };
-    [side(contact.key.0, 0, 1.0), other]
+    [side(contact.key.0, 0, 1.0), contact.key.1.segment().and_then(|i| side(i, 1, -1.0))]
 }
 
 impl Coupling {

@@ -1,13 +1,15 @@
 //! Which contacts are possible in a step: broad phase over the ways of all segments, and what to hold apart of each pair.
 
-use collision::{Aabb, SpatialHash};
+use collision::{Aabb, SpatialHash, TriangleMesh};
 use nalgebra::Vector3;
-use rod::{Carried, Model, Surface};
+use rod::{Carried, Model, Segment, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
-use super::geometry::{Contact, Feature, Partner, Shape, World};
+use super::geometry::{Contact, Feature, Partner, Poses, Shape, World};
 use super::obstacles::Placed;
+use super::parts;
+use crate::component::BodyPose;
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
@@ -30,6 +32,16 @@ pub(crate) struct Detector {
     /// Bounded obstacles, in the order of their boxes.
     bounded: Vec<u32>,
     pairs: Vec<[u32; 2]>,
+    /// Obstacles with meshes.
+    meshes: Vec<u32>,
+    /// Segments that are rigid bodies with meshes, ascending.
+    bodies: Vec<(u32, TriangleMesh)>,
+    /// Where they were at the last search, if anything was near.
+    seen_bodies: Vec<Option<BodyPose<f64>>>,
+    /// Least radius of what touches [m].
+    least_radius: f64,
+    /// Where the ends of segments near a mesh were at the last search; empty without meshes.
+    seen: Vec<Option<[Vec3<f64>; 2]>>,
 }
 
 impl Detector {
@@ -38,7 +50,19 @@ impl Detector {
         let obstacles: Vec<Placed> = model.contacts.obstacles.iter().map(Placed::new).collect();
         let is_bounded = |&i: &u32| obstacles[i as usize].is_bounded();
         let bounded = (0..obstacles.len() as u32).filter(is_bounded).collect();
+        let has_mesh = |&i: &u32| obstacles[i as usize].mesh().is_some();
+        let meshes: Vec<u32> = (0..obstacles.len() as u32).filter(has_mesh).collect();
+        let body = |(i, segment): (usize, &Segment)| {
+            segment.surface().map(|mesh| (i as u32, TriangleMesh::new(&mesh.positions, &mesh.triangles)))
+        };
+        let bodies: Vec<(u32, TriangleMesh)> = model.segments.iter().enumerate().filter_map(body).collect();
+        let radii = shapes.iter().filter(|shape| shape.touches()).map(|shape| shape.radius);
         Self {
+            least_radius: radii.fold(f64::INFINITY, f64::min),
+            seen: if meshes.is_empty() && bodies.is_empty() { Vec::new() } else { vec![None; shapes.len()] },
+            seen_bodies: vec![None; bodies.len()],
+            meshes,
+            bodies,
             shapes,
             between_segments: model.contacts.between_segments,
             allow_overlap: model.contacts.allow_overlap,
@@ -53,9 +77,14 @@ impl Detector {
         }
     }
 
+    /// Whether any obstacle or body has a mesh.
+    pub(crate) fn has_meshes(&self) -> bool {
+        !(self.meshes.is_empty() && self.bodies.is_empty())
+    }
+
     /// Everything that can touch.
     pub(crate) fn world(&self) -> World<'_> {
-        World { shapes: &self.shapes, obstacles: &self.obstacles }
+        World { shapes: &self.shapes, obstacles: &self.obstacles, bodies: &self.bodies }
     }
 
     /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
@@ -91,15 +120,33 @@ impl Detector {
 
     /// Whether every segment is still within the box of the last search.
     pub(crate) fn covers(&self, components: &[ConnectedSet]) -> bool {
-        self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
+        let ends = |shape: &Shape| {
             let component = &components[shape.component as usize].component;
-            let ends = shape.place(&component.poses[shape.body as usize]);
-            !shape.free || ends.iter().all(|&end| within(room, to_nalgebra(end), shape.radius))
-        })
+            shape.place(&component.poses[shape.body as usize])
+        };
+        let slack = self.params.search_room;
+        let in_rooms = self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
+            !shape.free || ends(shape).iter().all(|&end| within(room, to_nalgebra(end), shape.radius))
+        });
+        let stays = |(shape, seen): (&Shape, &Option<[Vec3<f64>; 2]>)| {
+            seen.as_ref().is_none_or(|seen| parts::stay(ends(shape), seen, slack * shape.radius))
+        };
+        let body_stays = |((index, _), seen): (&(u32, TriangleMesh), &Option<BodyPose<f64>>)| {
+            let shape = &self.shapes[*index as usize];
+            let pose = components[shape.component as usize].component.poses[shape.body as usize];
+            seen.is_none_or(|seen| {
+                let (moved, turned) = (pose.x - seen.x, pose.q.turn_since(seen.q));
+                let [moved, turned] = [moved, turned].map(|v| v.norm_squared().sqrt());
+                moved + turned * shape.radius <= slack * self.least_radius
+            })
+        };
+        in_rooms
+            && self.shapes.iter().zip(&self.seen).all(stays)
+            && self.bodies.iter().zip(&self.seen_bodies).all(body_stays)
     }
 
     /// Replaces `out` by the possible contacts on the ways of all segments from their start over the prediction to where
-    /// they are, in the order of their keys.
+    /// they are, in the order of their keys. Contacts with meshes stay while they press.
     pub(crate) fn detect(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
         self.boxes.clear();
         for shape in &self.shapes {
@@ -109,8 +156,10 @@ impl Detector {
             let ends = poses.into_iter().flat_map(|pose| shape.place(pose)).map(to_nalgebra);
             self.boxes.push(around(ends, shape.radius * (1.0 + self.params.search_room)));
         }
-        out.clear();
+        out.retain(|contact| contact.impulse != Vec3::zero() && contact.is_of_mesh());
+        out.iter_mut().for_each(|contact| *contact = Contact::new(contact.key, contact.friction, contact.radius));
         self.with_half_spaces(out);
+        self.with_meshes(components, out);
         let bounded = self.bounded.iter().filter_map(|&i| self.obstacles[i as usize].way());
         self.boxes.extend(bounded.map(|(ends, radius)| around(ends.into_iter().flatten(), radius)));
         if self.filter.has_pairs(self.bounded.len()) {
@@ -124,6 +173,46 @@ impl Detector {
             self.pairs = pairs;
         }
         out.sort_unstable_by_key(|contact| contact.key);
+        if self.has_meshes() {
+            out.dedup_by_key(|contact| contact.key);
+        }
+    }
+
+    fn with_meshes(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
+        self.seen.fill(None);
+        self.seen_bodies.fill(None);
+        let ways = |shape: &Shape| {
+            let component = &components[shape.component as usize].component;
+            [&component.start, &component.poses].map(|poses| shape.place(&poses[shape.body as usize]))
+        };
+        for &which in &self.meshes {
+            let obstacle = &self.obstacles[which as usize];
+            let Some(carrier) = obstacle.carrier(Poses::Now) else { continue };
+            for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
+                if !shape.free || !shape.touches() || parts::is_out_of_reach(&carrier, room) {
+                    continue;
+                }
+                let way = ways(shape);
+                self.seen[a] = Some(way[1]);
+                let contact = (obstacle.surface().friction, &self.params);
+                parts::detect((a as u32, shape), way, (Partner::Obstacle(which), &carrier), contact, out);
+            }
+        }
+        let world = World { shapes: &self.shapes, obstacles: &self.obstacles, bodies: &self.bodies };
+        let friction = self.between_segments.unwrap_or_default().friction;
+        for (&(index, _), seen) in self.bodies.iter().zip(&mut self.seen_bodies) {
+            let Some(carrier) = world.body(index, components, Poses::Now) else { continue };
+            for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
+                if !self.filter.touches_mesh(a as u32, index) || parts::is_out_of_reach(&carrier, room) {
+                    continue;
+                }
+                let way = ways(shape);
+                self.seen[a] = Some(way[1]);
+                *seen = Some(carrier.frames[1]);
+                let contact = (friction, &self.params);
+                parts::detect((a as u32, shape), way, (Partner::Segment(index), &carrier), contact, out);
+            }
+        }
     }
 
     fn add_pair(&self, a: u32, b: u32, components: &[ConnectedSet], out: &mut Vec<Contact>) {
@@ -144,11 +233,11 @@ impl Detector {
         let parallel = are_parallel(ends(a), other, self.params.parallel);
         let features: &[Feature] = if parallel { &Feature::PARALLEL } else { &[Feature::Nearest] };
         let stands = |feature: &&Feature| match **feature {
-            Feature::Nearest => true,
+            Feature::Nearest | Feature::Corner(_) => true,
             Feature::Own(end) => own.ends[end as usize],
             Feature::Partners(end) => match partner {
                 Partner::Segment(b) => self.shapes[b as usize].ends[end as usize],
-                Partner::Obstacle(_) => true,
+                _ => true,
             },
         };
         let contact = |&feature: &Feature| Contact::new((a, partner, feature), friction, radius);
@@ -156,7 +245,8 @@ impl Detector {
     }
 
     fn with_half_spaces(&self, out: &mut Vec<Contact>) {
-        for (i, obstacle) in self.obstacles.iter().enumerate().filter(|(_, obstacle)| !obstacle.is_bounded()) {
+        let is_half_space = |obstacle: &Placed| !obstacle.is_bounded() && obstacle.mesh().is_none();
+        for (i, obstacle) in self.obstacles.iter().enumerate().filter(|(_, obstacle)| is_half_space(obstacle)) {
             for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
                 if !shape.free || obstacle.is_out_of_reach(room) {
                     continue;
@@ -165,14 +255,22 @@ impl Detector {
                 let contact = |end| Contact::new(key(end), obstacle.surface().friction, shape.radius);
                 out.extend([0, 1].into_iter().filter(|&end| shape.ends[end as usize]).map(contact));
             }
+            for (index, mesh) in &self.bodies {
+                let shape = &self.shapes[*index as usize];
+                if shape.free && !obstacle.is_out_of_reach(&self.boxes[*index as usize]) {
+                    let key = |corner| (*index, Partner::Obstacle(i as u32), Feature::Corner(corner));
+                    let contact = |corner| Contact::new(key(corner), obstacle.surface().friction, shape.radius);
+                    out.extend((0..mesh.corners().len() as u32).map(contact));
+                }
+            }
         }
     }
 
     /// How a contact answers.
     pub(crate) fn surface(&self, partner: Partner) -> Surface {
-        match partner {
-            Partner::Segment(_) => self.between_segments.unwrap_or_default(),
-            Partner::Obstacle(i) => self.obstacles[i as usize].surface(),
+        match partner.obstacle() {
+            None => self.between_segments.unwrap_or_default(),
+            Some(i) => self.obstacles[i as usize].surface(),
         }
     }
 
@@ -202,7 +300,7 @@ fn within(room: &Aabb, centre: Vector3<f64>, radius: f64) -> bool {
 }
 
 /// Whether the squared sine of the angle between two axes is below `most`.
-fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2], most: f64) -> bool {
+pub(super) fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2], most: f64) -> bool {
     let (a, b) = (a[1] - a[0], b[1] - b[0]);
     let size = a.norm_squared() * b.norm_squared();
     size > 0.0 && a.cross(b).norm_squared() < most * size

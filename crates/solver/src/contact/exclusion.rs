@@ -45,9 +45,17 @@ impl PairFilter {
 
     /// Whether bodies `a` < `b` can touch.
     pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
-        if !self.bodies.is_empty() && !self.bodies_touch(a, b) {
-            return false;
-        }
+        (self.bodies.is_empty() || self.bodies_touch(a, b)) && self.are_apart(a, b)
+    }
+
+    /// Whether a segment can touch rigid body `body`, which has a mesh: pieces of rods can.
+    pub(crate) fn touches_mesh(&self, segment: u32, body: u32) -> bool {
+        let is_rod = self.bodies.get(segment as usize).is_some_and(Option::is_none);
+        is_rod && self.are_apart(segment.min(body), segment.max(body))
+    }
+
+    /// Whether nothing but what they are keeps bodies `a` < `b` from touching.
+    fn are_apart(&self, a: u32, b: u32) -> bool {
         let is_free = |i: u32| self.free.get(i as usize).copied();
         match (is_free(a), is_free(b)) {
             (Some(first), None) => first,

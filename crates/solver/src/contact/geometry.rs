@@ -1,12 +1,13 @@
 //! Where two bodies touch: normal, gap, slip and lever arms of a contact at the current poses.
 
-use collision::closest;
 use collision::sweep::{MovingCapsule, crossing_normal, first_touch};
+use collision::{TriangleMesh, closest};
 use nalgebra::Vector3;
 use rod::{Friction, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::obstacles::Placed;
+use super::parts::Carrier;
 use crate::component::{BodyPose, Component};
 use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
@@ -31,6 +32,11 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// Whether it touches anything: a body that does not has no ends.
+    pub(crate) fn touches(&self) -> bool {
+        self.half > 0.0 || self.ends[0]
+    }
+
     /// The end that lies at a place along the axis [m], if one does.
     pub(crate) fn end_at(&self, offset: f64) -> Option<usize> {
         let is_end = (offset.abs() - self.half).abs() < 1e-6 * self.half;
@@ -49,8 +55,36 @@ impl Shape {
 pub(crate) enum Partner {
     /// A segment of the model with a higher index.
     Segment(u32),
-    /// An obstacle.
+    /// An obstacle that is round, or a half-space.
     Obstacle(u32),
+    /// An obstacle, and a triangle of its mesh.
+    Face(u32, u32),
+    /// An obstacle, and an edge of its mesh.
+    Edge(u32, u32),
+    /// A segment that is a rigid body, and a triangle of its mesh.
+    BodyFace(u32, u32),
+    /// A segment that is a rigid body, and an edge of its mesh.
+    BodyEdge(u32, u32),
+}
+
+impl Partner {
+    /// The segment or obstacle that it is, or is a part of.
+    pub(crate) fn whole(self) -> Self {
+        match self {
+            Partner::Segment(i) | Partner::BodyFace(i, _) | Partner::BodyEdge(i, _) => Partner::Segment(i),
+            Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) => Partner::Obstacle(i),
+        }
+    }
+
+    /// The obstacle, if it is one or a part of one.
+    pub(crate) fn obstacle(self) -> Option<u32> {
+        if let Partner::Obstacle(i) = self.whole() { Some(i) } else { None }
+    }
+
+    /// The segment, if it is one or a part of one.
+    pub(crate) fn segment(self) -> Option<u32> {
+        if let Partner::Segment(i) = self.whole() { Some(i) } else { None }
+    }
 }
 
 /// Which points of the two axes a contact holds apart.
@@ -65,6 +99,8 @@ pub(crate) enum Feature {
     Own(u8),
     /// An end of the partner's axis and what of the segment's is nearest to it.
     Partners(u8),
+    /// A corner of the mesh that the segment has as a rigid body.
+    Corner(u32),
 }
 
 impl Feature {
@@ -107,31 +143,48 @@ pub(crate) struct Contact {
     pub(crate) radius: f64,
     /// Whether another contact holds the same places apart.
     pub(crate) doubled: bool,
+    /// Whether a deeper contact with the same mesh is solved for first.
+    pub(crate) waits: bool,
 }
 
-/// A [`Key`] as words.
+/// A [`Key`] as words. The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the
+/// partner is a face (1) or an edge (2) of a mesh (2 bits), and, from bit 32 on, which of them, or which corner.
 fn words((segment, partner, feature): Key) -> [u64; 3] {
-    let partner = match partner {
+    let (kind, part) = match partner {
+        Partner::Segment(_) | Partner::Obstacle(_) => (0, 0),
+        Partner::Face(_, part) | Partner::BodyFace(_, part) => (1, part),
+        Partner::Edge(_, part) | Partner::BodyEdge(_, part) => (2, part),
+    };
+    let partner = match partner.whole() {
         Partner::Segment(i) => u64::from(i) << 1,
-        Partner::Obstacle(i) => u64::from(i) << 1 | 1,
+        other => u64::from(other.obstacle().unwrap_or_default()) << 1 | 1,
     };
     let feature = match feature {
         Feature::Nearest => 0,
         Feature::Own(end) => 1 | u64::from(end) << 2,
         Feature::Partners(end) => 2 | u64::from(end) << 2,
+        Feature::Corner(corner) => 3 | u64::from(corner) << 32,
     };
-    [u64::from(segment), partner, feature]
+    [u64::from(segment), partner, feature | kind << 3 | u64::from(part) << 32]
 }
 
 /// The inverse of [`words`].
 fn key([segment, partner, feature]: [u64; 3]) -> Key {
-    let index = (partner >> 1) as u32;
-    let partner = if partner & 1 == 0 { Partner::Segment(index) } else { Partner::Obstacle(index) };
-    let end = (feature >> 2) as u8;
+    let (index, part) = ((partner >> 1) as u32, (feature >> 32) as u32);
+    let partner = match (partner & 1, feature >> 3 & 3) {
+        (0, 1) => Partner::BodyFace(index, part),
+        (0, 2) => Partner::BodyEdge(index, part),
+        (0, _) => Partner::Segment(index),
+        (_, 1) => Partner::Face(index, part),
+        (_, 2) => Partner::Edge(index, part),
+        _ => Partner::Obstacle(index),
+    };
+    let end = (feature >> 2 & 1) as u8;
     let feature = match feature & 3 {
         0 => Feature::Nearest,
         1 => Feature::Own(end),
-        _ => Feature::Partners(end),
+        2 => Feature::Partners(end),
+        _ => Feature::Corner(part),
     };
     (segment as u32, partner, feature)
 }
@@ -140,6 +193,20 @@ fn key([segment, partner, feature]: [u64; 3]) -> Key {
 pub(crate) struct World<'a> {
     pub(crate) shapes: &'a [Shape],
     pub(crate) obstacles: &'a [Placed],
+    /// Segments that are rigid bodies with meshes, ascending.
+    pub(crate) bodies: &'a [(u32, TriangleMesh)],
+}
+
+impl World<'_> {
+    /// The mesh of segment `index`, and where it is at the start of the step and in `poses`.
+    pub(super) fn body(&self, index: u32, components: &[ConnectedSet], poses: Poses) -> Option<Carrier<'_>> {
+        let place = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
+        let shape = &self.shapes[index as usize];
+        let component = &components[shape.component as usize].component;
+        let start = component.start[shape.body as usize];
+        let now = if poses == Poses::Start { start } else { component.poses[shape.body as usize] };
+        Some(Carrier { mesh: &self.bodies[place].1, frames: [start, now], body: Some([start, now]) })
+    }
 }
 
 /// At which poses contacts are evaluated.
@@ -211,6 +278,7 @@ impl Contact {
             residual: 0.0,
             radius,
             doubled: false,
+            waits: false,
         }
     }
 
@@ -249,29 +317,44 @@ impl Contact {
                 let obstacle = &world.obstacles[index as usize];
                 let other = obstacle.side(poses);
                 if let ObstacleShape::HalfSpace { point, normal } = obstacle.shape(poses) {
-                    let end = match feature {
-                        Feature::Own(1) => own.ends[1],
-                        _ => own.ends[0],
+                    let (end, radius) = match feature {
+                        Feature::Corner(corner) => {
+                            let body = world.body(self.key.0, components, poses);
+                            (body.map_or(own.now.x, |body| body.corner(corner)), 0.0)
+                        }
+                        Feature::Own(1) => (own.ends[1], own.radius),
+                        _ => (own.ends[0], own.radius),
                     };
                     let normal = to_kernel(normal);
-                    let gap = normal.dot(end - to_kernel(point)) - own.radius;
-                    self.set(&own, other.as_ref(), normal, gap, end - normal * (own.radius + 0.5 * gap));
+                    let gap = normal.dot(end - to_kernel(point)) - radius;
+                    self.set(&own, other.as_ref(), normal, gap, end - normal * (radius + 0.5 * gap));
                 } else if let Some(other) = other {
                     self.between(&own, &other, feature, poses);
+                }
+            }
+            Partner::Face(..) | Partner::Edge(..) | Partner::BodyFace(..) | Partner::BodyEdge(..) => {
+                let carrier = match partner.whole() {
+                    Partner::Segment(index) => world.body(index, components, poses),
+                    other => other.obstacle().and_then(|index| world.obstacles[index as usize].carrier(poses)),
+                };
+                if let Some(carrier) = carrier {
+                    self.with_part(&own, &carrier, poses);
                 }
             }
         }
     }
 
-    fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) {
+    /// Evaluates a contact between two capsules. Returns the direction from the other one between the places; `None` where they
+    /// have passed through each other.
+    pub(super) fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) -> Option<Vec3<f64>> {
         let [s, t] = match feature {
-            Feature::Nearest => nearest(own.ends, other.ends),
+            Feature::Nearest | Feature::Corner(_) => nearest(own.ends, other.ends),
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
             Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
         };
         // An end beyond the other axis is no end of the line along which the two touch.
         self.doubled = match feature {
-            Feature::Nearest => false,
+            Feature::Nearest | Feature::Corner(_) => false,
             Feature::Own(_) => t <= 0.0 || t >= 1.0,
             Feature::Partners(_) => s <= 0.0 || s >= 1.0,
         };
@@ -281,6 +364,7 @@ impl Contact {
         let distance = difference.norm_squared().sqrt();
         let mut normal = if distance > 0.0 { difference * (1.0 / distance) } else { across(own.ends, other.ends) };
         let mut gap = distance - reach;
+        let mut direction = (distance > 0.0).then_some(normal);
         // Fast enough to have passed through the other: what counts is the side from which it came.
         let moved = |side: &Side, k: usize| side.ends[k] - side.ends_before[k];
         let apart = |i: usize, j: usize| (moved(own, i) - moved(other, j)).norm_squared();
@@ -293,6 +377,7 @@ impl Contact {
             self.doubled |= feature != Feature::Nearest;
             (a, b, normal) = (own.at(hit.s), other.at(hit.t), to_kernel(&hit.normal));
             gap = normal.dot(a - b) - reach;
+            direction = None;
         }
         if poses == Poses::Settling {
             let between = normal + self.normal;
@@ -304,9 +389,10 @@ impl Contact {
         }
         let place = (a - normal * own.radius + b + normal * other.radius) * 0.5;
         self.set(own, Some(other), normal, gap, place);
+        direction
     }
 
-    fn set(&mut self, own: &Side, other: Option<&Side>, normal: Vec3<f64>, gap: f64, place: Vec3<f64>) {
+    pub(super) fn set(&mut self, own: &Side, other: Option<&Side>, normal: Vec3<f64>, gap: f64, place: Vec3<f64>) {
         self.gap = gap;
         self.normal = normal;
         self.frame = frame(normal);
@@ -326,9 +412,9 @@ impl Contact {
             linear + angular.cross(arm)
         };
         let own = at(self.key.0, self.arms[0]);
-        match self.key.1 {
-            Partner::Segment(other) => own - at(other, self.arms[1]),
-            Partner::Obstacle(_) => own,
+        match self.key.1.segment() {
+            Some(other) => own - at(other, self.arms[1]),
+            None => own,
         }
     }
 

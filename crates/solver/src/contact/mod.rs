@@ -12,6 +12,7 @@ mod impulses;
 mod newton;
 mod obstacles;
 mod overlap;
+mod parts;
 mod problem;
 mod stage;
 #[cfg(test)]

@@ -1,14 +1,17 @@
 //! Obstacles over the step under way: where they are at its start and at its end.
 
-use collision::Aabb;
+use std::sync::Arc;
+
+use collision::{Aabb, TriangleMesh};
 use nalgebra::Vector3;
 use rod::{Carried, Obstacle, ObstacleShape, Surface};
 
 use super::convert::to_kernel;
 use super::geometry::{Poses, Side};
+use super::parts::Carrier;
 use crate::component::{BodyPose, LARGEST_TURN, in_kernel};
 use crate::kernel::Spatial;
-use crate::kernel::math::Vec3;
+use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::Tape;
 use crate::step::Interval;
 
@@ -17,16 +20,32 @@ use crate::step::Interval;
 pub(crate) struct Placed {
     obstacle: Obstacle,
     shapes: [ObstacleShape; 2],
-    /// What follows is of an obstacle that moves: its poses, and its velocities (v, w) at the start.
+    /// Its surface, if that is made of triangles.
+    solid: Option<Solid>,
+    /// Its poses.
     poses: [BodyPose<f64>; 2],
+    /// Its velocities (v, w) at the start, if it moves.
     velocity: Spatial<f64>,
+}
+
+/// A surface of triangles about the pivot of an obstacle.
+#[derive(Clone, Debug)]
+struct Solid {
+    mesh: Arc<TriangleMesh>,
+    /// From its axes to those of the obstacle's pose.
+    turn: Quat<f64>,
 }
 
 impl Placed {
     /// An obstacle before the first step.
     pub(crate) fn new(obstacle: &Obstacle) -> Self {
         let (pose, velocity) = in_kernel(&obstacle.at(0.0));
-        Self { obstacle: obstacle.clone(), shapes: [obstacle.shape; 2], poses: [pose; 2], velocity }
+        let shape = || obstacle.shape.clone();
+        let solid = obstacle.shape.surface().map(|(mesh, turn)| Solid {
+            mesh: Arc::new(TriangleMesh::new(&mesh.positions, &mesh.triangles)),
+            turn: Quat { v: to_kernel(&turn.imag()), w: turn.w },
+        });
+        Self { obstacle: obstacle.clone(), shapes: [shape(), shape()], solid, poses: [pose; 2], velocity }
     }
 
     /// Lets a motion drive it from the next step on.
@@ -38,7 +57,8 @@ impl Placed {
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         tape.obstacle_motion(&mut self.obstacle.motion);
         if self.obstacle.motion.is_none() {
-            self.shapes = [self.obstacle.shape; 2];
+            self.shapes = [self.obstacle.shape.clone(), self.obstacle.shape.clone()];
+            self.poses = [in_kernel(&self.obstacle.at(0.0)).0; 2];
         }
     }
 
@@ -62,9 +82,22 @@ impl Placed {
         self.obstacle.surface
     }
 
-    /// Whether it has an end.
+    /// Whether it is round, with an end.
     pub(crate) fn is_bounded(&self) -> bool {
         self.obstacle.shape.capsule().is_some()
+    }
+
+    /// Its surface, if that is made of triangles.
+    pub(crate) fn mesh(&self) -> Option<&TriangleMesh> {
+        self.solid.as_ref().map(|solid| &*solid.mesh)
+    }
+
+    /// Its mesh, if it has one, at the start of the step and in `poses`.
+    pub(super) fn carrier(&self, poses: Poses) -> Option<Carrier<'_>> {
+        let solid = self.solid.as_ref()?;
+        let body = [self.poses[0], self.poses[usize::from(poses != Poses::Start)]];
+        let frames = body.map(|BodyPose { x, q }| BodyPose { x, q: q * solid.turn });
+        Some(Carrier { mesh: &solid.mesh, frames, body: self.obstacle.motion.as_ref().map(|_| body) })
     }
 
     /// Ends of its axis at the start and at the end of the step [m], and its radius [m]; `None` for what has no end.

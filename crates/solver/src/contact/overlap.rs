@@ -3,8 +3,9 @@
 use std::cmp::Reverse;
 use std::fmt;
 
-use collision::{Capsule, SpatialHash, closest};
-use rod::{Model, ObstacleShape, State};
+use collision::{Capsule, SpatialHash, TriangleMesh, closest};
+use nalgebra::Vector3;
+use rod::{Model, ObstacleShape, Pose, State};
 use thiserror::Error;
 
 use super::exclusion::PairFilter;
@@ -105,17 +106,45 @@ pub(crate) fn refuse_overlaps(
             worst = Some(found);
         }
     };
+    let bodies: Vec<(usize, Pose, TriangleMesh)> = model
+        .segments
+        .iter()
+        .enumerate()
+        .filter_map(|(i, segment)| {
+            let mesh = segment.surface()?;
+            let pose = Pose { position: state.positions[i], orientation: state.orientations[i] };
+            Some((i, pose, TriangleMesh::new(&mesh.positions, &mesh.triangles)))
+        })
+        .collect();
+    for (i, pose, mesh) in &bodies {
+        let other = Overlapped::Segment { index: *i, rod: model.segments[*i].rod };
+        for (a, own) in capsules.iter().enumerate().filter(|&(a, _)| filter.touches_mesh(a as u32, *i as u32)) {
+            let [start, end] = [own.start, own.end].map(|place| pose.orientation.inverse() * (place - pose.position));
+            see(a, other, own.radius - distance(mesh, &Capsule { start, end, ..*own }), own.radius);
+        }
+    }
     let mut obstacles = Vec::new();
     for (index, obstacle) in model.contacts.obstacles.iter().enumerate() {
         let other = Overlapped::Obstacle { index, kind: obstacle.shape.kind() };
+        let touches = |i: usize| !model.segments[i].fixed && model.segments[i].capsule().is_some();
         if let ObstacleShape::HalfSpace { point, normal } = &obstacle.shape {
-            let touches = |i: usize| !model.segments[i].fixed && model.segments[i].capsule().is_some();
+            for (i, pose, mesh) in bodies.iter().filter(|&&(i, ..)| !model.segments[i].fixed) {
+                let height = |corner: &Vector3<f64>| normal.dot(&(pose.position + pose.orientation * corner - point));
+                let lowest = mesh.corners().iter().map(height).fold(f64::INFINITY, f64::min);
+                see(*i, other, -lowest, model.segments[*i].radius);
+            }
             for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| touches(i)) {
                 let height = normal.dot(&(own.start - point)).min(normal.dot(&(own.end - point)));
                 see(i, other, own.radius - height, own.radius);
             }
         } else if let Some(([start, end], radius)) = obstacle.shape.capsule() {
             obstacles.push((other, Capsule { start, end, radius }));
+        } else if let Some((mesh, turn)) = obstacle.shape.surface() {
+            let (mesh, pivot) = (TriangleMesh::new(&mesh.positions, &mesh.triangles), obstacle.shape.pivot());
+            for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| touches(i)) {
+                let [start, end] = [own.start, own.end].map(|place| turn.inverse() * (place - pivot));
+                see(i, other, own.radius - distance(&mesh, &Capsule { start, end, ..*own }), own.radius);
+            }
         }
     }
     if filter.has_pairs(obstacles.len()) {
@@ -138,6 +167,20 @@ pub(crate) fn refuse_overlaps(
         }
     }
     worst.map_or(Ok(()), |worst| Err(Overlap { pairs, ..worst }))
+}
+
+/// How far the axis of a capsule is from a mesh [m]: negative inside, and infinite beyond the capsule's radius.
+fn distance(mesh: &TriangleMesh, capsule: &Capsule) -> f64 {
+    let axis = [capsule.start, capsule.end];
+    let mut least = f64::INFINITY;
+    mesh.face_tree().overlaps(&capsule.aabb(), |k| least = least.min(mesh.faces()[k as usize].distance(&axis)));
+    let middle: Vector3<f64> = (capsule.start + capsule.end) * 0.5;
+    match mesh.encloses(&middle) {
+        true if least.is_finite() => -least,
+        // Deep inside; how deep does not matter.
+        true => -capsule.radius,
+        false => least,
+    }
 }
 
 /// A segment's capsule; that of a rigid body that touches nothing is of no use.

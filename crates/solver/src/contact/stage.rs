@@ -9,9 +9,10 @@ use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
-use super::geometry::{Contact, Key, Partner, Poses, Shape};
+use super::geometry::{Contact, Key, Poses, Shape};
 use super::impulses;
 use super::newton::Newton;
+use super::parts::{Deepest, let_wait};
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::connected_set::ConnectedSet;
@@ -46,6 +47,8 @@ pub(crate) struct Stage {
     remembered: Vec<Remembered>,
     /// Contacts that may press, ascending.
     active: Vec<u32>,
+    /// Contacts of a segment with meshes for which others wait.
+    deepest: Vec<Deepest>,
     problem: Problem,
     newton: Newton,
     coupling: Coupling,
@@ -83,6 +86,7 @@ impl Stage {
             contacts: Vec::new(),
             remembered: Vec::new(),
             active: Vec::new(),
+            deepest: Vec::new(),
             problem: Problem::default(),
             newton: Newton::default(),
             coupling: Coupling::default(),
@@ -141,9 +145,9 @@ impl Stage {
             let centre = components[shape.component as usize].component.poses[shape.body as usize].x;
             ContactForce {
                 segment: segment as usize,
-                other: match partner {
-                    Partner::Segment(i) => Touched::Segment(i as usize),
-                    Partner::Obstacle(i) => Touched::Obstacle(i as usize),
+                other: match partner.segment() {
+                    Some(i) => Touched::Segment(i as usize),
+                    None => Touched::Obstacle(partner.obstacle().unwrap_or_default() as usize),
                 },
                 place: to_nalgebra(centre + contact.arms[0]),
                 normal: to_nalgebra(contact.normal),
@@ -219,11 +223,7 @@ impl Stage {
             dp.linear.norm_squared() > (self.params.far * contact.radius).powi(2)
         };
         self.contacts.iter().any(|contact| {
-            let other = match contact.key.1 {
-                Partner::Segment(other) => far(contact, other),
-                Partner::Obstacle(_) => false,
-            };
-            far(contact, contact.key.0) || other
+            far(contact, contact.key.0) || contact.key.1.segment().is_some_and(|other| far(contact, other))
         })
     }
 
@@ -298,7 +298,7 @@ impl Stage {
                 components[shape.component as usize].component.velocities[shape.body as usize]
             };
             let mut meeting = contact.relative(velocity);
-            if let Partner::Obstacle(i) = contact.key.1
+            if let Some(i) = contact.key.1.obstacle()
                 && let Some(surface) = world.obstacles[i as usize].velocity_at(contact.arms[1])
             {
                 meeting -= surface;
@@ -331,7 +331,7 @@ impl Stage {
         if self.contacts.is_empty() {
             return Ok(());
         }
-        self.choose();
+        self.choose(components);
         if self.active.is_empty() {
             return Ok(());
         }
@@ -360,17 +360,30 @@ impl Stage {
     }
 
     /// Chooses the contacts that may press and sets up their unknowns.
-    fn choose(&mut self) {
+    fn choose(&mut self, components: &[ConnectedSet]) {
         self.problem.clear();
         let shapes = self.detector.world().shapes;
-        for (index, contact) in self.contacts.iter().enumerate() {
+        let corrections = &self.corrections;
+        let free = |contact: &Contact| {
             let correction = |i: u32| {
                 let shape = &shapes[i as usize];
-                self.corrections[shape.component as usize][shape.body as usize]
+                corrections[shape.component as usize][shape.body as usize]
             };
             let mut free = contact.local(contact.relative(correction) + contact.slip);
             free[0] += contact.gap - contact.target;
-            if (free[0] > self.params.near * contact.radius || contact.doubled) && contact.impulse == Vec3::zero() {
+            free
+        };
+        if self.detector.has_meshes() {
+            let axis = |i: u32| {
+                let shape = &shapes[i as usize];
+                components[shape.component as usize].component.poses[shape.body as usize].q.axis()
+            };
+            let_wait(&mut self.contacts, |contact| free(contact)[0], axis, &mut self.deepest);
+        }
+        for (index, contact) in self.contacts.iter().enumerate() {
+            let free = free(contact);
+            let is_out = free[0] > self.params.near * contact.radius || contact.doubled || contact.waits;
+            if is_out && contact.impulse == Vec3::zero() {
                 continue;
             }
             let before = contact.local(contact.impulse);
@@ -491,7 +504,7 @@ fn push(
         *impulse = impulse.plus(Spatial { linear: f, angular: arm.cross(f) }, 1.0);
     };
     add(contact.key.0, f, contact.arms[0]);
-    if let Partner::Segment(other) = contact.key.1 {
+    if let Some(other) = contact.key.1.segment() {
         add(other, -f, contact.arms[1]);
     }
 }

@@ -12,6 +12,7 @@ mod joint_forces;
 mod lanes;
 mod many_contacts;
 mod materials;
+mod meshes;
 mod moving_obstacles;
 mod multistep;
 mod overlap;

@@ -138,8 +138,12 @@ fn a_turning_drum_pulls_by_the_exponential_of_the_angle() {
     let friction = 0.3;
     // Friction acts at the rope's surface: about the drum's axis its lever arm is R, that of the tension R + r.
     let exponent = friction * PI * 0.1 / 0.101;
-    for (rate, ratio) in [(1.0, exponent.exp()), (-1.0, (-exponent).exp())] {
-        let drum = ObstacleShape::Capsule { start: -Vector3::y(), end: Vector3::y(), radius: 0.1 };
+    let (start, end, radius) = (-Vector3::y(), Vector3::y(), 0.1);
+    let round = ObstacleShape::Capsule { start, end, radius };
+    let many_sided = ObstacleShape::Cylinder { start, end, radius };
+    let cases = [(&round, 1.0), (&round, -1.0), (&many_sided, 1.0), (&many_sided, -1.0)];
+    for (drum, rate) in cases.map(|(drum, rate)| (drum.clone(), rate)) {
+        let ratio = (exponent * rate).exp();
         model.contacts.obstacles = vec![steady(drum, rough(friction), Vector3::zeros(), Vector3::y() * rate)];
         let mut settings = Settings::default();
         settings.step.formulation = Formulation::Newton;
@@ -257,7 +261,8 @@ fn all_that_moves_on_alike_is_at_rest() {
         let nodes = shape::straight(Vector3::new(-0.5, 0.0, 0.12), Vector3::x(), 1.0, 12);
         assembly.rod(&RodSpec::new(nodes, RADIUS, material(1e6, 1000.0)));
         let (mut model, mut state) = assembly.finish();
-        model.contacts.obstacles = [drum, plane, ball].map(|shape| steady(shape, surface, v, Vector3::zeros())).into();
+        let shapes = [&drum, &plane, &ball].map(Clone::clone);
+        model.contacts.obstacles = shapes.map(|shape| steady(shape, surface, v, Vector3::zeros())).into();
         state.velocities.iter_mut().for_each(|own| *own += v + Vector3::new(0.5, 0.2, -0.5));
         (model, state)
     };

@@ -1,4 +1,4 @@
-// Rigid bodies: one mesh each, moved with its segment.
+// Rigid bodies, and obstacles of triangles: one mesh each, moved with its segment or by itself.
 
 const BODY_VERTEX = `#version 300 es
 layout(location = 0) in vec3 corner;
@@ -29,7 +29,12 @@ void main() {
   gl_Position = toClip * vec4(place, 1.0);
 }`;
 
-/** The rigid bodies of a run. */
+/** A colour's word as red, green and blue from 0 to 1. */
+function shares(word) {
+  return [0, 8, 16].map((shift) => ((word >>> shift) & 255) / 255);
+}
+
+/** The rigid bodies of a run; or meshes that are numbered as segments are. */
 class RunBodies {
   constructor(gl, { segment, surface, surfaces }) {
     this.gl = gl;
@@ -48,7 +53,7 @@ class RunBodies {
       gl.vertexAttribPointer(place, 3, gl.FLOAT, false, 0, 0);
     });
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(triangles), gl.STATIC_DRAW);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(triangles), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
     return { array, count: triangles.length };
   }
@@ -57,9 +62,13 @@ class RunBodies {
   update(poses, colour) {
     for (const body of this.all) {
       for (let k = 0; k < 7; k++) body.pose[k] = poses[7 * body.segment + k];
-      const word = colour(body.segment);
-      body.paint = [0, 8, 16].map((shift) => ((word >>> shift) & 255) / 255);
+      body.paint = shares(colour(body.segment));
     }
+  }
+
+  /** Gives all of them one colour, a word. */
+  paint(colour) {
+    for (const body of this.all) body.paint = shares(colour);
   }
 
   /** Draws them with a program whose uniforms are at `places`. */
@@ -70,7 +79,7 @@ class RunBodies {
       gl.uniform4fv(places.frame, pose.subarray(3, 7));
       if (places.paint) gl.uniform3fv(places.paint, paint);
       gl.bindVertexArray(mesh.array);
-      gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_SHORT, 0);
+      gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0);
     }
     gl.bindVertexArray(null);
   }

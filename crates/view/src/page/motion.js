@@ -115,12 +115,12 @@ class Motion {
     if (!pose) return { ...obstacle, turn: UNTURNED };
     const [middle, turn] = [pose.slice(0, 3), pose.slice(3)];
     if (obstacle.kind === "half_space") return { ...obstacle, point: middle, normal: turned(turn, obstacle.normal), turn };
-    if (obstacle.kind === "sphere") return { ...obstacle, centre: middle, turn };
+    if (obstacle.kind === "sphere" || obstacle.kind === "mesh") return { ...obstacle, centre: middle, turn };
     const half = turned(turn, scaled(subtract(obstacle.end, obstacle.start), 0.5));
     return { ...obstacle, start: subtract(middle, half), end: add(middle, half), turn };
   }
 
-  /** Visits places of all round obstacles, with their radii, in as many frames as it takes to see where they go. */
+  /** Visits places of all obstacles that are no planes, with their radii, in as many frames as it takes to see where they go. */
   #visitObstacles(visit) {
     this.obstacles.forEach((_, index) => {
       const every = this.obstaclePoses.has(index) ? Math.ceil(this.frames / OBSTACLE_FRAMES) : this.frames;
@@ -131,7 +131,7 @@ class Motion {
     });
   }
 
-  /** Coordinates of points that lie around the motion and the round obstacles, from `centre` [m]. */
+  /** Coordinates of points that lie around the motion and the obstacles that are no planes, from `centre` [m]. */
   outline(centre) {
     const points = [];
     const surround = (place, reach) => {
@@ -153,7 +153,7 @@ class Motion {
     return points;
   }
 
-  /** Corners of a box around all of the motion and the round obstacles [m]. */
+  /** Corners of a box around all of the motion and the obstacles that are no planes [m]. */
   box() {
     const reach = this.length.reduce((most, length, i) => Math.max(most, length / 2 + this.radius[i]), 0);
     const low = [...this.origin];

@@ -76,7 +76,8 @@ class Renderer {
       const view = this.camera.view(width / height);
       view.pixel = (0.9 * this.ratio * 2 * SLOPE) / height;
       const runs = picture.map((run) => this.runs[run]);
-      this.#picture(runs.map((run) => run.tubes), runs.map((run) => run.bodies), view, stripe);
+      const bodies = [...runs.map((run) => run.bodies), this.scenery.bodies];
+      this.#picture(runs.map((run) => run.tubes), bodies, view, stripe);
     });
   }
 

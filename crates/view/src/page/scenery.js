@@ -1,11 +1,11 @@
-// What stands about: the ground with its grid, walls and round obstacles. Some of it may move.
+// What stands about: the ground with its grid, walls, round obstacles and meshes. Some of it may move.
 
 /** A half space whose normal is so steep is the ground. */
 const GROUND_STEEPNESS = 0.5;
 const LIGHT = normalized([0.22, -0.32, 1]);
 const LEVEL = [[1, 0, 0], [0, 1, 0]];
 
-/** Planes and tubes of obstacles, about the centre of a scene of `reach` [m]. */
+/** Planes, tubes and meshes of obstacles, about the centre of a scene of `reach` [m]. */
 class Scenery {
   constructor(gl, motions, box, centre, reach) {
     this.gl = gl;
@@ -27,8 +27,15 @@ class Scenery {
     this.walls = planes.filter((plane) => plane !== ground && (plane.source.moves || Math.abs(plane.offset) < 3 * reach));
     this.spacing = niceBelow(reach / 4);
     this.moving = planes.filter((plane) => plane.source.moves);
-    this.round = obstacles.filter((obstacle) => !obstacle.isPlane);
+    const isMesh = ({ motion, index }) => motion.obstacles[index].kind === "mesh";
+    this.round = obstacles.filter((obstacle) => !obstacle.isPlane && !isMesh(obstacle));
     this.solid = this.#tubes();
+    this.meshes = obstacles.filter(isMesh);
+    this.colour = 0;
+    const each = this.meshes.map((_, i) => i);
+    const surfaces = this.meshes.map(({ motion, index }) => motion.obstacles[index].surface);
+    this.bodies = new RunBodies(gl, { segment: each, surface: each, surfaces });
+    this.#placeMeshes(() => 0);
     // Stripes show turns.
     this.turns = this.round.some(({ poses }) => poses?.some((pose) => Math.abs(pose[6]) < 0.9999));
     this.array = gl.createVertexArray();
@@ -73,18 +80,29 @@ class Scenery {
     tubes.floats.set([...ends[0], ...frameOfAxis, ...ends[1], ...frameOfAxis], WORDS * i);
   }
 
+  #placeMeshes(frameOf) {
+    const poses = this.meshes.flatMap(({ motion, run, index }) => {
+      const { centre, turn } = motion.obstacleAt(index, frameOf(run));
+      return [...subtract(centre, this.centre), ...turn];
+    });
+    this.bodies.update(poses, () => this.colour);
+  }
+
   /** Moves what moves to the frames shown; `frameOf` says which of a run is. */
   update(frameOf) {
     for (const plane of this.moving) Object.assign(plane, this.#planeAt(plane.source, frameOf(plane.source.run)));
+    if (this.meshes.some((source) => source.moves)) this.#placeMeshes(frameOf);
     if (!this.round.some((source) => source.moves)) return;
     this.round.forEach((source, i) => this.#place(this.solid, source, i, frameOf(source.run)));
     this.solid.upload();
   }
 
-  /** Colours the round obstacles. */
+  /** Colours the round obstacles and the meshes. */
   paint(theme) {
-    if (!this.solid) return;
     const colour = word(theme.colour.obstacle.map((c) => Math.round(255 * c)));
+    this.colour = colour;
+    this.bodies.paint(colour);
+    if (!this.solid) return;
     for (let i = 0; i < this.solid.count; i++) this.solid.words[WORDS * i + 14] = colour;
     this.solid.upload();
   }

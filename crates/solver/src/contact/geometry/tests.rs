@@ -225,3 +225,25 @@ proptest! {
         prop_assert!((to_nalgebra(back) - v).norm() < 1e-12);
     }
 }
+
+#[test]
+fn keys_come_back_from_their_words() {
+    let most = u32::MAX;
+    let partners = [
+        Partner::Segment(most),
+        Partner::Obstacle(7),
+        Partner::Face(most, 0),
+        Partner::Face(0, most),
+        Partner::Edge(most, most),
+        Partner::BodyFace(4, most),
+        Partner::BodyEdge(most, 1),
+    ];
+    for partner in partners {
+        for feature in Feature::PARALLEL {
+            let own = (3, partner, feature);
+            assert_eq!(key(words(own)), own);
+        }
+    }
+    let own = (3, Partner::Obstacle(1), Feature::Corner(most));
+    assert_eq!(key(words(own)), own);
+}

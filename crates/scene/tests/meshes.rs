@@ -1,0 +1,143 @@
+//! Obstacles of boxes, cylinders and files of triangles: what they become, and what is wrong with files.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use rod::ObstacleShape;
+
+const SCENE: &str = "[[rods]]\nshape.straight = { start_m = [0, 0, 9], length_m = 1, segments = 2 }\n\n[[obstacles]]\n";
+
+/// A tetrahedron.
+const OBJ: &str = "# four faces\nv 0 0 0\nv 1 0 0 0.5\nv 0 1 0\nv 0 0 1\nvn 0 0 1\no rock\nf 1 3 2\nf 1//1 2//1 4//1\n\
+                   f 2/1 3/2 4/1\nf -4 -1 -2\n";
+const STL: &str = "solid rock\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\
+                   facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+
+/// The same two triangles as [`STL`] in bytes.
+fn binary() -> Vec<u8> {
+    let mut bytes = vec![b's'; 80];
+    bytes.extend(2_u32.to_le_bytes());
+    for corners in [[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0], [0, 1, 0]]] {
+        bytes.extend([0; 12]);
+        bytes.extend(corners.as_flattened().iter().flat_map(|&x| (x as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+/// The scene with an obstacle of a file, or its error, which begins with the folder of the scene.
+fn load(folder: &Path, name: &str, bytes: &[u8], keys: &str) -> Result<scene::Scene, String> {
+    std::fs::write(folder.join(name), bytes).unwrap();
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, format!("{SCENE}shape.mesh = {{ file = \"{name}\"{keys} }}\n")).unwrap();
+    scene::load(&path).map_err(|error| error.to_string())
+}
+
+#[test]
+fn files_become_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = ", scale = 0.01, position_m = [1, 2, 3], turn_deg = [0, 0, 90]";
+    for (name, bytes, count) in [
+        ("a.obj", OBJ.as_bytes().to_vec(), 4),
+        ("b.STL", STL.as_bytes().to_vec(), 2),
+        ("c.stl", binary(), 2),
+        // Lines may end as on Windows.
+        ("d.obj", OBJ.replace('\n', "\r\n").into_bytes(), 4),
+        // A face of more corners is a fan.
+        ("e.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 2 0\nv 0 1 0\nf 1 2 3 4 5\n".to_vec(), 3),
+    ] {
+        let scene = load(folder.path(), name, &bytes, keys).unwrap();
+        let ObstacleShape::Mesh { pose, mesh } = &scene.model.contacts.obstacles[0].shape else { panic!() };
+        assert_eq!(mesh.triangles.len(), count, "{name}");
+        assert_eq!(pose.position, Vector3::new(1.0, 2.0, 3.0));
+        assert!((pose.orientation * Vector3::x() - Vector3::y()).norm() < 1e-12);
+        let [a, b] = [0, 1].map(|k| mesh.positions[k]);
+        assert!(a == Vector3::zeros() && (b - Vector3::x() * 0.01).norm() < 1e-15, "{name}");
+    }
+}
+
+#[test]
+fn mistakes_in_files_are_named_with_their_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&str, &[u8], &str); 10] = [
+        ("a.obj", b"v 0 0 0\nv 1 zero 0\n", "a.obj:2: v zero, but there must be three finite numbers"),
+        ("a.obj", b"v 0 0\n", "a.obj:1: v , but there must be three finite numbers"),
+        ("a.obj", b"v 0 nan 0\n", "a.obj:1: v nan, but there must be three finite numbers"),
+        ("a.obj", b"v 0 0 0\nf 1 1\n", "a.obj:2: a face of 2 corners, but there must be at least 3"),
+        (
+            "a.obj",
+            b"v 0 0 0\n\nf 1 0 1\n",
+            "a.obj:3: f 0, but it must be a corner's number from 1, or from -1 backwards",
+        ),
+        ("a.obj", b"v 0 0 0\nf 1 1 9\n", "a.obj:2: a triangle has corner 9, but there are 1"),
+        ("a.obj", b"v 0 0 0\nf 1 1 1\n", "a.obj:1: there must be at least one triangle with an area"),
+        ("a.obj", b"", "a.obj:1: there must be at least one triangle with an area"),
+        ("a.stl", b"solid\nvertex 0 0 0\nendfacet\n", "a.stl:3: a facet of 1 corners, but there must be 3"),
+        ("a.stl", b"nothing", "a.stl:1: this is no STL file"),
+    ];
+    for (name, bytes, expected) in cases {
+        let error = load(folder.path(), name, bytes, "").unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+    let error = load(folder.path(), "a.ply", b"", "").unwrap_err();
+    assert!(error.contains("scene.toml:5: obstacles[0].shape.mesh.file = \"a.ply\", but it must be a file"), "{error}");
+    let error = load(folder.path(), "a.obj", OBJ.as_bytes(), ", scale = 0").unwrap_err();
+    assert!(error.contains("shape.mesh.scale = 0, but it must be finite and > 0"), "{error}");
+    let error = load(folder.path(), "a.obj", b"v 9 0 0\nf 1 1 1\n", ", scale = 1e308").unwrap_err();
+    assert!(error.contains("a.obj:1: all corners must be finite, times `scale` too"), "{error}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is done to a file, it gives a valid model or one error that names it.
+    #[test]
+    fn mangled_files(
+        which in 0..3_usize,
+        flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
+        cut in any::<prop::sample::Index>(),
+        is_cut in any::<bool>(),
+    ) {
+        let (name, mut bytes) =
+            [("a.obj", OBJ.as_bytes().to_vec()), ("a.stl", STL.as_bytes().to_vec()), ("a.stl", binary())][which].clone();
+        for (at, value) in flips {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if is_cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let folder = tempfile::tempdir().unwrap();
+        match load(folder.path(), name, &bytes, "") {
+            Ok(scene) => scene.model.validate(&scene.state).unwrap(),
+            Err(error) => {
+                let (_, rest) = error.split_once(&format!("{name}:")).expect(&error);
+                prop_assert!(rest.split(':').next().unwrap().parse::<usize>().unwrap() > 0, "{}", error);
+                prop_assert!(!error.contains('\n'), "{}", error);
+            }
+        }
+    }
+}
+
+#[test]
+fn boxes_and_cylinders_stand_where_the_scene_says() {
+    let text = format!(
+        "{SCENE}shape.box = {{ centre_m = [1, 2, 3], sides_m = [2, 4, 6], turn_deg = [90, 0, 0] }}\n\
+         [[obstacles]]\nshape.cylinder = {{ start_m = [0, 0, 0], end_m = [0, 2, 0], radius_m = 0.5 }}\n"
+    );
+    let scene = scene::parse(&text, "x.toml").unwrap();
+    let corners = |k: usize| {
+        let shape = &scene.model.contacts.obstacles[k].shape;
+        let (mesh, turn) = shape.surface().unwrap();
+        let places = mesh.positions.iter().map(|place| shape.pivot() + turn * place);
+        let infinite = Vector3::repeat(f64::INFINITY);
+        places.fold([infinite, -infinite], |[low, high], place| [low.inf(&place), high.sup(&place)])
+    };
+    for (found, expected) in corners(0).into_iter().zip([[0.0, -1.0, 1.0], [2.0, 5.0, 5.0]]) {
+        assert!((found - Vector3::from(expected)).norm() < 1e-12, "{found}");
+    }
+    for (found, expected) in corners(1).into_iter().zip([[-0.5, 0.0, -0.5], [0.5, 2.0, 0.5]]) {
+        assert!((found - Vector3::from(expected)).norm() < 1e-12, "{found}");
+    }
+}
