@@ -115,6 +115,10 @@ mod tests {
         let joints = model.joints_of(&(4..10));
         assert_eq!(joints.len(), 6, "five between segments and the clamp");
         assert_eq!(model.joints[joints[0]].a, Body::Anchor(1));
-        assert_eq!((model.part(&[4..10]), state.part(&[4..10])), (second, second_state));
+        let part = model.part((4..10).collect());
+        let own = part.state(&state);
+        let mut alone = part.model;
+        alone.segments.iter_mut().for_each(|segment| segment.rod -= 1);
+        assert_eq!((alone, own), (second, second_state));
     }
 }
