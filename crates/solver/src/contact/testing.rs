@@ -15,7 +15,10 @@ use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::linear::solvers::SolverKind;
 
-/// Rods in the making, their connected sets and the shapes of their segments.
+/// A straight rod: its centre and the whole way along it [m], segments, radius [m] and velocity [m/s].
+pub(super) type Straight = ([f64; 3], [f64; 3], usize, f64, [f64; 3]);
+
+/// Rods, their connected sets and the shapes of their segments.
 pub(super) struct Rods {
     pub(super) model: Model,
     pub(super) sets: Vec<ConnectedSet>,
@@ -23,8 +26,8 @@ pub(super) struct Rods {
 }
 
 impl Rods {
-    /// Straight rods without weight: the centre and the whole way along of each, its segments, radius and velocity.
-    pub(super) fn new(rods: &[([f64; 3], [f64; 3], usize, f64, [f64; 3])]) -> Self {
+    /// Straight rods without weight.
+    pub(super) fn new(rods: &[Straight]) -> Self {
         let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 1000.0 };
         let mut assembly = Assembly::new(Vector3::zeros());
         for &(centre, along, segments, radius, velocity) in rods {

@@ -17,7 +17,7 @@ struct Stack {
 
 fn stack(radii: &[f64], most_blocks: usize) -> Result<Stack, TooManyContacts> {
     let depth = |k: usize| radii[..k].iter().map(|radius| 2.0 * radius).sum::<f64>() + radii[k];
-    let along = |k: usize| if k % 2 == 0 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let along = |k: usize| if k.is_multiple_of(2) { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let rod = |k: usize| ([0.0, 0.0, -depth(k)], along(k), 1, radii[k], STILL);
     let mut rods = Rods::new(&(0..radii.len()).map(rod).collect::<Vec<_>>());
     rods.predict(0.01);
