@@ -82,8 +82,11 @@ impl Model {
                     (Some(_), _) => End::Clamped,
                     (None, last) => last.and_then(|&i| ends.get(&(i, 1))).copied().unwrap_or(End::Free),
                 };
-                let mode = Span { model: self, state, part, ends: [start, end], along: &along, tips: &tips }.mode();
-                modes.extend(mode.map(|(restoring, frequency, mass)| Mode { rod, restoring, frequency, mass }));
+                // Segments that are fixed side by side, or at an end, have nothing between them.
+                if !part.is_empty() {
+                    let mode = Span { model: self, state, part, ends: [start, end], along: &along, tips: &tips }.mode();
+                    modes.extend(mode.map(|(restoring, frequency, mass)| Mode { rod, restoring, frequency, mass }));
+                }
                 start = End::Clamped;
             }
         }
@@ -218,6 +221,15 @@ mod tests {
         let half: f64 = 25.0 * LENGTH / 51.0;
         assert_eq!(modes.len(), 2);
         assert!(modes.iter().all(|mode| (mode.frequency / (3.516 / half.powi(2) * speed) - 1.0).abs() < 0.02));
+        // Those that are fixed at its ends, too, leave two beams between clamps, and a rod that is all fixed has no mode.
+        let mut model = model;
+        [0, 49, 50].into_iter().for_each(|i| model.segments[i].fixed = true);
+        let modes = model.first_modes(&state);
+        assert_eq!(modes.len(), 2);
+        let part: f64 = 24.0 * LENGTH / 51.0;
+        assert!((modes[0].frequency / (22.373 / part.powi(2) * speed) - 1.0).abs() < 0.02, "{modes:?}");
+        model.segments.iter_mut().for_each(|segment| segment.fixed = true);
+        assert_eq!(model.first_modes(&state), []);
     }
 
     #[test]

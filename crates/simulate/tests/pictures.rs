@@ -140,10 +140,12 @@ fn every_shipped_scene_can_be_taken_along() {
         let glb = Gltf::from_slice(&fs::read(out.join("run.glb")).expect("a file")).expect("a valid glTF file");
         let bones: BTreeSet<usize> = glb.skins().flat_map(|skin| skin.joints().map(|joint| joint.index())).collect();
         // A rigid body needs no bone: its surface hangs on its own node.
-        let own = scene::builtin(scene).expect("a scene").model.segments;
-        let bodies = own.iter().filter(|segment| segment.body.is_some()).count();
+        let model = scene::builtin(scene).expect("a scene").model;
+        let bodies = model.segments.iter().filter(|segment| segment.body.is_some()).count();
+        let moving = model.contacts.obstacles.iter().filter(|obstacle| obstacle.motion.is_some()).count();
         assert_eq!(bones.len(), segments - bodies, "{scene}");
-        assert_eq!(glb.animations().next().expect("an animation").channels().count(), 2 * segments, "{scene}");
+        let channels = glb.animations().next().expect("an animation").channels().count();
+        assert_eq!(channels, 2 * (segments + moving), "{scene}");
 
         let rows = |file: &str| csv::Reader::from_path(out.join(file)).expect(file).into_records().count();
         assert_eq!(rows("segments.csv"), frames * segments, "{scene}");
