@@ -94,7 +94,6 @@ impl TooCoarse {
         let mode = modes.iter().filter(counts).max_by(|a, b| a.frequency.total_cmp(&b.frequency))?;
         let x = mode.frequency * dt;
         let part = lost(integrator, x);
-        let has_bodies = model.segments.iter().any(|segment| segment.body.is_some());
         (part > MUCH).then(|| Self {
             rod: scene.rods.get(mode.rod).map_or_else(String::new, |rod| rod.name.clone()),
             mode: match mode.restoring {
@@ -105,7 +104,7 @@ impl TooCoarse {
             frequency_hz: mode.frequency / (2.0 * PI),
             lost_a_period: part,
             advised_dt_s: allowed(integrator, LITTLE) / mode.frequency,
-            lost_with_bdf2: (integrator != Integrator::Bdf2 && !has_bodies).then(|| lost(Integrator::Bdf2, x)),
+            lost_with_bdf2: (integrator != Integrator::Bdf2).then(|| lost(Integrator::Bdf2, x)),
             integrator: integrator.name(),
             dt,
         })
