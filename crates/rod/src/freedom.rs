@@ -69,7 +69,8 @@ impl Model {
         joint.rest_darboux = Vector3::zeros();
     }
 
-    /// Adds springs to a joint, in series with what it yields already. An index that is none changes nothing.
+    /// Adds springs to a joint, in series with what it yields already. A hinge with a finite stiffness of twist is held by
+    /// that spring about its axis, and no longer free. An index that is none changes nothing.
     pub fn soften(&mut self, joint: usize, springs: &Springs) {
         let Some(joint) = self.joints.get_mut(joint) else { return };
         let [across, along] = springs.force;
@@ -81,6 +82,9 @@ impl Model {
         joint.bend_compliance += 1.0 / (first * square);
         joint.bend_extra += 1.0 / (second * square) - 1.0 / (first * square);
         joint.twist_compliance += 1.0 / (twist * square);
+        if joint.freedom == Freedom::Hinge && twist.is_finite() {
+            joint.freedom = Freedom::None;
+        }
     }
 
     /// Whether a joint holds on to an anchor that is open ([`Model::open`]), and so transmits nothing.

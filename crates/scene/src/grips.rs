@@ -33,7 +33,8 @@ struct Face {
     clamp: Clamp,
     anchor: usize,
     joint: usize,
-    /// Whether an entry has said how it is held.
+    /// Whether an entry without times holds it, and whether one has said how.
+    is_held: bool,
     is_shaped: bool,
     /// Whether springs hold it in all directions.
     yields: bool,
@@ -95,7 +96,7 @@ impl Grips {
             };
             let model = builder.assembly.model_mut();
             let (anchor, joint) = (model.anchors.len() - 1, model.joints.len() - 1);
-            self.faces.push(Face { clamp, anchor, joint, is_shaped: false, yields: false });
+            self.faces.push(Face { clamp, anchor, joint, is_held: false, is_shaped: false, yields: false });
             self.faces.len() - 1
         });
         &mut self.faces[place]
@@ -146,6 +147,11 @@ impl Grips {
             }
             return Ok(());
         }
+        let is_same = |face: &&mut Face| bodies.contains(&Body::Anchor(face.anchor));
+        let was_held = self.faces.iter_mut().find(is_same).map(|face| std::mem::replace(&mut face.is_held, true));
+        if was_held == Some(true) || bodies.iter().any(|body| self.clamped.contains(body)) {
+            return source.wrong(entry.span(), "another entry, `clamp` or `fixed_segments` holds this place already");
+        }
         self.close(builder, &bodies);
         self.clamped.extend(bodies.into_iter().filter(|body| matches!(body, Body::Segment(_))));
         Ok(())
@@ -182,6 +188,9 @@ impl Grips {
                 [first, second, twist] => [positive(first)?, positive(second)?, positive(twist)?],
                 _ => return source.wrong(list.span(), "must be [bend, twist] or [about d1, about d2, twist]"),
             };
+        }
+        if let (Some(list), Hold::Ball) = (stiffness_n_m_rad, hold) {
+            return source.wrong(list.span(), "a ball joint turns freely; leave it out");
         }
         face.yields = springs.force.iter().all(|stiffness| stiffness.is_finite());
         let (joint, anchor) = (face.joint, face.anchor);

@@ -60,7 +60,8 @@ fn files_become_meshes() {
 #[test]
 fn mistakes_in_files_are_named_with_their_lines() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&str, &[u8], &str); 10] = [
+    let [without_end, without_facet] = ["endsolid\n", "endloop\nendfacet\nendsolid\n"].map(|end| STL.replace(end, ""));
+    let cases: [(&str, &[u8], &str); 12] = [
         ("a.obj", b"v 0 0 0\nv 1 zero 0\n", "a.obj:2: v zero, but there must be three finite numbers"),
         ("a.obj", b"v 0 0\n", "a.obj:1: v , but there must be three finite numbers"),
         ("a.obj", b"v 0 nan 0\n", "a.obj:1: v nan, but there must be three finite numbers"),
@@ -75,6 +76,8 @@ fn mistakes_in_files_are_named_with_their_lines() {
         ("a.obj", b"", "a.obj:1: there must be at least one triangle with an area"),
         ("a.stl", b"solid\nvertex 0 0 0\nendfacet\n", "a.stl:3: a facet of 1 corners, but there must be 3"),
         ("a.stl", b"nothing", "a.stl:1: this is no STL file"),
+        ("a.stl", without_end.as_bytes(), "a.stl:15: the file ends before its last facet"),
+        ("a.stl", without_facet.as_bytes(), "a.stl:13: the file ends before"),
     ];
     for (name, bytes, expected) in cases {
         let error = load(folder.path(), name, bytes, "").unwrap_err();

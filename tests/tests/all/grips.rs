@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use rod::Body;
+use rod::{Body, State};
 use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation};
 use solver::step::{Status, StepParams};
@@ -91,4 +91,39 @@ fn what_snaps_is_pulled_to_the_gripper_by_its_springs() {
         assert!((moved - expected).abs() < 0.002, "{moved} {expected}");
         assert!(state.positions.iter().all(|x| x.yz().norm() < 1e-9));
     }
+}
+
+/// A rod along x that something holds at its start, after so many steps.
+fn held(grip: &str, steps: usize) -> State {
+    let text = format!(
+        "run = {{ dt_s = 0.005, steps = {steps} }}\ndamping = {{ linear_per_s = 5 }}\n[[rods]]\nname = \"rod\"\n\
+         radius_m = 0.01\nyoungs_modulus_pa = 1e9\ndensity_kg_m3 = 1000\nshape.straight = {{ length_m = 0.5, segments = 10 \
+         }}\n[[rods.grips]]\nat = \"start-face\"\n{grip}\n"
+    );
+    let scene = scene::parse(&text, "held.toml").unwrap();
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
+    let mut state = scene.state.clone();
+    for step in 0..steps {
+        assert_eq!(simulation.step(scene.run.dt).unwrap().status, Status::Converged, "step {step}");
+    }
+    simulation.store(&mut state);
+    state
+}
+
+#[test]
+fn what_a_hinge_lets_go_falls_as_what_a_clamp_lets_go() {
+    let [hinge, clamp] = ["joint = \"hinge\"\nuntil_s = 0.1", "until_s = 0.1"].map(|grip| held(grip, 60));
+    for (a, b) in hinge.positions.iter().zip(&clamp.positions) {
+        assert!((a - b).norm() < 1e-6, "{a} {b}");
+    }
+}
+
+/// A spring about the hinge's axis bears the rod's weight: k angle = m g l / 2.
+#[test]
+fn a_spring_about_a_hinge_bears_the_rod() {
+    let state = held("joint = \"hinge\"\naxis = [0, 1, 0]\nstiffness_n_m_rad = [inf, 10]", 600);
+    let mass = 1000.0 * PI * 1e-4 * 0.5;
+    let expected = 0.5 * mass * 9.81 * 0.5 / 10.0;
+    let found = (-state.axis(0).z).asin();
+    assert!((found / expected - 1.0).abs() < 0.02, "{found} rad instead of {expected}");
 }

@@ -142,6 +142,8 @@ impl<T: Real> Component<T> {
             let rests = &mut self.joints[joint].rest_darboux;
             let rest = self.beyond.damped.get_mut(joint).map_or(rests, |damped| &mut damped.rest_darboux);
             let bend = match turns {
+                // The anchor goes with the face, with nothing between them but the hinge's angle.
+                Turns::One if open => Some(all),
                 Turns::One => {
                     rest.0[2].set_lane(lane, now.0[2]);
                     // |N d| of the axis: towards half a turn the rows are scaled by its square.

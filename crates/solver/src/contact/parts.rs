@@ -215,12 +215,13 @@ pub(super) fn detect(
 /// Whether a mesh is so far from a box in the world that nothing in that touches it.
 pub(super) fn is_out_of_reach(carrier: &Carrier<'_>, room: &Aabb) -> bool {
     let (middle, half) = ((room.min + room.max) * 0.5, (room.max - room.min).norm() * 0.5);
-    carrier.mesh.face_tree().bounds().is_none_or(|bounds| {
-        [0, 1].into_iter().all(|when| {
-            let middle = carrier.to_mesh(when, to_kernel(&middle));
-            !bounds.overlaps(&Aabb { min: middle.add_scalar(-half), max: middle.add_scalar(half) })
-        })
-    })
+    let seen = |when| {
+        let middle = carrier.to_mesh(when, to_kernel(&middle));
+        Aabb { min: middle.add_scalar(-half), max: middle.add_scalar(half) }
+    };
+    // All that lies between counts: the mesh may pass the box within the step.
+    let way = seen(0).union(&seen(1));
+    carrier.mesh.face_tree().bounds().is_none_or(|bounds| !bounds.overlaps(&way))
 }
 
 /// Whether ends are still where a search for parts saw them, within its slack.

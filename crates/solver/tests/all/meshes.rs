@@ -289,6 +289,20 @@ fn a_moving_box_pushes_a_rod_ahead_of_it() {
     });
 }
 
+/// It is as far on one side before a step as on the other after it, and takes the rod along.
+#[test]
+fn a_box_that_passes_within_a_step_pushes_a_rod() {
+    let mut assembly = rod(Vector3::new(0.0, -0.1, 0.0), Vector3::y() * 0.2, 4, 1e8);
+    assembly.model_mut().gravity = Vector3::zeros();
+    let block = ObstacleShape::Box { pose: at(Vector3::x() * -0.6), sides: Vector3::new(0.2, 0.6, 0.6) };
+    let speed = Vector3::x() * (1.2 / DT);
+    assembly.model_mut().contacts.obstacles = vec![steady(block, rough(0.0), speed, Vector3::zeros())];
+    let (model, state) = assembly.finish();
+    run((&model, &state), &sharp(), 1, |_, now| {
+        assert!(now.positions.iter().all(|place| place.x > 0.7 + 0.99 * RADIUS), "{:?}", now.positions);
+    });
+}
+
 #[test]
 fn overlaps_with_meshes_are_refused() {
     let block = |z: f64| ObstacleShape::Box { pose: at(Vector3::z() * z), sides: Vector3::new(1.0, 1.0, 0.4) };
