@@ -48,9 +48,8 @@ impl Shard {
                 rows.push(0);
                 continue;
             }
-            let view = views.tensor(tensor.name).map_err(|_| {
-                DatasetError::value(file, "tensors", views.names().join(", "), format!("with {}", tensor.name))
-            })?;
+            let missing = |_| DatasetError::value(file, tensor.name, "missing", "a tensor");
+            let view = views.tensor(tensor.name).map_err(missing)?;
             let (found, allowed) = (view.dtype(), tensor.dtype);
             if found != allowed {
                 let key = format!("{}.dtype", tensor.name);
