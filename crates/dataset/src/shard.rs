@@ -185,6 +185,7 @@ impl Shard {
                 rest_frames: [UnitQuaternion::identity(); 2],
                 stretch_compliance: stretch,
                 shear_compliance: shear,
+                shear_extra: 0.0,
                 bend_compliance: bend,
                 bend_extra: 0.0,
                 twist_compliance: twist,

@@ -168,6 +168,9 @@ impl<T: Real> Component<T> {
                 let [at_a, at_b] = terms.offsets.map(|z| z.lane(lane));
                 terms.shear.set_lane(lane, (FREE * (reach(at_a, on_a) + reach(at_b, on_b))).max(LEAST));
                 terms.stretch_extra.set_lane(lane, 0.0);
+                if let Some(extra) = self.system.shear_extra.get_mut(joint) {
+                    extra.set_lane(lane, 0.0);
+                }
             }
         }
     }
