@@ -57,7 +57,7 @@ pub(crate) fn pendulum(body: RigidBody, place: Vector3<f64>, swing: Vector3<f64>
     let stick = assembly.rod(&RodSpec::new(nodes, 0.005, material));
     assembly.clamp_start(&stick);
     let centre = Vector3::z() * -length - place;
-    let bob = assembly.body(body, at(centre));
+    let bob = assembly.body(body.clone(), at(centre));
     assembly.join_body(stick.start, 1.0, bob, &place);
     let model = assembly.model_mut();
     (model.joints[0].bend_compliance, model.joints[0].twist_compliance) = (1e12, 1e12);
