@@ -21,7 +21,7 @@ pub struct Pose {
 }
 
 /// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     /// Length l [m].
     pub length: f64,
@@ -85,12 +85,12 @@ impl Segment {
         }
     }
 
-    /// The surface with which it touches rods and planes, in its own frame: that of a rigid body that is a box or a cylinder,
-    /// with [`crate::CYLINDER_SIDES`] flat sides. `None` of all others.
+    /// The surface with which it touches rods and obstacles, in its own frame: that of a rigid body that is a box, a mesh or a
+    /// cylinder, this with [`crate::CYLINDER_SIDES`] flat sides. `None` of all others.
     pub fn surface(&self) -> Option<Mesh> {
-        let body = self.body.filter(|body| body.touches)?;
+        let body = self.body.as_ref().filter(|body| body.touches)?;
         match body.shape {
-            BodyShape::Box { .. } => Some(body.shape.mesh()),
+            BodyShape::Box { .. } | BodyShape::Mesh(_) => Some(body.shape.mesh()),
             BodyShape::Cylinder { radius, length } => Some(Mesh::cylinder(radius, length, CYLINDER_SIDES)),
             BodyShape::Hidden | BodyShape::Sphere { .. } | BodyShape::Capsule { .. } => None,
         }

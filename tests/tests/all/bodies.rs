@@ -59,12 +59,12 @@ pub(crate) fn pendulum(body: RigidBody, place: Vector3<f64>, swing: Vector3<f64>
     let stick = assembly.rod(&RodSpec::new(nodes, 0.005, material));
     assembly.clamp_start(&stick);
     let centre = Vector3::z() * -length - place;
-    let bob = assembly.body(body, at(centre));
+    let bob = assembly.body(body.clone(), at(centre));
     assembly.join_body(stick.start, 1.0, bob, &place);
     let model = assembly.model_mut();
     (model.joints[0].bend_compliance, model.joints[0].twist_compliance) = (1e12, 1e12);
     (model.joints[1].bend_compliance, model.joints[1].twist_compliance) = (1e-9, 1e-9);
-    let stick = model.segments[0];
+    let stick = model.segments[0].clone();
     let axis = swing.normalize();
     let about = |i: Vector3<f64>| axis.dot(&i.component_mul(&axis));
     let arm = |x: Vector3<f64>| x.norm_squared() - x.dot(&axis).powi(2);
@@ -355,7 +355,7 @@ fn the_load_of_the_crane_swings_with_its_period() {
     let scene = scene::builtin("crane").unwrap();
     let (model, mut state) = (scene.model, scene.state);
     let (trolley, load) = (scene.rods[0].segments.start, scene.rods[1].segments.start);
-    let body = model.segments[load].body.unwrap();
+    let body = model.segments[load].body.as_ref().unwrap();
     let (length, arm) = (6.0, 0.6);
     // Of M x'' = -K x with the angles x of cable and load, over m: M = [L^2, L d; L d, d^2 + I / m], K = g diag(L, d).
     let own = arm * arm + body.inertia.y / body.mass;

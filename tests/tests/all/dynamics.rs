@@ -226,7 +226,7 @@ pub(crate) fn discrete_angular_momentum(model: &Model, state: &State, dt: f64) -
         let u = q.inverse() * w * if half > 0.0 { 0.5 * dt * half.sin() / half } else { 0.0 };
         let s = (1.0 - u.norm_squared()).sqrt();
         let round = Vector3::new(segment.transverse_inertia(), segment.transverse_inertia(), segment.axial_inertia());
-        let turning = u.component_mul(&segment.body.map_or(round, |body| body.inertia));
+        let turning = u.component_mul(&segment.body.as_ref().map_or(round, |body| body.inertia));
         let spin = q * (turning * s - u.cross(&turning)) * (2.0 / dt);
         state.positions[i].cross(&state.velocities[i]) * segment.mass() + spin
     };

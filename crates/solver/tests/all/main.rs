@@ -21,5 +21,6 @@ mod prescribed;
 mod projection;
 mod rates;
 mod snapshots;
+mod solids;
 mod supports;
 mod validation;
