@@ -3,8 +3,8 @@
 use acceptance::{Beam, order, relaxed, run, tight};
 use nalgebra::{Complex, UnitQuaternion, Vector3};
 use rod::{
-    Assembly, BodyShape, Contacts, Friction, Material, Model, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec, State,
-    Surface, measure, shape,
+    Assembly, BodyShape, Contacts, Friction, Load, Material, Model, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec,
+    State, Surface, measure, shape,
 };
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
@@ -329,6 +329,24 @@ fn what_bounces_gains_no_energy() {
             }
         }
     }
+}
+
+/// A ball on a smooth floor, pushed by 1 N a kilogram: the steps of Euler's rule that follow the impact begin with the
+/// velocities that they end with.
+#[test]
+fn what_slides_after_an_impact_is_pushed_once() {
+    let mut assembly = Assembly::new(GRAVITY);
+    let pose = Pose { position: Vector3::z() * 0.05, orientation: UnitQuaternion::identity() };
+    let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.05 }, 1.0), pose);
+    assembly.load(Load { segment: ball, offset: 0.0, force: Vector3::x(), torque: Vector3::zeros() });
+    let floor = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    let smooth = Surface { friction: Friction::new(0.0), restitution: 0.0 };
+    assembly.model_mut().contacts = Contacts { obstacles: vec![Obstacle::new(floor, smooth)], ..Contacts::default() };
+    let (model, state) = assembly.finish();
+    let (_, state) = run(&model, &state, &settings(Formulation::XpbdGeometric, Integrator::Bdf2), 0.005, 200);
+    let (place, speed) = (state.positions[ball].x, state.velocities[ball].x);
+    // The steps of Euler's rule lead by half a step's velocity each.
+    assert!((speed - 1.0).abs() < 1e-6 && (place - 0.5).abs() < 1e-4, "{place} m, {speed} m/s");
 }
 
 /// A rod of `segments` held at its start, straight along x, that ends in a mass of `tip` [kg] and is thrown at `speed` [m/s].

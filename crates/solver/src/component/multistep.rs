@@ -305,6 +305,8 @@ impl<T: Real> Component<T> {
     pub(crate) fn begin_anew(&mut self, active: T) {
         let half = self.last_dt * T::splat(0.5);
         let Some(steps) = &mut self.multistep else { return };
+        // The velocities over a step of Euler's rule are those at its end already.
+        let rest = (-steps.ratio).select(T::zero(), half);
         self.scratch.fill(Spatial::zero());
         for load in &self.loads {
             self.scratch[load.body].linear += load.force;
@@ -317,7 +319,7 @@ impl<T: Real> Component<T> {
             let momentum = end.rotate(steps.momentum(i, end.rotate_back(over.angular), half));
             let beyond = steps.rate(i, end, momentum) - steps.rate(i, middle(start, end), momentum);
             steps.now[i] =
-                select(active, Spatial { linear: over.linear + pull * half, angular: momentum }, steps.now[i]);
+                select(active, Spatial { linear: over.linear + pull * rest, angular: momentum }, steps.now[i]);
             let kept = steps.beyond[i];
             steps.beyond[i] = Vec3([0, 1, 2].map(|k| active.select(beyond.0[k], kept.0[k])));
         }

@@ -30,6 +30,10 @@ use crate::step::{Interval, StepParams};
 /// touch in the second.
 const IMPACT: u32 = 2;
 
+/// Most that a contact may be off, as a share of the way that gravity takes a body that rests in a step: what is pushed out of
+/// another body in one step keeps that velocity, which must be none beside gravity's.
+const OF_A_FALL: f64 = 1.0;
+
 /// What a contact that presses leaves to the one between the same places later.
 struct Remembered {
     key: Key,
@@ -57,6 +61,8 @@ pub(crate) struct Stage {
     with_joints: bool,
     /// Corrections of the rods' own solve, by component.
     corrections: Vec<Vec<Spatial<f64>>>,
+    /// What errors are at most relative to [m], beside the radius.
+    unit: f64,
     /// Time step [s]; 0 before the first.
     dt: f64,
     /// The time by whose square impulses are forces [s]: see [`Component::effective_dt`].
@@ -93,6 +99,7 @@ impl Stage {
             responses,
             with_joints,
             corrections: vec![Vec::new(); components.len()],
+            unit: f64::INFINITY,
             dt: 0.0,
             effective_dt: 0.0,
             slow: slow(&model.gravity),
@@ -386,13 +393,13 @@ impl Stage {
             let before = contact.local(contact.impulse);
             let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
             self.active.push(index as u32);
-            let (friction, scale) = (contact.friction, contact.radius);
+            let (friction, scale) = (contact.friction, contact.radius.min(self.unit));
             self.problem.push(Unknown { force, before, free, friction, scale });
         }
     }
 
-    /// Evaluates the contacts at the new poses; returns the largest error, relative to the radius, where one of `tolerance`
-    /// is good enough.
+    /// Evaluates the contacts at the new poses; returns the largest error, where one of `tolerance` is good enough: relative to
+    /// the radius, or to less where `tolerance` times that is more than gravity moves in a step.
     pub(crate) fn observe(
         &mut self,
         components: &mut [ConnectedSet],
@@ -410,6 +417,8 @@ impl Stage {
         }
         let poses = if iteration < self.params.settle_after { Poses::Now } else { Poses::Settling };
         self.evaluate(components, poses, counters);
+        let fall = 0.5 * self.slow * self.dt.powi(2);
+        self.unit = if fall > 0.0 { OF_A_FALL * fall / tolerance } else { f64::INFINITY };
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
             contact.residual = 0.0;
@@ -426,7 +435,7 @@ impl Stage {
                 normal.max(across / (slip / contact.radius).max(1.0))
             } else {
                 (-w[0]).max(0.0)
-            } / contact.radius;
+            } / contact.radius.min(self.unit);
             worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
         }
         if formulation.momentum() {
