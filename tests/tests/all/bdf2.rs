@@ -363,6 +363,30 @@ fn held(segments: usize, radius: f64, youngs_modulus: f64, tip: f64, speed: f64)
 }
 
 #[test]
+fn a_thin_rod_that_tumbles_does_not_spin_about_itself() {
+    // A segment is a hundred times as light to turn about its axis as across it.
+    let (model, state) = held(20, 0.005, 1e8, 0.0, 3.0);
+    for formulation in [Formulation::Xpbd, Formulation::XpbdGeometric] {
+        let fastest = |dt: f64| {
+            let settings = settings(formulation, Integrator::Bdf2);
+            let mut simulation = Simulation::new(&model, &state, &settings, None).expect("a valid model");
+            let (mut now, mut fastest) = (state.clone(), 0.0_f64);
+            for _ in 0..(1.0 / dt) as usize {
+                simulation.step(dt).expect("a valid step");
+                simulation.store(&mut now);
+                let spins =
+                    now.angular_velocities.iter().zip(&now.orientations).map(|(w, q)| w.dot(&(q * Vector3::z())).abs());
+                fastest = fastest.max(spins.fold(0.0, f64::max));
+            }
+            fastest
+        };
+        let [coarse, fine] = [0.02, 0.001].map(fastest);
+        println!("{formulation}: spin about the axis up to {coarse:.2} rad/s, with short steps {fine:.2} rad/s");
+        assert!(coarse < 2.0 * fine, "{formulation}: {coarse}, {fine}");
+    }
+}
+
+#[test]
 fn nothing_blows_up() {
     for (case, (model, state)) in [
         ("a hanging chain", held(40, 0.01, 1e4, 0.0, 0.0)),

@@ -187,9 +187,8 @@ impl<T: Real> Component<T> {
             let (mut m, share) = match &self.multistep {
                 None => (angular_momentum(rigid.times_inertia(w), w * half) * kept, 1.0),
                 Some(steps) => {
-                    let (q, over) = (self.start[body].q, self.velocities[body].linear);
-                    let predicted = steps.predicted(body, q, over, q.rotate_back(rate), last_half);
-                    (pick(predicted.angular, lane), steps.share().lane(lane))
+                    let predicted = steps.predicted(body, self.velocities[body].linear);
+                    (q.rotate_back(pick(predicted.angular, lane)), steps.share().lane(lane))
                 }
             };
             if let Some(drag) = &self.drag {
