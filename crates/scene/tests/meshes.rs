@@ -192,7 +192,7 @@ fn meshes_that_are_no_bodies_are_named() {
             "shape.mesh.scale = -1, but it must be finite and > 0".to_owned(),
         ),
         (BLOCK, ", scale = 1e-20", "mass_kg = 1".to_owned(), "bodies[0].shape.mesh.file".to_owned()),
-        (BLOCK, ", scale = 1e20", "mass_kg = 1".to_owned(), "bodies[0].shape.mesh.file".to_owned()),
+        (BLOCK, ", scale = 1e20", "mass_kg = 1".to_owned(), "a.obj:2: a corner with 2e19 m".to_owned()),
         ("v nan 0 0\n", "", "mass_kg = 1".to_owned(), "a.obj:1: v nan".to_owned()),
     ];
     for (file, mesh, keys, expected) in cases {

@@ -38,10 +38,14 @@ impl Apart {
         model: &Model,
         state: &State,
     ) {
-        let Some((joint, gap)) = widest_gap(model, state) else { return };
-        if status != Status::Apart && (gap <= WIDE || gap.is_nan()) {
-            return;
-        }
+        // Rods that are to stretch may be torn, too, where contacts leave no solution.
+        let of_any = || {
+            let closed = model.joints.iter().enumerate().filter(|(_, joint)| !model.is_open(joint));
+            let gaps = closed.map(|(k, joint)| (k, stretch_gap(model, state, joint).norm() / joint.length));
+            gaps.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| status == Status::Apart)
+        };
+        let rigid = widest_gap(model, state).filter(|&(_, gap)| gap > WIDE);
+        let Some((joint, gap)) = rigid.or_else(of_any) else { return };
         let joint = &model.joints[joint];
         let widest = || (stretch_gap(model, state, joint).norm(), [joint.a, joint.b].map(|body| place(scene, body)));
         match noted {
@@ -85,8 +89,8 @@ impl Display for Apart {
         write!(
             f,
             "joints came apart, first in step {first_step} ({} s), in {steps} steps in all; widest in step {widest_step}: {} \
-             m, {} times the joint's length, between {a} and {b}; what is held is led into something, or further than the \
-             rod reaches",
+             m, {} times the joint's length, between {a} and {b}; look whether what is held is led into something, or \
+             further than the rod reaches",
             number(self.first_time_s),
             number(self.widest_gap_m),
             number(self.widest_gap_per_length)

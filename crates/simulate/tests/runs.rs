@@ -345,7 +345,7 @@ fn a_run_whose_joints_come_apart_says_so_and_fails() {
     );
     assert!(error.starts_with("error: led: joints came apart, first in step 2"), "{error}");
     assert!(
-        error.contains("between what holds it and segment 0 of cable; what is held is led into something"),
+        error.contains("between what holds it and segment 0 of cable; look whether what is held is led into something"),
         "{error}"
     );
     let output = run(&[file]);
