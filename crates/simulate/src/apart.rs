@@ -90,7 +90,7 @@ impl Display for Apart {
             f,
             "joints came apart, first in step {first_step} ({} s), in {steps} steps in all; widest in step {widest_step}: {} \
              m, {} times the joint's length, between {a} and {b}; look whether what is held is led into something, or \
-             further than the rod reaches",
+             further than the rod reaches; if not, a smaller --dt may help",
             number(self.first_time_s),
             number(self.widest_gap_m),
             number(self.widest_gap_per_length)

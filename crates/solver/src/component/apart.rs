@@ -10,9 +10,9 @@ use crate::kernel::math::{Quat, Vec3};
 use crate::limits::APART;
 
 impl<T: Real> Component<T> {
-    /// Not negative where a joint that does not yield in effect answers with such a force that it gapes by more than [`APART`] of its
-    /// length, a lane each. The compliance of such joints is there for the solver's sake: a gap as wide solves the equations,
-    /// and is no motion of the rod.
+    /// Not negative where a joint that does not yield in effect answers with such a force that it gapes by more than [`APART`]
+    /// of its length, a lane each. The compliance of such joints is there for the solver's sake: a gap as wide solves the
+    /// equations, and is no motion of the rod.
     #[inline(always)]
     pub(crate) fn gapes(&self) -> T {
         let (rigid, none) = (T::splat(Joint::RIGID), T::splat(-1.0));
