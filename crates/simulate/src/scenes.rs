@@ -12,7 +12,7 @@ use solver::snapshot::Snapshot;
 
 use crate::cli::{BeginArgs, Cli, SceneArgs};
 use crate::files::TRAJECTORY;
-use crate::going_on::read_snapshot;
+use crate::going_on::{hash_of_segments, read_snapshot};
 
 /// Where a run begins.
 pub(crate) enum Begin {
@@ -62,6 +62,14 @@ pub(crate) fn begin_with_frame(scene: &mut Scene, begin: &BeginArgs) -> Result<(
     if segments != scene.state.len() {
         bail!("{what}: the run has {segments} segments, but the scene {} has {}", scene.name, scene.state.len());
     }
+    let info = trajectory.info();
+    if info.segments_hash.as_ref().is_some_and(|hash| *hash != hash_of_segments(&scene.model)) {
+        bail!(
+            "{what}: the run, of the scene {}, has segments of other lengths or radii than the scene {}",
+            info.scene,
+            scene.name
+        );
+    }
     let frame = frame.unwrap_or(frames.saturating_sub(1));
     if frame >= frames {
         bail!("{what}: frame {frame}, but the run has the frames 0 to {}", frames.saturating_sub(1));
@@ -102,7 +110,8 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
     let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
     let found = if is_file { scene::load(name) } else { scene::builtin(name) };
     found.map_err(|error| match error {
-        SceneError::Read { file, source } => anyhow!("cannot read the scene {file}: {source}"),
+        SceneError::Read { file, source } if file == name => anyhow!("cannot read the scene {file}: {source}"),
+        SceneError::Read { file, source } => anyhow!("cannot read {file}: {source}"),
         SceneError::UnknownBuiltin { name, .. } => unknown(&name),
         invalid @ SceneError::Invalid { .. } => invalid.into(),
     })

@@ -12,6 +12,7 @@ use solver::counters::{Counters, StageTimes};
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
+use crate::apart::Apart;
 use crate::coarse::TooCoarse;
 use crate::files::Written;
 use crate::measured::Measured;
@@ -89,6 +90,9 @@ pub(crate) struct Summary {
     threads: usize,
     /// Worst status of any step.
     status: &'static str,
+    /// Steps that ended with joints apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints_apart: Option<Apart>,
     /// Whether Ctrl-C stopped the run.
     interrupted: bool,
     /// Wall time of the steps [s], without measuring and writing.
@@ -158,6 +162,7 @@ impl Summary {
             steps_asked: scene.run.steps,
             threads: rayon::current_num_threads(),
             status: reached.status.name(),
+            joints_apart: reached.apart.clone(),
             interrupted: reached.interrupted,
             wall_s: wall,
             times_real_time: if reached.steps > 0 { scene.run.dt * reached.steps as f64 / wall.max(1e-9) } else { 0.0 },

@@ -9,10 +9,10 @@ use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
-use super::geometry::{Contact, Key, Poses, Shape};
+use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::impulses;
 use super::newton::Newton;
-use super::parts::{Deepest, let_wait};
+use super::parts::{ALIKE, Deepest, let_wait};
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::connected_set::ConnectedSet;
@@ -43,12 +43,23 @@ struct Remembered {
     pressed: u32,
 }
 
+/// A contact with a mesh that has pressed, for those that take its place where the segment slides on to other triangles.
+#[derive(Clone, Copy)]
+struct Pressed {
+    segment: u32,
+    whole: Partner,
+    normal: Vec3<f64>,
+    steps: u32,
+}
+
 /// All contacts of a simulation.
 pub(crate) struct Stage {
     detector: Detector,
     contacts: Vec<Contact>,
     /// Earlier contacts that pressed, in the order of their keys: their impulses are a start for the sweeps.
     remembered: Vec<Remembered>,
+    /// What pressed on meshes in the last step, in the order of keys.
+    pressed: Vec<Pressed>,
     /// Contacts that may press, ascending.
     active: Vec<u32>,
     /// Contacts of a segment with meshes for which others wait.
@@ -91,6 +102,7 @@ impl Stage {
             detector: Detector::new(model, shapes, filter, params.contact),
             contacts: Vec::new(),
             remembered: Vec::new(),
+            pressed: Vec::new(),
             active: Vec::new(),
             deepest: Vec::new(),
             problem: Problem::default(),
@@ -137,6 +149,7 @@ impl Stage {
             self.contacts.clear();
             self.contacts.resize_with(count, Contact::blank);
             self.contacts.iter_mut().for_each(|contact| contact.tape(tape));
+            self.remember_pressed();
         } else {
             self.contacts.iter_mut().filter(|contact| presses(contact)).for_each(|contact| contact.tape(tape));
         }
@@ -466,10 +479,26 @@ impl Stage {
         let mut impact = false;
         for contact in &mut self.contacts {
             let presses = contact.impulse != Vec3::zero();
+            if presses && contact.pressed < IMPACT && !self.pressed.is_empty() {
+                contact.pressed = contact.pressed.max(before(&self.pressed, contact));
+            }
             impact |= presses && contact.pressed < IMPACT;
             contact.pressed = if presses { contact.pressed.saturating_add(1) } else { 0 };
         }
+        self.remember_pressed();
         impact
+    }
+
+    /// Notes what pressed on meshes in the step that has ended.
+    fn remember_pressed(&mut self) {
+        self.pressed.clear();
+        if self.detector.has_meshes() {
+            let pressed = self.contacts.iter().filter(|contact| contact.pressed > 0 && contact.is_of_mesh());
+            self.pressed.extend(pressed.map(|contact| {
+                let (segment, partner, _) = contact.key;
+                Pressed { segment, whole: partner.whole(), normal: contact.normal, steps: contact.pressed }
+            }));
+        }
     }
 
     /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.
@@ -489,6 +518,18 @@ impl Stage {
             contact.impulse = Vec3::zero();
         }
     }
+}
+
+/// For how many steps a contact with a mesh has pressed as one between the same two in nearly the same direction.
+fn before(pressed: &[Pressed], contact: &Contact) -> u32 {
+    let (segment, partner, _) = contact.key;
+    if !contact.is_of_mesh() {
+        return 0;
+    }
+    let first = pressed.partition_point(|other| other.segment < segment);
+    let own = pressed[first..].iter().take_while(|other| other.segment == segment);
+    let same = own.filter(|other| other.whole == partner.whole() && other.normal.dot(contact.normal) > ALIKE);
+    same.map(|other| other.steps).max().unwrap_or(0)
 }
 
 /// Twice a gravitational acceleration [m/s^2]: see [`Stage::slow`].
