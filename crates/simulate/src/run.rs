@@ -65,13 +65,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         _ => solved(&scene, &settings, &guess, choice.as_ref(), plane),
     };
     let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
-        Some(SimulationError::Overlap(_)) => error.context(scene_args.scene.clone()),
+        Some(SimulationError::Overlap(overlap)) => {
+            let what = format!("{}: {}", scene_args.scene, scenes::overlapping(&scene, overlap));
+            error.context(what)
+        }
         _ => error,
     })?;
     if let Begin::Snapshot { snapshot, what } = &begin {
         if simulation.restore(snapshot).is_err() {
             bail!(
-                "{what}: the snapshot is of a run with another formulation, solver or guess; with the same flags a run \
+                "{what}: the snapshot is of a run with another formulation, integrator, solver or guess; with the same flags a run \
                  goes on from it, with FOLDER@K it begins anew with frame K"
             );
         }
