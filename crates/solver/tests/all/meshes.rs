@@ -433,6 +433,26 @@ fn overlaps_with_bodies_are_refused() {
     assert!(text.contains("segment 2 (rod 1) overlaps obstacle 0 (a plane) by 0.01 m"), "{text}");
 }
 
+/// Boxes whose faces lie in the planes of each other's have no edges in each other, and overlap all the same; what stands
+/// beside another one, or around it, does not.
+#[test]
+fn boxes_in_the_same_planes_overlap() {
+    let is_refused = |sides: Vector3<f64>, place: Vector3<f64>, obstacle: Vector3<f64>| {
+        let mut assembly = Assembly::new(GRAVITY);
+        assembly.body(RigidBody::new(BodyShape::Box { sides }, 1.0), at(place));
+        let block = ObstacleShape::Box { pose: at(Vector3::zeros()), sides: obstacle };
+        assembly.model_mut().contacts.obstacles = vec![Obstacle::new(block, rough(0.0))];
+        let (model, state) = assembly.finish();
+        Simulation::new(&model, &state, &Settings::default(), None).is_err()
+    };
+    let (cube, along, across) = (Vector3::repeat(1.0), Vector3::new(1.0, 0.1, 0.1), Vector3::new(0.1, 1.0, 0.1));
+    assert!(is_refused(cube, Vector3::zeros(), cube));
+    assert!(is_refused(cube, Vector3::x() * 0.5, cube));
+    assert!(is_refused(along, Vector3::zeros(), across));
+    assert!(!is_refused(cube, Vector3::x(), cube));
+    assert!(!is_refused(along, Vector3::z() * 0.1, across));
+}
+
 /// Energy [J] that a rod has left of a vibration in the plane on which it slides for 1.9 s, of that it began with.
 fn left_of_a_vibration(ground: ObstacleShape) -> f64 {
     let mut assembly = Assembly::new(GRAVITY);
