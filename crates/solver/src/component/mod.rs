@@ -18,6 +18,7 @@ mod rigid;
 mod snapshot;
 mod split;
 mod state;
+mod tangent;
 mod update;
 
 use std::sync::Arc;

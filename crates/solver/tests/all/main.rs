@@ -22,4 +22,5 @@ mod projection;
 mod rates;
 mod snapshots;
 mod supports;
+mod tangent;
 mod validation;
