@@ -72,7 +72,7 @@ pub(crate) struct SceneArgs {
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
     /// Which matrix newton iterates with: positive, exact (fewer iterations, where joints are bent far from rest; for chains,
-    /// trees and rings without contacts). The motion is the same.
+    /// trees and rings without contacts). The motion is the same to the tolerance.
     #[arg(long, default_value_t = Tangent::default())]
     pub(crate) tangent: Tangent,
     /// How the motion goes on from step to step: euler (robust; long steps damp swings and waves), bdf2 (of second order:

@@ -95,33 +95,44 @@ impl<const N: usize> Ldl<N> {
 
     /// `A^-1 B`.
     pub fn solve<const M: usize>(&self, b: &SMatrix<f64, N, M>) -> SMatrix<f64, N, M> {
+        let mut x: [[f64; M]; N] = std::array::from_fn(|k| std::array::from_fn(|column| b[(self.order[k], column)]));
+        self.solve_in_place(&mut x);
         let mut out = SMatrix::zeros();
-        for column in 0..M {
-            let mut x: [f64; N] = std::array::from_fn(|k| b[(self.order[k], column)]);
-            self.solve_in_place(&mut x);
-            for (k, x) in x.into_iter().enumerate() {
+        for (k, row) in x.into_iter().enumerate() {
+            for (column, x) in row.into_iter().enumerate() {
                 out[(self.order[k], column)] = x;
             }
         }
         out
     }
 
-    fn solve_in_place(&self, x: &mut [f64; N]) {
+    /// All columns side by side.
+    fn solve_in_place<const M: usize>(&self, x: &mut [[f64; M]; N]) {
+        fn subtract<const M: usize>(from: &mut [f64; M], factor: f64, row: [f64; M]) {
+            for (own, x) in from.iter_mut().zip(row) {
+                *own -= factor * x;
+            }
+        }
         let a = &self.factors;
         let mut k = 0;
         while k < N {
             let width = 1 + usize::from(self.pairs[k]);
-            for row in k + width..N {
-                for c in k..k + width {
-                    x[row] -= a[(row, c)] * x[c];
+            for c in k..k + width {
+                let done = x[c];
+                for row in k + width..N {
+                    subtract(&mut x[row], a[(row, c)], done);
                 }
             }
             if width == 1 {
-                x[k] /= a[(k, k)];
+                let inverse = 1.0 / a[(k, k)];
+                x[k] = x[k].map(|x| x * inverse);
             } else {
                 let (p, q, r) = (a[(k, k)], a[(k + 1, k)], a[(k + 1, k + 1)]);
-                let determinant = p * r - q * q;
-                (x[k], x[k + 1]) = ((r * x[k] - q * x[k + 1]) / determinant, (p * x[k + 1] - q * x[k]) / determinant);
+                let inverse = 1.0 / (p * r - q * q);
+                for column in 0..M {
+                    let (first, second) = (x[k][column] * inverse, x[k + 1][column] * inverse);
+                    (x[k][column], x[k + 1][column]) = (r * first - q * second, p * second - q * first);
+                }
             }
             k += width;
         }
@@ -129,7 +140,8 @@ impl<const N: usize> Ldl<N> {
         for k in (0..N).rev() {
             let first = k + 1 + usize::from(self.pairs[k]);
             for row in first..N {
-                x[k] -= a[(row, k)] * x[row];
+                let done = x[row];
+                subtract(&mut x[k], a[(row, k)], done);
             }
         }
     }
