@@ -161,6 +161,7 @@ impl<'a> Course<'a> {
             scenario: plan.scenario.to_string(),
             recipe: plan.recipe.name().to_owned(),
             data_blake3: Some(self.taught.data_blake3.clone()),
+            simulated: Some(self.taught.simulated.clone()),
             training: Training {
                 seed: plan.seed,
                 trajectories: Some(self.taught.size[0]),

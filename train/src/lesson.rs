@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use copingnet::{Encoding, Weights};
+use copingnet::{Encoding, Simulated, Weights};
 use dataset::{Dataset, MANIFEST};
 use graph::Norms;
 
@@ -24,6 +24,8 @@ pub(crate) struct Taught {
     pub(crate) data_blake3: String,
     /// Trajectories to train on, and steps of each.
     pub(crate) size: [usize; 2],
+    /// How they were simulated.
+    pub(crate) simulated: Simulated,
     /// What inputs and outputs mean.
     pub(crate) encoding: Arc<Encoding>,
     pub(crate) samples: Samples,
@@ -35,8 +37,15 @@ impl Taught {
         let (mut lesson, data_blake3, size) = Lesson::prepare(plan, set, quiet)?;
         let encoding = lesson.encoding(plan);
         let samples = lesson.samples(&encoding);
-        Ok(Self { lesson, data_blake3, size, encoding, samples })
+        Ok(Self { lesson, data_blake3, size, simulated: simulated(plan, set), encoding, samples })
     }
+}
+
+/// How the data of a plan are simulated.
+fn simulated(plan: &Plan, set: &SetArgs) -> Simulated {
+    let [shortest, .., longest] = steps::DTS;
+    let of_solves = || [set.config(plan.scenario).0.dt_s; 2];
+    Simulated::as_in_the_paper(if plan.is_of_steps() { [shortest, longest] } else { of_solves() })
 }
 
 /// A source of samples.
@@ -112,6 +121,47 @@ impl Lesson {
         match self {
             Self::Solves(dataset) => Ok(measure::solves::measure(dataset, plan.scenes, weights, encoding)),
             Self::Steps(_) => measure::steps::measure(plan.scenario, plan.scenes, weights, encoding),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use clap::Parser;
+    use copingnet::Checkpoint;
+
+    use super::*;
+    use crate::cli::Cli;
+
+    /// What the cards of the shipped networks say is what their commands stand for.
+    #[test]
+    fn cards_say_what_their_commands_do() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../checkpoints");
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let cards: Vec<_> = files.filter(|path| path.extension().is_some_and(|end| end == "toml")).collect();
+        assert!(cards.len() >= 10, "{cards:?}");
+        for path in cards {
+            let card = Checkpoint::load(&path).unwrap().card;
+            for training in card.trainings() {
+                // The backend is a feature of the program.
+                let command = training.command.replace("--backend flex", "");
+                let args = Cli::parse_from(command.split_whitespace()).train;
+                let plan = args.plan().unwrap();
+                let of_command = (plan.scenario.to_string(), plan.recipe.name());
+                assert_eq!((card.scenario.clone(), card.recipe.as_str()), of_command, "{}", path.display());
+                assert_eq!(card.simulated, Some(simulated(&plan, &args.set)), "{}", path.display());
+                let size = match plan.is_of_steps() {
+                    true => args.set.whole_steps(),
+                    false => {
+                        let config = args.set.config(plan.scenario).0;
+                        [config.train_trajectories, config.steps]
+                    }
+                };
+                let [trajectories, steps] = size.map(Some);
+                assert_eq!((training.trajectories, training.steps), (trajectories, steps), "{}", path.display());
+            }
         }
     }
 }

@@ -73,6 +73,12 @@ impl Guess {
         }
     }
 
+    /// What the card of a network says of how its data were simulated.
+    #[cfg(feature = "gn")]
+    pub(crate) fn simulated(&self) -> Option<&copingnet::Simulated> {
+        self.network()?.card().simulated.as_ref()
+    }
+
     /// Whether it stays exactly in the plane of a planar scene without being asked to.
     pub fn knows_planes(&self) -> bool {
         match self {

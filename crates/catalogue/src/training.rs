@@ -10,6 +10,7 @@ use scene::Scene;
 use terminal::say;
 
 use crate::fitting::{fitting, foreign};
+use crate::guess::Guess;
 use crate::name::GuessName;
 #[cfg(feature = "gn")]
 use crate::network::Network;
@@ -81,12 +82,26 @@ impl Training {
         scene: &Scene,
         quiet: bool,
     ) -> Result<Self> {
+        let training = Self::of(args, names, &[scenario.unwrap_or_else(|| fitting(scene))], quiet)?.remove(0);
         if let Some(what) = scene.model.beyond_the_paper()
             && let Some(name) = names.iter().find(|name| name.is_learned())
         {
-            bail!("--guess {name} learned from the paper's rods, but {} has {what}; take another guess", scene.name);
+            let (card, scene) = (training.card(*name)?, &scene.name);
+            bail!("--guess {name} learned from the paper's rods{card}, but {scene} has {what}; take another guess");
         }
-        Ok(Self::of(args, names, &[scenario.unwrap_or_else(|| fitting(scene))], quiet)?.remove(0))
+        Ok(training)
+    }
+
+    /// What the card of a network says of its data, in words; of what has none, nothing.
+    fn card(&self, name: GuessName) -> Result<String> {
+        #[cfg(feature = "gn")]
+        if matches!(name, GuessName::Network(_))
+            && let Some(simulated) = Guess::load(name, &Self { quiet: true, ..self.clone() })?.simulated()
+        {
+            return Ok(format!(" ({simulated})"));
+        }
+        let _ = name;
+        Ok(String::new())
     }
 
     /// Opens the data set; generates it, or what is missing of it, if it is not complete.
@@ -110,6 +125,20 @@ impl Training {
             }
         }
         open_as(directory, &config).context("--data")
+    }
+
+    /// Says so where time steps of `dt` [s] are not within those that a network learned from, as far as its card names them.
+    pub fn say_time_steps(&self, name: GuessName, guess: &Guess, dt: f64) -> Result<()> {
+        #[cfg(feature = "gn")]
+        if let Some(simulated) = guess.simulated().filter(|simulated| !self.quiet && !simulated.has_time_step(dt)) {
+            let learned = simulated.time_steps();
+            say!(
+                "{name} learned from time steps of {learned}, but these are of {dt:?} s: its starts may cost more iterations \
+                 than they save"
+            )?;
+        }
+        let _ = (name, guess, dt);
+        Ok(())
     }
 
     /// Says so where a scene is unlike all that the learned ones of these guesses learned from.

@@ -48,6 +48,8 @@ pub struct TriangleMesh {
     face_tree: Bvh,
     edge_tree: Bvh,
     corners: Vec<Vector3<f64>>,
+    tips: Vec<Vector3<f64>>,
+    corner_tree: Bvh,
     closed: bool,
 }
 
@@ -102,10 +104,21 @@ impl TriangleMesh {
         let mut ends: Vec<u32> = shared.iter().filter(|edge| !edge.is_flat()).flat_map(|edge| edge.ends).collect();
         ends.sort_unstable();
         ends.dedup();
-        let corners = ends.into_iter().map(|i| positions[i as usize]).collect();
+        let corners: Vec<Vector3<f64>> = ends.iter().map(|&i| positions[i as usize]).collect();
+        let mut tips = vec![Vector3::zeros(); corners.len()];
+        for edge in shared.iter().filter(|edge| !edge.is_flat()) {
+            let along = edge.ends.map(|i| positions[i as usize]);
+            let along = (along[1] - along[0]).try_normalize(0.0).unwrap_or_default();
+            for (end, out) in edge.ends.iter().zip([-along, along]) {
+                if let Ok(corner) = ends.binary_search(end) {
+                    tips[corner] += out;
+                }
+            }
+        }
+        let corner_tree = Bvh::new(&corners.iter().map(|&place| Aabb { min: place, max: place }).collect::<Vec<_>>());
         let face_tree = Bvh::new(&faces.iter().map(|face| room(&face.corners)).collect::<Vec<_>>());
         let edge_tree = Bvh::new(&edges.iter().map(|edge| room(&edge.ends)).collect::<Vec<_>>());
-        Self { faces, edges, face_tree, edge_tree, corners, closed }
+        Self { faces, edges, face_tree, edge_tree, corners, tips, corner_tree, closed }
     }
 
     /// The triangles.
@@ -123,6 +136,17 @@ impl TriangleMesh {
         &self.corners
     }
 
+    /// For each corner the direction in which it points, against its edges; not of unit length. Where the surface is convex, a
+    /// plane that touches it at the corner alone has it on its other side.
+    pub fn tips(&self) -> &[Vector3<f64>] {
+        &self.tips
+    }
+
+    /// Corners in a box.
+    pub fn corner_tree(&self) -> &Bvh {
+        &self.corner_tree
+    }
+
     /// Triangles whose boxes overlap a box.
     pub fn face_tree(&self) -> &Bvh {
         &self.face_tree
@@ -131,6 +155,11 @@ impl TriangleMesh {
     /// Edges whose boxes overlap a box.
     pub fn edge_tree(&self) -> &Bvh {
         &self.edge_tree
+    }
+
+    /// Whether each edge has two triangles, which run through it in opposite directions.
+    pub fn is_closed(&self) -> bool {
+        self.closed
     }
 
     /// Whether a place lies inside: the surface is closed, looks outwards and winds around it.

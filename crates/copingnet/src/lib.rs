@@ -20,7 +20,7 @@ mod weights;
 #[cfg(feature = "training")]
 pub use backend::Backend;
 pub use cg_loss::CgLoss;
-pub use checkpoint::{Card, Checkpoint, CheckpointError, Leg, Measured, Training, TrainingState};
+pub use checkpoint::{Card, Checkpoint, CheckpointError, Leg, Measured, Simulated, Training, TrainingState};
 pub use config::{NetworkConfig, Output, TensorSpec};
 pub use encoding::{Encoder, Encoding, Features, Head, Inputs};
 pub use guess::{GnGuess, Trained};

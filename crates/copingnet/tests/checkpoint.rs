@@ -185,6 +185,14 @@ fn mistakes_in_the_card_are_named() {
         ("learning_rate = 0.001", "learning_rate = 0.0", "training.learning_rate = 0, but it must be finite and > 0"),
         ("seconds = 100.0", "seconds = -1.0", "before[0].training.seconds = -1, but it must be finite and >= 0"),
         ("ratio = 0.5", "ratio = inf", "measured[0].ratio = inf, but it must be finite and >= 0"),
+        (
+            "bending = \"paper\"",
+            "bending = \"rest-rotation\"",
+            "simulated.bending = \"rest-rotation\", but it must be \"paper\": no",
+        ),
+        ("\"euler\"", "\"bdf2\"", "simulated.integrator = \"bdf2\", but it must be \"euler\": no guess knows another"),
+        ("dt_s = [0.02, ", "dt_s = [0.2, ", "simulated.dt_s = [0.2, 0.1], but it must be the shortest and the longest"),
+        ("dt_s = [0.02, ", "dt_s = [0.0, ", "simulated.dt_s = [0.0, 0.1], but it must be the shortest and the longest"),
         ("data_blake3 = \"", "data_blake3 = \"x", ", but it must be 64 hexadecimal digits"),
     ];
     for (old, new, expected) in cases {
@@ -192,6 +200,10 @@ fn mistakes_in_the_card_are_named() {
         let message = load(&[resealed(&text.replacen(old, new, 1)), FILES[1].clone()]).unwrap_err();
         assert!(is_clear(&message) && message.contains(expected), "{message}");
     }
+    // An older card does not say it.
+    let simulated = "[simulated]\nbending = \"paper\"\nintegrator = \"euler\"\ndt_s = [0.02, 0.1]\n\n";
+    let older = load(&[resealed(&text.replace(simulated, "")), FILES[1].clone()]).unwrap();
+    assert!(text.contains(simulated) && older.card.simulated.is_none(), "{text}");
     // Not resealed: a value that is allowed but was not written.
     let message = load(&[text.replacen("seed = 7", "seed = 8", 1).into_bytes(), FILES[1].clone()]).unwrap_err();
     assert!(message.starts_with("small.toml: checksum = "), "{message}");

@@ -180,7 +180,7 @@ fn own_model(model: &Model, members: &Members, topology: &Topology) -> Model {
     };
     let joint = |(&k, &[a, b]): (&usize, &[u32; 2])| rod::Joint { a: body(a), b: body(b), ..model.joints[k] };
     Model {
-        segments: members.segments.iter().map(|&i| model.segments[i]).collect(),
+        segments: members.segments.iter().map(|&i| model.segments[i].clone()).collect(),
         joints: members.joints.iter().zip(&topology.joints).map(joint).collect(),
         anchors: members.anchors.iter().map(|&i| model.anchors[i]).collect(),
         gravity: model.gravity,

@@ -48,9 +48,8 @@ impl Shard {
                 rows.push(0);
                 continue;
             }
-            let view = views.tensor(tensor.name).map_err(|_| {
-                DatasetError::value(file, "tensors", views.names().join(", "), format!("with {}", tensor.name))
-            })?;
+            let missing = |_| DatasetError::value(file, tensor.name, "missing", "a tensor");
+            let view = views.tensor(tensor.name).map_err(missing)?;
             let (found, allowed) = (view.dtype(), tensor.dtype);
             if found != allowed {
                 let key = format!("{}.dtype", tensor.name);
@@ -186,6 +185,7 @@ impl Shard {
                 rest_frames: [UnitQuaternion::identity(); 2],
                 stretch_compliance: stretch,
                 shear_compliance: shear,
+                shear_extra: 0.0,
                 bend_compliance: bend,
                 bend_extra: 0.0,
                 twist_compliance: twist,

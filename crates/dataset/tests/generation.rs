@@ -134,7 +134,7 @@ fn table_1_is_the_default() {
         for index in 0..200 {
             let model = scenario.sample(3, index).scene().unwrap().model;
             assert!((low..=high).contains(&(model.segments.len() as f64)));
-            let segment = model.segments[0];
+            let segment = &model.segments[0];
             assert_eq!((segment.radius, segment.density), (ranges["radius_m"][0], ranges["density_kg_m3"][1]));
         }
     }

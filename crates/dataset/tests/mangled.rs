@@ -120,6 +120,20 @@ proptest! {
 }
 
 #[test]
+fn names_with_line_breaks_give_an_error_of_one_line() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut files = FILES.clone();
+    let shard = &mut files[1].1;
+    let name = b"trajectory.index";
+    let place = shard.windows(name.len()).position(|bytes| bytes == name).unwrap();
+    shard[place..place + name.len()].copy_from_slice(br"trajectory.\ndex");
+    files[0].1 = resealed(&files[0].1, &files[1].1);
+    write(directory.path(), &files);
+    let message = read(directory.path()).unwrap_err();
+    assert!(message.ends_with("trajectory.index = missing, but it must be a tensor"), "{message}");
+}
+
+#[test]
 fn constants_with_good_hashes_and_bad_values_do_not_panic() {
     // Every eighth byte of the constants' tensors, wherever they lie, set to what makes counts and indices large.
     let (header, data) = FILES[1].1.split_at(8);

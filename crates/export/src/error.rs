@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::sealed::printable;
 use crate::{Format, SealedError};
 
 /// Why a file was not written or not read.
@@ -84,10 +85,11 @@ impl ExportError {
         move |cause| Self::Io { action, path: path.to_owned(), cause }
     }
 
-    /// A value in a file that must not stand there; `allowed` says what may.
+    /// A value in a file that must not stand there; `allowed` says what may. Control characters of a damaged file are
+    /// replaced, so that the message is one line.
     pub fn value(file: &Path, key: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
-        let (key, value, allowed) = (key.into(), value.to_string(), allowed.into());
-        Self::Sealed(SealedError::Value { file: file.to_owned(), key, value, allowed })
+        let (key, value) = (printable(&key.into()), printable(&value.to_string()));
+        Self::Sealed(SealedError::Value { file: file.to_owned(), key, value, allowed: allowed.into() })
     }
 
     pub(crate) fn damaged(path: &Path, reason: impl Into<String>) -> Self {

@@ -57,6 +57,8 @@ pub struct TrajectoryReader {
     bytes: Vec<u8>,
     /// The segments and joints that are read, where these are not all.
     only: Option<[Vec<usize>; 2]>,
+    /// Of how many frames one is read.
+    every: usize,
 }
 
 impl TrajectoryReader {
@@ -105,7 +107,7 @@ impl TrajectoryReader {
         if checksum.finalize().to_hex().as_bytes() != expected {
             return Err(damaged("its checksum does not fit its content".to_owned()));
         }
-        Ok(Self { path: path.to_owned(), file, info, layout, data_start, bytes: Vec::new(), only: None })
+        Ok(Self { path: path.to_owned(), file, info, layout, data_start, bytes: Vec::new(), only: None, every: 1 })
     }
 
     /// What the file says about itself.
@@ -115,7 +117,12 @@ impl TrajectoryReader {
 
     /// Number of frames.
     pub fn frames(&self) -> usize {
-        self.layout.frames
+        self.layout.frames.saturating_sub(1).div_ceil(self.every) + usize::from(self.layout.frames > 0)
+    }
+
+    /// Reads one of `every` frames from here on, from the first one, and the last one, as if there were no others; of 0, all.
+    pub fn every(&mut self, every: usize) {
+        self.every = every.max(1);
     }
 
     /// Reads these segments and joints alone from here on, ascending, as if there were no others: those of a
@@ -197,10 +204,11 @@ impl TrajectoryReader {
 
     /// Values of `tensor` in a frame; none if the trajectory has no such tensor.
     fn part(&mut self, tensor: &str, frame: usize) -> Result<&[[u8; VALUE]], ExportError> {
-        let frames = self.layout.frames;
-        if frame >= frames {
-            return Err(ExportError::NoFrame { frame, frames });
+        if frame >= self.frames() {
+            return Err(ExportError::NoFrame { frame, frames: self.frames() });
         }
+        let frames = self.layout.frames;
+        let frame = (frame * self.every).min(frames - 1);
         let mut start = self.data_start;
         let mut width = 0;
         for (name, bytes) in self.layout.widths() {

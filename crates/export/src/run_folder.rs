@@ -58,7 +58,7 @@ impl RunFolder {
         }
         fs::create_dir_all(path).map_err(ExportError::io("create the directory", path))?;
         let folder = Self { path: path.to_owned(), _lock: lock(path)? };
-        let earlier = folder.earlier()?;
+        let earlier = folder.earlier()?.map_or(Vec::new(), |record| record.files);
         for name in files {
             folder.check(name, earlier.iter().any(|known| known == name))?;
         }
@@ -69,6 +69,26 @@ impl RunFolder {
         folder.record(false, &known)?;
         known.push(RECORD.to_owned());
         folder.clear(&earlier, &known).map_err(ExportError::io("remove an earlier run from", path))?;
+        Ok(folder)
+    }
+
+    /// Takes the folder of a run that has ended, to add `files` to it, named as in [`Self::take`], or to replace them. From
+    /// then on they are the run's.
+    ///
+    /// # Errors
+    /// As [`Self::take`].
+    pub fn add(path: &Path, files: &[&str]) -> Result<Self, ExportError> {
+        let folder = Self { path: path.to_owned(), _lock: lock(path)? };
+        let Record { finished, files: mut known, .. } =
+            folder.earlier()?.unwrap_or(Record { format: Format::Run1, finished: true, files: Vec::new() });
+        for &name in files {
+            let is_known = known.iter().any(|known| known == name);
+            folder.check(name, is_known)?;
+            if !is_known {
+                known.push(name.to_owned());
+            }
+        }
+        folder.record(finished, &known)?;
         Ok(folder)
     }
 
@@ -85,17 +105,17 @@ impl RunFolder {
         self.record(true, written)
     }
 
-    /// Names of what an earlier run wrote or was about to write.
-    fn earlier(&self) -> Result<Vec<String>, ExportError> {
+    /// What an earlier run wrote or was about to write; `None` where there is no record of any.
+    fn earlier(&self) -> Result<Option<Record>, ExportError> {
         let path = self.path.join(RECORD);
         let text = match fs::read(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             text => text,
         };
         // What cannot be read or has other content is somebody else's.
         let record: Option<Record> = text.ok().and_then(|text| serde_json::from_slice(&text).ok());
-        let files = record.map(|record| record.files).filter(|files| files.iter().all(|name| is_plain(name)));
-        files.ok_or(ExportError::Taken { path })
+        let record = record.filter(|record| record.files.iter().all(|name| is_plain(name)));
+        record.map(Some).ok_or(ExportError::Taken { path })
     }
 
     /// Checks that nothing stands at a name, or what an earlier run wrote there (`is_known`).

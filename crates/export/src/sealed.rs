@@ -99,6 +99,6 @@ fn one_line(text: &str) -> String {
 }
 
 /// Text that no damaged byte makes a terminal obey.
-fn printable(text: &str) -> String {
+pub(crate) fn printable(text: &str) -> String {
     text.replace(char::is_control, "\u{fffd}")
 }

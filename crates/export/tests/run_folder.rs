@@ -54,6 +54,27 @@ fn only_the_last_run_s_files_and_those_of_others_stay() {
 }
 
 #[test]
+fn what_is_added_to_a_run_is_the_run_s() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    run(directory, &["summary.json"]);
+    fs::write(directory.join("energy.svg"), "mine").unwrap();
+    let error = RunFolder::add(directory, &["obj/", "energy.svg"]).unwrap_err();
+    assert!(matches!(&error, ExportError::Taken { path } if path.ends_with("energy.svg")), "{error}");
+    for _ in 0..2 {
+        let folder = RunFolder::add(directory, &["view.html"]).unwrap();
+        fs::write(folder.path().join("view.html"), "ours").unwrap();
+    }
+    assert_eq!(names(directory), ["energy.svg", "run.json", "summary.json", "view.html"]);
+    let record = fs::read_to_string(directory.join("run.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    assert_eq!(record["files"], serde_json::json!(["summary.json", "view.html"]));
+    assert_eq!(record["finished"], true);
+    run(directory, &["summary.json"]);
+    assert_eq!(names(directory), ["energy.svg", "run.json", "summary.json"]);
+}
+
+#[test]
 fn what_is_in_the_way_is_named_and_nothing_is_touched() {
     type Make = fn(&Path);
     let file: Make = |path| fs::write(path, "mine").unwrap();

@@ -96,6 +96,24 @@ fn forces_of_joints_are_read_as_written() {
 }
 
 #[test]
+fn of_every_few_frames_one_is_read_and_the_last() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut reader = TrajectoryReader::open(&write_with_forces(directory.path(), 2, 3, 8)).unwrap();
+    for (every, frames) in [(0, (0..8).collect()), (3, vec![0, 3, 6, 7]), (7, vec![0, 7]), (usize::MAX, vec![0, 7])] {
+        reader.every(every);
+        assert_eq!(reader.times().unwrap(), frames.iter().map(|&f| f as f64 * 0.3).collect::<Vec<_>>());
+        let (mut found, mut transmitted) = (State::default(), Vec::new());
+        for (index, &frame) in frames.iter().enumerate() {
+            reader.read_frame(index, &mut found).unwrap();
+            reader.read_forces(index, &mut transmitted).unwrap();
+            assert!(found == state(2, frame) && transmitted == forces(3, frame), "{every}, {frame}");
+        }
+        let error = reader.read_frame(frames.len(), &mut found).unwrap_err();
+        assert!(matches!(error, ExportError::NoFrame { frames, .. } if frames == reader.frames()), "{error}");
+    }
+}
+
+#[test]
 fn without_forces_the_file_is_what_it_was_before_there_were_any() {
     let directory = tempfile::tempdir().unwrap();
     let info = TrajectoryInfo { scene: "rod".to_owned(), dt: 0.01 };

@@ -31,7 +31,7 @@ impl Model {
             air: _,
             mistake,
         } = other;
-        self.segments.extend(other.segments.iter().map(|own| Segment { rod: own.rod + rods, ..*own }));
+        self.segments.extend(other.segments.iter().map(|own| Segment { rod: own.rod + rods, ..own.clone() }));
         self.joints.extend(joints.iter().map(|own| Joint { a: moved(own.a), b: moved(own.b), ..*own }));
         self.anchors.extend(&other.anchors);
         self.loads.extend(other.loads.iter().map(|own| Load { segment: own.segment + segments, ..*own }));

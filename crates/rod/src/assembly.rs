@@ -509,6 +509,7 @@ impl Assembly {
             rest_frames: [UnitQuaternion::identity(); 2],
             stretch_compliance,
             shear_compliance,
+            shear_extra: 0.0,
             bend_compliance: first,
             bend_extra: second - first,
             twist_compliance: sum(&|own| own.torsion) / length.powi(2),

@@ -20,8 +20,8 @@ pub enum Freedom {
 /// Stiffness of a grip or a support: springs between what is held and what holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Springs {
-    /// Across and along the axis d3 of the joint's body a [N/m]; infinite where it does not yield.
-    pub force: [f64; 2],
+    /// Along the axes d1, d2 and d3 of the joint's body a [N/m]; infinite where it does not yield.
+    pub force: [f64; 3],
     /// Of bending about the axes d1 and d2 of the joint's rows and of twist about their d3 [N m/rad]; infinite where it does
     /// not yield.
     pub moment: [f64; 3],
@@ -29,7 +29,7 @@ pub struct Springs {
 
 impl Springs {
     /// Springs that do not yield.
-    pub const RIGID: Self = Self { force: [f64::INFINITY; 2], moment: [f64::INFINITY; 3] };
+    pub const RIGID: Self = Self { force: [f64::INFINITY; 3], moment: [f64::INFINITY; 3] };
 }
 
 impl Model {
@@ -69,18 +69,23 @@ impl Model {
         joint.rest_darboux = Vector3::zeros();
     }
 
-    /// Adds springs to a joint, in series with what it yields already. An index that is none changes nothing.
+    /// Adds springs to a joint, in series with what it yields already. A hinge with a finite stiffness of twist is held by
+    /// that spring about its axis, and no longer free. An index that is none changes nothing.
     pub fn soften(&mut self, joint: usize, springs: &Springs) {
         let Some(joint) = self.joints.get_mut(joint) else { return };
-        let [across, along] = springs.force;
+        let [across, sideways, along] = springs.force;
         let [first, second, twist] = springs.moment;
         joint.shear_compliance += 1.0 / across;
+        joint.shear_extra += 1.0 / sideways - 1.0 / across;
         joint.stretch_compliance += 1.0 / along;
         // A Darboux vector is an angle over the joint's length.
         let square = joint.length.powi(2);
         joint.bend_compliance += 1.0 / (first * square);
         joint.bend_extra += 1.0 / (second * square) - 1.0 / (first * square);
         joint.twist_compliance += 1.0 / (twist * square);
+        if joint.freedom == Freedom::Hinge && twist.is_finite() {
+            joint.freedom = Freedom::None;
+        }
     }
 
     /// Whether a joint holds on to an anchor that is open ([`Model::open`]), and so transmits nothing.

@@ -78,6 +78,9 @@ impl Model {
         if has(&|joint| joint.inner_damping != InnerDamping::NONE) {
             return Some("inner damping");
         }
+        if has(&|joint| joint.shear_extra != 0.0) {
+            return Some("grips with two stiffnesses across a rod");
+        }
         let is_round = self.segments.iter().all(|segment| segment.line_inertia.is_none());
         (!is_round || has(&|joint| joint.bend_extra != 0.0)).then_some("sections that are not full circles")
     }

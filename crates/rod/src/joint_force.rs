@@ -66,7 +66,12 @@ impl JointForce {
         let axis = axis(model, state, joint);
         let along = axis * axis.dot(&self.force);
         let across = self.force - along;
-        let gap = stretch_gap(model, state, joint) + along * joint.stretch_compliance + across * joint.shear_compliance;
+        let mut gap =
+            stretch_gap(model, state, joint) + along * joint.stretch_compliance + across * joint.shear_compliance;
+        if joint.shear_extra != 0.0 {
+            let d2 = model.pose(joint.a, state).orientation * Vector3::y();
+            gap += d2 * (d2.dot(&self.force) * joint.shear_extra);
+        }
         let lambda_b = self.lambda_b(model, state, joint);
         let strain = bend_strain(model, state, joint) + lambda_b.component_mul(&joint.bend_twist_compliance());
         (gap.norm() / joint.length).max(strain.norm() * joint.length)

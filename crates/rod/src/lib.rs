@@ -30,6 +30,7 @@ mod reaction;
 mod rigid;
 mod section;
 pub mod shape;
+mod solid;
 mod track;
 mod wind;
 
@@ -49,5 +50,6 @@ pub use probe::{Probe, Quantity, Reading};
 pub use reaction::Reaction;
 pub use rigid::{BodyShape, Mount, RigidBody};
 pub use section::{LineInertia, Section, Stiffness};
+pub use solid::{SolidError, SolidMesh};
 pub use track::{Change, Changing, Track};
 pub use wind::{Gusts, Wind, WindNow};

@@ -75,9 +75,15 @@ pub fn energy(model: &Model, state: &State) -> Energy {
     let quotient = |value: f64, compliance: f64| if compliance > 0.0 { value / compliance } else { 0.0 };
     for joint in model.joints.iter().filter(|joint| !model.is_open(joint)) {
         let gap = stretch_gap(model, state, joint);
-        let along = gap.dot(&(model.pose(joint.a, state).orientation * Vector3::z())).powi(2);
-        energy.stretch += 0.5 * quotient(along, joint.stretch_compliance)
-            + 0.5 * quotient(gap.norm_squared() - along, joint.shear_compliance);
+        let q_a = model.pose(joint.a, state).orientation;
+        let along = gap.dot(&(q_a * Vector3::z())).powi(2);
+        let across = if joint.shear_extra == 0.0 {
+            quotient(gap.norm_squared() - along, joint.shear_compliance)
+        } else {
+            let [first, second] = [Vector3::x(), Vector3::y()].map(|d| gap.dot(&(q_a * d)).powi(2));
+            quotient(first, joint.shear_compliance) + quotient(second, joint.shear_compliance + joint.shear_extra)
+        };
+        energy.stretch += 0.5 * quotient(along, joint.stretch_compliance) + 0.5 * across;
         let strain = bend_strain(model, state, joint);
         let bending = if joint.bend_extra == 0.0 {
             quotient(strain.xy().norm_squared(), joint.bend_compliance)

@@ -52,6 +52,7 @@ impl BodyShape {
             BodyShape::Capsule { radius, length } => Mesh::round(&capped(radius, 0.5 * length), SIDES),
             BodyShape::Cylinder { radius, length } => Mesh::cylinder(radius, length, SIDES),
             BodyShape::Box { sides } => Mesh::of_box(&(sides * 0.5)),
+            BodyShape::Mesh(ref solid) => solid.mesh().clone(),
         }
     }
 }

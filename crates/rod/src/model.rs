@@ -21,7 +21,7 @@ pub struct Pose {
 }
 
 /// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     /// Length l [m].
     pub length: f64,
@@ -85,12 +85,12 @@ impl Segment {
         }
     }
 
-    /// The surface with which it touches rods and planes, in its own frame: that of a rigid body that is a box or a cylinder,
-    /// with [`crate::CYLINDER_SIDES`] flat sides. `None` of all others.
+    /// The surface with which it touches rods and obstacles, in its own frame: that of a rigid body that is a box, a mesh or a
+    /// cylinder, this with [`crate::CYLINDER_SIDES`] flat sides. `None` of all others.
     pub fn surface(&self) -> Option<Mesh> {
-        let body = self.body.filter(|body| body.touches)?;
+        let body = self.body.as_ref().filter(|body| body.touches)?;
         match body.shape {
-            BodyShape::Box { .. } => Some(body.shape.mesh()),
+            BodyShape::Box { .. } | BodyShape::Mesh(_) => Some(body.shape.mesh()),
             BodyShape::Cylinder { radius, length } => Some(Mesh::cylinder(radius, length, CYLINDER_SIDES)),
             BodyShape::Hidden | BodyShape::Sphere { .. } | BodyShape::Capsule { .. } => None,
         }
@@ -149,8 +149,10 @@ pub struct Joint {
     pub rest_frames: [UnitQuaternion<f64>; 2],
     /// Compliance along the axis of `a` [m/N].
     pub stretch_compliance: f64,
-    /// Compliance across the axis of `a` [m/N].
+    /// Compliance across the axis of `a` [m/N]: along its d1, and along its d2 less `shear_extra`.
     pub shear_compliance: f64,
+    /// Compliance along d2 of `a` less that along its d1 [m/N]; 0 where it yields alike along both, as all rods do.
+    pub shear_extra: f64,
     /// Compliance 1 / (l Y I) of the Darboux vector's curvature about d1, and of that about d2 less `bend_extra` [1/(N m^3)].
     pub bend_compliance: f64,
     /// Compliance of the curvature about d2 less that about d1 [1/(N m^3)]; 0 for a section that bends alike about both.
@@ -403,6 +405,7 @@ impl Model {
             finite("joint", i, "rest Darboux vector", j.rest_darboux.as_slice())?;
             not_negative("joint", i, "stretch compliance", j.stretch_compliance)?;
             not_negative("joint", i, "shear compliance", j.shear_compliance)?;
+            not_negative("joint", i, "shear compliance along d2", j.shear_compliance + j.shear_extra)?;
             not_negative("joint", i, "bend compliance", j.bend_compliance)?;
             not_negative("joint", i, "bend compliance about d2", j.bend_twist_compliance().y)?;
             not_negative("joint", i, "twist compliance", j.twist_compliance)?;

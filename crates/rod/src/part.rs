@@ -56,7 +56,7 @@ impl Model {
         let driven = |driven: &Driven| body(driven.body).map(|body| Driven { body, ..driven.clone() });
         let load = |&k: &usize| Load { segment: of_segment[&self.loads[k].segment], ..self.loads[k] };
         let model = Model {
-            segments: segments.iter().map(|&i| self.segments[i]).collect(),
+            segments: segments.iter().map(|&i| self.segments[i].clone()).collect(),
             joints: joints.iter().filter_map(joint).collect(),
             anchors: anchors.iter().map(|&k| self.anchors[k]).collect(),
             loads: loads.iter().map(load).collect(),

@@ -1,11 +1,14 @@
 //! Rigid bodies that rods are joined to: weights, hooks, beams, balls.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 
-/// Shape of a rigid body: what it looks like, and what touches. Its middle is the body's centre of mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
+use crate::SolidMesh;
+
+/// Shape of a rigid body: what it looks like, and what touches. Its middle, of a mesh its centroid, is the body's centre of mass.
+#[derive(Clone, Debug, PartialEq)]
 pub enum BodyShape {
     /// Nothing that one sees or touches.
     Hidden,
@@ -33,6 +36,8 @@ pub enum BodyShape {
         /// Lengths of its edges [m].
         sides: Vector3<f64>,
     },
+    /// A surface of triangles, convex or not.
+    Mesh(Arc<SolidMesh>),
 }
 
 impl BodyShape {
@@ -45,6 +50,7 @@ impl BodyShape {
             BodyShape::Capsule { radius, length } => ball(radius) + PI * radius.powi(2) * length,
             BodyShape::Cylinder { radius, length } => PI * radius.powi(2) * length,
             BodyShape::Box { sides } => sides.product(),
+            BodyShape::Mesh(ref solid) => solid.volume(),
         }
     }
 
@@ -65,6 +71,7 @@ impl BodyShape {
                 let [x, y, z] = [0, 1, 2].map(|k| sides[k] * sides[k] / 12.0);
                 Vector3::new(y + z, x + z, x + y)
             }
+            BodyShape::Mesh(ref solid) => solid.inertia_per_mass(),
         }
     }
 
@@ -76,7 +83,13 @@ impl BodyShape {
             BodyShape::Capsule { radius, length } => Some((length + 2.0 * radius, radius)),
             BodyShape::Cylinder { radius, length } => Some((length, radius)),
             BodyShape::Box { sides } => Some((sides.z, 0.5 * sides.xy().norm())),
+            BodyShape::Mesh(ref solid) => Some(solid.extents()),
         }
+    }
+
+    /// A place in the axes in which the shape is given [m], in the body's frame [m]: of a mesh these are not the same.
+    pub fn place(&self, place: &Vector3<f64>) -> Vector3<f64> {
+        if let BodyShape::Mesh(solid) = self { solid.place(place) } else { *place }
     }
 
     /// Half the length of the axis and the radius [m] of the capsule that it is; `None` where it is none.
@@ -84,12 +97,12 @@ impl BodyShape {
         match *self {
             BodyShape::Sphere { radius } => Some((0.0, radius)),
             BodyShape::Capsule { radius, length } => Some((0.5 * length, radius)),
-            BodyShape::Hidden | BodyShape::Cylinder { .. } | BodyShape::Box { .. } => None,
+            BodyShape::Hidden | BodyShape::Cylinder { .. } | BodyShape::Box { .. } | BodyShape::Mesh(_) => None,
         }
     }
 
     /// Drag coefficient times area [m^2]: 0.47 of a sphere's section, and 1 of the mean section of the others, which is a
-    /// quarter of the surface (Cauchy). Coefficients are Hoerner's (1965), for Reynolds numbers of 1e4 to 2e5.
+    /// quarter of the surface (Cauchy; of a mesh that is not convex this is too much). Coefficients are Hoerner's (1965), for Reynolds numbers of 1e4 to 2e5.
     pub fn drag_area(&self) -> f64 {
         match *self {
             BodyShape::Hidden => 0.0,
@@ -97,10 +110,11 @@ impl BodyShape {
             BodyShape::Capsule { radius, length } => PI * radius * (radius + 0.5 * length),
             BodyShape::Cylinder { radius, length } => 0.5 * PI * radius * (radius + length),
             BodyShape::Box { sides } => 0.5 * (sides.x * sides.y + sides.y * sides.z + sides.z * sides.x),
+            BodyShape::Mesh(ref solid) => 0.25 * solid.area(),
         }
     }
 
-    /// What it is, in a word: "hidden", "sphere", "capsule", "cylinder" or "box".
+    /// What it is, in a word: "hidden", "sphere", "capsule", "cylinder", "box" or "mesh".
     pub fn kind(&self) -> &'static str {
         match self {
             BodyShape::Hidden => "hidden",
@@ -108,13 +122,14 @@ impl BodyShape {
             BodyShape::Capsule { .. } => "capsule",
             BodyShape::Cylinder { .. } => "cylinder",
             BodyShape::Box { .. } => "box",
+            BodyShape::Mesh(_) => "mesh",
         }
     }
 
     /// Its lengths [m], each with its name.
     pub(crate) fn sizes(&self) -> Vec<(&'static str, f64)> {
         match *self {
-            BodyShape::Hidden => Vec::new(),
+            BodyShape::Hidden | BodyShape::Mesh(_) => Vec::new(),
             BodyShape::Sphere { radius } => vec![("radius", radius)],
             BodyShape::Capsule { radius, length } | BodyShape::Cylinder { radius, length } => {
                 vec![("radius", radius), ("length", length)]
@@ -126,7 +141,7 @@ impl BodyShape {
 
 /// What makes a segment a rigid body instead of a piece of a rod. Its frame is the segment's, with the centre of mass as
 /// origin and the principal axes of inertia as axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     /// Mass [kg].
     pub mass: f64,
@@ -134,8 +149,8 @@ pub struct RigidBody {
     pub inertia: Vector3<f64>,
     /// Shape.
     pub shape: BodyShape,
-    /// Whether it touches rods and obstacles, where the model has contacts. Of obstacles a box and a cylinder touch
-    /// half-spaces alone, and a hidden body touches nothing. Bodies do not touch each other.
+    /// Whether it touches rods and obstacles, where the model has contacts. A hidden body touches nothing, and bodies do not
+    /// touch each other.
     pub touches: bool,
     /// Drag coefficient times area [m^2], the same from all sides: in air the drag is half of this times density and
     /// square of the relative velocity of the centre.
@@ -143,9 +158,10 @@ pub struct RigidBody {
 }
 
 impl RigidBody {
-    /// A body of `mass` [kg] that fills its shape evenly; a hidden one has no inertia yet.
+    /// A body of `mass` [kg] that fills its shape evenly; a hidden one and a mesh about a given centre have no inertia yet.
     pub fn new(shape: BodyShape, mass: f64) -> Self {
-        Self { mass, inertia: shape.inertia_per_mass() * mass, shape, touches: true, drag_area: shape.drag_area() }
+        let (inertia, drag_area) = (shape.inertia_per_mass() * mass, shape.drag_area());
+        Self { mass, inertia, shape, touches: true, drag_area }
     }
 
     /// A hidden body of `mass` [kg] with these moments of inertia about its axes [kg m^2].

@@ -87,8 +87,8 @@ pub use nalgebra;
 pub mod assembly {
     pub use rod::{
         Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, LineInertia, Load, Material, Mesh,
-        MeshError, Mount, Obstacle, ObstacleShape, RestShape, RigidBody, RodSpec, Section, Stiffness, Stretch, Surface,
-        Wind, shape,
+        MeshError, Mount, Obstacle, ObstacleShape, RestShape, RigidBody, RodSpec, Section, SolidError, SolidMesh,
+        Stiffness, Stretch, Surface, Wind, shape,
     };
 }
 

@@ -39,8 +39,6 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     if let Some(air) = &file.air {
         assembly.air(self::air(source, air)?);
     }
-    let is_plane = |obstacle: &rod::Obstacle| matches!(obstacle.shape, rod::ObstacleShape::HalfSpace { .. });
-    let beyond_planes = !contacts.obstacles.iter().all(is_plane);
     assembly.model_mut().contacts = contacts;
     if let Some(gravity) = &file.gravity_over_time {
         if let Some(constant) = &file.gravity_m_s2 {
@@ -55,7 +53,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     // Place in the text of the entry that each rod comes from.
     let mut entry_of = Vec::new();
     for (i, body) in file.bodies.iter().enumerate() {
-        bodies::add(&mut builder, source, i, body, beyond_planes)?;
+        bodies::add(&mut builder, source, i, body)?;
         entry_of.resize(builder.rods.len(), body.span());
     }
     for (i, rod) in file.rods.iter().enumerate() {

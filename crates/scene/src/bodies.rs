@@ -1,7 +1,9 @@
 //! From an entry of `[[bodies]]` to a rigid body with all that belongs to it, and the joints between rods and bodies.
 
+use std::sync::Arc;
+
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Body, BodyShape, Driven, Pose, RigidBody};
+use rod::{Body, BodyShape, Driven, Pose, RigidBody, SolidMesh};
 use toml::Spanned;
 
 use crate::builder::Builder;
@@ -9,22 +11,18 @@ use crate::error::{Result, Source};
 use crate::given::unit;
 use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
-use crate::{format, rods};
+use crate::{format, mesh, rods};
 
-/// Builds entry `index` of the file's bodies; `beyond_planes` says whether any obstacle is no plane.
-pub(crate) fn add(
-    builder: &mut Builder,
-    source: &Source,
-    index: usize,
-    entry: &Spanned<format::Body>,
-    beyond_planes: bool,
-) -> Result<()> {
+/// Builds entry `index` of the file's bodies.
+pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Body>) -> Result<()> {
     let own = entry.get_ref();
     let name = builder.new_name(source, &own.name, format!("body-{index}"), entry.span())?;
-    let body = RigidBody { touches: touches(source, own, beyond_planes)?, ..body(source, entry)? };
+    let body = RigidBody { touches: touches(source, own)?, ..body(source, entry)? };
     let vector = |value: &Option<format::Vector>, unit| value.as_ref().map(|v| source.vector(v, unit)).transpose();
     let orientation = orientation(source, &own.orientation, &own.turn_deg)?;
-    let pose = Pose { position: vector(&own.position_m, "m")?.unwrap_or_default(), orientation };
+    let given = Pose { position: vector(&own.position_m, "m")?.unwrap_or_default(), orientation };
+    // A mesh stands where the axes of its file are.
+    let pose = if let BodyShape::Mesh(solid) = &body.shape { solid.pose(&given) } else { given };
     let segment = builder.add_body(name, body, pose);
     let is_held = own.fixed || !own.motions.is_empty();
     let velocities = [&own.velocity_m_s, &own.angular_velocity_rad_s];
@@ -48,7 +46,7 @@ pub(crate) fn add(
         if let Some(span) = motion.get_ref().of_grips() {
             return source.wrong(span, "is of grips on rods; a body is driven all the time, leave it out");
         }
-        let motion = Prepared::new(source, motion)?.motion(source, motion, &pose)?;
+        let motion = Prepared::new(source, motion)?.motion(source, motion, &given)?;
         let driven = Driven::gripped(Body::Segment(segment), motion, &pose, 0.0);
         let (state, begin) = (builder.assembly.state_mut(), driven.at(0.0));
         (state.velocities[segment], state.angular_velocities[segment]) = (begin.velocity, begin.angular_velocity);
@@ -91,11 +89,14 @@ const WHOLE: &str = "a body is moved and loaded at its centre of mass; leave thi
 /// Mass, inertia and shape.
 fn body(source: &Source, entry: &Spanned<format::Body>) -> Result<RigidBody> {
     let own = entry.get_ref();
-    let shape = shape(source, own.shape.get_ref())?;
+    let shape = shape(source, own)?;
     let mass = match (&own.mass_kg, &own.density_kg_m3) {
         (Some(mass), None) => source.positive(mass, "kg")?,
         (None, Some(density)) if shape == BodyShape::Hidden => {
             return source.wrong(density.span(), "a hidden body has no volume; give `mass_kg`");
+        }
+        (None, Some(density)) if shape.volume() == 0.0 => {
+            return source.wrong(density.span(), "an open mesh has no volume; give `mass_kg`");
         }
         (None, Some(density)) => source.positive(density, "kg/m^3")? * shape.volume(),
         _ => return source.wrong(entry.span(), "give either `mass_kg` or `density_kg_m3`"),
@@ -111,7 +112,7 @@ fn body(source: &Source, entry: &Spanned<format::Body>) -> Result<RigidBody> {
                 return source.must_be(value.span(), allowed);
             }
         }
-        None if shape == BodyShape::Hidden => {
+        None if body.shape == BodyShape::Hidden => {
             return source.wrong(entry.span(), "a hidden body needs `inertia_kg_m2`");
         }
         None => {}
@@ -128,9 +129,9 @@ pub(crate) fn length(source: &Source, value: &format::Number) -> Result<f64> {
     Ok(length)
 }
 
-fn shape(source: &Source, shape: &format::BodyShape) -> Result<BodyShape> {
+fn shape(source: &Source, own: &format::Body) -> Result<BodyShape> {
     let length = |value: &format::Number| length(source, value);
-    Ok(match shape {
+    Ok(match own.shape.get_ref() {
         format::BodyShape::Sphere(ball) => BodyShape::Sphere { radius: length(&ball.radius_m)? },
         format::BodyShape::Capsule(round) => {
             BodyShape::Capsule { radius: length(&round.radius_m)?, length: length(&round.length_m)? }
@@ -142,27 +143,54 @@ fn shape(source: &Source, shape: &format::BodyShape) -> Result<BodyShape> {
             let [x, y, z] = &block.sides_m.0;
             BodyShape::Box { sides: Vector3::new(length(x)?, length(y)?, length(z)?) }
         }
+        format::BodyShape::Mesh(file) => BodyShape::Mesh(Arc::new(solid(source, own, file)?)),
         format::BodyShape::Hidden(_) => BodyShape::Hidden,
     })
 }
 
-/// Whether a body touches rods and obstacles; `beyond_planes` says whether any obstacle is no plane.
-fn touches(source: &Source, own: &format::Body, beyond_planes: bool) -> Result<bool> {
-    let (is_hidden, has_faces) = match own.shape.get_ref() {
-        format::BodyShape::Sphere(_) | format::BodyShape::Capsule(_) => (false, false),
-        format::BodyShape::Cylinder(_) | format::BodyShape::Box(_) => (false, true),
-        format::BodyShape::Hidden(_) => (true, false),
+/// A mesh as a body: full of mass, or with the centre of mass and the moments of inertia that are given.
+fn solid(source: &Source, own: &format::Body, file: &format::BodyMesh) -> Result<SolidMesh> {
+    let format::BodyMesh { file, scale, centre_of_mass_m: centre } = file;
+    let scale = number_or(scale, 1.0, |v| source.positive(v, ""))?;
+    if let (Some(centre), None) = (centre, &own.inertia_kg_m2) {
+        return source.wrong(centre.span(), "goes with `inertia_kg_m2`; without it both are those of the full mesh");
+    }
+    let centre = centre.as_ref().map(|centre| source.vector(centre, "m")).transpose()?;
+    let mesh = mesh::read(source, file, scale)?;
+    let full = |mesh| {
+        SolidMesh::full(mesh).or_else(|error| {
+            let keys = "`mass_kg`, `inertia_kg_m2` and `shape.mesh.centre_of_mass_m`";
+            source.wrong(file.span(), &format!("{error}; a mesh that is not full of mass needs {keys}"))
+        })
     };
+    let solid = match (&own.inertia_kg_m2, centre) {
+        (None, _) => full(mesh)?,
+        (Some(_), centre) => {
+            let centre = match centre {
+                Some(centre) => centre,
+                None => full(mesh.clone())?.centre(),
+            };
+            SolidMesh::about(mesh, centre).or_else(|error| source.wrong(file.span(), &error.to_string()))?
+        }
+    };
+    // Its corners are about its centre of mass, and neither so near to it nor so far that nothing can be computed.
+    let reach = solid.mesh().positions.iter().map(|place| place.norm()).fold(0.0, f64::max);
+    if !NODE_DISTANCE.contains(&reach) {
+        let range = format!("{:e} to {:e} m", NODE_DISTANCE.start, NODE_DISTANCE.end);
+        return source
+            .must_be(file.span(), &format!("a mesh whose farthest corner is {range} from its centre of mass"));
+    }
+    Ok(solid)
+}
+
+/// Whether a body touches rods and obstacles.
+fn touches(source: &Source, own: &format::Body) -> Result<bool> {
+    let is_hidden = matches!(own.shape.get_ref(), format::BodyShape::Hidden(_));
     match &own.touches {
         Some(value) if *value.get_ref() && is_hidden => {
             source.must_be(value.span(), "false: a hidden body has nothing to touch with")
         }
         Some(value) => Ok(*value.get_ref()),
-        None if has_faces && beyond_planes => source.wrong(
-            own.shape.span(),
-            "of obstacles, boxes and cylinders touch planes alone; say `touches = true` if it may pass through the others, \
-             or `touches = false`",
-        ),
         None => Ok(!is_hidden),
     }
 }

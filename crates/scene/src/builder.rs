@@ -50,7 +50,7 @@ impl Builder {
     }
 
     pub(crate) fn segment(&mut self, i: usize) -> Segment {
-        self.assembly.model_mut().segments[i]
+        self.assembly.model_mut().segments[i].clone()
     }
 
     pub(crate) fn orientation(&mut self, i: usize) -> UnitQuaternion<f64> {
@@ -217,8 +217,11 @@ impl Builder {
                 Some(span) => source.wrong(span, "goes with `rod`, not with `body`"),
                 None => {
                     let index = self.named(source, body, true)?;
+                    let segment = self.rods[index].segments.start;
                     let at = at_m.as_ref().map(|at| source.vector(at, "m")).transpose()?;
-                    Ok(Spot::Body(self.rods[index].segments.start, at))
+                    let own = &self.assembly.model_mut().segments[segment];
+                    let at = at.map(|at| own.body.as_ref().map_or(at, |body| body.shape.place(&at)));
+                    Ok(Spot::Body(segment, at))
                 }
             },
             (None, None) => source.wrong(place.span(), "missing key `rod` (or `body`)"),

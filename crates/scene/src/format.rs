@@ -16,7 +16,7 @@ mod motion;
 mod probe;
 mod section;
 
-pub(crate) use body::{Body, BodyShape};
+pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
 pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;

@@ -33,7 +33,8 @@ struct Face {
     clamp: Clamp,
     anchor: usize,
     joint: usize,
-    /// Whether an entry has said how it is held.
+    /// Whether an entry without times holds it, and whether one has said how.
+    is_held: bool,
     is_shaped: bool,
     /// Whether springs hold it in all directions.
     yields: bool,
@@ -95,7 +96,7 @@ impl Grips {
             };
             let model = builder.assembly.model_mut();
             let (anchor, joint) = (model.anchors.len() - 1, model.joints.len() - 1);
-            self.faces.push(Face { clamp, anchor, joint, is_shaped: false, yields: false });
+            self.faces.push(Face { clamp, anchor, joint, is_held: false, is_shaped: false, yields: false });
             self.faces.len() - 1
         });
         &mut self.faces[place]
@@ -146,6 +147,11 @@ impl Grips {
             }
             return Ok(());
         }
+        let is_same = |face: &&mut Face| bodies.contains(&Body::Anchor(face.anchor));
+        let was_held = self.faces.iter_mut().find(is_same).map(|face| std::mem::replace(&mut face.is_held, true));
+        if was_held == Some(true) || bodies.iter().any(|body| self.clamped.contains(body)) {
+            return source.wrong(entry.span(), "another entry, `clamp` or `fixed_segments` holds this place already");
+        }
         self.close(builder, &bodies);
         self.clamped.extend(bodies.into_iter().filter(|body| matches!(body, Body::Segment(_))));
         Ok(())
@@ -158,8 +164,7 @@ impl Grips {
         if let (Some(axis), true) = (axis, hold != Hold::Hinge) {
             return source.wrong(axis.span(), "goes with `joint = \"hinge\"`");
         }
-        let spans = stiffness_n_m.iter().map(|list| list.0[0].span());
-        let spans = spans.chain(stiffness_n_m_rad.iter().map(Spanned::span));
+        let spans = [stiffness_n_m, stiffness_n_m_rad].into_iter().flatten().map(Spanned::span);
         let Some(span) = joint.iter().map(Spanned::span).chain(spans).next() else { return Ok(()) };
         let face = match at.as_ref().map(|at| *at.get_ref()) {
             Some(clamp @ (Clamp::StartFace | Clamp::EndFace)) => self.face(builder, clamp),
@@ -168,20 +173,12 @@ impl Grips {
         if std::mem::replace(&mut face.is_shaped, true) {
             return source.wrong(entry.span(), "another entry says how this place is held");
         }
-        let positive = |value: &format::Number| source.number(value, |v| v > 1e-9, "> 1e-9, or inf");
-        let mut springs = Springs::RIGID;
-        if let Some(format::List([across, along])) = stiffness_n_m {
-            springs.force = [positive(across)?, positive(along)?];
-        }
-        if let Some(list) = stiffness_n_m_rad {
-            springs.moment = match list.get_ref().as_slice() {
-                [bend, twist] => [positive(bend)?, positive(bend)?, positive(twist)?],
-                [_, _, _] if hold == Hold::Hinge => {
-                    return source.wrong(list.span(), "has three values; with a hinge it is [bend, twist]");
-                }
-                [first, second, twist] => [positive(first)?, positive(second)?, positive(twist)?],
-                _ => return source.wrong(list.span(), "must be [bend, twist] or [about d1, about d2, twist]"),
-            };
+        let springs = Springs {
+            force: stiffness(source, stiffness_n_m, hold, ["[across, along]", "[along d1, along d2, along d3]"])?,
+            moment: stiffness(source, stiffness_n_m_rad, hold, ["[bend, twist]", "[about d1, about d2, twist]"])?,
+        };
+        if let (Some(list), Hold::Ball) = (stiffness_n_m_rad, hold) {
+            return source.wrong(list.span(), "a ball joint turns freely; leave it out");
         }
         face.yields = springs.force.iter().all(|stiffness| stiffness.is_finite());
         let (joint, anchor) = (face.joint, face.anchor);
@@ -230,7 +227,7 @@ impl Grips {
             return source.wrong(snap.span(), "goes with `positions_m` and a `from_s` > 0");
         }
         if !bodies.iter().all(yields) {
-            let message = "what is held without springs would jump; say in `[[rods.grips]]` how an end face yields, with two \
+            let message = "what is held without springs would jump; say in `[[rods.grips]]` how an end face yields, with \
                            finite values of `stiffness_n_m`";
             return source.wrong(snap.span(), message);
         }
@@ -292,6 +289,26 @@ impl Grips {
     /// Whether a motion drives a body from the start.
     pub(crate) fn drives(&self, body: Body) -> bool {
         self.owners.iter().any(|owner| owner.body == body && owner.from <= 0.0)
+    }
+}
+
+/// Stiffnesses along or about d1, d2 and d3, of a list of two (d1 and d2 alike) or three that has these `forms`; rigid where
+/// there is none.
+fn stiffness(
+    source: &Source,
+    list: &Option<Spanned<Vec<format::Number>>>,
+    hold: Hold,
+    [two, three]: [&str; 2],
+) -> Result<[f64; 3]> {
+    let Some(list) = list else { return Ok([f64::INFINITY; 3]) };
+    let positive = |value: &format::Number| source.number(value, |v| v > 1e-9, "> 1e-9, or inf");
+    match list.get_ref().as_slice() {
+        [across, along] => Ok([positive(across)?, positive(across)?, positive(along)?]),
+        [_, _, _] if hold == Hold::Hinge => {
+            source.wrong(list.span(), &format!("has three values; with a hinge it is {two}"))
+        }
+        [first, second, third] => Ok([positive(first)?, positive(second)?, positive(third)?]),
+        _ => source.wrong(list.span(), &format!("must be {two} or {three}")),
     }
 }
 

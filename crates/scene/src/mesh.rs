@@ -115,7 +115,7 @@ fn stl(bytes: &[u8]) -> std::result::Result<Parts, Mistake> {
     }
     let mut parts = Parts::default();
     let text = String::from_utf8_lossy(bytes);
-    let mut corners = 0;
+    let (mut corners, mut is_whole) = (0, false);
     for (number, line) in (1..).zip(text.lines()) {
         let mut words = line.split_whitespace();
         match words.next() {
@@ -132,11 +132,15 @@ fn stl(bytes: &[u8]) -> std::result::Result<Parts, Mistake> {
                 parts.lines.push(number);
                 corners = 0;
             }
+            Some("endsolid") => is_whole = true,
             _ => {}
         }
     }
     if parts.triangles.is_empty() {
         return Err((1, "this is no STL file: neither facets in words, nor as many as bytes 80 to 84 say".to_owned()));
+    }
+    if corners != 0 || !is_whole {
+        return Err((text.lines().count(), "the file ends before its last facet, or without `endsolid`".to_owned()));
     }
     Ok(parts)
 }

@@ -63,7 +63,7 @@ fn a_missing_file_is_named() {
 #[test]
 fn validation_scenes_have_the_numbers_of_their_references() {
     let stiffness = |scene: &scene::Scene| {
-        let segment = scene.model.segments[0];
+        let segment = &scene.model.segments[0];
         let section = rod::Section::Circle { radius: segment.radius };
         let joint = scene.model.joints[0];
         (joint.youngs_modulus * section.second_moments()[0], joint.torsion_modulus * section.torsion_constant())

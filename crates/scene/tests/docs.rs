@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../README.md");
 const RECIPES: &str = include_str!("../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 59] = [
+const PROBES: [&str; 60] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -56,6 +56,7 @@ const PROBES: [&str; 59] = [
     "bodies = [{ shape.sphere.zzz = 1 }]",
     "bodies = [{ shape.capsule.zzz = 1 }]",
     "bodies = [{ shape.box.zzz = 1 }]",
+    "bodies = [{ shape.mesh.zzz = 1 }]",
     "bodies = [{ motions = [{ zzz = 1 }] }]",
     "joins = [{ a.zzz = 1 }]",
     "rods = [{ section.zzz = 1 }]",

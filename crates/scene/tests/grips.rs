@@ -24,7 +24,7 @@ fn an_end_is_pinned_hinged_and_held_by_springs() {
     let rigid = parsed("clamp = [\"start-face\", \"end-face\"]").model;
     let scene = parsed(
         "[[rods.grips]]\nat = \"start-face\"\njoint = \"ball\"\nstiffness_n_m = [100, inf]\n[[rods.grips]]\n\
-         at = \"end-face\"\njoint = \"hinge\"\naxis = [0, 2, 0]\nstiffness_n_m_rad = [4, 8]",
+         at = \"end-face\"\njoint = \"hinge\"\naxis = [0, 2, 0]\nstiffness_n_m_rad = [4, inf]",
     );
     let [start, end] = [scene.model.joints[9], scene.model.joints[10]];
     assert_eq!(start.freedom, Freedom::Ball);
@@ -40,6 +40,17 @@ fn an_end_is_pinned_hinged_and_held_by_springs() {
     let [bend, extra] = [three.bend_compliance, three.bend_extra].map(|added| added * three.length.powi(2));
     assert!((bend + extra - rigid.joints[10].bend_compliance * three.length.powi(2)).abs() < 1e-12);
     assert!((extra + 0.25).abs() < 1e-12, "{extra} rad/(N m)");
+    // A spring about the hinge's axis.
+    let sprung = "at = \"end-face\"\njoint = \"hinge\"\naxis = [0, 2, 0]\nstiffness_n_m_rad = [inf, 8]";
+    let sprung = parsed(&format!("[[rods.grips]]\n{sprung}")).model.joints[9];
+    let added = (sprung.twist_compliance - rigid.joints[10].twist_compliance) * sprung.length.powi(2);
+    assert!(sprung.freedom == Freedom::None && (added - 0.125).abs() < 1e-12, "{added} rad/(N m)");
+    // And three forces are along them.
+    let three = parsed("[[rods.grips]]\nat = \"end-face\"\nstiffness_n_m = [4, inf, 8]").model.joints[9];
+    let free = rigid.joints[10];
+    assert!((three.shear_compliance - free.shear_compliance - 0.25).abs() < 1e-12);
+    assert!((three.shear_extra + 0.25).abs() < 1e-12, "{} m/N", three.shear_extra);
+    assert!((three.stretch_compliance - free.stretch_compliance - 0.125).abs() < 1e-12);
     // The rod's own axis unless it is given.
     let swivel = parsed("[[rods.grips]]\nat = \"start-face\"\njoint = \"hinge\"").model;
     assert!((swivel.anchors[0].orientation * Vector3::z() - Vector3::x()).norm() < 1e-12);
@@ -108,9 +119,18 @@ fn mistakes_are_named_with_their_key() {
             "grips[0].axis = [0, 0, 0], but it must be a vector other than zero",
         ),
         (grip("segment = 3\njoint = \"ball\""), "grips[0].joint: goes with end faces"),
-        (grip("at = \"end-segment\"\nstiffness_n_m = [1, 1]"), "stiffness_n_m[0]: goes with end faces"),
+        (grip("at = \"end-segment\"\nstiffness_n_m = [1, 1]"), "stiffness_n_m: goes with end faces"),
         (grip("at = \"start-face\"\nstiffness_n_m = [1, 0]"), "stiffness_n_m[1] = 0, but it must be > 1e-9, or inf"),
         (grip("at = \"start-face\"\nstiffness_n_m = 5"), "stiffness_n_m = 5, but it must be"),
+        (
+            grip("at = \"end-face\"\nstiffness_n_m = [1]"),
+            "stiffness_n_m: must be [across, along] or [along d1, along d2",
+        ),
+        (grip("at = \"end-face\"\nstiffness_n_m = [1, 2, nan]"), "stiffness_n_m[2] = nan, but it must be > 1e-9"),
+        (
+            grip("at = \"end-face\"\njoint = \"hinge\"\nstiffness_n_m = [1, 2, 3]"),
+            "stiffness_n_m: has three values; with a hinge it is [across, along]",
+        ),
         (grip("at = \"start-face\"\nfrom_s = -1"), "grips[0].from_s = -1, but it must be finite and >= 0 [s]"),
         (
             grip("at = \"start-face\"\nfrom_s = 2\nuntil_s = 1"),
@@ -139,6 +159,14 @@ fn mistakes_are_named_with_their_key() {
             "stiffness_n_m_rad: must be [bend, twist] or [about d1, about",
         ),
         (grip("at = \"end-face\"\nstiffness_n_m_rad = [1, 2, -3]"), "stiffness_n_m_rad[2] = -3, but it must be > 1e-9"),
+        (
+            grip("at = \"end-face\"\njoint = \"ball\"\nstiffness_n_m_rad = [1, 2]"),
+            "stiffness_n_m_rad: a ball joint turns freely",
+        ),
+        (
+            grip("at = \"end-face\"\n[[rods.grips]]\nat = \"end-face\"\njoint = \"ball\""),
+            "another entry, `clamp` or `fixed_segments` holds this place",
+        ),
         (
             grip("at = \"end-face\"\njoint = \"hinge\"\nstiffness_n_m_rad = [1, 2, 3]"),
             "stiffness_n_m_rad: has three values; with a hinge it is [bend, twist]",

@@ -41,6 +41,8 @@ pub(crate) enum Command {
     List,
     /// Put several runs into one page, to watch them side by side or overlaid.
     View(ViewArgs),
+    /// Write files for other programs of a run that is on the disk.
+    Export(ExportArgs),
     /// Find the shape in which a scene without contacts comes to rest.
     Static(StaticArgs),
 }
@@ -215,6 +217,36 @@ pub(crate) struct ViewArgs {
     /// Write the page to this file. An older page of runs is replaced, any other file is an error.
     #[arg(long, value_name = "FILE", default_value = "view.html")]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ExportArgs {
+    /// Folder of a run, such as out/helix; the files are written there.
+    #[arg(value_name = "FOLDER")]
+    pub(crate) folder: PathBuf,
+    /// Which files: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj. Forces of joints are in them if the run
+    /// has kept them, as one with --export does.
+    #[arg(long, value_delimiter = ',', value_name = "FORMATS", required = true)]
+    pub(crate) export: Vec<Format>,
+    /// The scene of the run, which has what the folder does not hold: rods, joints, obstacles [default: the scene of that
+    /// name that comes with the program].
+    #[arg(long, value_name = "SCENE.toml | NAME")]
+    pub(crate) scene: Option<String>,
+    /// Seed of a random scene [default: 0].
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Index of a random scene [default: 0].
+    #[arg(long)]
+    pub(crate) index: Option<u64>,
+    /// These rods and bodies of the scene alone, as with a run.
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub(crate) rods: Vec<String>,
+    /// One of N frames in the folder, and the last one [default: all].
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    pub(crate) every: Option<usize>,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(crate) quiet: bool,
 }
 
 #[derive(Args, Debug)]

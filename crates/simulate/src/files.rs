@@ -20,7 +20,7 @@ pub(crate) const TRAJECTORY: &str = "trajectory.safetensors";
 const CENTRELINE: &str = "centreline.csv";
 const SNAPSHOTS: &str = "snapshots.svg";
 /// Of scenes that have any.
-const OBSTACLES: &str = "obstacles.csv";
+pub(crate) const OBSTACLES: &str = "obstacles.csv";
 const SUMMARY: &str = "summary.json";
 const PROBES: &str = "probes.csv";
 const CONTACTS: &str = "contacts.csv";

@@ -5,6 +5,7 @@ mod cli;
 mod coarse;
 #[cfg(feature = "gn")]
 mod demo;
+mod exports;
 mod files;
 mod going_on;
 mod keep;
@@ -86,6 +87,7 @@ fn main() -> ExitCode {
         None => one_run(&cli),
         Some(Command::List) => list::list(),
         Some(Command::View(args)) => view::view(&args),
+        Some(Command::Export(args)) => exports::export(&args),
         Some(Command::Static(args)) => statics::relax(&args),
     };
     match result {

@@ -11,27 +11,35 @@ use crate::scenes::ALIKE;
 /// Names that an error lists, at most.
 const LISTED: usize = 20;
 
+/// Numbers of the rods that a run's arguments name: see [`numbers`].
+///
+/// # Errors
+/// As [`numbers`], or no file is asked for.
+pub(crate) fn named(scene: &Scene, args: &RunArgs) -> Result<Option<Vec<usize>>> {
+    if !args.rods.is_empty() && !args.writes() {
+        bail!("--rods says what is drawn and tabulated, but no file is asked for: give --out, for example");
+    }
+    numbers(scene, &args.rods, &args.export)
+}
+
 /// Numbers of the rods that are named, ascending; `None` where none are: all of them.
 ///
 /// # Errors
-/// There is none of a name, no file is asked for, or what is left out would be missing from reactions.
-pub(crate) fn named(scene: &Scene, args: &RunArgs) -> Result<Option<Vec<usize>>> {
-    if args.rods.is_empty() {
+/// There is none of a name, or what is left out would be missing from reactions.
+pub(crate) fn numbers(scene: &Scene, names: &[String], formats: &[Format]) -> Result<Option<Vec<usize>>> {
+    if names.is_empty() {
         return Ok(None);
-    }
-    if !args.writes() {
-        bail!("--rods says what is drawn and tabulated, but no file is asked for: give --out, for example");
     }
     let is =
         |name: &str, asked: &str| name.strip_prefix(asked).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
-    for asked in &args.rods {
+    for asked in names {
         if !scene.rods.iter().any(|rod| is(&rod.name, asked)) {
             return Err(unknown(scene, asked));
         }
     }
-    let numbers = (0..scene.rods.len()).filter(|&k| args.rods.iter().any(|asked| is(&scene.rods[k].name, asked)));
+    let numbers = (0..scene.rods.len()).filter(|&k| names.iter().any(|asked| is(&scene.rods[k].name, asked)));
     let numbers: Vec<usize> = numbers.collect();
-    if args.export.contains(&Format::Csv) {
+    if formats.contains(&Format::Csv) {
         check_reactions(scene, &numbers)?;
     }
     Ok(Some(numbers))

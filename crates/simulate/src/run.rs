@@ -55,6 +55,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let own_plane = || planar_normal(&scene.model, &scene.state).filter(|_| guess.knows_planes());
     let plane = asked_plane.or_else(own_plane);
     training.say_foreign(&[name], &scene)?;
+    training.say_time_steps(name, &guess, scene.run.dt)?;
     let simulation = match (args.end_to_end, guess.projection(plane)) {
         (Some(predictions), Some(project)) => {
             let params = StepParams { max_iterations: predictions, ..settings.step };

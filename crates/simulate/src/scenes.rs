@@ -83,6 +83,11 @@ pub(crate) fn random_names() -> String {
     RANDOM.map(|(name, _)| name).join(", ")
 }
 
+/// Whether a scene that comes with the program, or is drawn at random, has this name.
+pub(crate) fn is_known(name: &str) -> bool {
+    RANDOM.iter().any(|&(random, _)| random == name) || scene::builtins().iter().any(|builtin| builtin.name == name)
+}
+
 /// The scene file, builtin or random scene of this name.
 pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result<Scene> {
     if let Some((_, family)) = RANDOM.into_iter().find(|&(random, _)| random == name) {

@@ -38,6 +38,7 @@ fn untrained(scenario: &str, guess: &str, scale: f32) -> Checkpoint {
             scenario: scenario.to_owned(),
             recipe: recipe.to_owned(),
             data_blake3: None,
+            simulated: None,
             training: Training {
                 seed: 3,
                 trajectories: None,
@@ -163,6 +164,39 @@ fn networks_that_are_built_in_start_the_first_solve_of_every_step() {
     let foreign =
         "gn learned from random scenes (rod), where nothing is like this scene: segments = 60.0, not 10.0 to 55.0";
     assert!(out.contains(foreign), "{out}");
+}
+
+#[test]
+fn time_steps_that_no_network_has_seen_are_said_in_one_line() {
+    let said = |dt: &str, more: &[&str]| {
+        let flags = [&["--guess", "gn", "--solver", "cg", "--steps", "1", "--dt", dt][..], more].concat();
+        let output = run(&flags);
+        let (code, out, err) = texts(&output);
+        assert_eq!((code, err), (Some(0), ""));
+        let lines: Vec<&str> = out.lines().filter(|line| line.contains("time steps of")).collect();
+        lines.join("\n")
+    };
+    let expected = |dt: &str| {
+        format!(
+            "gn learned from time steps of 0.02 s, but these are of {dt} s: its starts may cost more iterations than they save"
+        )
+    };
+    assert_eq!([said("0.05", &[]), said("0.01", &[])], [expected("0.05"), expected("0.01")]);
+    assert_eq!([said("0.02", &[]), said("0.05", &["--quiet"])], [""; 2]);
+    // A card that does not say it is one of an older program.
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("untrained");
+    untrained("rod", "gn", 0.0).save(&path).expect("a checkpoint");
+    assert_eq!(said("0.05", &["--checkpoint", path.to_str().expect("UTF-8")]), "");
+}
+
+#[test]
+fn what_no_network_has_seen_is_refused_with_what_its_card_says() {
+    let output = run(&["strip", "--guess", "gn"]);
+    let (code, out, err) = texts(&output);
+    let expected = "error: --guess gn learned from the paper's rods (bending \"paper\", integrator euler, time steps of \
+                    0.02 s), but strip has inner damping; take another guess\n";
+    assert_eq!((code, out, err), (Some(2), "", expected));
 }
 
 #[test]

@@ -78,7 +78,7 @@ impl<T: Real> JointTerms<T> {
         }
     }
 
-    /// alpha~ of stretch-shear in world axes, for body a's axis.
+    /// alpha~ of stretch-shear in world axes, for body a's axis and a joint that yields alike along d1 and d2.
     #[inline(always)]
     pub fn stretch_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {
         Sym3::identity(self.shear) + Sym3::outer(axis_a, self.stretch_extra)
@@ -100,8 +100,7 @@ impl<T: Real> JointTerms<T> {
     /// `extra l^2 N d2 (N d2)^T`.
     #[inline(always)]
     pub fn second_bending(&self, frame: Quat<T>, extra: T) -> Sym3<T> {
-        let d2 = frame.rotate(Vec3([T::zero(), T::splat(1.0), T::zero()]));
-        Sym3::outer(self.n(d2, T::splat(1.0) / self.s), extra * self.length * self.length)
+        Sym3::outer(self.n(frame.second_axis(), T::splat(1.0) / self.s), extra * self.length * self.length)
     }
 
     /// `N x`.
@@ -159,6 +158,9 @@ pub struct System<T> {
     /// Compliance of bending about d2 less that about d1, over dt^2 [1/(kg m^4)], one a joint; empty where all sections bend
     /// alike about both.
     pub bend_extra: Vec<T>,
+    /// Compliance along d2 of bodies a less that along their d1, over dt^2 [1/kg], one a joint; empty where all joints yield
+    /// alike along both.
+    pub shear_extra: Vec<T>,
     /// Frames of the bend-twist rows, one a joint; empty where they are those of bodies a.
     pub frames: Vec<Quat<T>>,
 }
@@ -184,13 +186,14 @@ impl<T: Real> System<T> {
             rhs: Spatial::zero(),
         };
         let (bodies, joints) = (vec![body; topology.bodies()], vec![joint; topology.joints.len()]);
-        Self { topology, bodies, joints, across: Vec::new(), bend_extra: Vec::new(), frames: Vec::new() }
+        let (across, bend_extra, shear_extra, frames) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { topology, bodies, joints, across, bend_extra, shear_extra, frames }
     }
 
     /// Whether joints have anything beyond those of round rods that are joined on their axes and measured from each other.
     #[inline(always)]
     pub fn has_beyond(&self) -> bool {
-        self.across.len() | self.bend_extra.len() | self.frames.len() != 0
+        self.across.len() | self.bend_extra.len() | self.shear_extra.len() | self.frames.len() != 0
     }
 
     /// Frame of a joint's bend-twist rows.
@@ -199,6 +202,24 @@ impl<T: Real> System<T> {
         match self.frames.get(j) {
             None => self.bodies[self.topology.joints[j][0] as usize].orientation,
             Some(&frame) => frame,
+        }
+    }
+
+    /// What the compliance of a joint has along d2 of body a beyond that along d1: d2, and by how much it is larger; `None`
+    /// where no joint has it.
+    #[inline(always)]
+    pub fn second_shear(&self, j: usize) -> Option<(Vec3<T>, T)> {
+        let &extra = self.shear_extra.get(j)?;
+        Some((self.bodies[self.topology.joints[j][0] as usize].orientation.second_axis(), extra))
+    }
+
+    /// [`JointTerms::stretch_compliance`] of a joint, with what it has along d2.
+    #[inline(always)]
+    pub fn stretch_compliance(&self, j: usize) -> Sym3<T> {
+        let alike = self.joints[j].stretch_compliance(self.bodies[self.topology.joints[j][0] as usize].axis);
+        match self.second_shear(j) {
+            None => alike,
+            Some((d2, extra)) => alike + Sym3::outer(d2, extra),
         }
     }
 

@@ -64,7 +64,7 @@ impl Bodies {
             bodies.segment.push(segment);
             bodies.surface.push(known.unwrap_or(shapes.len()));
             if known.is_none() {
-                shapes.push(body.shape);
+                shapes.push(body.shape.clone());
                 bodies.surfaces.push(Surface::from(&body.shape.mesh()));
             }
         }

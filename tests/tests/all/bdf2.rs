@@ -3,8 +3,8 @@
 use acceptance::{Beam, order, relaxed, run, tight};
 use nalgebra::{Complex, UnitQuaternion, Vector3};
 use rod::{
-    Assembly, BodyShape, Contacts, Friction, Material, Model, Obstacle, ObstacleShape, Pose, RestShape, RigidBody,
-    RodSpec, State, Surface, measure, shape,
+    Assembly, BodyShape, Contacts, Friction, Material, Model, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec, State,
+    Surface, measure, shape,
 };
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
@@ -12,6 +12,7 @@ use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
 
 use crate::bodies::{self, brick};
+use crate::dynamics::flying;
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
@@ -75,20 +76,6 @@ fn a_rope_that_falls_from_horizontal_goes_as_with_short_steps() {
         println!("{formulation}: of the energy of the fall euler keeps {euler:.3} in a second, bdf2 {bdf2:.3}");
         assert!(bdf2 > 0.97 && bdf2 < 1.0 && euler < 0.8, "{formulation}: {euler}, {bdf2}");
     }
-}
-
-/// A rod that is bent against its rest shape, flies, spins and swings, with nothing to hold on to.
-fn flying() -> (Model, State) {
-    let mut assembly = Assembly::new(Vector3::zeros());
-    let nodes = shape::helix(Vector3::new(0.3, -0.2, 0.1), 0.4, 0.5, 0.7, 20);
-    assembly.rod(&RodSpec { rest: RestShape::Straight, ..RodSpec::new(nodes, 0.02, Beam::rubber(1).material) });
-    let spin = Vector3::new(3.0, -2.0, 4.0);
-    let state = assembly.state_mut();
-    for i in 0..state.len() {
-        state.velocities[i] = Vector3::new(0.5, 0.2, -0.3) + spin.cross(&state.positions[i]);
-        state.angular_velocities[i] = spin + state.axis(i) * 2.0;
-    }
-    assembly.finish()
 }
 
 /// A cantilever that falls from straight.
@@ -160,7 +147,7 @@ fn so_they_do_where_steps_change_their_length() {
 
 #[test]
 fn what_flies_and_bends_keeps_its_angular_momentum() {
-    let (model, state) = flying();
+    let (model, state) = flying(Vector3::zeros());
     let before = measure::angular_momentum(&model, &state);
     for formulation in Formulation::ALL {
         let [euler, bdf2] = Integrator::ALL.map(|integrator| {

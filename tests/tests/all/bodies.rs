@@ -15,6 +15,8 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
 
+use crate::dynamics::discrete_angular_momentum;
+
 const GRAVITY: f64 = 9.81;
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -GRAVITY);
 
@@ -57,12 +59,12 @@ pub(crate) fn pendulum(body: RigidBody, place: Vector3<f64>, swing: Vector3<f64>
     let stick = assembly.rod(&RodSpec::new(nodes, 0.005, material));
     assembly.clamp_start(&stick);
     let centre = Vector3::z() * -length - place;
-    let bob = assembly.body(body, at(centre));
+    let bob = assembly.body(body.clone(), at(centre));
     assembly.join_body(stick.start, 1.0, bob, &place);
     let model = assembly.model_mut();
     (model.joints[0].bend_compliance, model.joints[0].twist_compliance) = (1e12, 1e12);
     (model.joints[1].bend_compliance, model.joints[1].twist_compliance) = (1e-9, 1e-9);
-    let stick = model.segments[0];
+    let stick = model.segments[0].clone();
     let axis = swing.normalize();
     let about = |i: Vector3<f64>| axis.dot(&i.component_mul(&axis));
     let arm = |x: Vector3<f64>| x.norm_squared() - x.dot(&axis).powi(2);
@@ -92,22 +94,6 @@ fn a_body_on_a_stick_swings_with_the_period_of_a_physical_pendulum() {
         println!("{case}: {found} rad/s, theory {exact}");
         assert!((found / exact - 1.0).abs() < 5e-6, "{case}: {found} instead of {exact}");
     }
-}
-
-/// As the discrete free motion keeps it: `(2 / dt) R (s I u - u x I u)` for the last step's relative rotation (s, u).
-fn discrete_angular_momentum(model: &Model, state: &State, dt: f64) -> Vector3<f64> {
-    let of_segment = |i: usize| {
-        let (segment, q) = (&model.segments[i], state.orientations[i]);
-        let w = state.angular_velocities[i];
-        let half = 0.5 * dt * w.norm();
-        let u = q.inverse() * w * if half > 0.0 { 0.5 * dt * half.sin() / half } else { 0.0 };
-        let s = (1.0 - u.norm_squared()).sqrt();
-        let round = Vector3::new(segment.transverse_inertia(), segment.transverse_inertia(), segment.axial_inertia());
-        let turning = u.component_mul(&segment.body.map_or(round, |body| body.inertia));
-        let spin = q * (turning * s - u.cross(&turning)) * (2.0 / dt);
-        state.positions[i].cross(&state.velocities[i]) * segment.mass() + spin
-    };
-    (0..state.len()).map(of_segment).sum()
 }
 
 /// Spun about its middle axis a body turns over again and again, with the same angular momentum and energy.
@@ -369,7 +355,7 @@ fn the_load_of_the_crane_swings_with_its_period() {
     let scene = scene::builtin("crane").unwrap();
     let (model, mut state) = (scene.model, scene.state);
     let (trolley, load) = (scene.rods[0].segments.start, scene.rods[1].segments.start);
-    let body = model.segments[load].body.unwrap();
+    let body = model.segments[load].body.as_ref().unwrap();
     let (length, arm) = (6.0, 0.6);
     // Of M x'' = -K x with the angles x of cable and load, over m: M = [L^2, L d; L d, d^2 + I / m], K = g diag(L, d).
     let own = arm * arm + body.inertia.y / body.mass;

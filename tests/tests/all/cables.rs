@@ -47,7 +47,7 @@ fn a_hung_cable_has_the_sag_and_the_tension_of_the_catenary() {
     let (start, end) = (middle - 0.5 * d, middle + 0.5 * d);
     let height = |x: f64| a * (x / a).cosh();
     let lowest = a - height(start);
-    let segment = first.model.segments[0];
+    let segment = &first.model.segments[0];
     let weight = segment.density * Section::Circle { radius: segment.radius }.area() * 9.81;
 
     let (scene, forces) = at_rest(first.clone());
@@ -110,7 +110,7 @@ fn taut_cables_that_are_joined_where_they_cross_stay_there() {
 #[test]
 fn a_plucked_string_sounds_at_its_pitch() {
     let Scene { model, mut state, run, .. } = scene::builtin("plucked-string").unwrap();
-    let segment = model.segments[0];
+    let segment = &model.segments[0];
     let section = Section::Circle { radius: segment.radius };
     let (tension, length) = (73.0, 0.65);
     let strain = tension / (2e11 * section.area());

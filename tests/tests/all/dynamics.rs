@@ -189,7 +189,7 @@ fn compound_pendulum() {
 }
 
 /// A rod that is bent against its rest shape, flies, spins and swings, with nothing to hold on to.
-fn flying(gravity: Vector3<f64>) -> (Model, State) {
+pub(crate) fn flying(gravity: Vector3<f64>) -> (Model, State) {
     let mut assembly = Assembly::new(gravity);
     let nodes = shape::helix(Vector3::new(0.3, -0.2, 0.1), 0.4, 0.5, 0.7, 20);
     assembly.rod(&RodSpec { rest: RestShape::Straight, ..RodSpec::new(nodes, 0.02, Beam::rubber(1).material) });
@@ -218,15 +218,15 @@ fn linear_momentum_is_kept_to_rounding() {
 
 /// Angular momentum about the origin, with the segments' share as the discrete free motion keeps it:
 /// `(2 / dt) R (s I u - u x I u)` for the last step's relative rotation (s, u) (Moser and Veselov 1991).
-fn discrete_angular_momentum(model: &Model, state: &State, dt: f64) -> Vector3<f64> {
+pub(crate) fn discrete_angular_momentum(model: &Model, state: &State, dt: f64) -> Vector3<f64> {
     let of_segment = |i: usize| {
         let (segment, q) = (&model.segments[i], state.orientations[i]);
         let w = state.angular_velocities[i];
         let half = 0.5 * dt * w.norm();
         let u = q.inverse() * w * if half > 0.0 { 0.5 * dt * half.sin() / half } else { 0.0 };
         let s = (1.0 - u.norm_squared()).sqrt();
-        let (across, along) = (segment.transverse_inertia(), segment.axial_inertia());
-        let turning = u.component_mul(&Vector3::new(across, across, along));
+        let round = Vector3::new(segment.transverse_inertia(), segment.transverse_inertia(), segment.axial_inertia());
+        let turning = u.component_mul(&segment.body.as_ref().map_or(round, |body| body.inertia));
         let spin = q * (turning * s - u.cross(&turning)) * (2.0 / dt);
         state.positions[i].cross(&state.velocities[i]) * segment.mass() + spin
     };

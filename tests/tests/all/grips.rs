@@ -2,7 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use rod::Body;
+use nalgebra::Vector3;
+use rod::{Body, Damping, Load, State, measure};
 use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation};
 use solver::step::{Status, StepParams};
@@ -90,5 +91,106 @@ fn what_snaps_is_pulled_to_the_gripper_by_its_springs() {
         // Implicit Euler damps a swing by w^2 dt / 2 = pi^2 / 2000 of it in half a period, and begins half a step early.
         assert!((moved - expected).abs() < 0.002, "{moved} {expected}");
         assert!(state.positions.iter().all(|x| x.yz().norm() < 1e-9));
+    }
+}
+
+/// A rod along x that something holds at its start, after so many steps.
+fn held(grip: &str, steps: usize) -> State {
+    let text = format!(
+        "run = {{ dt_s = 0.005, steps = {steps} }}\ndamping = {{ linear_per_s = 5 }}\n[[rods]]\nname = \"rod\"\n\
+         radius_m = 0.01\nyoungs_modulus_pa = 1e9\ndensity_kg_m3 = 1000\nshape.straight = {{ length_m = 0.5, segments = 10 \
+         }}\n[[rods.grips]]\nat = \"start-face\"\n{grip}\n"
+    );
+    let scene = scene::parse(&text, "held.toml").unwrap();
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
+    let mut state = scene.state.clone();
+    for step in 0..steps {
+        assert_eq!(simulation.step(scene.run.dt).unwrap().status, Status::Converged, "step {step}");
+    }
+    simulation.store(&mut state);
+    state
+}
+
+#[test]
+fn what_a_hinge_lets_go_falls_as_what_a_clamp_lets_go() {
+    let [hinge, clamp] = ["joint = \"hinge\"\nuntil_s = 0.1", "until_s = 0.1"].map(|grip| held(grip, 60));
+    for (a, b) in hinge.positions.iter().zip(&clamp.positions) {
+        assert!((a - b).norm() < 1e-6, "{a} {b}");
+    }
+}
+
+/// A spring about the hinge's axis bears the rod's weight: k angle = m g l / 2.
+#[test]
+fn a_spring_about_a_hinge_bears_the_rod() {
+    let state = held("joint = \"hinge\"\naxis = [0, 1, 0]\nstiffness_n_m_rad = [inf, 10]", 600);
+    let mass = 1000.0 * PI * 1e-4 * 0.5;
+    let expected = 0.5 * mass * 9.81 * 0.5 / 10.0;
+    let found = (-state.axis(0).z).asin();
+    assert!((found / expected - 1.0).abs() < 0.02, "{found} rad instead of {expected}");
+}
+
+/// A stiff bar of 20 cm that springs of 300, 200 and 100 N/m along d1, d2 and d3 hold at one face, where it is pulled; `lines` are
+/// the grip's. With the bar's axes as columns, and the place of the face from its segment's centre [m].
+fn on_springs(face: &str, lines: &str, force: Vector3<f64>) -> (scene::Scene, nalgebra::Matrix3<f64>, Load) {
+    let text = format!(
+        "gravity_m_s2 = [0, 0, 0]\n[[rods]]\nradius_m = 0.01\nyoungs_modulus_pa = 1e11\ndensity_kg_m3 = 1000\n\
+         shape.straight = {{ direction = [1, 2, -1], length_m = 0.2, segments = 2 }}\n[[rods.grips]]\nat = \"{face}\"\n\
+         stiffness_n_m = [300, 200, 100]\n{lines}\n"
+    );
+    let mut scene = scene::parse(&text, "x.toml").unwrap();
+    let axes = scene.state.orientations[0].to_rotation_matrix().into_inner();
+    let (segment, offset) = if face == "start-face" { (0, -0.05) } else { (1, 0.05) };
+    let load = Load { segment, offset, force: axes * force, torque: Vector3::zeros() };
+    scene.model.loads.push(load);
+    (scene, axes, load)
+}
+
+fn to_the_last_digits(formulation: Formulation) -> Settings {
+    let (relative_tolerance, absolute_tolerance) = (1e-10, 1e-10);
+    let step =
+        StepParams { relative_tolerance, absolute_tolerance, max_iterations: 60, formulation, ..StepParams::DEFAULT };
+    Settings { step, ..Settings::default() }
+}
+
+/// At rest each spring has yielded by its part of the load over its stiffness, F / k, and holds F^2 / 2 k.
+#[test]
+fn a_bar_on_three_springs_yields_along_each_by_force_over_stiffness() {
+    let (force, stiffness) = (Vector3::new(3.0, -2.0, 1.0), Vector3::new(300.0, 200.0, 100.0));
+    let formulations = [Formulation::XpbdGeometric, Formulation::Newton];
+    for (face, formulation) in ["start-face", "end-face"].into_iter().flat_map(|face| formulations.map(|f| (face, f))) {
+        let (mut scene, axes, Load { segment, offset, .. }) = on_springs(face, "", force);
+        // The weakest swings at 40 rad/s: about critical.
+        scene.model.damping = Damping { linear: 80.0, angular: 80.0 };
+        let settings = to_the_last_digits(formulation);
+        let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+        let mut state = scene.state.clone();
+        for _ in 0..400 {
+            assert_eq!(simulation.step(0.005).unwrap().status, Status::Converged);
+        }
+        simulation.store(&mut state);
+        let place = |state: &rod::State| state.positions[segment] + state.axis(segment) * offset;
+        let yielded = axes.transpose() * (place(&state) - place(&scene.state));
+        let expected = force.component_div(&stiffness);
+        assert!((yielded - expected).norm() < 1e-6, "{face}, {formulation}: {yielded} {expected}");
+        let energy = measure::energy(&scene.model, &state).stretch;
+        assert!((energy / (0.5 * force.dot(&expected)) - 1.0).abs() < 1e-4, "{face}, {formulation}: {energy} J");
+    }
+}
+
+/// What three springs let go is driven by the load alone, F dt a step.
+#[test]
+fn springs_that_let_go_hold_nothing_back() {
+    let (scene, _, load) = on_springs("end-face", "until_s = 0.0975", Vector3::new(3.0, -2.0, 1.0));
+    let settings = to_the_last_digits(Formulation::Newton);
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let (mut before, mut after) = (scene.state.clone(), scene.state.clone());
+    for step in 0..60 {
+        std::mem::swap(&mut before, &mut after);
+        assert_eq!(simulation.step(0.005).unwrap().status, Status::Converged);
+        simulation.store(&mut after);
+        let momentum = |state| measure::linear_momentum(&scene.model, state);
+        let rest = (momentum(&after) - momentum(&before)) / 0.005 - load.force;
+        // The first step that begins later than they let go is the 21st.
+        assert_eq!(rest.norm() < 1e-6, step >= 20, "step {step}: {rest} N");
     }
 }

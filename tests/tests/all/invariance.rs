@@ -124,7 +124,7 @@ fn moved_model(model: &Model, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) 
 fn relabelled(model: &Model, state: &State, segments: &[usize], joints: &[usize], swapped: &[bool]) -> (Model, State) {
     let (mut new, mut new_state) = (model.clone(), state.clone());
     for (old, &number) in segments.iter().enumerate() {
-        new.segments[number] = model.segments[old];
+        new.segments[number] = model.segments[old].clone();
         new_state.positions[number] = state.positions[old];
         new_state.orientations[number] = state.orientations[old];
         new_state.velocities[number] = state.velocities[old];

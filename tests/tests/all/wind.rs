@@ -53,7 +53,7 @@ fn rods_fall_at_their_terminal_speed() {
 fn drag_force(model: &Model, state: &State, wind: Vector3<f64>) -> f64 {
     let air = model.air.as_ref().unwrap();
     let of = |i: usize| {
-        let segment = model.segments[i];
+        let segment = &model.segments[i];
         let axis = state.axis(i);
         let along = axis * wind.dot(&axis);
         let across = wind - along;

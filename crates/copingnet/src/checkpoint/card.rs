@@ -5,7 +5,7 @@ use std::path::Path;
 use graph::Norms;
 use serde::{Deserialize, Serialize};
 
-use super::{Checkpoint, CheckpointError};
+use super::{Checkpoint, CheckpointError, Simulated};
 use crate::{Features, Head, NetworkConfig, Output};
 
 /// Version of the card and of the weights' file.
@@ -24,6 +24,8 @@ pub struct Card {
     pub recipe: String,
     /// BLAKE3 hash of the data set's manifest, in hexadecimal digits; none where trajectories were made in passing.
     pub data_blake3: Option<String>,
+    /// How the data were simulated; `None` in cards of older programs.
+    pub simulated: Option<Simulated>,
     /// How it was trained.
     pub training: Training,
     /// The trainings before, the first one first: each began with the weights that the one before it had left.
@@ -131,6 +133,8 @@ pub(super) struct Stored {
     pub(super) weights_blake3: String,
     pub(super) network: NetworkConfig,
     pub(super) norms: Norms,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    simulated: Option<Simulated>,
     training: Training,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     before: Vec<Leg>,
@@ -153,6 +157,7 @@ impl Stored {
             weights_blake3,
             network: *weights.config(),
             norms: encoding.norms,
+            simulated: card.simulated,
             training: card.training,
             before: card.before,
             measured: card.measured,
@@ -166,6 +171,7 @@ impl Stored {
             scenario: self.scenario,
             recipe: self.recipe,
             data_blake3: self.data_blake3,
+            simulated: self.simulated,
             training: self.training,
             before: self.before,
             measured: self.measured,
@@ -181,6 +187,7 @@ impl Stored {
 
     pub(super) fn check(&self, file: &Path) -> Result<(), CheckpointError> {
         self.check_network(file)?;
+        self.simulated.as_ref().map_or(Ok(()), |simulated| simulated.check(file))?;
         self.check_numbers(file)?;
         if let Some(hash) = self.data_blake3.as_ref().filter(|hash| blake3::Hash::from_hex(hash).is_err()) {
             let value = format!("{hash:?}");

@@ -1,6 +1,7 @@
 //! Checkpoints: trained networks in files, and training cut off.
 
 mod card;
+mod simulated;
 mod state;
 mod tensors;
 
@@ -13,6 +14,7 @@ use safetensors::Dtype;
 pub use card::{Card, Leg, Measured, Training};
 /// Why there is no checkpoint, or no training state.
 pub use export::ExportError as CheckpointError;
+pub use simulated::Simulated;
 pub use state::TrainingState;
 
 use crate::{Encoding, Features, Inputs, TensorSpec, Weights};

@@ -59,8 +59,6 @@ impl<'a> Tensors<'a> {
     pub(super) fn open(file: &'a Path, bytes: &'a [u8]) -> Result<Self, CheckpointError> {
         let open = || Ok((SafeTensors::read_metadata(bytes)?.1, SafeTensors::deserialize(bytes)?));
         let (header, views) = open().map_err(|error: safetensors::SafeTensorError| {
-            // On one line, whatever names the header has.
-            let error = error.to_string().replace(char::is_control, " ");
             CheckpointError::value(file, "header", error, "that of a safetensors file")
         })?;
         Ok(Self { file, views, metadata: header.metadata().clone().unwrap_or_default() })
@@ -115,7 +113,7 @@ impl<'a> Tensors<'a> {
 
     /// The error that a tensor has no business there.
     pub(super) fn unknown(&self, name: &str) -> CheckpointError {
-        self.wrong(&name.replace(char::is_control, " "), "there", "a known tensor: there is no use for this one")
+        self.wrong(name, "there", "a known tensor: there is no use for this one")
     }
 
     /// The error that something in the file is not allowed.

@@ -1,7 +1,9 @@
 //! What the tests share.
 #![allow(dead_code, unreachable_pub)]
 
-use copingnet::{Card, Checkpoint, Encoding, Features, Head, Leg, Measured, NetworkConfig, Training, Weights};
+use copingnet::{
+    Card, Checkpoint, Encoding, Features, Head, Leg, Measured, NetworkConfig, Simulated, Training, Weights,
+};
 use graph::{Norms, Whitening};
 
 /// A small checkpoint, with the head that fits the features best.
@@ -19,6 +21,7 @@ pub fn small(features: Features) -> Checkpoint {
             scenario: "rod".to_owned(),
             recipe: "best".to_owned(),
             data_blake3: Some(blake3::hash(b"manifest").to_hex().to_string()),
+            simulated: Some(Simulated::as_in_the_paper([0.02, 0.1])),
             training: Training {
                 seed: 7,
                 trajectories: Some(20),

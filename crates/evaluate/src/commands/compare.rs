@@ -69,6 +69,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let own = GuessKind::ALL.into_iter().chain([GuessKind::Fischer(4)]).map(GuessName::Plain);
     let loaded = load(own.chain(args.with.iter().copied()), &training)?;
     training.say_foreign(&args.with, &scene)?;
+    for (name, guess) in &loaded {
+        training.say_time_steps(*name, guess, dt)?;
+    }
     let progress = Progress::new(2 * steps, "steps", args.output.quiet)?;
     let of_scene = format!("{}, {} segments, {steps} steps of {dt:?} s", scene.name, scene.model.segments.len());
     args.output.say(&of_scene)?;

@@ -53,7 +53,7 @@ impl Solid {
     /// [`ExportError::Io`] if the trajectory, which the scene's size is of, cannot be read.
     pub(super) fn all(model: &Model, trajectory: &mut TrajectoryReader) -> Result<Vec<Self>, ExportError> {
         let body = |(i, segment): (usize, &rod::Segment)| {
-            let mesh = segment.body?.shape.mesh();
+            let mesh = segment.body.as_ref()?.shape.mesh();
             (!mesh.triangles.is_empty()).then_some(Self { of: Owner::Segment(i), mesh })
         };
         let mut solids: Vec<Self> = model.segments.iter().enumerate().filter_map(body).collect();

@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use export::Format;
 use nalgebra::Vector3;
-use rod::{BodyShape, Obstacle, ObstacleShape, Surface};
+use rod::{BodyShape, Obstacle, ObstacleShape, SolidMesh, Surface};
 use serde_json::Value;
 use vtkio::model::{Attribute, DataSet, Piece, PolyDataPiece, VertexNumbers, Vtk};
 
@@ -43,9 +44,32 @@ fn an_obj_has_their_faces_as_objects() {
                 faces[of.unwrap()] += 1;
             }
         }
-        let mesh = |i: usize| run.model.segments[i].body.unwrap().shape.mesh().triangles.len();
+        let mesh = |i: usize| run.model.segments[i].body.as_ref().unwrap().shape.mesh().triangles.len();
         assert_eq!(faces, [mesh(0), mesh(1)]);
         assert_eq!(faces[1], 12);
+    }
+}
+
+/// All programs draw a mesh as they draw the shape that it is of.
+#[test]
+fn a_mesh_is_drawn_as_its_shape() {
+    for format in [Format::Obj, Format::Glb, Format::Vtp] {
+        let mut run = weighted(2);
+        let [of_box, of_mesh] = [false, true].map(|as_mesh| {
+            if as_mesh && let Some(body) = &mut run.model.segments[1].body {
+                body.shape = BodyShape::Mesh(Arc::new(SolidMesh::full(body.shape.mesh()).unwrap()));
+            }
+            let directory = tempfile::tempdir().unwrap();
+            let made = run.export(format, directory.path());
+            let is_folder = made[0].is_dir();
+            let mut files: Vec<_> = match is_folder {
+                true => fs::read_dir(&made[0]).unwrap().map(|entry| entry.unwrap().path()).collect(),
+                false => vec![made[0].clone()],
+            };
+            files.sort();
+            files.iter().map(|file| fs::read(file).unwrap()).collect::<Vec<_>>()
+        });
+        assert!(of_box == of_mesh, "{format}");
     }
 }
 
@@ -118,7 +142,7 @@ fn a_glb_has_a_mesh_for_each_on_the_node_of_its_segment() {
     for (mesh, segment) in [(1, 0), (2, 1)] {
         let accessor = document["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize;
         let bound = |key: &str, axis: usize| document["accessors"][accessor][key][axis].as_f64().unwrap();
-        let half = match run.model.segments[segment].body.unwrap().shape {
+        let half = match run.model.segments[segment].body.as_ref().unwrap().shape {
             BodyShape::Box { sides } => sides * 0.5,
             _ => Vector3::repeat(0.25),
         };
@@ -132,8 +156,8 @@ fn a_glb_has_a_mesh_for_each_on_the_node_of_its_segment() {
 #[test]
 fn a_glb_of_hidden_bodies_alone_is_valid() {
     let mut run = weighted(2);
-    let hidden = run.model.segments[2].body;
-    run.model.segments.iter_mut().for_each(|segment| segment.body = hidden);
+    let hidden = run.model.segments[2].body.clone();
+    run.model.segments.iter_mut().for_each(|segment| segment.body.clone_from(&hidden));
     let directory = tempfile::tempdir().unwrap();
     let made = run.export(Format::Glb, directory.path());
     let read = gltf::Gltf::from_slice(&fs::read(&made[0]).unwrap()).expect("a valid file");

@@ -35,6 +35,7 @@ pub(crate) enum BodyShape {
     Capsule(Round),
     Cylinder(Round),
     Box(Block),
+    Mesh(Mesh),
     Hidden(Hidden),
 }
 
@@ -55,6 +56,14 @@ pub(crate) struct Round {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Block {
     pub(crate) sides_m: List<Number, 3>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Mesh {
+    pub(crate) file: Spanned<String>,
+    pub(crate) scale: Option<Number>,
+    pub(crate) centre_of_mass_m: Option<Vector>,
 }
 
 #[derive(Deserialize)]

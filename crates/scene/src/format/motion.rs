@@ -45,7 +45,7 @@ pub(crate) struct Grip {
     pub(crate) until_s: Option<Number>,
     pub(crate) joint: Option<Spanned<Hold>>,
     pub(crate) axis: Option<Vector>,
-    pub(crate) stiffness_n_m: Option<List<Number, 2>>,
+    pub(crate) stiffness_n_m: Option<Spanned<Vec<Number>>>,
     pub(crate) stiffness_n_m_rad: Option<Spanned<Vec<Number>>>,
 }
 

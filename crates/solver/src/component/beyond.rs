@@ -1,5 +1,5 @@
-//! What joints may have beyond those of the paper: a second bending compliance, rest frames, places across the axes of rigid
-//! bodies, inner damping. A component without it holds empty lists and does nothing.
+//! What joints may have beyond those of the paper: a second compliance of bending or across, rest frames, places across the
+//! axes of rigid bodies, inner damping. A component without it holds empty lists and does nothing.
 
 use rod::{InnerDamping, Joint, Model};
 
@@ -14,6 +14,8 @@ use crate::system::System;
 pub(super) struct Beyond<T> {
     /// Compliance of bending about d2 less that about d1.
     pub(super) bend_extra: Vec<T>,
+    /// Compliance along d2 of body a less that along its d1.
+    pub(super) shear_extra: Vec<T>,
     /// Rest frames of bodies a and b.
     pub(super) rests: Vec<[Quat<T>; 2]>,
     /// Places of the connectors across the axes of bodies a and b, in their frames [m].
@@ -41,8 +43,9 @@ impl<T: Real> Beyond<T> {
         let joints_of = |members: &Members| -> Vec<Joint> { members.joints.iter().map(|&k| model.joints[k]).collect() };
         let sets: Vec<Vec<Joint>> = sets.iter().map(|members| joints_of(members)).collect();
         let any = |has: &dyn Fn(&Joint) -> bool| sets.iter().flatten().any(has);
-        let (is_second, is_turned, is_mounted, is_damped) = (
+        let (is_second, is_sheared, is_turned, is_mounted, is_damped) = (
             any(&|joint| joint.bend_extra != 0.0),
+            any(&|joint| joint.shear_extra != 0.0),
             any(&Joint::has_rest_frames),
             any(&|joint| joint.mount.is_some()),
             any(&|joint| joint.inner_damping != InnerDamping::NONE),
@@ -52,6 +55,7 @@ impl<T: Real> Beyond<T> {
         let still = Damped { times: [T::zero(); 3], rest_darboux: Vec3::zero(), gap: Vec3::zero() };
         let mut out = Self {
             bend_extra: vec![T::zero(); list(is_second)],
+            shear_extra: vec![T::zero(); list(is_sheared)],
             rests: vec![[Quat::identity(); 2]; list(is_turned)],
             across: vec![[Vec3::zero(); 2]; list(is_mounted)],
             damped: vec![still; list(is_damped)],
@@ -60,6 +64,9 @@ impl<T: Real> Beyond<T> {
             let Some(joints) = sets.get(lane).or(sets.first()) else { continue };
             for (extra, joint) in out.bend_extra.iter_mut().zip(joints) {
                 extra.set_lane(lane, joint.bend_extra);
+            }
+            for (extra, joint) in out.shear_extra.iter_mut().zip(joints) {
+                extra.set_lane(lane, joint.shear_extra);
             }
             for (rests, joint) in out.rests.iter_mut().zip(joints) {
                 for (rest, q) in rests.iter_mut().zip(&joint.rest_frames) {
@@ -85,7 +92,11 @@ impl<T: Real> Beyond<T> {
 
     /// Whether no joint has any of it.
     pub(super) fn is_empty(&self) -> bool {
-        self.bend_extra.is_empty() && self.rests.is_empty() && self.across.is_empty() && self.damped.is_empty()
+        self.bend_extra.is_empty()
+            && self.shear_extra.is_empty()
+            && self.rests.is_empty()
+            && self.across.is_empty()
+            && self.damped.is_empty()
     }
 
     /// One lane.
@@ -97,6 +108,7 @@ impl<T: Real> Beyond<T> {
         };
         Beyond {
             bend_extra: self.bend_extra.iter().map(|extra| extra.lane(lane)).collect(),
+            shear_extra: self.shear_extra.iter().map(|extra| extra.lane(lane)).collect(),
             rests: self
                 .rests
                 .iter()
@@ -110,6 +122,7 @@ impl<T: Real> Beyond<T> {
     /// Gives a system the lists that its evaluation fills.
     pub(super) fn prepare(&self, system: &mut System<T>) {
         system.bend_extra.resize(self.bend_extra.len(), T::zero());
+        system.shear_extra.resize(self.shear_extra.len(), T::zero());
         system.frames.resize(self.rests.len(), Quat::identity());
         system.across.resize(self.across.len(), [Vec3::zero(); 2]);
     }
@@ -121,6 +134,9 @@ impl<T: Real> Component<T> {
     pub(super) fn begin_beyond(&mut self) {
         let k = T::splat(1.0) / (self.effective * self.effective);
         for (own, &extra) in self.system.bend_extra.iter_mut().zip(&self.beyond.bend_extra) {
+            *own = extra * k;
+        }
+        for (own, &extra) in self.system.shear_extra.iter_mut().zip(&self.beyond.shear_extra) {
             *own = extra * k;
         }
         let (one, rate) = (T::splat(1.0), T::splat(1.0 / self.dt));
@@ -140,6 +156,9 @@ impl<T: Real> Component<T> {
             terms.twist_extra = (about - bend) * k;
             if let Some(extra) = self.system.bend_extra.get_mut(j) {
                 *extra = *extra * kept(bending);
+            }
+            if let Some(extra) = self.system.shear_extra.get_mut(j) {
+                *extra = *extra * kept(stretch);
             }
 
             let [of_a, of_b] = self.beyond.rests.get(j).map_or([a.q, b.q], |rests| [a.q * rests[0], b.q * rests[1]]);

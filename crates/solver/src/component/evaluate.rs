@@ -138,10 +138,14 @@ impl<T: Real> Component<T> {
             terms.s = relative.w.max(T::splat(1e-6));
             terms.t = frame.rotate(relative.v);
             let strain = relative.v * (T::splat(2.0) / terms.length) - rest_darboux;
-            let stretch =
+            let mut stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
             if BEYOND {
+                if let Some(&extra) = self.system.shear_extra.get(k) {
+                    let d2 = first.q.second_axis();
+                    stretch += d2 * (extra * d2.dot(lambda.linear));
+                }
                 bend.0[1] += lambda.angular.0[1] * bend_extra;
             }
             bend.0[2] += lambda.angular.0[2] * terms.twist_extra;

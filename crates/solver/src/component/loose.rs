@@ -142,6 +142,8 @@ impl<T: Real> Component<T> {
             let rests = &mut self.joints[joint].rest_darboux;
             let rest = self.beyond.damped.get_mut(joint).map_or(rests, |damped| &mut damped.rest_darboux);
             let bend = match turns {
+                // The anchor goes with the face, with nothing between them but the hinge's angle.
+                Turns::One if open => Some(all),
                 Turns::One => {
                     rest.0[2].set_lane(lane, now.0[2]);
                     // |N d| of the axis: towards half a turn the rows are scaled by its square.
@@ -166,6 +168,9 @@ impl<T: Real> Component<T> {
                 let [at_a, at_b] = terms.offsets.map(|z| z.lane(lane));
                 terms.shear.set_lane(lane, (FREE * (reach(at_a, on_a) + reach(at_b, on_b))).max(LEAST));
                 terms.stretch_extra.set_lane(lane, 0.0);
+                if let Some(extra) = self.system.shear_extra.get_mut(joint) {
+                    extra.set_lane(lane, 0.0);
+                }
             }
         }
     }

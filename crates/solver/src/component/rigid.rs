@@ -122,7 +122,7 @@ impl<T: Real> Component<T> {
         let joints = || members.joints.iter().map(|&k| &model.joints[k]);
         for (body, &index) in members.segments.iter().enumerate() {
             let segment = &model.segments[index];
-            let Some(rigid) = segment.body else { continue };
+            let Some(rigid) = &segment.body else { continue };
             let mut held_by = Vec::new();
             for (k, (joint, ends)) in joints().zip(&self.system.topology.joints).enumerate() {
                 let across = joint.mount.map_or([Default::default(); 2], |mount| mount.across);

@@ -2,13 +2,13 @@
 
 use collision::{Aabb, SpatialHash, TriangleMesh};
 use nalgebra::Vector3;
-use rod::{Carried, Model, Segment, Surface};
+use rod::{CYLINDER_SIDES, Carried, Model, Segment, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
 use super::geometry::{Contact, Feature, Partner, Poses, Shape, World};
 use super::obstacles::Placed;
-use super::parts;
+use super::{parts, solids};
 use crate::component::BodyPose;
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
@@ -131,13 +131,15 @@ impl Detector {
         let stays = |(shape, seen): (&Shape, &Option<[Vec3<f64>; 2]>)| {
             seen.as_ref().is_none_or(|seen| parts::stay(ends(shape), seen, slack * shape.radius))
         };
+        let with_solids = !(self.bounded.is_empty() && self.meshes.is_empty());
         let body_stays = |((index, _), seen): (&(u32, TriangleMesh), &Option<BodyPose<f64>>)| {
             let shape = &self.shapes[*index as usize];
             let pose = components[shape.component as usize].component.poses[shape.body as usize];
             seen.is_none_or(|seen| {
                 let (moved, turned) = (pose.x - seen.x, pose.q.turn_since(seen.q));
                 let [moved, turned] = [moved, turned].map(|v| v.norm_squared().sqrt());
-                moved + turned * shape.radius <= slack * self.least_radius
+                let of_solids = if with_solids { solids::ROOM * shape.radius } else { f64::INFINITY };
+                moved + turned * shape.radius <= of_solids.min(slack * self.least_radius)
             })
         };
         in_rooms
@@ -212,7 +214,38 @@ impl Detector {
                 let contact = (friction, &self.params);
                 parts::detect((a as u32, shape), way, (Partner::Segment(index), &carrier), contact, out);
             }
+            let shape = &self.shapes[index as usize];
+            for (which, obstacle) in self.obstacles.iter().enumerate().filter(|_| shape.free) {
+                let (body, other) = ((index, shape.radius, &carrier), (which as u32, obstacle));
+                if solids::detect(body, other, obstacle.surface().friction, out) {
+                    *seen = Some(carrier.frames[1]);
+                }
+            }
         }
+    }
+
+    /// On which part of its segment a contact with a mesh is: for [`parts::let_wait`]. `None` of what waits for no other: all
+    /// contacts without meshes, and those of a box or a cylinder with a plane.
+    pub(crate) fn sector(&self, contact: &Contact, components: &[ConnectedSet]) -> Option<u8> {
+        let (index, partner, feature) = contact.key;
+        let shape = &self.shapes[index as usize];
+        let pose = || components[shape.component as usize].component.poses[shape.body as usize];
+        let is_of_own_mesh = match feature {
+            Feature::Corner(_) if partner.whole() == partner => {
+                let body = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
+                if self.bodies[body].1.corners().len() <= 2 * CYLINDER_SIDES {
+                    return None;
+                }
+                true
+            }
+            Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => true,
+            Feature::Nearest | Feature::Own(_) | Feature::Partners(_) => false,
+        };
+        if is_of_own_mesh {
+            let Vec3(arm) = pose().q.rotate_back(contact.arms[0]);
+            return Some((0..3).filter(|&k| arm[k] > 0.0).map(|k| 1 << k).sum());
+        }
+        (partner.whole() != partner).then(|| u8::from(pose().q.axis().dot(contact.arms[0]) > 0.0))
     }
 
     fn add_pair(&self, a: u32, b: u32, components: &[ConnectedSet], out: &mut Vec<Contact>) {
@@ -233,7 +266,7 @@ impl Detector {
         let parallel = are_parallel(ends(a), other, self.params.parallel);
         let features: &[Feature] = if parallel { &Feature::PARALLEL } else { &[Feature::Nearest] };
         let stands = |feature: &&Feature| match **feature {
-            Feature::Nearest | Feature::Corner(_) => true,
+            Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => true,
             Feature::Own(end) => own.ends[end as usize],
             Feature::Partners(end) => match partner {
                 Partner::Segment(b) => self.shapes[b as usize].ends[end as usize],

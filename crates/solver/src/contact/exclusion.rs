@@ -20,7 +20,7 @@ pub(crate) struct PairFilter {
 impl PairFilter {
     pub(crate) fn new(model: &Model) -> Self {
         let free = model.segments.iter().map(|segment| !segment.fixed).collect();
-        let body = |segment: &Segment| segment.body.map(|_| segment.capsule().is_some());
+        let body = |segment: &Segment| segment.body.as_ref().map(|_| segment.capsule().is_some());
         let bodies = if model.segments.iter().any(|segment| segment.body.is_some()) {
             model.segments.iter().map(body).collect()
         } else {

@@ -61,6 +61,8 @@ pub(crate) enum Partner {
     Face(u32, u32),
     /// An obstacle, and an edge of its mesh.
     Edge(u32, u32),
+    /// An obstacle, and a corner of its mesh or an end of its axis.
+    Corner(u32, u32),
     /// A segment that is a rigid body, and a triangle of its mesh.
     BodyFace(u32, u32),
     /// A segment that is a rigid body, and an edge of its mesh.
@@ -72,7 +74,9 @@ impl Partner {
     pub(crate) fn whole(self) -> Self {
         match self {
             Partner::Segment(i) | Partner::BodyFace(i, _) | Partner::BodyEdge(i, _) => Partner::Segment(i),
-            Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) => Partner::Obstacle(i),
+            Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) | Partner::Corner(i, _) => {
+                Partner::Obstacle(i)
+            }
         }
     }
 
@@ -101,6 +105,10 @@ pub(crate) enum Feature {
     Partners(u8),
     /// A corner of the mesh that the segment has as a rigid body.
     Corner(u32),
+    /// A triangle of that mesh.
+    Face(u32),
+    /// An edge of that mesh.
+    Edge(u32),
 }
 
 impl Feature {
@@ -147,44 +155,52 @@ pub(crate) struct Contact {
     pub(crate) waits: bool,
 }
 
-/// A [`Key`] as words. The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the
-/// partner is a face (1) or an edge (2) of a mesh (2 bits), and, from bit 32 on, which of them, or which corner.
+/// A [`Key`] as words. The first one holds the segment and, from bit 32 on, which corner, face or edge of it the feature is.
+/// The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the partner is a face (1), an
+/// edge (2) or a corner (3) of a mesh (2 bits), whether the feature is a face (1) or an edge (2) where it is a part of a mesh
+/// (2 bits), and, from bit 32 on, which part of the partner.
 fn words((segment, partner, feature): Key) -> [u64; 3] {
     let (kind, part) = match partner {
         Partner::Segment(_) | Partner::Obstacle(_) => (0, 0),
         Partner::Face(_, part) | Partner::BodyFace(_, part) => (1, part),
         Partner::Edge(_, part) | Partner::BodyEdge(_, part) => (2, part),
+        Partner::Corner(_, part) => (3, part),
     };
     let partner = match partner.whole() {
         Partner::Segment(i) => u64::from(i) << 1,
         other => u64::from(other.obstacle().unwrap_or_default()) << 1 | 1,
     };
-    let feature = match feature {
-        Feature::Nearest => 0,
-        Feature::Own(end) => 1 | u64::from(end) << 2,
-        Feature::Partners(end) => 2 | u64::from(end) << 2,
-        Feature::Corner(corner) => 3 | u64::from(corner) << 32,
+    let (feature, own) = match feature {
+        Feature::Nearest => (0, 0),
+        Feature::Own(end) => (1 | u64::from(end) << 2, 0),
+        Feature::Partners(end) => (2 | u64::from(end) << 2, 0),
+        Feature::Corner(corner) => (3, corner),
+        Feature::Face(face) => (3 | 1 << 5, face),
+        Feature::Edge(edge) => (3 | 2 << 5, edge),
     };
-    [u64::from(segment), partner, feature | kind << 3 | u64::from(part) << 32]
+    [u64::from(segment) | u64::from(own) << 32, partner, feature | kind << 3 | u64::from(part) << 32]
 }
 
 /// The inverse of [`words`].
 fn key([segment, partner, feature]: [u64; 3]) -> Key {
-    let (index, part) = ((partner >> 1) as u32, (feature >> 32) as u32);
+    let (index, part, own) = ((partner >> 1) as u32, (feature >> 32) as u32, (segment >> 32) as u32);
     let partner = match (partner & 1, feature >> 3 & 3) {
         (0, 1) => Partner::BodyFace(index, part),
         (0, 2) => Partner::BodyEdge(index, part),
         (0, _) => Partner::Segment(index),
         (_, 1) => Partner::Face(index, part),
         (_, 2) => Partner::Edge(index, part),
+        (_, 3) => Partner::Corner(index, part),
         _ => Partner::Obstacle(index),
     };
     let end = (feature >> 2 & 1) as u8;
-    let feature = match feature & 3 {
-        0 => Feature::Nearest,
-        1 => Feature::Own(end),
-        2 => Feature::Partners(end),
-        _ => Feature::Corner(part),
+    let feature = match (feature & 3, feature >> 5 & 3) {
+        (0, _) => Feature::Nearest,
+        (1, _) => Feature::Own(end),
+        (2, _) => Feature::Partners(end),
+        (_, 1) => Feature::Face(own),
+        (_, 2) => Feature::Edge(own),
+        _ => Feature::Corner(own),
     };
     (segment as u32, partner, feature)
 }
@@ -305,6 +321,13 @@ impl Contact {
     /// Evaluates the contact at the components' poses.
     pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[ConnectedSet], poses: Poses) {
         let (index, partner, feature) = self.key;
+        if self.is_of_solid() {
+            let obstacle = partner.obstacle().map(|which| &world.obstacles[which as usize]);
+            if let (Some(body), Some(obstacle)) = (world.body(index, components, poses), obstacle) {
+                self.of_solid(&body, obstacle, poses);
+            }
+            return;
+        }
         let shape = &world.shapes[index as usize];
         let own = Side::of(shape, &components[shape.component as usize].component, poses);
         match partner {
@@ -332,7 +355,11 @@ impl Contact {
                     self.between(&own, &other, feature, poses);
                 }
             }
-            Partner::Face(..) | Partner::Edge(..) | Partner::BodyFace(..) | Partner::BodyEdge(..) => {
+            Partner::Face(..)
+            | Partner::Edge(..)
+            | Partner::Corner(..)
+            | Partner::BodyFace(..)
+            | Partner::BodyEdge(..) => {
                 let carrier = match partner.whole() {
                     Partner::Segment(index) => world.body(index, components, poses),
                     other => other.obstacle().and_then(|index| world.obstacles[index as usize].carrier(poses)),
@@ -348,13 +375,15 @@ impl Contact {
     /// have passed through each other.
     pub(super) fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) -> Option<Vec3<f64>> {
         let [s, t] = match feature {
-            Feature::Nearest | Feature::Corner(_) => nearest(own.ends, other.ends),
+            Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => {
+                nearest(own.ends, other.ends)
+            }
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
             Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
         };
         // An end beyond the other axis is no end of the line along which the two touch.
         self.doubled = match feature {
-            Feature::Nearest | Feature::Corner(_) => false,
+            Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => false,
             Feature::Own(_) => t <= 0.0 || t >= 1.0,
             Feature::Partners(_) => s <= 0.0 || s >= 1.0,
         };
@@ -430,7 +459,7 @@ impl Contact {
 }
 
 /// The normal and two tangents; nearly continuous in the normal.
-fn frame(n: Vec3<f64>) -> [Vec3<f64>; 3] {
+pub(super) fn frame(n: Vec3<f64>) -> [Vec3<f64>; 3] {
     let [x, y, z] = n.0.map(f64::abs);
     let helper = if x <= y && x <= z {
         Vec3([1.0, 0.0, 0.0])

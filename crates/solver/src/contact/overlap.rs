@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt;
 
-use collision::{Capsule, SpatialHash, TriangleMesh, closest};
+use collision::{Aabb, Capsule, SpatialHash, TriangleMesh, closest};
 use nalgebra::Vector3;
 use rod::{Model, ObstacleShape, Pose, State};
 use thiserror::Error;
@@ -138,12 +138,23 @@ pub(crate) fn refuse_overlaps(
                 see(i, other, own.radius - height, own.radius);
             }
         } else if let Some(([start, end], radius)) = obstacle.shape.capsule() {
+            for (i, pose, mesh) in bodies.iter().filter(|&&(i, ..)| !model.segments[i].fixed) {
+                let [start, end] = [start, end].map(|place| pose.orientation.inverse() * (place - pose.position));
+                see(*i, other, radius - distance(mesh, &Capsule { start, end, radius }), model.segments[*i].radius);
+            }
             obstacles.push((other, Capsule { start, end, radius }));
         } else if let Some((mesh, turn)) = obstacle.shape.surface() {
             let (mesh, pivot) = (TriangleMesh::new(&mesh.positions, &mesh.triangles), obstacle.shape.pivot());
             for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| touches(i)) {
                 let [start, end] = [own.start, own.end].map(|place| turn.inverse() * (place - pivot));
                 see(i, other, own.radius - distance(&mesh, &Capsule { start, end, ..*own }), own.radius);
+            }
+            for (i, pose, own) in bodies.iter().filter(|&&(i, ..)| !model.segments[i].fixed) {
+                let to_world = |place: &Vector3<f64>| pose.position + pose.orientation * place;
+                let into = depth(own, &mesh, |place| turn.inverse() * (to_world(place) - pivot));
+                let out =
+                    depth(&mesh, own, |place| pose.orientation.inverse() * (pivot + turn * place - pose.position));
+                see(*i, other, into.max(out), model.segments[*i].radius);
             }
         }
     }
@@ -181,6 +192,38 @@ fn distance(mesh: &TriangleMesh, capsule: &Capsule) -> f64 {
         true => -capsule.radius,
         false => least,
     }
+}
+
+/// How deep edges of a mesh lie inside of another one [m], into whose axes `place` takes places of the first; how far they
+/// stand out of a surface that is open and that they pierce.
+fn depth(of: &TriangleMesh, within: &TriangleMesh, place: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> f64 {
+    let inside = |place: Vector3<f64>| match within.encloses(&place) {
+        true => within.faces().iter().map(|face| (face.nearest(&place) - place).norm()).fold(f64::INFINITY, f64::min),
+        false => 0.0,
+    };
+    let (mut cuts, mut deepest) = (Vec::new(), 0.0_f64);
+    for edge in of.edges() {
+        let [a, b] = edge.ends.each_ref().map(&place);
+        cuts.clear();
+        within.face_tree().overlaps(&Aabb { min: a.inf(&b), max: a.sup(&b) }, |k| {
+            let face = &within.faces()[k as usize];
+            let (from, to) = (face.height(&a), face.height(&b));
+            let cut = from / (from - to);
+            if from * to < 0.0 && face.holds(&(a + (b - a) * cut), 0.0) {
+                cuts.push(cut);
+                if !within.is_closed() {
+                    deepest = deepest.max(from.abs().min(to.abs()));
+                }
+            }
+        });
+        // Its ends, and the middles of the parts into which the other one cuts it.
+        cuts.extend([0.0, 0.0, 1.0, 1.0]);
+        cuts.sort_unstable_by(f64::total_cmp);
+        for pair in cuts.windows(2) {
+            deepest = deepest.max(inside(a + (b - a) * (0.5 * (pair[0] + pair[1]))));
+        }
+    }
+    deepest
 }
 
 /// A segment's capsule; that of a rigid body that touches nothing is of no use.

@@ -19,9 +19,9 @@ use crate::kernel::math::Vec3;
 
 /// How far beside a face a place may be and still belong to it, relative to the segment's radius: no gap is left between two
 /// faces.
-const BESIDE: f64 = 1e-6;
+pub(super) const BESIDE: f64 = 1e-6;
 /// Sine of the angle by which the direction to a segment may leave those for which an edge stands.
-const ASKEW: f64 = 1e-3;
+pub(super) const ASKEW: f64 = 1e-3;
 /// Cosine of the angle below which two normals are nearly the same.
 const ALIKE: f64 = 0.7;
 
@@ -36,19 +36,19 @@ pub(super) struct Carrier<'a> {
 
 impl Carrier<'_> {
     /// A place of the world in the axes of the mesh [m], at the start of the step (0) or now (1).
-    fn to_mesh(&self, when: usize, place: Vec3<f64>) -> Vector3<f64> {
+    pub(super) fn to_mesh(&self, when: usize, place: Vec3<f64>) -> Vector3<f64> {
         let BodyPose { x, q } = self.frames[when];
         to_nalgebra(q.rotate_back(place - x))
     }
 
     /// Of [`Carrier::to_mesh`] the inverse.
-    fn to_world(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
+    pub(super) fn to_world(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
         let BodyPose { x, q } = self.frames[when];
         x + q.rotate(to_kernel(place))
     }
 
     /// A direction of the mesh in the world now.
-    fn turned(&self, direction: &Vector3<f64>) -> Vec3<f64> {
+    pub(super) fn turned(&self, direction: &Vector3<f64>) -> Vec3<f64> {
         self.frames[1].q.rotate(to_kernel(direction))
     }
 
@@ -58,7 +58,7 @@ impl Carrier<'_> {
     }
 
     /// It, with an edge, as a body that a contact sees.
-    fn side(&self, ends: &[Vector3<f64>; 2]) -> Side {
+    pub(super) fn side(&self, ends: &[Vector3<f64>; 2]) -> Side {
         let [before, ends] = [0, 1].map(|when| ends.each_ref().map(|end| self.to_world(when, end)));
         match self.body {
             Some([start, now]) => Side { start, now, ends, ends_before: before, radius: 0.0 },
@@ -70,7 +70,7 @@ impl Carrier<'_> {
 impl Contact {
     /// Whether a mesh is part of it.
     pub(super) fn is_of_mesh(&self) -> bool {
-        self.key.1.whole() != self.key.1 || matches!(self.key.2, Feature::Corner(_))
+        self.key.1.whole() != self.key.1 || matches!(self.key.2, Feature::Corner(_) | Feature::Edge(_))
     }
 
     /// Evaluates a contact with a part of a mesh.
@@ -78,21 +78,20 @@ impl Contact {
         match self.key.1 {
             Partner::Face(_, k) | Partner::BodyFace(_, k) => {
                 if let Some(face) = mesh.mesh.faces().get(k as usize) {
-                    self.with_face(own, mesh, face);
+                    self.with_face(own, mesh, face, usize::from(self.key.2 == Feature::Own(1)));
                 }
             }
             Partner::Edge(_, k) | Partner::BodyEdge(_, k) => {
                 if let Some(edge) = mesh.mesh.edges().get(k as usize) {
-                    self.with_edge(own, mesh, edge, poses);
+                    self.with_edge(own, mesh, edge, self.key.2, poses);
                 }
             }
-            Partner::Segment(_) | Partner::Obstacle(_) => {}
+            Partner::Segment(_) | Partner::Obstacle(_) | Partner::Corner(..) => {}
         }
     }
 
-    /// Evaluates the contact of one end with a face.
-    fn with_face(&mut self, own: &Side, mesh: &Carrier<'_>, face: &Face) {
-        let end = usize::from(self.key.2 == Feature::Own(1));
+    /// Evaluates the contact of one end, 0 or 1, with a face.
+    pub(super) fn with_face(&mut self, own: &Side, mesh: &Carrier<'_>, face: &Face, end: usize) {
         let (from, to) = (mesh.to_mesh(0, own.ends_before[end]), mesh.to_mesh(1, own.ends[end]));
         let before = face.height(&from);
         let side = if before < 0.0 { -1.0 } else { 1.0 };
@@ -118,16 +117,16 @@ impl Contact {
     }
 
     /// Evaluates a contact with an edge.
-    fn with_edge(&mut self, own: &Side, mesh: &Carrier<'_>, edge: &Edge, poses: Poses) {
+    pub(super) fn with_edge(&mut self, own: &Side, mesh: &Carrier<'_>, edge: &Edge, feature: Feature, poses: Poses) {
         // What has passed through the edge is held off in any direction.
-        if let Some(direction) = self.between(own, &mesh.side(&edge.ends), self.key.2, poses) {
+        if let Some(direction) = self.between(own, &mesh.side(&edge.ends), feature, poses) {
             self.doubled |= edge.outward.iter().any(|out| mesh.turned(out).dot(direction) < -ASKEW);
         }
     }
 }
 
 /// A segment over a step, in the axes of a mesh.
-struct Way {
+pub(super) struct Way {
     capsule: MovingCapsule,
     /// How far from its way it looks for what it may touch, and how far it may leave the way [m].
     reach: f64,
@@ -135,19 +134,24 @@ struct Way {
 }
 
 impl Way {
-    fn ends(&self) -> [Vector3<f64>; 4] {
+    /// A way with `slack` [m] about it.
+    pub(super) fn new(capsule: MovingCapsule, slack: f64) -> Self {
+        Self { reach: capsule.radius, slack, capsule }
+    }
+
+    pub(super) fn ends(&self) -> [Vector3<f64>; 4] {
         let ([a, b], [c, d]) = (self.capsule.from, self.capsule.to);
         [a, b, c, d]
     }
 
-    fn room(&self, places: &[Vector3<f64>]) -> Aabb {
+    pub(super) fn room(&self, places: &[Vector3<f64>]) -> Aabb {
         let low = places.iter().fold(places[0], |low, place| low.inf(place));
         let high = places.iter().fold(places[0], |high, place| high.sup(place));
         Aabb { min: low.add_scalar(-self.reach), max: high.add_scalar(self.reach) }
     }
 
     /// Whether one end may touch a face.
-    fn end_meets(&self, end: usize, face: &Face) -> bool {
+    pub(super) fn end_meets(&self, end: usize, face: &Face) -> bool {
         let places = [&self.capsule.from[end], &self.capsule.to[end]];
         let [before, after] = places.map(|place| face.height(place));
         let is_near = before * after <= 0.0 || before.abs().min(after.abs()) <= self.reach;
@@ -159,7 +163,7 @@ impl Way {
     }
 
     /// Whether the axis may touch an edge.
-    fn meets(&self, edge: &Edge) -> bool {
+    pub(super) fn meets(&self, edge: &Edge) -> bool {
         let is_beside =
             |out: &Vector3<f64>| self.ends().iter().all(|place| out.dot(&(place - edge.ends[0])) < -self.slack);
         let still = MovingCapsule { from: edge.ends, to: edge.ends, radius: 0.0 };
@@ -179,7 +183,7 @@ pub(super) fn detect(
     let slack = params.search_room * shape.radius;
     let reach = shape.radius + slack;
     let local = |when: usize, ends: [Vec3<f64>; 2]| ends.map(|end| carrier.to_mesh(when, end));
-    let way = Way { capsule: MovingCapsule { from: local(0, from), to: local(1, to), radius: reach }, reach, slack };
+    let way = Way::new(MovingCapsule { from: local(0, from), to: local(1, to), radius: reach }, slack);
     let contact = |partner, feature| Contact::new((index, partner, feature), friction, shape.radius);
     let face = |k| match whole.segment() {
         Some(i) => Partner::BodyFace(i, k),
@@ -215,12 +219,13 @@ pub(super) fn detect(
 /// Whether a mesh is so far from a box in the world that nothing in that touches it.
 pub(super) fn is_out_of_reach(carrier: &Carrier<'_>, room: &Aabb) -> bool {
     let (middle, half) = ((room.min + room.max) * 0.5, (room.max - room.min).norm() * 0.5);
-    carrier.mesh.face_tree().bounds().is_none_or(|bounds| {
-        [0, 1].into_iter().all(|when| {
-            let middle = carrier.to_mesh(when, to_kernel(&middle));
-            !bounds.overlaps(&Aabb { min: middle.add_scalar(-half), max: middle.add_scalar(half) })
-        })
-    })
+    let seen = |when| {
+        let middle = carrier.to_mesh(when, to_kernel(&middle));
+        Aabb { min: middle.add_scalar(-half), max: middle.add_scalar(half) }
+    };
+    // All that lies between counts: the mesh may pass the box within the step.
+    let way = seen(0).union(&seen(1));
+    carrier.mesh.face_tree().bounds().is_none_or(|bounds| !bounds.overlaps(&way))
 }
 
 /// Whether ends are still where a search for parts saw them, within its slack.
@@ -232,19 +237,20 @@ pub(super) fn stay(ends: [Vec3<f64>; 2], seen: &[Vec3<f64>; 2], slack: f64) -> b
 pub(super) struct Deepest {
     segment: u32,
     whole: Partner,
-    in_front: bool,
+    sector: u8,
     normal: Vec3<f64>,
     gap: f64,
     contact: usize,
 }
 
-/// Lets contacts with meshes wait that do not press yet, for a deeper one of the same half of the segment and of nearly the
+/// Lets contacts with meshes wait that do not press yet, for a deeper one of the same part of the segment and of nearly the
 /// same normal: a fine mesh has many under a segment, of which one or two come to press. `gap` is that which a contact would
-/// have without a change [m], `axis` a segment's; what waits and is too deep afterwards has its turn in the next iteration.
+/// have without a change [m], `sector` says on which part of the segment it is, or that it does not wait; what waits and is
+/// too deep afterwards has its turn in the next iteration.
 pub(super) fn let_wait(
     contacts: &mut [Contact],
     gap: impl Fn(&Contact) -> f64,
-    axis: impl Fn(u32) -> Vec3<f64>,
+    sector: impl Fn(&Contact) -> Option<u8>,
     deepest: &mut Vec<Deepest>,
 ) {
     deepest.clear();
@@ -252,21 +258,18 @@ pub(super) fn let_wait(
         let contact = &mut contacts[k];
         let (segment, partner, _) = contact.key;
         let whole = partner.whole();
-        if whole == partner {
-            continue;
-        }
+        let Some(sector) = sector(contact) else { continue };
         contact.waits = false;
         let is_known = contact.impulse != Vec3::zero() || contact.guess != [0.0; 3];
         if is_known || contact.doubled {
             continue;
         }
-        let in_front = axis(segment).dot(contact.arms[0]) > 0.0;
-        let own = Deepest { segment, whole, in_front, normal: contact.normal, gap: gap(contact), contact: k };
+        let own = Deepest { segment, whole, sector, normal: contact.normal, gap: gap(contact), contact: k };
         if deepest.first().is_some_and(|first| first.segment != segment) {
             deepest.clear();
         }
         let is_alike = |other: &&mut Deepest| {
-            (other.whole, other.in_front) == (whole, in_front) && other.normal.dot(own.normal) > ALIKE
+            (other.whole, other.sector) == (whole, sector) && other.normal.dot(own.normal) > ALIKE
         };
         match deepest.iter_mut().find(is_alike) {
             None => deepest.push(own),

@@ -374,11 +374,8 @@ impl Stage {
             free
         };
         if self.detector.has_meshes() {
-            let axis = |i: u32| {
-                let shape = &shapes[i as usize];
-                components[shape.component as usize].component.poses[shape.body as usize].q.axis()
-            };
-            let_wait(&mut self.contacts, |contact| free(contact)[0], axis, &mut self.deepest);
+            let sector = |contact: &Contact| self.detector.sector(contact, components);
+            let_wait(&mut self.contacts, |contact| free(contact)[0], sector, &mut self.deepest);
         }
         for (index, contact) in self.contacts.iter().enumerate() {
             let free = free(contact);

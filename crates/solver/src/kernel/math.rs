@@ -133,6 +133,11 @@ impl<T: Real> Quat<T> {
         let two = T::splat(2.0);
         Vec3([two * (x * z + self.w * y), two * (y * z - self.w * x), T::splat(1.0) - two * (x * x + y * y)])
     }
+    /// The rotated y axis, d2.
+    #[inline(always)]
+    pub fn second_axis(self) -> Vec3<T> {
+        self.rotate(Vec3([T::zero(), T::splat(1.0), T::zero()]))
+    }
     /// Turns by a world rotation vector [rad]: the unit quaternion along (1, phi / 2) q.
     #[inline(always)]
     pub fn turned(self, phi: Vec3<T>) -> Self {

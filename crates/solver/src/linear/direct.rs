@@ -64,10 +64,9 @@ fn lever<T: Real>(system: &System<T>, joint: u32, end: usize) -> ([[T; 3]; 3], S
 /// bend-bend `sum W + alpha~_b`.
 #[inline(always)]
 pub fn joint_diagonal<T: Real>(system: &System<T>, joint: u32) -> Block<T> {
-    let terms = &system.joints[joint as usize];
     let [a, b] = system.topology.joints[joint as usize].map(|body| &system.bodies[body as usize]);
     let ((pa, sa), (pb, sb)) = (lever(system, joint, 0), lever(system, joint, 1));
-    let stretch = Sym3::identity(a.inverse_mass + b.inverse_mass) + sa + sb + terms.stretch_compliance(a.axis);
+    let stretch = Sym3::identity(a.inverse_mass + b.inverse_mass) + sa + sb + system.stretch_compliance(joint as usize);
     let bend = a.inverse_inertia + b.inverse_inertia + system.bend_compliance(joint as usize);
     let mixed = sum(pa, pb);
     assemble(stretch.full(), mixed, transposed(mixed), bend.full())
@@ -114,6 +113,8 @@ struct View<'a, T> {
     /// Whether that may not be the frame of body a, or bending about d2 not as about d1.
     has_beyond: bool,
     bend_extra: T,
+    /// What [`System::second_shear`] says.
+    second_shear: Option<(Vec3<T>, T)>,
     axis_a: Vec3<T>,
     /// +1 where the inner body is the joint's body a, -1 where it is b.
     sign: T,
@@ -136,6 +137,7 @@ impl<'a, T: Real> View<'a, T> {
             frame: a.orientation,
             has_beyond: system.has_beyond(),
             bend_extra: T::zero(),
+            second_shear: None,
             axis_a: a.axis,
             sign: T::splat(sign),
             arms: [outer.axis * z_outer, inner.axis * z_inner],
@@ -156,6 +158,7 @@ impl<'a, T: Real> View<'a, T> {
         }
         self.frame = system.frames.get(joint).copied().unwrap_or(self.frame);
         self.bend_extra = system.bend_extra.get(joint).copied().unwrap_or(T::zero());
+        self.second_shear = system.second_shear(joint);
     }
 
     /// Two side by side; `joint` is made of their joints.
@@ -167,6 +170,7 @@ impl<'a, T: Real> View<'a, T> {
             frame: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
             has_beyond: a.has_beyond,
             bend_extra: Both([a.bend_extra, b.bend_extra]),
+            second_shear: a.second_shear.zip(b.second_shear).map(|(a, b)| (Vec3::both(a.0, b.0), Both([a.1, b.1]))),
             axis_a: Vec3::both(a.axis_a, b.axis_a),
             sign: Both([a.sign, b.sign]),
             arms: [Vec3::both(a.arms[0], b.arms[0]), Vec3::both(a.arms[1], b.arms[1])],
@@ -181,8 +185,12 @@ impl<'a, T: Real> View<'a, T> {
         } else {
             self.joint.bend_compliance(self.axis_a)
         };
+        let mut stretch = self.joint.stretch_compliance(self.axis_a);
+        if let Some((d2, extra)) = self.second_shear {
+            stretch = stretch + Sym3::outer(d2, extra);
+        }
         NodeTerms {
-            compliance: [self.joint.stretch_compliance(self.axis_a), bend],
+            compliance: [stretch, bend],
             rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.frame), self.sign),
             arms: self.arms,
         }
@@ -511,10 +519,8 @@ mod tests {
         }
         let corrections: Vec<_> = impulses.iter().enumerate().map(|(i, &x)| system.correction(i, x)).collect();
         let change = |j: usize| {
-            let axis = system.bodies[system.topology.joints[j][0] as usize].axis;
-            let terms = &system.joints[j];
             let compliance = Spatial {
-                linear: terms.stretch_compliance(axis).apply(x[j].linear),
+                linear: system.stretch_compliance(j).apply(x[j].linear),
                 angular: system.bend_compliance(j).apply(x[j].angular),
             };
             system.constraint_change(j, &corrections).plus(compliance, 1.0)

@@ -35,6 +35,8 @@ struct Mobility {
 pub struct Operator {
     joints: Vec<JointRows>,
     bodies: Vec<Mobility>,
+    /// Per joint: d2 of body a, and what alpha~ has along it beyond that along d1; empty where no joint has it.
+    second_shear: Vec<(Vec3<f64>, f64)>,
     /// Per body: impulses, then corrections.
     scratch: Vec<Spatial<f64>>,
 }
@@ -67,6 +69,7 @@ impl Operator {
         Self {
             joints: vec![joint; topology.joints.len()],
             bodies: vec![body; topology.bodies()],
+            second_shear: Vec::new(),
             scratch: vec![Spatial::zero(); topology.bodies()],
         }
     }
@@ -97,12 +100,14 @@ impl Operator {
                 bend: system.bend_twist_compliance(k),
             };
         }
+        self.second_shear.clear();
+        self.second_shear.extend((0..system.shear_extra.len()).filter_map(|k| system.second_shear(k)));
     }
 
     /// `out = A x`; returns `x^T A x`. One entry a joint.
     #[inline(always)]
     pub fn apply(&mut self, topology: &Topology, x: &[Spatial<f64>], out: &mut [Spatial<f64>]) -> f64 {
-        let Self { joints, bodies, scratch } = self;
+        let Self { joints, bodies, second_shear, scratch } = self;
         scratch.fill(Spatial::zero());
         for ((rows, x), &[a, b]) in joints.iter().zip(x).zip(&topology.joints) {
             let torque = times_transposed(&rows.g, x.angular);
@@ -118,7 +123,7 @@ impl Operator {
             impulse.angular = body.inverse_inertia.apply(impulse.angular);
         }
         let mut product = 0.0;
-        for (((rows, x), out), &[a, b]) in joints.iter().zip(x).zip(out).zip(&topology.joints) {
+        for (((rows, x), out), &[a, b]) in joints.iter().zip(x).zip(out.iter_mut()).zip(&topology.joints) {
             let (on_a, on_b) = (&scratch[a as usize], &scratch[b as usize]);
             let gap = on_a.linear - on_b.linear + on_a.angular.cross(rows.arms[0]) - on_b.angular.cross(rows.arms[1]);
             let along = rows.axis * (rows.stretch_extra * rows.axis.dot(x.linear));
@@ -127,6 +132,11 @@ impl Operator {
                 angular: times(&rows.g, on_b.angular - on_a.angular) + scaled_by(x.angular, rows.bend),
             };
             product += x.dot(*out);
+        }
+        for ((&(d2, extra), x), out) in second_shear.iter().zip(x).zip(out) {
+            let along = d2.dot(x.linear);
+            out.linear += d2 * (extra * along);
+            product += extra * along * along;
         }
         product
     }

@@ -72,6 +72,8 @@ impl Response {
         self.system.across.extend(system.across.iter().map(|ends| ends.map(splat_vec)));
         self.system.bend_extra.clear();
         self.system.bend_extra.extend(system.bend_extra.iter().copied().map(Columns::splat));
+        self.system.shear_extra.clear();
+        self.system.shear_extra.extend(system.shear_extra.iter().copied().map(Columns::splat));
         self.system.frames.clear();
         self.system.frames.extend(system.frames.iter().map(splat_quat));
         if let Factor::Looped(looped) = &mut self.solver {
@@ -174,14 +176,15 @@ fn splat_joint(joint: &JointTerms<f64>) -> JointTerms<Columns> {
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector3;
-    use rod::{Assembly, InnerDamping, Material, RodSpec, Section, shape};
+    use rod::{Assembly, InnerDamping, Material, RodSpec, Section, Springs, shape};
     use std::sync::Arc;
 
     use super::*;
     use crate::component::{Component, split};
     use crate::formulation::Formulation;
 
-    /// The answer is that of one solve in the usual way, where joints have sections with sides, rest rotations and damping.
+    /// The answer is that of one solve in the usual way, where joints have sections with sides, rest rotations and damping, and
+    /// a grip has springs.
     #[test]
     fn answers_know_all_of_the_joints() {
         let material = Material { youngs_modulus: 1e5, torsion_modulus: 3e4, density: 300.0 };
@@ -194,13 +197,15 @@ mod tests {
         assembly.clamp_start(&rod);
         let (mut model, mut state) = assembly.finish();
         model.measure_from_rest();
+        let clamp = model.joints.len() - 1;
+        model.soften(clamp, &Springs { force: [300.0, 20.0, 100.0], ..Springs::RIGID });
         state.velocities[7] = Vector3::new(1.0, 2.0, -1.0);
         let (members, topology) = split(&model).swap_remove(0);
         let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
         component.predict(0.0, 0.02, Formulation::XpbdGeometric);
         component.evaluate(Formulation::XpbdGeometric);
         let system = &mut component.system;
-        assert!(!system.frames.is_empty() && !system.bend_extra.is_empty());
+        assert!(!system.frames.is_empty() && !system.bend_extra.is_empty() && !system.shear_extra.is_empty());
 
         let mut impulses = vec![Spatial::zero(); system.bodies.len()];
         impulses[4] = Spatial { linear: Vec3([1.0, -2.0, 0.5]), angular: Vec3([0.1, 0.2, -0.3]) };

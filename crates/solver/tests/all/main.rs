@@ -21,6 +21,7 @@ mod prescribed;
 mod projection;
 mod rates;
 mod snapshots;
+mod solids;
 mod supports;
 mod tangent;
 mod validation;

@@ -1,8 +1,9 @@
-//! Sections with sides, rest rotations and inner damping in every solver: against dense algebra, and from lane to lane.
+//! Sections with sides, rest rotations, inner damping and springs of grips in every solver: against dense algebra, and from
+//! lane to lane.
 
 use crate::common::*;
 use nalgebra::{DVector, Vector3};
-use rod::{Assembly, InnerDamping, Model, RestShape, RodSpec, Section, State, Stretch, shape};
+use rod::{Assembly, InnerDamping, Model, RestShape, RodSpec, Section, Springs, State, Stretch, shape};
 use solver::formulation::Formulation;
 use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
@@ -11,6 +12,9 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
 const DAMPING: InnerDamping = InnerDamping { bending: 0.01, twist: 0.03, stretch: 0.02 };
+
+/// A grip that yields differently along d1, d2 and d3.
+const SOFT: Springs = Springs { force: [3000.0, 1000.0, 2000.0], ..Springs::RIGID };
 
 /// A strip that is curved and twisted at rest.
 fn strip(segments: usize, k: f64) -> RodSpec {
@@ -44,11 +48,13 @@ fn models() -> Vec<(&'static str, Model, State)> {
         }
         let (mut model, state) = assembly.finish();
         model.measure_from_rest();
+        model.soften(19, &SOFT);
         (model, state)
     };
     let (mut ring_model, ring_state) = ring();
     for (k, joint) in ring_model.joints.iter_mut().enumerate() {
         joint.bend_extra = (k % 3) as f64 * joint.bend_compliance;
+        joint.shear_extra = (k % 2) as f64 * joint.shear_compliance;
         joint.inner_damping = DAMPING;
         if k % 2 == 0 {
             joint.measure_from_rest(0.5);
@@ -78,7 +84,7 @@ fn every_solver_solves_the_same_system() {
         for (name, model, state) in models() {
             let (component, members) = component_after(&model, &state, 5, formulation);
             let system = &component.system;
-            assert!(!system.frames.is_empty() && !system.bend_extra.is_empty());
+            assert!(!system.frames.is_empty() && !system.bend_extra.is_empty() && !system.shear_extra.is_empty());
             let dense = dense_matrix(system);
             let exact = dense_solution(system);
             let size = |x: &DVector<f64>| x.dot(&(&dense * x)).sqrt();
@@ -124,7 +130,11 @@ fn lanes_have_the_bits_of_rods_alone() {
             0 => assembly.rod(&RodSpec::new(own.nodes, 0.01, own.material)),
             _ => assembly.rod(&own),
         };
-        assembly.fix(rod.start);
+        assembly.clamp_start(&rod);
+        let model = assembly.model_mut();
+        if k % 2 == 1 {
+            model.soften(model.joints.len() - 1, &SOFT);
+        }
     };
     let finish = |assembly: Assembly, from_rest: &dyn Fn(usize) -> bool| {
         let (mut model, state) = assembly.finish();

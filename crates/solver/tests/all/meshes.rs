@@ -7,21 +7,21 @@ use crate::common::material;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{
     Assembly, BodyShape, Carried, Contacts, Damping, Friction, Mesh, Model, Motion, Obstacle, ObstacleShape, Pose,
-    RestShape, RigidBody, RodSpec, State, Surface, shape,
+    RestShape, RigidBody, RodSpec, SolidMesh, State, Surface, shape,
 };
 use solver::formulation::Formulation;
 use solver::simulation::{Settings, Simulation, Touched};
 use solver::step::Status;
 
-const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
-const DT: f64 = 0.01;
-const RADIUS: f64 = 0.01;
+pub(crate) const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+pub(crate) const DT: f64 = 0.01;
+pub(crate) const RADIUS: f64 = 0.01;
 
-fn rough(friction: f64) -> Surface {
+pub(crate) fn rough(friction: f64) -> Surface {
     Surface { friction: Friction::new(friction), restitution: 0.0 }
 }
 
-fn at(position: Vector3<f64>) -> Pose {
+pub(crate) fn at(position: Vector3<f64>) -> Pose {
     Pose { position, orientation: UnitQuaternion::identity() }
 }
 
@@ -35,7 +35,7 @@ fn mesh(positions: Vec<Vector3<f64>>, triangles: Vec<[u32; 3]>) -> ObstacleShape
 }
 
 /// A square of side `2 reach` about the origin at height 0, `count` fields along each side, their corners moved about.
-fn sheet(reach: f64, count: u32) -> ObstacleShape {
+pub(crate) fn sheet(reach: f64, count: u32) -> ObstacleShape {
     let place = |i: u32, j: u32| {
         let shift = |k: u32| 0.6 * (f64::from((i * 7919 + j * 104_729 + k * 31) % 101) / 101.0 - 0.5);
         let along = |i: u32, k: u32| reach * (2.0 * (f64::from(i) + shift(k)) / f64::from(count) - 1.0);
@@ -88,7 +88,7 @@ fn ball(radius: f64, divisions: u32) -> ObstacleShape {
 }
 
 /// An obstacle that goes on at these velocities from the start.
-fn steady(shape: ObstacleShape, surface: Surface, v: Vector3<f64>, w: Vector3<f64>) -> Obstacle {
+pub(crate) fn steady(shape: ObstacleShape, surface: Surface, v: Vector3<f64>, w: Vector3<f64>) -> Obstacle {
     let still = Obstacle::new(shape, surface);
     let motion = Motion::at_velocities(&still.at(0.0).pose, &[(0.0, v, w)]).unwrap();
     Obstacle { motion: Some(Carried::new(Arc::new(motion))), ..still }
@@ -104,7 +104,7 @@ fn rod(start: Vector3<f64>, along: Vector3<f64>, segments: usize, youngs_modulus
 }
 
 /// A formulation whose result does not depend on the way to it, and contacts solved sharply.
-fn sharp() -> Settings {
+pub(crate) fn sharp() -> Settings {
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Newton;
     settings.step.contact_tolerance = 1e-6;
@@ -112,7 +112,7 @@ fn sharp() -> Settings {
 }
 
 /// Steps; every step converges, and `look` sees each state.
-fn run(
+pub(crate) fn run(
     (model, state): (&Model, &State),
     settings: &Settings,
     steps: usize,
@@ -134,7 +134,7 @@ fn weight(model: &Model) -> f64 {
 }
 
 /// Sum of the forces of contacts with each obstacle [N].
-fn reactions(simulation: &Simulation, obstacles: usize) -> Vec<Vector3<f64>> {
+pub(crate) fn reactions(simulation: &Simulation, obstacles: usize) -> Vec<Vector3<f64>> {
     let mut forces = Vec::new();
     simulation.store_contact_forces(&mut forces);
     let mut sums = vec![Vector3::zeros(); obstacles];
@@ -289,6 +289,20 @@ fn a_moving_box_pushes_a_rod_ahead_of_it() {
     });
 }
 
+/// It is as far on one side before a step as on the other after it, and takes the rod along.
+#[test]
+fn a_box_that_passes_within_a_step_pushes_a_rod() {
+    let mut assembly = rod(Vector3::new(0.0, -0.1, 0.0), Vector3::y() * 0.2, 4, 1e8);
+    assembly.model_mut().gravity = Vector3::zeros();
+    let block = ObstacleShape::Box { pose: at(Vector3::x() * -0.6), sides: Vector3::new(0.2, 0.6, 0.6) };
+    let speed = Vector3::x() * (1.2 / DT);
+    assembly.model_mut().contacts.obstacles = vec![steady(block, rough(0.0), speed, Vector3::zeros())];
+    let (model, state) = assembly.finish();
+    run((&model, &state), &sharp(), 1, |_, now| {
+        assert!(now.positions.iter().all(|place| place.x > 0.7 + 0.99 * RADIUS), "{:?}", now.positions);
+    });
+}
+
 #[test]
 fn overlaps_with_meshes_are_refused() {
     let block = |z: f64| ObstacleShape::Box { pose: at(Vector3::z() * z), sides: Vector3::new(1.0, 1.0, 0.4) };
@@ -349,26 +363,53 @@ fn a_rod_rests_on_a_box_that_rests_on_the_ground() {
     }
 }
 
-/// What a rod and a free box give each other adds to nothing.
-#[test]
-fn a_box_and_the_rod_that_hits_it_keep_their_momentum() {
-    let mut assembly = rod(Vector3::new(0.1, -0.25, 0.03), Vector3::y() * 0.5, 10, 1e7);
-    assembly.model_mut().gravity = Vector3::zeros();
-    assembly.state_mut().velocities.fill(Vector3::new(-3.0, 0.2, 0.1));
-    let body = assembly.body(RigidBody::new(BodyShape::Box { sides: Vector3::repeat(0.1) }, 0.3), at(Vector3::zeros()));
-    assembly.model_mut().contacts.between_segments = Some(rough(0.4));
-    let (model, state) = assembly.finish();
-    let momentum = |state: &State| -> Vector3<f64> {
-        model.segments.iter().zip(&state.velocities).map(|(segment, v)| v * segment.mass()).sum()
-    };
-    let before = momentum(&state);
-    let mut end = state.clone();
-    run((&model, &state), &sharp(), 40, |step, now| {
-        assert!((momentum(now) - before).norm() < 1e-9 * before.norm(), "step {step}");
-        end.clone_from(now);
+/// A prism of height 0.1 over an L, and a cube, as meshes.
+pub(crate) fn prism(outline: &[[f64; 2]], triangles: &[[u32; 3]]) -> Mesh {
+    let count = outline.len() as u32;
+    let places = [-0.05, 0.05].into_iter().flat_map(|z| outline.iter().map(move |&[x, y]| Vector3::new(x, y, z)));
+    let ends = triangles.iter().flat_map(|&[a, b, c]| [[a, c, b], [a + count, b + count, c + count]]);
+    let sides = (0..count).flat_map(|i| {
+        let j = (i + 1) % count;
+        [[i, j, j + count], [i, j + count, i + count]]
     });
-    assert!(end.velocities[body].x < -0.5, "it was hit: {}", end.velocities[body]);
-    assert!(end.angular_velocities[body].norm() > 1.0, "above its centre: {}", end.angular_velocities[body]);
+    Mesh::new(places.collect(), ends.chain(sides).collect()).unwrap()
+}
+
+/// What a rod and a free body give each other adds to nothing; a cube in a file moves as a box does.
+#[test]
+fn a_body_and_the_rod_that_hits_it_keep_their_momentum() {
+    let full = |mesh| BodyShape::Mesh(Arc::new(SolidMesh::full(mesh).unwrap()));
+    let h = 0.05;
+    let square = prism(&[[-h, -h], [h, -h], [h, h], [-h, h]], &[[0, 1, 2], [0, 2, 3]]);
+    let angle = prism(
+        &[[-h, -h], [h, -h], [h, 0.0], [0.0, 0.0], [0.0, h], [-h, h]],
+        &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]],
+    );
+    let ends = [BodyShape::Box { sides: Vector3::repeat(0.1) }, full(square), full(angle)].map(|shape| {
+        let mut assembly = rod(Vector3::new(0.1, -0.25, 0.03), Vector3::y() * 0.5, 10, 1e7);
+        assembly.model_mut().gravity = Vector3::zeros();
+        assembly.state_mut().velocities.fill(Vector3::new(-3.0, 0.2, 0.1));
+        let own = at(Vector3::zeros());
+        let pose = if let BodyShape::Mesh(solid) = &shape { solid.pose(&own) } else { own };
+        let body = assembly.body(RigidBody::new(shape, 0.3), pose);
+        assembly.model_mut().contacts.between_segments = Some(rough(0.4));
+        let (model, state) = assembly.finish();
+        let momentum = |state: &State| -> Vector3<f64> {
+            model.segments.iter().zip(&state.velocities).map(|(segment, v)| v * segment.mass()).sum()
+        };
+        let before = momentum(&state);
+        let mut end = state.clone();
+        run((&model, &state), &sharp(), 40, |step, now| {
+            assert!((momentum(now) - before).norm() < 1e-9 * before.norm(), "step {step}");
+            end.clone_from(now);
+        });
+        assert!(end.velocities[body].x < -0.5, "it was hit: {}", end.velocities[body]);
+        assert!(end.angular_velocities[body].norm() > 1.0, "above its centre: {}", end.angular_velocities[body]);
+        end
+    });
+    for (a, b) in ends[0].positions.iter().zip(&ends[1].positions) {
+        assert!((a - b).norm() < 1e-6 * RADIUS, "{a} {b}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::common::*;
 use nalgebra::Vector3;
 use rod::{
     Air, Assembly, Body, Contacts, Driven, Friction, Gusts, Interpolation, JointForce, Keyframe, Load, Model, Motion,
-    Obstacle, ObstacleShape, RodSpec, State, Surface, Wind, shape,
+    Obstacle, ObstacleShape, RodSpec, Springs, State, Surface, Wind, shape,
 };
 use solver::component::Members;
 use solver::formulation::Formulation;
@@ -88,13 +88,18 @@ fn with_every_formulation_and_guess() {
     }
 }
 
-/// Rods in the wind whose start moves and whose last segment is pulled; the first of each rod's segments turns.
+/// Rods in the wind whose end moves and whose middle is pulled; the first of each rod's segments turns. Springs hold every second
+/// end.
 fn driven(rods: usize) -> (Model, State) {
     let mut assembly = Assembly::new(GRAVITY);
     for k in 0..rods {
         let nodes = shape::helix(Vector3::y() * 3.0 * k as f64, 0.3, 0.8, 1.5, 12);
         let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e6 * (1.0 + k as f64), 1000.0)));
         assembly.fix(rod.start).clamp_end(&rod);
+        let model = assembly.model_mut();
+        if k % 2 == 0 {
+            model.soften(model.joints.len() - 1, &Springs { force: [300.0, 100.0, 200.0], ..Springs::RIGID });
+        }
         assembly.load(Load {
             segment: rod.start + 6,
             offset: 0.0,

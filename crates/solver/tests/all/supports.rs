@@ -110,7 +110,7 @@ fn a_pinned_end_takes_no_moment_and_springs_bear_the_weight_as_well() {
         if pinned {
             model.pin(SEGMENTS - 1);
         } else {
-            model.soften(SEGMENTS - 1, &Springs { force: [400.0, 600.0], moment: [2.0, 2.0, 1.0] });
+            model.soften(SEGMENTS - 1, &Springs { force: [400.0, 400.0, 600.0], moment: [2.0, 2.0, 1.0] });
         }
         let weight: f64 = model.segments.iter().map(|segment| 9.81 * segment.mass()).sum();
         let mut simulation = Simulation::new(&model, &state, &sharp(formulation), None).unwrap();
@@ -212,7 +212,10 @@ fn springs_yield_by_force_over_stiffness() {
         let start = |state: &State| state.positions[0] - state.axis(0) * (0.5 * LENGTH / SEGMENTS as f64);
         (start(&state) - start(&first), first.orientations[0].rotation_to(&state.orientations[0]).scaled_axis())
     };
-    let soft = |force: [f64; 2], [bend, twist]: [f64; 2]| Springs { force, moment: [bend, bend, twist] };
+    let soft = |[across, along]: [f64; 2], [bend, twist]: [f64; 2]| Springs {
+        force: [across, across, along],
+        moment: [bend, bend, twist],
+    };
     let none = f64::INFINITY;
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let (shift, _) = yields(soft([none, rate], [none; 2]), x * force, z * torque);
@@ -229,12 +232,21 @@ fn springs_yield_by_force_over_stiffness() {
     let (_, turn) = yields(soft([none; 2], [turning, none]), z * 0.0, y * torque);
     assert!((turn - y * angle).norm() < 1e-5, "{turn} {angle}");
     assert_eq!(soft([none; 2], [none; 2]), Springs::RIGID);
-    // Of three springs each yields about its own axis: d1, d2, d3, which are here -z, y, x.
+    // Of three springs each yields along or about its own axis: d1, d2, d3, which are here -z, y, x.
+    let rates = [300.0, rate, 100.0];
+    let all = Springs { force: rates, ..Springs::RIGID };
+    for (axis, rate) in [-z, y, x].into_iter().zip(rates) {
+        let (shift, _) = yields(all, axis * force, z * 0.0);
+        assert!((shift - axis * (force / rate)).norm() < 1e-5, "{rate}: {shift}");
+    }
+    let (shift, _) = yields(all, (x + y - z) * force, z * 0.0);
+    let expected = (x / rates[2] + y / rates[1] - z / rates[0]) * force;
+    assert!((shift - expected).norm() < 1e-5, "{shift} {expected}");
     for (k, axis) in [-z, y, x].into_iter().enumerate() {
         let mut moment = [40.0, 30.0, 20.0];
         moment[k] = turning;
         let compliance = if k == 2 { half / (2.0 * stiffness) } else { half / stiffness };
-        let (_, turn) = yields(Springs { force: [none; 2], moment }, z * 0.0, axis * torque);
+        let (_, turn) = yields(Springs { force: [none; 3], moment }, z * 0.0, axis * torque);
         let angle = (torque * (1.0 / turning + compliance)).asin();
         assert!((turn - axis * angle).norm() < 1e-5, "{k}: {turn} {angle}");
     }

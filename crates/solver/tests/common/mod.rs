@@ -151,7 +151,10 @@ pub fn dense_matrix(system: &System<f64>) -> DMatrix<f64> {
             j.fixed_view_mut::<3, 3>(6 * k + 3, 6 * body + 3).copy_from(&(g * -sigma));
         }
         let d = v(system.bodies[a].axis);
-        let stretch = Matrix3::identity() * terms.shear + d * d.transpose() * terms.stretch_extra;
+        let d2 = rotation(system.bodies[a].orientation).column(1).into_owned();
+        let second = system.shear_extra.get(k).map_or(0.0, |&extra| extra);
+        let stretch =
+            Matrix3::identity() * terms.shear + d * d.transpose() * terms.stretch_extra + d2 * d2.transpose() * second;
         let bend = Matrix3::from_diagonal(&v(system.bend_twist_compliance(k)));
         alpha.fixed_view_mut::<3, 3>(6 * k, 6 * k).copy_from(&stretch);
         alpha.fixed_view_mut::<3, 3>(6 * k + 3, 6 * k + 3).copy_from(&bend);

@@ -52,6 +52,7 @@ impl Motion {
                 rest_frames: [UnitQuaternion::identity(); 2],
                 stretch_compliance: 1e-9,
                 shear_compliance: 1e-9,
+                shear_extra: 0.0,
                 bend_compliance: 1e-3,
                 bend_extra: 0.0,
                 twist_compliance: 1e-3,

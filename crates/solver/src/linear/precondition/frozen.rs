@@ -96,6 +96,10 @@ impl Frozen {
             same = false;
             self.rest.bend_extra.clone_from(&system.bend_extra);
         }
+        if self.rest.shear_extra != system.shear_extra {
+            same = false;
+            self.rest.shear_extra.clone_from(&system.shear_extra);
+        }
         if !same {
             self.is_factored = self.factor.factor(&self.rest).is_ok();
         }

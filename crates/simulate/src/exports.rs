@@ -1,0 +1,72 @@
+//! `simulate export`: files for other programs, of a run on the disk.
+
+use anyhow::{Context, Result, bail};
+use export::{RunFolder, TrajectoryReader, write_format};
+use scene::Scene;
+use terminal::say;
+
+use crate::Outcome;
+use crate::cli::ExportArgs;
+use crate::files::{OBSTACLES, TRAJECTORY, Wanted};
+use crate::rods;
+use crate::scenes::{is_known, named};
+
+/// Writes the files that are asked for into the folder of a run.
+pub(crate) fn export(args: &ExportArgs) -> Result<Outcome> {
+    let file = args.folder.join(TRAJECTORY);
+    if !file.is_file() {
+        bail!("FOLDER: {} has no {TRAJECTORY}, which a run with --out writes", args.folder.display());
+    }
+    let mut trajectory = TrajectoryReader::open(&file).context("FOLDER")?;
+    let scene = scene(args, &trajectory)?;
+    let rods = rods::numbers(&scene, &args.rods, &args.export)?;
+    let part = Wanted { rods, ..Wanted::plain(&args.folder) }.part(&scene.model);
+    let has_obstacles = !scene.model.contacts.obstacles.is_empty();
+    let names = args.export.iter().flat_map(|format| format.outputs().iter().copied());
+    let names: Vec<&str> = names.filter(|name| has_obstacles || *name != OBSTACLES).collect();
+
+    let folder = RunFolder::add(&args.folder, &names).context("FOLDER")?;
+    let has_forces = trajectory.joints() > 0 || scene.model.joints.is_empty();
+    trajectory.every(args.every.unwrap_or(1));
+    if let Some(part) = &part {
+        trajectory.only(&part.segments, &part.joints);
+    }
+    let model = part.as_ref().map_or(&scene.model, |part| &part.model);
+    for &format in &args.export {
+        write_format(format, folder.path(), &mut trajectory, model).context("--export")?;
+    }
+    if !args.quiet {
+        say!("wrote {} to {}", names.join(", "), args.folder.display())?;
+        if !has_forces {
+            say!("without forces of joints: the run has kept none, as one with --export does")?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+/// The scene of the run.
+fn scene(args: &ExportArgs, trajectory: &TrajectoryReader) -> Result<Scene> {
+    let (folder, own) = (args.folder.display(), &trajectory.info().scene);
+    if args.scene.is_none() && !is_known(own) {
+        bail!(
+            "FOLDER: {folder} has a run of the scene `{own}`, which does not come with the program: say --scene FILE.toml"
+        );
+    }
+    let scene = named(args.scene.as_ref().unwrap_or(own), args.seed, args.index).context("--scene")?;
+    let (model, name) = (&scene.model, &scene.name);
+    if model.has_timed_grips() {
+        bail!(
+            "FOLDER: {name} has grips that take hold or let go on the way (`from_s`, `until_s`), of which a folder keeps no \
+             trace; give --export to the run itself"
+        );
+    }
+    let joints = if trajectory.joints() > 0 { trajectory.joints() } else { model.joints.len() };
+    for (what, found, needed) in
+        [("segments", model.segments.len(), trajectory.segments()), ("joints", model.joints.len(), joints)]
+    {
+        if found != needed {
+            bail!("--scene: the scene {name} has {found} {what}, but the run in {folder} has {needed}");
+        }
+    }
+    Ok(scene)
+}
