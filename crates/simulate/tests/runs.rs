@@ -52,6 +52,7 @@ fn help_explains_every_flag() {
         "steps",
         "dt",
         "formulation",
+        "tangent",
         "integrator",
         "solver",
         "preconditioner",
@@ -98,6 +99,17 @@ fn every_builtin_scene_runs_with_bdf2_which_the_summary_names() {
     let (code, out, _) = texts(&output);
     assert_eq!(code, Some(0));
     assert!(out.contains("formulation newton, integrator bdf2, solver direct, guess step-adaptive"), "{out}");
+}
+
+#[test]
+fn the_exact_tangent_is_named_by_the_summary() {
+    let flags = ["helix", "--steps", "2", "--formulation", "newton", "--tangent"];
+    let with = |tangent| [&flags[..], &[tangent]].concat();
+    for (tangent, named) in [("exact", "formulation newton, tangent exact, solver"), ("positive", "newton, solver")] {
+        assert_eq!(json(&with(tangent))["tangent"], tangent);
+        let (_, out, _) = texts(&run(&with(tangent)));
+        assert!(out.contains(named), "{out}");
+    }
 }
 
 #[test]

@@ -14,9 +14,14 @@
 //! left out: a part of the inertia that is of first order in the turn from the predicted pose, BDF2's gyroscopic share, and
 //! how frames turn in which stretch is measured (of first order in the strain). So convergence is nearly quadratic.
 
+mod cholesky;
 pub mod curvature;
 pub mod elimination;
-pub mod ldl;
+mod halves;
+mod node;
+mod series;
+mod stiffness;
+mod sweep;
 
 use nalgebra::{Matrix3, Vector3};
 
