@@ -23,7 +23,8 @@ use nalgebra::Vector6;
 
 use super::Equations;
 use super::halves::Halves;
-use super::sweep::{Problem, Sweep};
+use super::problem::Problem;
+use super::sweep::Sweep;
 use crate::kernel::dispatch::vectorized;
 use crate::topology::Topology;
 

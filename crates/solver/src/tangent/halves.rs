@@ -3,7 +3,8 @@
 use nalgebra::Vector6;
 
 use super::node::{Factor, Left, Terms, column, set_column};
-use super::sweep::{Problem, Sweep, six};
+use super::problem::{Problem, six};
+use super::sweep::Sweep;
 use crate::kernel::Spatial;
 use crate::kernel::lane::{Both, Real};
 use crate::topology::{Node, Topology};

@@ -10,6 +10,9 @@
 //! degree two in u alone is `P + E + E^T`, and gamma meets u in `P + E`. So gamma is eliminated in two blocks of
 //! [`Series`], those of stretch-shear and of bend-twist; E has entries in the second alone.
 
+// Rows and columns are numbered as in the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use super::series::{Root, Series};
 use super::stiffness::{Stiffness, in_rows, on_rows};
 use crate::kernel::Spatial;

@@ -11,6 +11,9 @@
 //! `1 + delta_k p_k` is regular however small delta_k is. All are positive where the energy beyond the joint is at a minimum
 //! with u held.
 
+// Rows and columns are numbered as in the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use super::stiffness::Stiffness;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Sym3, Vec3};

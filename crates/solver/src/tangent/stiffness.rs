@@ -3,6 +3,9 @@
 //! A joint's Jacobian is `J = sigma [I, -[r]x; 0, -I]` with the arm r of its connector. It is its own inverse, so that all of
 //! a body can be said in a joint's rows instead: a matrix is `J^T P J` there, in which the sign drops out.
 
+// Rows and columns are numbered as in the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use crate::kernel::Spatial;
 use crate::kernel::lane::{Both, Real};
 use crate::kernel::math::{Sym3, Vec3, map_rows, sum, transposed};

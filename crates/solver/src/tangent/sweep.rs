@@ -1,14 +1,14 @@
 //! The way up the tree of joints, which eliminates node after node, and the way down, which substitutes.
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::Vector6;
 
 use super::cholesky::Cholesky;
+use super::far::take_row_off;
 use super::node::{Factor, Left, Terms, column, set_column};
-use super::series::Root;
+use super::problem::{Problem, six};
 use super::stiffness::Stiffness;
-use super::{Equations, JointEquation};
 use crate::kernel::Spatial;
-use crate::kernel::math::{Sym3, Vec3};
+use crate::kernel::math::Sym3;
 use crate::topology::{Leaves, Node, Topology};
 
 /// The first share of its own mass by which a body is made heavier where the eigenvalues have wrong signs.
@@ -19,99 +19,6 @@ const SHIFT_GROWTH: f64 = 4.0;
 const TRIALS: usize = 25;
 /// The same as a share of the body's block of K, where that is more: a system may have next to no mass.
 const FIRST_SHARE: f64 = 1e-9;
-/// Where a joint holds a body to one that is held, what its rows yield at least, as a share of what the body's mass does, or
-/// what the joint does where it bends, if that is less. A Newton step is wrong by that share there, and as many digits are
-/// left of what is added to the stiffness.
-const LEAST_YIELD: f64 = 1e-8;
-
-/// What is to be solved.
-pub(super) struct Problem<'a> {
-    /// Who is joined to whom, with the far body as one that is held.
-    pub(super) topology: &'a Topology,
-    /// The body that comes last, to which all may be coupled.
-    pub(super) far: Option<usize>,
-    pub(super) equations: &'a Equations,
-}
-
-#[inline(always)]
-fn vector(x: &Vector3<f64>) -> Vec3<f64> {
-    Vec3([x.x, x.y, x.z])
-}
-
-#[inline(always)]
-fn symmetric(m: &Matrix3<f64>) -> Sym3<f64> {
-    Sym3([m.m11, m.m22, m.m33, m.m12, m.m13, m.m23])
-}
-
-#[inline(always)]
-pub(super) fn spatial([linear, angular]: &[Vector3<f64>; 2]) -> Spatial<f64> {
-    Spatial { linear: vector(linear), angular: vector(angular) }
-}
-
-#[inline(always)]
-pub(super) fn six(x: Spatial<f64>) -> Vector6<f64> {
-    Vector6::from(x.to_array())
-}
-
-impl Problem<'_> {
-    #[inline(always)]
-    pub(super) fn nodes(&self) -> &[Node] {
-        self.topology.elimination.as_deref().unwrap_or(&[])
-    }
-
-    #[inline(always)]
-    pub(super) fn is_held(&self, body: u32) -> bool {
-        self.equations.bodies[body as usize].is_held()
-    }
-
-    /// Whether a body's movement is not that of its node.
-    #[inline(always)]
-    fn is_apart(&self, body: u32) -> bool {
-        self.is_held(body) || self.far == Some(body as usize)
-    }
-
-    /// A body before any of its joints is eliminated.
-    #[inline(always)]
-    pub(super) fn fresh<const M: usize>(&self, body: u32) -> Left<f64, M> {
-        let own = &self.equations.bodies[body as usize];
-        let mass = if own.is_held() { 1.0 } else { own.mass };
-        let stiffness = Stiffness::of_parts(Sym3::identity(mass), symmetric(&own.turning));
-        Left::new(stiffness, spatial(&own.defect))
-    }
-
-    #[inline(always)]
-    fn joint(&self, node: &Node) -> &JointEquation {
-        &self.equations.joints[node.joint as usize]
-    }
-
-    #[inline(always)]
-    pub(super) fn terms(&self, node: &Node) -> Terms<f64> {
-        let joint = self.joint(node);
-        let outer_is_a = self.topology.joints[node.joint as usize][0] == node.outer;
-        let m = &joint.coupling;
-        let rows = [[m.m11, m.m12, m.m13], [m.m21, m.m22, m.m23], [m.m31, m.m32, m.m33]];
-        let columns = [[m.m11, m.m21, m.m31], [m.m12, m.m22, m.m32], [m.m13, m.m23, m.m33]];
-        let [a, b] = [vector(&joint.arms[0]), vector(&joint.arms[1])];
-        let (sigma, arms, coupling) = if outer_is_a { (1.0, [a, b], rows) } else { (-1.0, [b, a], columns) };
-        let compliance = [symmetric(&joint.compliance[0]), symmetric(&joint.compliance[1])];
-        Terms { sigma, arms, compliance, coupling, rhs: spatial(&joint.rhs) }
-    }
-
-    /// `alpha~^-1` of a joint at whose outer end stands a body that is held, or comes last.
-    fn hold(&self, node: &Node, terms: &Terms<f64>) -> Option<[Sym3<f64>; 2]> {
-        let bodies = &self.equations.bodies;
-        let masses = [node.inner, node.outer].map(|body| bodies[body as usize].mass);
-        let mass = masses.into_iter().find(|mass| mass.is_finite()).unwrap_or(f64::INFINITY);
-        let squared = self.joint(node).length * self.joint(node).length;
-        let Sym3([xx, yy, zz, ..]) = terms.compliance[1];
-        let bending = xx.max(yy).max(zz) * squared;
-        let yielding = if bending > 0.0 { bending.min(1.0 / mass) } else { 1.0 / mass };
-        let least = [LEAST_YIELD * yielding, LEAST_YIELD * yielding / squared];
-        let [stretch, bend] = [0, 1].map(|part| Root::new(terms.compliance[part]).inverse(least[part]));
-        Some([stretch?, bend?])
-    }
-}
-
 /// Memory of both ways. Left-overs and factors have M columns: one alone, and one for each movement of the far body.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep<const M: usize> {
@@ -243,65 +150,6 @@ impl<const M: usize> Sweep<M> {
         None
     }
 
-    /// What a joint adds to its inner body, whose outer body is held or comes last.
-    #[cold]
-    fn hang(&mut self, problem: &Problem<'_>, node: &Node, terms: &Terms<f64>) -> Option<Left<f64, M>> {
-        let [stretch, bend] = problem.hold(node, terms)?;
-        let pull = |x: Spatial<f64>| Spatial { linear: stretch.apply(x.linear), angular: bend.apply(x.angular) };
-        let spring = Stiffness::of_parts(stretch, bend);
-        let force = pull(terms.rhs);
-        let mut added = Left::new(spring.seen(terms.arms[1]), terms.on_inner(force));
-        let outer = node.outer as usize;
-        if !problem.is_held(node.outer) {
-            for k in 0..6 {
-                let mut unit = [0.0; 6];
-                unit[k] = 1.0;
-                let c = terms.of_outer(Spatial::from_array(unit));
-                let mut on_inner = Spatial::zero().plus(pull(c), -1.0);
-                on_inner.angular += terms.coupled(c.angular);
-                set_column(&mut added.forces, 1 + k, terms.on_inner(on_inner));
-            }
-            let own = Left::new(spring.seen(terms.arms[0]), terms.on_outer(force));
-            self.left[outer] = self.left[outer].plus(&own);
-        }
-        Some(added)
-    }
-
-    /// What the elimination of a node leaves of the far body. `forces` are those on the outer body, in the joint's rows.
-    #[inline(always)]
-    fn change_far(
-        &mut self,
-        problem: &Problem<'_>,
-        factor: &Factor<f64, M>,
-        terms: &Terms<f64>,
-        forces: &[[f64; M]; 6],
-    ) {
-        let Some(far) = problem.far else { return };
-        let left = &mut self.left[far];
-        for part in &factor.parts {
-            for k in 0..3 {
-                take_row_off(left, &part.alone[k], part.weight(k));
-            }
-        }
-        for (rhs, row) in terms.rhs.to_array().into_iter().zip(forces) {
-            for (own, x) in left.forces.iter_mut().zip(&row[1..]) {
-                own[0] += rhs * x;
-            }
-        }
-    }
-
-    /// Adds to the far body what a node adds to its inner body, which it is.
-    #[cold]
-    fn close(&mut self, added: &Left<f64, M>, far: usize) {
-        let f = |r: usize, c: usize| added.forces[r][1 + c];
-        let both = |r: usize, c: usize| -f(r, c) - f(c, r);
-        let corner = |k: usize| Sym3([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(r, c)| both(k + r, k + c)));
-        let mixed = [0, 1, 2].map(|r| [3, 4, 5].map(|c| both(r, c)));
-        let crossed = Stiffness { translation: corner(0), mixed, turning: corner(3) };
-        let own = Left::new(added.stiffness.plus(&crossed), column(&added.forces, 0));
-        self.left[far] = self.left[far].plus(&own);
-    }
-
     /// Eliminates a body that is left alone, one whose rows have such a `length`.
     fn eliminate_root(&mut self, problem: &Problem<'_>, body: u32, length: f64) -> bool {
         if problem.is_held(body) {
@@ -376,17 +224,6 @@ impl<const M: usize> Sweep<M> {
             transmitted
         };
         multipliers[node.joint as usize] = -six(transmitted);
-    }
-}
-
-/// Takes a row that has been eliminated off the far body.
-#[inline(always)]
-fn take_row_off<const M: usize>(far: &mut Left<f64, M>, row: &[f64; M], weight: f64) {
-    let mut movement = [0.0; 6];
-    movement.copy_from_slice(&row[1..]);
-    far.stiffness.subtract(movement, weight);
-    for (own, x) in far.forces.iter_mut().zip(movement) {
-        own[0] += weight * row[0] * x;
     }
 }
 
