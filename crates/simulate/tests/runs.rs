@@ -107,7 +107,8 @@ fn the_exact_tangent_is_named_by_the_summary() {
     let with = |tangent| [&flags[..], &[tangent]].concat();
     for (tangent, named) in [("exact", "formulation newton, tangent exact, solver"), ("positive", "newton, solver")] {
         assert_eq!(json(&with(tangent))["tangent"], tangent);
-        let (_, out, _) = texts(&run(&with(tangent)));
+        let output = run(&with(tangent));
+        let (_, out, _) = texts(&output);
         assert!(out.contains(named), "{out}");
     }
 }
