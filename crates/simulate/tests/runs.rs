@@ -131,7 +131,7 @@ fn json_has_all_keys() {
         keys(&summary),
         "connected_sets contact_tolerance dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
          guess integrator interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
-         threads times_real_time tolerance wall_s work worst_residuals"
+         tangent threads times_real_time tolerance wall_s work worst_residuals"
     );
     assert_eq!(keys(&summary["stages_s"]), "assemble contact drag guess predict solve update");
     assert_eq!(
