@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use dataset::Scenario;
 use export::Format;
 use scene::{Origin, Scene};
-use solver::formulation::{ContactProjection, Formulation};
+use solver::formulation::{ContactProjection, Formulation, Tangent};
 use solver::integrator::Integrator;
 use solver::linear::precondition::PreconditionerKind;
 
@@ -73,6 +73,10 @@ pub(crate) struct SceneArgs {
     /// newton (the integrator's equations in full, the most accurate of them, and slower).
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
+    /// Which matrix newton iterates with: positive, exact (fewer iterations, where joints are bent far from rest; for chains,
+    /// trees and rings without contacts). The motion is the same to the tolerance.
+    #[arg(long, default_value_t = Tangent::default())]
+    pub(crate) tangent: Tangent,
     /// How the motion goes on from step to step: euler (robust; long steps damp swings and waves), bdf2 (of second order:
     /// slow motions keep their energy, fast waves are damped; not with learned guesses).
     #[arg(long, default_value_t = Integrator::default())]

@@ -156,6 +156,7 @@ fn unknown(name: &str) -> Error {
 pub(crate) fn settings(args: &SceneArgs) -> Settings {
     let mut settings = Settings::default();
     settings.step.formulation = args.formulation;
+    settings.step.tangent = args.tangent;
     settings.step.integrator = args.integrator;
     settings.step.relative_tolerance = args.tolerance;
     settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * args.tolerance);

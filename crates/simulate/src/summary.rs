@@ -67,6 +67,7 @@ pub(crate) struct Summary {
     joints: usize,
     connected_sets: usize,
     formulation: &'static str,
+    tangent: &'static str,
     integrator: &'static str,
     solver: String,
     linear_tolerance: Option<f64>,
@@ -144,6 +145,7 @@ impl Summary {
             joints: scene.model.joints.len(),
             connected_sets: simulation.components(),
             formulation: settings.step.formulation.name(),
+            tangent: settings.step.tangent.name(),
             integrator: settings.step.integrator.name(),
             solver: if start.end_to_end > 0 { "none".to_owned() } else { settings.solver.to_string() },
             linear_tolerance: match settings.solver {
@@ -204,11 +206,15 @@ impl Summary {
             String::new()
         };
         let Self { formulation, solver, guess, .. } = self;
+        let tangent = match self.tangent {
+            "positive" => String::new(),
+            other => format!(", tangent {other}"),
+        };
         let integrator = match self.integrator {
             "euler" => String::new(),
             other => format!(", integrator {other}"),
         };
-        say!("formulation {formulation}{integrator}, solver {solver}, guess {guess}{plane}{end}")?;
+        say!("formulation {formulation}{tangent}{integrator}, solver {solver}, guess {guess}{plane}{end}")?;
         if let Some(chosen) = &self.chosen {
             say!("chosen: {chosen}")?;
         }

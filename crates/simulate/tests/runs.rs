@@ -52,6 +52,7 @@ fn help_explains_every_flag() {
         "steps",
         "dt",
         "formulation",
+        "tangent",
         "integrator",
         "solver",
         "preconditioner",
@@ -101,6 +102,18 @@ fn every_builtin_scene_runs_with_bdf2_which_the_summary_names() {
 }
 
 #[test]
+fn the_exact_tangent_is_named_by_the_summary() {
+    let flags = ["helix", "--steps", "2", "--formulation", "newton", "--tangent"];
+    let with = |tangent| [&flags[..], &[tangent]].concat();
+    for (tangent, named) in [("exact", "formulation newton, tangent exact, solver"), ("positive", "newton, solver")] {
+        assert_eq!(json(&with(tangent))["tangent"], tangent);
+        let output = run(&with(tangent));
+        let (_, out, _) = texts(&output);
+        assert!(out.contains(named), "{out}");
+    }
+}
+
+#[test]
 fn random_scenes_are_drawn_by_seed_and_index() {
     let hash =
         |arguments: &[&str]| json(&[&["random-helix", "--steps", "2"], arguments].concat())["final_state_hash"].clone();
@@ -118,7 +131,7 @@ fn json_has_all_keys() {
         keys(&summary),
         "connected_sets contact_tolerance dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
          guess integrator interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
-         threads times_real_time tolerance wall_s work worst_residuals"
+         tangent threads times_real_time tolerance wall_s work worst_residuals"
     );
     assert_eq!(keys(&summary["stages_s"]), "assemble contact drag guess predict solve update");
     assert_eq!(

@@ -1,5 +1,7 @@
 //! One attempt at a step: Algorithm 1 (paper, section 3) for one connected set of segments, or for several in lanes.
 
+mod exact;
+
 use crate::component::{Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
@@ -8,6 +10,8 @@ use crate::kernel::lane::Real;
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::start::{Start, StepGuess};
 use crate::step::{Interval, Status, StepParams};
+
+pub(crate) use exact::{Exact, attempt_exactly};
 
 /// A step converges where an iteration leaves less than this of the residual.
 const CONVERGING: f64 = 0.9;

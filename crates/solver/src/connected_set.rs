@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rod::{Body, Pose, State};
 
-use crate::attempt::{Attempt, attempt, count_step, finish};
+use crate::attempt::{Attempt, Exact, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::guess::InitialGuess;
@@ -14,7 +14,7 @@ use crate::linear::solvers::{SolverError, SolverKind};
 use crate::projection::Predictor;
 use crate::retry::{self, Steps};
 use crate::snapshot::Tape;
-use crate::start::{NoGuess, Start};
+use crate::start::{NoGuess, Start, StepGuess};
 use crate::step::{Interval, Status, StepParams};
 use crate::topology::Topology;
 
@@ -31,6 +31,8 @@ pub(crate) struct ConnectedSet {
     pub(crate) component: Component<f64>,
     pub(crate) members: Members,
     pub(crate) projector: Projector,
+    /// The exact tangent, where steps take it.
+    pub(crate) exact: Option<Box<Exact>>,
     pub(crate) counters: Counters,
     /// The last attempt at a step.
     pub(crate) attempt: Attempt<f64>,
@@ -48,6 +50,7 @@ impl ConnectedSet {
             component,
             members,
             projector,
+            exact: None,
             counters: Counters::default(),
             attempt,
             takes_part: true,
@@ -140,6 +143,9 @@ impl ConnectedSet {
             {
                 *old = new;
             }
+            if self.exact.is_some() {
+                self.exact = Exact::new(&topology);
+            }
             self.component.system.topology = Arc::new(topology);
         }
         self.component.change(0, own, change);
@@ -149,15 +155,19 @@ impl ConnectedSet {
 
 impl Steps for ConnectedSet {
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
-        let Self { component, projector, counters, .. } = self;
-        self.attempt = match projector {
-            Projector::Solve { solver, guess: Some(guess) } if guessing => {
-                attempt(component, interval, params, solver.as_mut(), guess, counters)
+        let Self { component, projector, exact, counters, .. } = self;
+        let mut none = NoGuess;
+        let (solver, guess): (_, &mut dyn StepGuess<f64>) = match projector {
+            Projector::Solve { solver, guess: Some(guess) } if guessing => (solver.as_mut(), guess),
+            Projector::Solve { solver, .. } => (solver.as_mut(), &mut none),
+            Projector::Predict(predictor) => {
+                self.attempt = predictor.attempt(component, interval, params, counters);
+                return self.attempt.status(0);
             }
-            Projector::Solve { solver, .. } => {
-                attempt(component, interval, params, solver.as_mut(), &mut NoGuess, counters)
-            }
-            Projector::Predict(predictor) => predictor.attempt(component, interval, params, counters),
+        };
+        self.attempt = match exact {
+            None => attempt(component, interval, params, solver, guess, counters),
+            Some(exact) => attempt_exactly(component, interval, params, (exact.as_mut(), solver), guess, counters),
         };
         self.attempt.status(0)
     }

@@ -12,6 +12,7 @@
 //!   system of an outer iteration. `linear`: its solvers.
 //! - `component`: the state of a connected set of segments (or of alike ones, one a lane), and each stage of Algorithm 1 on
 //!   it. `guess`, `start`: where a step and its solves begin.
+//! - `tangent`: the exact matrix of Newton's method, and its elimination.
 //! - `step`: what a step is asked for and how it ends. `attempt`: one attempt at a step. `retry`: what becomes of attempts.
 //! - `snapshot`: what of all this the steps to come depend on.
 //! - `connected_set`: a component with its solver, its guess and its counters. `group`: alike sets in lanes. `contact`,
@@ -43,4 +44,5 @@ pub mod start;
 pub mod statics;
 pub mod step;
 pub mod system;
+pub mod tangent;
 pub mod topology;

@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use rod::{Body, Carried, Changing, JointForce, Model, ModelError, State};
 use thiserror::Error;
 
+use crate::attempt::Exact;
 use crate::component::{Alike, Component, Members, has_loose, split, split_alike};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{PairFilter, refuse_overlaps};
 use crate::counters::Counters;
-use crate::formulation::ContactProjection;
+use crate::formulation::{ContactProjection, Tangent};
 use crate::group::Group;
 use crate::guess::InitialGuess;
 use crate::integrator::Integrator;
@@ -54,6 +55,9 @@ pub enum SimulationError {
     /// Predictions in the place of solves with an integrator that they do not know.
     #[error("predictions in the place of solves need integrator euler, not {0}")]
     Projection(Integrator),
+    /// The exact tangent where there is none.
+    #[error("tangent exact needs {0}")]
+    Tangent(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),
@@ -141,6 +145,14 @@ pub(crate) fn without_contacts(model: &Model, what: &'static str) -> Result<(), 
     Err(SimulationError::Contacts { what, between_segments, obstacles })
 }
 
+/// Refuses settings and models that the exact tangent is not for.
+fn exact_tangent_of(model: &Model, settings: &Settings) -> Result<(), SimulationError> {
+    if !settings.step.formulation.momentum() {
+        return Err(SimulationError::Tangent("formulation newton"));
+    }
+    without_contacts(model, "tangent exact")
+}
+
 /// A model in motion.
 pub struct Simulation {
     pieces: Vec<Piece>,
@@ -189,7 +201,11 @@ impl Simulation {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }
         let touches = !model.contacts.is_empty();
-        let grouping = settings.solver == SolverKind::Direct && !touches;
+        let exact = settings.step.tangent == Tangent::Exact;
+        if exact {
+            exact_tangent_of(model, settings)?;
+        }
+        let grouping = settings.solver == SolverKind::Direct && !touches && !exact;
         let mut pieces = Vec::new();
         let mut singles = Vec::new();
         for alike in split_alike(model) {
@@ -214,7 +230,12 @@ impl Simulation {
                 let mut component = Component::new(model, state, alike.topology.clone(), &[&members]);
                 component.integrate_by(settings.step.integrator);
                 let solver = settings.solver.build(model, &members, &alike.topology)?;
-                singles.push(ConnectedSet::new(component, members, Projector::Solve { solver, guess }));
+                let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess });
+                if exact {
+                    let tangent = Exact::new(&alike.topology);
+                    set.exact = Some(tangent.ok_or(SimulationError::Tangent("rods with at most one loop a set"))?);
+                }
+                singles.push(set);
             }
         }
         Self::of(model, state, pieces, singles, settings)

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::contact_params::ContactParams;
-use crate::formulation::{ContactProjection, Formulation};
+use crate::formulation::{ContactProjection, Formulation, Tangent};
 use crate::integrator::Integrator;
 
 /// When the outer iterations end and how far a step may be divided.
@@ -11,6 +11,8 @@ use crate::integrator::Integrator;
 pub struct StepParams {
     /// Equations to solve.
     pub formulation: Formulation,
+    /// Matrix of formulation `newton`.
+    pub tangent: Tangent,
     /// How the motion goes on from step to step.
     pub integrator: Integrator,
     /// Residual to reach, relative to that of the predicted state with lambda = 0 (so that a better start does not buy a
@@ -36,6 +38,7 @@ impl StepParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
         formulation: Formulation::XpbdGeometric,
+        tangent: Tangent::Positive,
         integrator: Integrator::Euler,
         relative_tolerance: 1e-6,
         absolute_tolerance: 1e-9,

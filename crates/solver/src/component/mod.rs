@@ -19,6 +19,7 @@ mod rigid;
 mod snapshot;
 mod split;
 mod state;
+mod tangent;
 mod update;
 
 use std::sync::Arc;

@@ -24,4 +24,5 @@ mod rates;
 mod snapshots;
 mod solids;
 mod supports;
+mod tangent;
 mod validation;

@@ -1,0 +1,112 @@
+//! Outer iterations with the exact tangent: Newton's method on the equations of a step.
+//!
+//! An iteration tries the whole step of [`crate::tangent`], then halves of it, and takes the first that leaves less of the
+//! residual. Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
+
+use super::{Attempt, begin, evaluate, may_go_on, solve, update};
+use crate::component::{BodyPose, Component, Residuals};
+use crate::counters::{Counters, Stopwatch};
+use crate::formulation::Formulation;
+use crate::kernel::Spatial;
+use crate::linear::LinearSolver;
+use crate::start::StepGuess;
+use crate::step::{Interval, StepParams};
+use crate::tangent::Equations;
+use crate::tangent::elimination::Elimination;
+use crate::topology::Topology;
+
+/// Shares of a step that are tried.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+
+/// Memory for steps with the exact tangent.
+#[derive(Clone, Debug)]
+pub(crate) struct Exact {
+    equations: Equations,
+    elimination: Elimination,
+    dp: Vec<Spatial<f64>>,
+    poses: Vec<BodyPose<f64>>,
+    lambda: Vec<Spatial<f64>>,
+}
+
+impl Exact {
+    /// Memory for sets of this connectivity; `None` where it has too many loops.
+    pub(crate) fn new(topology: &Topology) -> Option<Box<Self>> {
+        let (bodies, joints) = (topology.bodies(), topology.joints.len());
+        Some(Box::new(Self {
+            equations: Equations { bodies: Vec::with_capacity(bodies), joints: Vec::with_capacity(joints) },
+            elimination: Elimination::new(topology)?,
+            dp: Vec::with_capacity(bodies),
+            poses: Vec::with_capacity(bodies),
+            lambda: Vec::with_capacity(joints),
+        }))
+    }
+
+    /// One iteration from the last evaluation, which left `residuals`. Returns those after it; `None` where the tangent is of
+    /// no use, and then nothing has changed.
+    fn iterate(
+        &mut self,
+        component: &mut Component<f64>,
+        residuals: &Residuals<f64>,
+        counters: &mut Counters,
+    ) -> Option<Residuals<f64>> {
+        if !component.has_multipliers() {
+            return None;
+        }
+        let mut watch = Stopwatch::start();
+        let Self { equations, elimination, dp, poses, lambda } = self;
+        component.gather(equations);
+        watch.mark(&mut counters.times.assemble);
+        let is_solved = elimination.solve(equations);
+        watch.mark(&mut counters.times.solve);
+        if !is_solved {
+            return None;
+        }
+        component.take_solution(elimination, dp);
+        poses.clone_from(&component.poses);
+        lambda.clone_from(&component.lambda);
+        for share in SHARES {
+            component.go_on_from(poses, lambda, dp, share);
+            watch.mark(&mut counters.times.update);
+            let found = evaluate(component, Formulation::Newton, counters);
+            watch.mark(&mut counters.times.assemble);
+            if found.check.is_finite() && found.worst() < residuals.worst() {
+                component.solves += 1;
+                counters.iterations += 1;
+                counters.segment_iterations += component.segments() as u64;
+                counters.branch_eliminations += component.system.topology.branches as u64;
+                return Some(found);
+            }
+        }
+        component.go_back_to(poses, lambda);
+        evaluate(component, Formulation::Newton, counters);
+        watch.mark(&mut counters.times.assemble);
+        None
+    }
+}
+
+/// [`super::attempt`] with the exact tangent, for formulation `newton`; `solver` solves with the positive matrix.
+pub(crate) fn attempt_exactly(
+    component: &mut Component<f64>,
+    interval: Interval,
+    params: &StepParams,
+    (exact, solver): (&mut Exact, &mut dyn LinearSolver),
+    guess: &mut dyn StepGuess<f64>,
+    counters: &mut Counters,
+) -> Attempt<f64> {
+    let mut attempt = begin(component, interval, params, guess, counters);
+    let mut before = attempt.residuals.worst();
+    for iteration in 0..params.max_iterations.saturating_mul(2) {
+        let now = attempt.residuals.worst();
+        let is_due = now > attempt.target && may_go_on(iteration, now, before, params);
+        if !is_due || !attempt.residuals.check.is_finite() {
+            break;
+        }
+        before = now;
+        attempt.residuals = exact.iterate(component, &attempt.residuals, counters).unwrap_or_else(|| {
+            solve(component, iteration, 1, solver, guess, counters);
+            update(component, params.formulation, 1.0, counters);
+            evaluate(component, params.formulation, counters)
+        });
+    }
+    attempt
+}

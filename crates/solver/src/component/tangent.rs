@@ -1,0 +1,243 @@
+//! Newton's equations of a step with the exact tangent, gathered where poses and multipliers are: see [`crate::tangent`].
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{BodyPose, Component};
+use crate::kernel::Spatial;
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::math::{Sym3, Vec3};
+use crate::tangent::elimination::Elimination;
+use crate::tangent::{BodyEquation, Equations, JointEquation, curvature};
+
+#[inline(always)]
+fn vector(x: Vec3<f64>) -> Vector3<f64> {
+    Vector3::from(x.0)
+}
+
+#[inline(always)]
+fn matrix([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]: [[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, xz, yx, yy, yz, zx, zy, zz)
+}
+
+impl Component<f64> {
+    /// Whether joints transmit anything yet: without it the tangent knows of no stiffness but that of the rows.
+    pub(crate) fn has_multipliers(&self) -> bool {
+        self.lambda.iter().any(|lambda| *lambda != Spatial::zero())
+    }
+
+    /// Gathers the equations at the last evaluation, which must have been of formulation `newton`.
+    pub(crate) fn gather(&self, equations: &mut Equations) {
+        vectorized(
+            #[inline(always)]
+            || self.gather_all(equations),
+        );
+    }
+
+    #[inline(always)]
+    fn gather_all(&self, Equations { bodies, joints }: &mut Equations) {
+        bodies.clear();
+        for i in 0..self.poses.len() {
+            bodies.push(self.body_equation(i));
+        }
+        for rigid in self.rigid.iter().filter(|rigid| self.bodies[rigid.body].free != 0.0) {
+            let inertia = rigid.world_inertia(self.poses[rigid.body].q);
+            bodies[rigid.body].turning = matrix(self.turning(rigid.body, inertia).full());
+        }
+        let dt2 = self.effective * self.effective;
+        for load in &self.loads {
+            let arm = self.system.bodies[load.body].axis * load.offset;
+            bodies[load.body].turning += matrix(curvature::of_force(load.force * dt2, arm).full());
+        }
+        joints.clear();
+        for j in 0..self.system.joints.len() {
+            joints.push(self.joint_equation(j, bodies));
+        }
+    }
+
+    /// Inertia and defect of a body.
+    #[inline(always)]
+    fn body_equation(&self, i: usize) -> BodyEquation {
+        let (terms, constants) = (&self.system.bodies[i], &self.bodies[i]);
+        if terms.inverse_mass == 0.0 {
+            return BodyEquation::held();
+        }
+        let mass = 1.0 / terms.inverse_mass;
+        let inertia =
+            Sym3::identity(constants.transverse) + Sym3::outer(terms.axis, constants.axial - constants.transverse);
+        let turning = matrix(self.turning(i, inertia).full());
+        // What the evaluation has multiplied by its M^-1.
+        let asked = self.momentum[i];
+        let angular = terms.inverse_inertia.inverse().apply(asked.angular);
+        BodyEquation { mass, turning, defect: [vector(asked.linear * mass), vector(angular)] }
+    }
+
+    /// The inertia's share of a body's block of K.
+    #[inline(always)]
+    fn turning(&self, i: usize, inertia: Sym3<f64>) -> Sym3<f64> {
+        let turn = (self.poses[i].q * self.predicted[i].q.conj()).upper();
+        curvature::of_inertia(inertia, turn.w, turn.v * 2.0)
+    }
+
+    /// A joint's share; what turns its bodies is added to theirs.
+    #[inline(always)]
+    fn joint_equation(&self, j: usize, bodies: &mut [BodyEquation]) -> JointEquation {
+        let system = &self.system;
+        let terms = &system.joints[j];
+        let [a, b] = system.topology.joints[j].map(|body| body as usize);
+        let frame = system.frame(j);
+        let mut arms = [system.bodies[a].axis * terms.offsets[0], system.bodies[b].axis * terms.offsets[1]];
+        if let Some(across) = system.across.get(j) {
+            arms = [arms[0] + across[0], arms[1] + across[1]];
+        }
+        let lambda = self.lambda[j];
+        let world = terms.multipliers_to_world(lambda, frame);
+        let kappa = frame.rotate(lambda.angular).dot(terms.t) / (2.0 * terms.length);
+        let (own, coupling) = curvature::of_bend_twist(kappa, world.angular);
+        bodies[a].turning += matrix((own + curvature::of_force(world.linear, arms[0])).full());
+        bodies[b].turning += matrix((own + curvature::of_force(-world.linear, arms[1])).full());
+        // The right-hand side of the dual system has J M^-1 g in it.
+        let rhs = terms.to_world(terms.rhs, frame).plus(system.constraint_change(j, &self.momentum), 1.0);
+        JointEquation {
+            length: terms.length,
+            arms: arms.map(vector),
+            compliance: [matrix(system.stretch_compliance(j).full()), matrix(system.bend_compliance(j).full())],
+            coupling: matrix(coupling),
+            rhs: [vector(rhs.linear), vector(rhs.angular)],
+        }
+    }
+
+    /// Puts poses and multipliers to where a `share` of a step leads from `poses` and `lambda`: by `dp`, one entry a body, and
+    /// the component's `dlambda`. Fixed bodies stay.
+    pub(crate) fn go_on_from(
+        &mut self,
+        poses: &[BodyPose<f64>],
+        lambda: &[Spatial<f64>],
+        dp: &[Spatial<f64>],
+        share: f64,
+    ) {
+        for i in (0..self.segments).filter(|&i| self.bodies[i].free != 0.0) {
+            let (from, dp) = (&poses[i], dp[i]);
+            self.poses[i] = BodyPose { x: from.x + dp.linear * share, q: from.q.turned(dp.angular * share) };
+        }
+        for ((own, &from), &dlambda) in self.lambda.iter_mut().zip(lambda).zip(&self.dlambda) {
+            *own = from.plus(dlambda, share);
+        }
+        // The next evaluation gathers those of the new multipliers.
+        self.pulls_hold = false;
+    }
+
+    /// Puts poses and multipliers back to where a step began.
+    pub(crate) fn go_back_to(&mut self, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
+        self.poses.copy_from_slice(poses);
+        self.lambda.copy_from_slice(lambda);
+        self.pulls_hold = false;
+    }
+
+    /// Takes over an elimination's result: corrections to `dp`, multipliers as the solution of the linear system.
+    pub(crate) fn take_solution(&mut self, elimination: &Elimination, dp: &mut Vec<Spatial<f64>>) {
+        dp.clear();
+        dp.extend(elimination.corrections.iter().map(|&x| Spatial::from_array(x.into())));
+        for (j, &x) in elimination.multipliers.iter().enumerate() {
+            let world = Spatial::from_array(x.into());
+            self.dlambda[j] = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+        }
+        self.drop_free();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::UnitQuaternion;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rod::{Assembly, BodyShape, Load, Material, Pose, RigidBody, RodSpec, shape};
+
+    use super::*;
+    use crate::component::split;
+    use crate::formulation::Formulation;
+
+    fn random(rng: &mut ChaCha8Rng, size: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| rng.random_range(-size..size))
+    }
+
+    /// A helix, its first segment fixed, with a box at its end and a force off the centre of a segment.
+    fn component(force: Vector3<f64>) -> Component<f64> {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let material = Material { youngs_modulus: 1e6, torsion_modulus: 5e5, density: 500.0 };
+        let rod = assembly.rod(&RodSpec::new(shape::helix(Vector3::zeros(), 0.3, 0.4, 1.0, 6), 0.02, material));
+        assembly.fix(rod.start).load(Load { segment: 3, offset: 0.04, force, torque: Vector3::zeros() });
+        let sides = Vector3::new(0.1, 0.2, 0.3);
+        let body = assembly.body(
+            RigidBody::new(BodyShape::Box { sides }, 0.5),
+            Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() },
+        );
+        assembly.join_body(rod.end - 1, 1.0, body, &Vector3::new(0.05, 0.1, -0.15));
+        let (model, state) = assembly.finish();
+        let (members, topology) = split(&model).remove(0);
+        Component::new(&model, &state, Arc::new(topology), &[&members])
+    }
+
+    /// By how much `d.defect` changes beyond `-d.(K d)` along d, and what that is of the sizes of K's blocks.
+    fn remainder(component: &mut Component<f64>, lambda: &[Spatial<f64>], d: &[Spatial<f64>], step: f64) -> f64 {
+        let poses = component.poses.clone();
+        let mut at = |share: f64| {
+            component.go_on_from(&poses, lambda, d, share);
+            component.evaluate(Formulation::Newton);
+            let mut equations = Equations::default();
+            component.gather(&mut equations);
+            equations
+        };
+        let work = |equations: &Equations| -> f64 {
+            let of = |(body, d): (&BodyEquation, &Spatial<f64>)| {
+                body.defect[0].dot(&vector(d.linear)) + body.defect[1].dot(&vector(d.angular))
+            };
+            equations.bodies.iter().zip(d).map(of).sum()
+        };
+        let [ahead, behind, here] = [step, -step, 0.0].map(&mut at);
+        let (mut curvature, mut size) = (0.0, 0.0);
+        for (body, d) in here.bodies.iter().zip(d).filter(|(body, _)| !body.is_held()) {
+            let turn = vector(d.angular);
+            curvature += body.mass * d.linear.norm_squared() + turn.dot(&(body.turning * turn));
+            size += body.turning.norm() * turn.norm_squared();
+        }
+        for (joint, ends) in here.joints.iter().zip(&component.system.topology.joints) {
+            let [a, b] = ends.map(|body| vector(d[body as usize].angular));
+            curvature += 2.0 * a.dot(&(joint.coupling * b));
+        }
+        component.go_back_to(&poses, lambda);
+        (0.5 * (work(&ahead) - work(&behind)) + step * curvature) / size
+    }
+
+    /// One kind at a time, as what is stiff would hide what is soft.
+    #[test]
+    fn the_tangent_is_the_derivative_of_the_residual() {
+        let rng = &mut ChaCha8Rng::seed_from_u64(7);
+        for kind in ["inertia", "load", "stretch-shear", "bend-twist"] {
+            for _ in 0..5 {
+                let mut component = component(random(rng, if kind == "load" { 1e6 } else { 1e-9 }));
+                component.predict(0.0, 0.01, Formulation::Newton);
+                let [stretch, bend] = [("stretch-shear", 1e2), ("bend-twist", 1e2)]
+                    .map(|(name, size)| if kind == name { size } else { 1e-9 });
+                let joints = component.lambda.len();
+                let multiplier =
+                    |rng: &mut ChaCha8Rng| [random(rng, stretch), random(rng, bend)].map(|x| Vec3(x.into()));
+                let lambda: Vec<_> = (0..joints).map(|_| multiplier(rng)).collect();
+                let lambda: Vec<_> = lambda.into_iter().map(|[linear, angular]| Spatial { linear, angular }).collect();
+                for i in 1..component.segments() {
+                    let q = component.poses[i].q;
+                    component.poses[i].q = q.turned(Vec3(random(rng, 0.3).into()));
+                }
+                let mut d: Vec<_> = (0..component.poses.len())
+                    .map(|_| Spatial { linear: Vec3::zero(), angular: Vec3(random(rng, 1.0).into()) })
+                    .collect();
+                d[0] = Spatial::zero();
+                for step in [3e-2, 1e-2, 3e-3] {
+                    let remainder = remainder(&mut component, &lambda, &d, step);
+                    assert!(remainder.abs() < 2.0 * step.powi(3), "{kind} {step}: {remainder:e}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The elimination of Newton's equations along chains, trees and rings, O(N).
+//!
+//! From the leaves to the roots a body is eliminated together with the joint at its inner end: the unknowns z = (dp of the
+//! outer body, -dlambda of the joint) of a node have the 12 x 12 block Z, and B couples them to the inner body,
+//!
+//! ```text
+//! Z = [ K_o  J_o^T ]    B = [ K_oi ]    K_i <- K_i - B^T Z^-1 B
+//!     [ J_o  -a~   ]        [ J_i  ]
+//! ```
+//!
+//! (the primal-dual relative of the Riccati recursion of optimal control; Rao, Wright and Rawlings 1998). J_o has an inverse,
+//! so that a node takes six rows, not twelve ([`super::node`]): with a root `a~ = R R^T` and `P = J_o^-T K_o J_o^-1`,
+//! `I + R^T P R` has as many negative eigenvalues as Z has beyond six (both have the same determinant up to its sign, and no
+//! eigenvalue of either changes its sign alone as a~ goes to 0).
+//!
+//! The matrix has the inertias of its Z and of what is left of the roots' bodies together (Haynsworth 1968). At a minimum of
+//! the energy each Z has six positive and six negative eigenvalues, because bodies and joints beyond a node are at a minimum
+//! with the inner body held, and the six rows are positive. Of a ring one body is left to the end, the far one, to which each
+//! node may then be coupled besides its inner body; Z sees it as held. So where the six rows are not positive the body is
+//! mended: it is made heavier, until they are.
+
+use nalgebra::Vector6;
+
+use super::Equations;
+use super::halves::Halves;
+use super::problem::Problem;
+use super::sweep::Sweep;
+use crate::kernel::dispatch::vectorized;
+use crate::topology::Topology;
+
+#[cfg(test)]
+mod tests;
+
+/// Memory of an elimination, and its result.
+#[derive(Clone, Debug)]
+pub struct Elimination {
+    /// Who is joined to whom, with the far body as one that is held.
+    topology: Topology,
+    memory: Memory,
+    /// dp as (dx, dphi), one entry a body.
+    pub corrections: Vec<Vector6<f64>>,
+    /// dlambda in world rows, one entry a joint.
+    pub multipliers: Vec<Vector6<f64>>,
+    /// Bodies that had to be made heavier.
+    pub mended: usize,
+}
+
+/// What is kept from the way up to the way down.
+#[derive(Clone, Debug)]
+enum Memory {
+    /// Without loops, the halves of a chain side by side.
+    Tree(Sweep<1>, Halves),
+    /// With a far body, the one without which there would be no loop: six more columns.
+    Ring(Sweep<7>, usize),
+}
+
+impl Elimination {
+    /// Memory for systems of this connectivity; `None` where one body less would leave loops.
+    pub fn new(topology: &Topology) -> Option<Self> {
+        let without = |far: usize| {
+            let mut fixed = topology.fixed.clone();
+            fixed[far] = true;
+            Some(Topology::new(topology.joints.clone(), fixed)).filter(|less| less.elimination.is_some())
+        };
+        let (topology, memory) = match topology.elimination {
+            Some(_) => (topology.clone(), Memory::Tree(Sweep::new(topology), Halves::new(topology))),
+            None => {
+                let (topology, far) = (0..topology.bodies()).find_map(|far| Some((without(far)?, far)))?;
+                let memory = Memory::Ring(Sweep::new(&topology), far);
+                (topology, memory)
+            }
+        };
+        let corrections = vec![Vector6::zeros(); topology.bodies()];
+        let multipliers = vec![Vector6::zeros(); topology.joints.len()];
+        Some(Self { topology, memory, corrections, multipliers, mended: 0 })
+    }
+
+    /// Solves the equations; returns whether it could. It cannot where a joint without compliance holds two bodies to each
+    /// other that are both held, and where numbers are not finite.
+    pub fn solve(&mut self, equations: &Equations) -> bool {
+        let Self { topology, memory, corrections, multipliers, mended } = self;
+        corrections.fill(Vector6::zeros());
+        let solved = vectorized(
+            #[inline(always)]
+            || match memory {
+                Memory::Tree(sweep, halves) => {
+                    let problem = Problem { topology, far: None, equations };
+                    halves.solve(sweep, &problem, corrections, multipliers).then_some(sweep.mended)
+                }
+                Memory::Ring(sweep, far) => {
+                    let problem = Problem { topology, far: Some(*far), equations };
+                    sweep.solve(&problem, corrections, multipliers).then_some(sweep.mended)
+                }
+            },
+        );
+        *mended = solved.unwrap_or(0);
+        solved.is_some()
+    }
+}
