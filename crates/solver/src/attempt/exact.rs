@@ -48,19 +48,14 @@ impl Exact {
         }
         let mut watch = Stopwatch::start();
         let Self { equations, elimination, dp, poses, lambda } = self;
-        component.gather(equations);
+        component.gather(equations, 1.0);
         watch.mark(&mut counters.times.assemble);
         let is_solved = elimination.solve(equations);
         watch.mark(&mut counters.times.solve);
         if !is_solved {
             return None;
         }
-        dp.clear();
-        dp.extend(elimination.corrections.iter().map(|&x| Spatial::from_array(x.into())));
-        for (j, &x) in elimination.multipliers.iter().enumerate() {
-            component.take_solution(j, Spatial::from_array(x.into()));
-        }
-        component.drop_free();
+        component.take_solution(elimination, dp);
         poses.clone_from(&component.poses);
         lambda.clone_from(&component.lambda);
         for share in SHARES {

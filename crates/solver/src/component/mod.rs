@@ -5,6 +5,7 @@
 
 mod beyond;
 mod drag;
+mod equilibrium;
 mod evaluate;
 mod forces;
 mod hold;

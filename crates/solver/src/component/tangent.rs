@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::tangent::elimination::Elimination;
 use crate::tangent::{BodyEquation, Equations, JointEquation, curvature};
 
 fn vector(x: Vec3<f64>) -> Vector3<f64> {
@@ -26,11 +27,12 @@ impl Component<f64> {
         self.lambda.iter().any(|lambda| *lambda != Spatial::zero())
     }
 
-    /// Gathers the equations at the last evaluation, which must have been of formulation `newton`.
-    pub(crate) fn gather(&self, equations: &mut Equations) {
+    /// Gathers the equations at the last evaluation, which must have been of formulation `newton`; K has this `share` of the
+    /// inertia.
+    pub(crate) fn gather(&self, equations: &mut Equations, share: f64) {
         let Equations { bodies, joints } = equations;
         bodies.clear();
-        bodies.extend((0..self.poses.len()).map(|i| self.body_equation(i)));
+        bodies.extend((0..self.poses.len()).map(|i| self.body_equation(i, share)));
         let dt2 = self.effective * self.effective;
         for load in &self.loads {
             let arm = self.system.bodies[load.body].axis * load.offset;
@@ -43,8 +45,8 @@ impl Component<f64> {
         }
     }
 
-    /// Inertia and defect of a body.
-    fn body_equation(&self, i: usize) -> BodyEquation {
+    /// A `share` of the inertia, and the defect of a body.
+    fn body_equation(&self, i: usize, share: f64) -> BodyEquation {
         let terms = &self.system.bodies[i];
         if terms.inverse_mass == 0.0 {
             return BodyEquation::held();
@@ -55,11 +57,11 @@ impl Component<f64> {
         let axes = rotation(q);
         let inertia = axes * Matrix3::from_diagonal(&vector(self.moments(i, 0))) * axes.transpose();
         let slope = curvature::of_inertia(&inertia, turn.w, &vector(turn.v * 2.0));
-        let turning = (slope + slope.transpose()) * 0.5;
+        let turning = (slope + slope.transpose()) * (0.5 * share);
         // What the evaluation has multiplied by its M^-1.
         let asked = self.momentum[i];
         let angular = symmetric(terms.inverse_inertia.inverse()) * vector(asked.angular);
-        BodyEquation { mass, turning, defect: [vector(asked.linear) * mass, angular] }
+        BodyEquation { mass: mass * share, turning, defect: [vector(asked.linear) * mass, angular] }
     }
 
     /// A joint's share; what turns its bodies is added to theirs.
@@ -122,9 +124,15 @@ impl Component<f64> {
         self.pulls_hold = false;
     }
 
-    /// Takes over multipliers of world rows as the solution of the linear system.
-    pub(crate) fn take_solution(&mut self, j: usize, world: Spatial<f64>) {
-        self.dlambda[j] = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+    /// Takes over an elimination's result: corrections to `dp`, multipliers as the solution of the linear system.
+    pub(crate) fn take_solution(&mut self, elimination: &Elimination, dp: &mut Vec<Spatial<f64>>) {
+        dp.clear();
+        dp.extend(elimination.corrections.iter().map(|&x| Spatial::from_array(x.into())));
+        for (j, &x) in elimination.multipliers.iter().enumerate() {
+            let world = Spatial::from_array(x.into());
+            self.dlambda[j] = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+        }
+        self.drop_free();
     }
 }
 
@@ -169,7 +177,7 @@ mod tests {
             component.go_on_from(&poses, lambda, d, share);
             component.evaluate(Formulation::Newton);
             let mut equations = Equations::default();
-            component.gather(&mut equations);
+            component.gather(&mut equations, 1.0);
             equations
         };
         let work = |equations: &Equations| -> f64 {

@@ -25,6 +25,8 @@ type Vector12 = SVector<f64, 12>;
 
 /// The first share of its own mass by which a body is made heavier where the eigenvalues have wrong signs.
 const FIRST_SHIFT: f64 = 0.25;
+/// The same as a share of its block of K, where that is more: statics has next to no mass.
+const FIRST_SHARE: f64 = 1e-9;
 /// Growth of that share from one trial to the next.
 const SHIFT_GROWTH: f64 = 4.0;
 /// Most trials at a node. The last makes the body 10^14 times as heavy: beyond that it is no matter of signs.
@@ -252,7 +254,7 @@ impl Elimination {
         if !scaled.iter().all(|x| x.is_finite()) {
             return None;
         }
-        let mut next = FIRST_SHIFT;
+        let mut next = FIRST_SHIFT.max(FIRST_SHARE * scaled.fixed_view::<6, 6>(0, 0).amax());
         for trial in 0..TRIALS {
             if let Some(factor) = Ldl::new(scaled)
                 && factor.negative == negative

@@ -1,0 +1,77 @@
+//! By how much turns are made stiffer than they are, as by a tension.
+
+use super::{Descent, Wind};
+use crate::component::Component;
+
+/// The least, over the scale of forces: more than rounding errors.
+const LEAST: f64 = 1e-7;
+/// The first that is tried where the least does not do. A tension as large as the largest force would outdo any push.
+const FIRST: f64 = 0.25;
+/// Growth from one trial to the next.
+const GROWTH: f64 = 4.0;
+
+/// A force [N]: times its length it is added to the turning stiffness of a segment.
+///
+/// A step tries a smaller one than the last took, the smaller the more often that went well.
+pub(super) struct Shift {
+    /// The scale: the largest force in the joints so far, moments over the total length included, and at first ten times
+    /// that of bending, B / L^2.
+    scale: f64,
+    total: f64,
+    /// Over the scale, the one that the last step took and the one that is tried now.
+    last: f64,
+    tried: f64,
+    /// By what the next is smaller.
+    down: f64,
+    rejected: usize,
+}
+
+impl Shift {
+    pub(super) fn new(component: &mut Component<f64>, descent: &mut Descent, wind: &Wind) -> Self {
+        let total: f64 = descent.lengths.iter().sum();
+        component.evaluate_equilibrium(&wind.forces);
+        component.gather(&mut descent.equations, 1.0);
+        let bending = descent.equations.joints.iter().map(|joint| {
+            let compliance = joint.compliance[1].trace() / 3.0;
+            1.0 / (compliance * joint.length * total * total)
+        });
+        let scale = 10.0 * bending.filter(|force| force.is_finite()).fold(0.0, f64::max);
+        Self { scale: scale.max(f64::MIN_POSITIVE), total, last: LEAST, tried: LEAST, down: GROWTH, rejected: 0 }
+    }
+
+    /// The one to try first.
+    pub(super) fn begin(&mut self, component: &Component<f64>) {
+        for lambda in &component.lambda {
+            let moment = lambda.angular.norm_squared().sqrt() / self.total;
+            self.scale = self.scale.max(lambda.linear.norm_squared().sqrt()).max(moment);
+        }
+        self.tried = (self.last / self.down).max(LEAST);
+        self.rejected = 0;
+    }
+
+    /// The next to try.
+    pub(super) fn grow(&mut self) {
+        self.rejected += 1;
+        self.tried = if self.tried < self.last { self.last } else { (GROWTH * self.tried).max(FIRST) };
+    }
+
+    /// The one that is tried is taken.
+    pub(super) fn taken(&mut self) {
+        self.last = self.tried;
+        self.down = if self.rejected == 0 { self.down * GROWTH } else { self.down.sqrt().max(2.0) };
+    }
+
+    /// Begins with the least again.
+    pub(super) fn forget(&mut self) {
+        self.last = LEAST;
+    }
+
+    pub(super) fn is_least(&self) -> bool {
+        self.tried <= LEAST
+    }
+
+    /// [N]
+    pub(super) fn force(&self) -> f64 {
+        self.tried * self.scale
+    }
+}
