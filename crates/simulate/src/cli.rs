@@ -267,6 +267,9 @@ pub(crate) struct StaticArgs {
     /// in many more solves).
     #[arg(long, default_value_t = StaticMethod::default())]
     pub(crate) method: StaticMethod,
+    /// End at an unstable equilibrium that is met, such as a straight column under too large a load, instead of leaving it.
+    #[arg(long)]
+    pub(crate) keep_unstable: bool,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value = "1e-9", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,

@@ -61,10 +61,10 @@ pub(super) fn descend(component: &mut Component<f64>, elimination: Elimination, 
     };
     component.begin_equilibrium();
     let mut wind = Wind::new(component);
-    let mut shift = Shift::new(component, &mut descent, &wind);
+    let mut shift = Shift::new(component, &mut descent, &wind, is_held);
     let mut pushes = 0;
     while descent.report.steps < descent.limit {
-        let has_changed = wind.follow(component, descent.report.movement);
+        let waits = descent.report.steps > 0 && wind.follow(component, descent.report.movement);
         let residuals = component.evaluate_equilibrium(&wind.forces);
         let Some(tried) = descent.solve(component, &residuals, &mut shift) else { break };
         descent.step(component, &residuals, &shift, &topology, tried.turn);
@@ -72,7 +72,7 @@ pub(super) fn descend(component: &mut Component<f64>, elimination: Elimination, 
         if report.movement.is_nan() {
             break;
         }
-        if report.movement > params.tolerance || has_changed {
+        if report.movement > params.tolerance || waits {
             continue;
         }
         if shift.is_least() {
@@ -138,6 +138,10 @@ impl Descent {
             }
             if !self.elimination.solve(&self.equations) {
                 return None;
+            }
+            if std::env::var("SDEBUG").is_ok() {
+                let turn = self.elimination.corrections.iter().map(|dp| dp.fixed_rows::<3>(3).norm()).fold(0.0, f64::max);
+                eprintln!("{:3} shift {:.1e} turn {turn:.2e} mended {} res {:.1e} {:.1e} {:.1e} last {:.1e}", self.report.steps, shift.force(), self.elimination.mended, residuals.stretch, residuals.bend, residuals.momentum, self.report.movement);
             }
             let is_right = self.elimination.mended == 0;
             is_saddle |= !is_right && shift.is_least();

@@ -3,9 +3,9 @@
 use super::{Descent, Wind};
 use crate::component::Component;
 
-/// The least, over the scale of forces: more than rounding errors.
+/// Less than this, over the scale of forces, is none.
 const LEAST: f64 = 1e-7;
-/// The first that is tried where the least does not do. A tension as large as the largest force would outdo any push.
+/// The first that is tried where it does not go without. A tension as large as the largest force would outdo any push.
 const FIRST: f64 = 0.25;
 /// Growth from one trial to the next.
 const GROWTH: f64 = 4.0;
@@ -15,9 +15,11 @@ const GROWTH: f64 = 4.0;
 /// A step tries a smaller one than the last took, the smaller the more often that went well.
 pub(super) struct Shift {
     /// The scale: the largest force in the joints so far, moments over the total length included, and at first ten times
-    /// that of bending, B / L^2.
+    /// that of bending, B / L^2 of the softest joint.
     scale: f64,
     total: f64,
+    /// The least, over the scale: none, or of a set that nothing holds more than rounding errors.
+    least: f64,
     /// Over the scale, the one that the last step took and the one that is tried now.
     last: f64,
     tried: f64,
@@ -27,7 +29,7 @@ pub(super) struct Shift {
 }
 
 impl Shift {
-    pub(super) fn new(component: &mut Component<f64>, descent: &mut Descent, wind: &Wind) -> Self {
+    pub(super) fn new(component: &mut Component<f64>, descent: &mut Descent, wind: &Wind, is_held: bool) -> Self {
         let total: f64 = descent.lengths.iter().sum();
         component.evaluate_equilibrium(&wind.forces);
         component.gather(&mut descent.equations, 1.0);
@@ -35,8 +37,10 @@ impl Shift {
             let compliance = joint.compliance[1].trace() / 3.0;
             1.0 / (compliance * joint.length * total * total)
         });
-        let scale = 10.0 * bending.filter(|force| force.is_finite()).fold(0.0, f64::max);
-        Self { scale: scale.max(f64::MIN_POSITIVE), total, last: LEAST, tried: LEAST, down: GROWTH, rejected: 0 }
+        let least = if is_held { 0.0 } else { LEAST };
+        let softest = bending.fold(f64::INFINITY, f64::min);
+        let scale = if softest.is_finite() { 10.0 * softest } else { 0.0 };
+        Self { scale: scale.max(f64::MIN_POSITIVE), total, least, last: least, tried: least, down: GROWTH, rejected: 0 }
     }
 
     /// The one to try first.
@@ -45,7 +49,8 @@ impl Shift {
             let moment = lambda.angular.norm_squared().sqrt() / self.total;
             self.scale = self.scale.max(lambda.linear.norm_squared().sqrt()).max(moment);
         }
-        self.tried = (self.last / self.down).max(LEAST);
+        let next = self.last / self.down;
+        self.tried = if next > LEAST { next } else { self.least };
         self.rejected = 0;
     }
 
@@ -63,11 +68,11 @@ impl Shift {
 
     /// Begins with the least again.
     pub(super) fn forget(&mut self) {
-        self.last = LEAST;
+        self.last = self.least;
     }
 
     pub(super) fn is_least(&self) -> bool {
-        self.tried <= LEAST
+        self.tried <= self.least
     }
 
     /// [N]

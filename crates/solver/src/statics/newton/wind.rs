@@ -9,9 +9,9 @@ use crate::kernel::Spatial;
 /// Where no segment moves further in a step, drag is brought up to date [segment lengths, rad].
 const CALM: f64 = 0.03;
 /// The first share of a change of the drag that is taken.
-const FIRST: f64 = 0.5;
+const FIRST: f64 = 0.25;
 /// Least and largest share.
-const SHARES: [f64; 2] = [0.02, 1.0];
+const SHARES: [f64; 2] = [0.05, 0.5];
 
 /// The forces of air and weight on the bodies of a component.
 pub(super) struct Wind {
@@ -55,6 +55,7 @@ impl Wind {
             }
         }
         forces.iter_mut().zip(new.iter()).for_each(|(force, &change)| *force = force.plus(change, *share));
+        if std::env::var("SDEBUG").is_ok() { eprintln!("   wind share {share:.2e} {:.2e}", new.iter().map(|x| x.dot(*x)).sum::<f64>().sqrt()); }
         last.clone_from(new);
         false
     }
