@@ -25,9 +25,11 @@ impl Component<f64> {
         self.pushed = vec![Spatial::zero(); poses.len()];
     }
 
-    /// Gathers weight and drag at the current poses [N, N m], one entry a body.
-    pub(crate) fn weigh(&mut self, forces: &mut Vec<Spatial<f64>>) {
-        self.evaluate_drag(0.0, 1.0);
+    /// Gathers weight [N], one entry a body, and with `drag` also that at the current poses [N, N m].
+    pub(crate) fn weigh(&mut self, forces: &mut Vec<Spatial<f64>>, drag: bool) {
+        if drag {
+            self.evaluate_drag(0.0, 1.0);
+        }
         forces.clear();
         forces.resize(self.poses.len(), Spatial::zero());
         for (i, force) in forces[..self.segments].iter_mut().enumerate() {
@@ -36,7 +38,7 @@ impl Component<f64> {
                 continue;
             }
             let mut change = Spatial { linear: self.gravity, angular: Vec3::zero() };
-            if let Some(drag) = &self.drag {
+            if let Some(drag) = self.drag.as_ref().filter(|_| drag) {
                 // The mass is that with what drag adds to it, which the impulse makes up for.
                 change.linear += drag.impulses[i].linear;
                 change.angular = self.poses[i].q.rotate(drag.impulses[i].angular);

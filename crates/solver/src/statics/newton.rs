@@ -2,7 +2,7 @@
 //!
 //! Multipliers are forces, and of the inertia next to nothing is left. At a minimum of the energy the elimination finds the
 //! right signs of the tangent's eigenvalues. Elsewhere the turns are made stiffer until it does, as a tension in the rods
-//! would make them ([`Shift`]): steps go down in energy, and no turn is longer than [`LARGEST_TURN`]. A small step along which
+//! would make them ([`Shift`]): steps go down in energy, and turns are limited. A small step along which
 //! the energy curves down goes on that far, and so an unstable equilibrium is left at once.
 
 mod shift;
@@ -24,16 +24,17 @@ use wind::Wind;
 /// Share of the inertia that is left [1/s^2]: what moves by e in 10^4 s counts as at rest. Where nothing is held, whatever moves
 /// a set as a whole meets no other resistance; then it is more than rounding errors.
 const INERTIA: [f64; 2] = [1e-8, 1e-5];
-/// Largest turn of a segment in one step [rad].
-const LARGEST_TURN: f64 = 1.5;
-/// A step that asks for this many of them is not taken; a shorter one is scaled down.
+/// Largest turn of a segment in one step, and of one segment against its neighbour [rad]: whole turns must not be lost.
+const LARGEST_TURN: f64 = 2.0;
+const LARGEST_BEND: f64 = 1.0;
+/// A step that asks for this many times as much is not taken; a shorter one is scaled down.
 const FAR: f64 = 8.0;
-/// Turns up to this many are rounding errors [rad].
+/// Turns up to this many of the largest are rounding errors.
 const ROUNDING: f64 = 1e-13;
 /// Gap by which a step that is lengthened may miss [segment lengths].
 const GAP: f64 = 0.1;
 /// Solves after which the method is given up.
-const MOST_SOLVES: usize = 200;
+const MOST_SOLVES: usize = 120;
 /// Unstable equilibria that are left before the method is given up.
 const MOST_PUSHES: usize = 3;
 /// Turn by which an unstable equilibrium is left [rad].
@@ -67,7 +68,7 @@ pub(super) fn descend(component: &mut Component<f64>, elimination: Elimination, 
         let waits = descent.report.steps > 0 && wind.follow(component, descent.report.movement);
         let residuals = component.evaluate_equilibrium(&wind.forces);
         let Some(tried) = descent.solve(component, &residuals, &mut shift) else { break };
-        descent.step(component, &residuals, &shift, &topology, tried.turn);
+        descent.step(component, &residuals, &shift, &topology, tried.size);
         let report = &mut descent.report;
         if report.movement.is_nan() {
             break;
@@ -97,8 +98,8 @@ pub(super) fn descend(component: &mut Component<f64>, elimination: Elimination, 
 
 /// A solve that is taken.
 struct Tried {
-    /// Its largest turn [rad].
-    turn: f64,
+    /// Its largest turn, over what is allowed.
+    size: f64,
     /// Whether the signs were wrong with the least shift.
     is_saddle: bool,
 }
@@ -127,7 +128,7 @@ impl Descent {
             return None;
         }
         // Multipliers that are zero know of no tension yet, and the first turns are far too large.
-        let far = if self.report.steps == 0 { f64::INFINITY } else { FAR * LARGEST_TURN };
+        let is_first = self.report.steps == 0;
         let mut is_saddle = false;
         shift.begin(component);
         loop {
@@ -139,20 +140,24 @@ impl Descent {
             if !self.elimination.solve(&self.equations) {
                 return None;
             }
-            if std::env::var("SDEBUG").is_ok() {
-                let turn = self.elimination.corrections.iter().map(|dp| dp.fixed_rows::<3>(3).norm()).fold(0.0, f64::max);
-                eprintln!("{:3} shift {:.1e} turn {turn:.2e} mended {} res {:.1e} {:.1e} {:.1e} last {:.1e}", self.report.steps, shift.force(), self.elimination.mended, residuals.stretch, residuals.bend, residuals.momentum, self.report.movement);
-            }
             let is_right = self.elimination.mended == 0;
             is_saddle |= !is_right && shift.is_least();
-            let squares = self.elimination.corrections.iter().map(|dp| dp.fixed_rows::<3>(3).norm_squared());
-            let turn = squares.fold(0.0, f64::max).sqrt();
-            if (is_right && turn <= far) || self.report.steps >= self.limit {
-                shift.taken();
-                return Some(Tried { turn, is_saddle });
+            let size = self.size(&component.system.topology);
+            if (is_right && (size <= FAR || is_first)) || self.report.steps >= self.limit {
+                shift.taken(size > FAR);
+                return Some(Tried { size, is_saddle });
             }
             shift.grow();
         }
+    }
+
+    /// The largest turn of the last solve, over what is allowed.
+    fn size(&self, topology: &Topology) -> f64 {
+        let turn = |body: usize| self.elimination.corrections[body].fixed_rows::<3>(3);
+        let own = (0..self.lengths.len()).map(|body| turn(body).norm_squared()).fold(0.0, f64::max).sqrt();
+        let ends = topology.joints.iter().map(|ends| ends.map(|body| body as usize));
+        let bend = ends.map(|[a, b]| (turn(a) - turn(b)).norm_squared()).fold(0.0, f64::max).sqrt();
+        (own / LARGEST_TURN).max(bend / LARGEST_BEND)
     }
 
     /// Goes as far as the turns allow.
@@ -162,11 +167,11 @@ impl Descent {
         residuals: &Residuals<f64>,
         shift: &Shift,
         topology: &Topology,
-        turn: f64,
+        size: f64,
     ) {
-        let mut share = (LARGEST_TURN / turn).min(1.0);
-        if !shift.is_least() && (ROUNDING..LARGEST_TURN).contains(&turn) && self.curvature(component, topology) < 0.0 {
-            share = (LARGEST_TURN / turn).min((GAP / residuals.stretch).max(1.0));
+        let mut share = size.recip().min(1.0);
+        if !shift.is_least() && (ROUNDING..1.0).contains(&size) && self.curvature(component, topology) < 0.0 {
+            share = size.recip().min((GAP / residuals.stretch).max(1.0));
         }
         component.take_solution(&self.elimination, &mut self.dp);
         // Forces follow from the balance whatever the share of the step; moments are those of the bending.

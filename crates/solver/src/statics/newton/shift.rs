@@ -14,8 +14,8 @@ const GROWTH: f64 = 4.0;
 ///
 /// A step tries a smaller one than the last took, the smaller the more often that went well.
 pub(super) struct Shift {
-    /// The scale: the largest force in the joints so far, moments over the total length included, and at first ten times
-    /// that of bending, B / L^2 of the softest joint.
+    /// The scale: the weights' sum and ten times the force of bending, B / L^2 of the softest joint; later the largest force
+    /// in the joints so far, moments over the total length included, where that is more.
     scale: f64,
     total: f64,
     /// The least, over the scale: none, or of a set that nothing holds more than rounding errors.
@@ -39,7 +39,9 @@ impl Shift {
         });
         let least = if is_held { 0.0 } else { LEAST };
         let softest = bending.fold(f64::INFINITY, f64::min);
-        let scale = if softest.is_finite() { 10.0 * softest } else { 0.0 };
+        let bending = if softest.is_finite() { 10.0 * softest } else { 0.0 };
+        let weight: f64 = wind.forces.iter().map(|force| force.linear.norm_squared().sqrt()).sum();
+        let scale = bending + weight;
         Self { scale: scale.max(f64::MIN_POSITIVE), total, least, last: least, tried: least, down: GROWTH, rejected: 0 }
     }
 
@@ -60,10 +62,12 @@ impl Shift {
         self.tried = if self.tried < self.last { self.last } else { (GROWTH * self.tried).max(FIRST) };
     }
 
-    /// The one that is tried is taken.
-    pub(super) fn taken(&mut self) {
-        self.last = self.tried;
-        self.down = if self.rejected == 0 { self.down * GROWTH } else { self.down.sqrt().max(2.0) };
+    /// The one that is tried is taken; the next begins with more where the step was far too large.
+    pub(super) fn taken(&mut self, is_far: bool) {
+        if !is_far {
+            self.down = if self.rejected == 0 { self.down * GROWTH } else { self.down.sqrt().max(2.0) };
+        }
+        self.last = if is_far { FIRST.max(self.tried) * self.down } else { self.tried };
     }
 
     /// Begins with the least again.

@@ -27,7 +27,7 @@ pub(super) struct Wind {
 impl Wind {
     pub(super) fn new(component: &mut Component<f64>) -> Self {
         let mut forces = Vec::new();
-        component.weigh(&mut forces);
+        component.weigh(&mut forces, false);
         Self { forces, new: Vec::new(), last: Vec::new(), share: FIRST }
     }
 
@@ -39,7 +39,7 @@ impl Wind {
         if movement > CALM {
             return true;
         }
-        component.weigh(&mut self.new);
+        component.weigh(&mut self.new, true);
         let Self { forces, new, last, share } = self;
         // `new` becomes the difference.
         new.iter_mut().zip(forces.iter()).for_each(|(new, &force)| *new = new.plus(force, -1.0));
@@ -55,7 +55,6 @@ impl Wind {
             }
         }
         forces.iter_mut().zip(new.iter()).for_each(|(force, &change)| *force = force.plus(change, *share));
-        if std::env::var("SDEBUG").is_ok() { eprintln!("   wind share {share:.2e} {:.2e}", new.iter().map(|x| x.dot(*x)).sum::<f64>().sqrt()); }
         last.clone_from(new);
         false
     }
