@@ -21,7 +21,11 @@ const ROUNDING: f64 = 1e-13;
 const LONGEST: f64 = 1e6;
 
 /// Follows the flow to its end.
-pub(super) fn relax(component: &mut Component<f64>, solver: &mut dyn LinearSolver, params: &StaticParams) -> StaticReport {
+pub(super) fn relax(
+    component: &mut Component<f64>,
+    solver: &mut dyn LinearSolver,
+    params: &StaticParams,
+) -> StaticReport {
     let mut report = StaticReport::default();
     let mut dt = params.first_dt;
     let mut longest = params.first_dt * LONGEST;

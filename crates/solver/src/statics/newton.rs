@@ -198,10 +198,17 @@ impl Descent {
             2.0 * turn(a as usize).dot(&(joint.coupling * turn(b as usize)))
         };
         let coupled: f64 = equations.joints.iter().zip(&topology.joints).map(joint).sum();
-        let strain: f64 = equations.joints.iter().zip(&elimination.multipliers).map(|(joint, change)| {
-            let part = |k: usize| change.fixed_rows::<3>(3 * k).dot(&(joint.compliance[k] * change.fixed_rows::<3>(3 * k)));
-            part(0) + part(1)
-        }).sum();
+        let strain: f64 = equations
+            .joints
+            .iter()
+            .zip(&elimination.multipliers)
+            .map(|(joint, change)| {
+                let part = |k: usize| {
+                    change.fixed_rows::<3>(3 * k).dot(&(joint.compliance[k] * change.fixed_rows::<3>(3 * k)))
+                };
+                part(0) + part(1)
+            })
+            .sum();
         own + coupled + strain
     }
 

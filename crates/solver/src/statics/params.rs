@@ -33,7 +33,13 @@ pub struct StaticParams {
 
 impl Default for StaticParams {
     fn default() -> Self {
-        Self { method: StaticMethod::default(), leave_unstable: true, tolerance: 1e-9, first_dt: 1e-2, max_steps: 10_000 }
+        Self {
+            method: StaticMethod::default(),
+            leave_unstable: true,
+            tolerance: 1e-9,
+            first_dt: 1e-2,
+            max_steps: 10_000,
+        }
     }
 }
 
