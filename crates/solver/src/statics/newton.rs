@@ -31,6 +31,8 @@ const LARGEST_BEND: f64 = 1.0;
 const FAR: f64 = 8.0;
 /// Turns up to this many of the largest are rounding errors.
 const ROUNDING: f64 = 1e-13;
+/// Where steps this small do not shrink, what nothing resists drifts by rounding errors [segment lengths, rad].
+const DRIFT: f64 = 1e-6;
 /// Gap by which a step that is lengthened may miss [segment lengths].
 const GAP: f64 = 0.1;
 /// Solves after which the method is given up.
@@ -68,8 +70,12 @@ pub(super) fn descend(component: &mut Component<f64>, elimination: Elimination, 
         let waits = descent.report.steps > 0 && wind.follow(component, descent.report.movement);
         let residuals = component.evaluate_equilibrium(&wind.forces);
         let Some(tried) = descent.solve(component, &residuals, &mut shift) else { break };
+        let before = descent.report.movement;
         descent.step(component, &residuals, &shift, &topology, tried.size);
         let report = &mut descent.report;
+        if report.movement > 0.9 * before && report.movement.max(before) < DRIFT {
+            shift.steady();
+        }
         if report.movement.is_nan() {
             break;
         }
@@ -212,11 +218,12 @@ impl Descent {
         own + coupled + strain
     }
 
-    /// Turns the segments a little, each another way, but always the same.
+    /// Turns the segments a little, in long waves.
     fn push(&mut self, component: &mut Component<f64>) {
+        let count = self.dp.len() as f64;
         for (k, dp) in self.dp.iter_mut().enumerate() {
-            let k = k as f64;
-            let axis = Vec3([(0.7 * k).sin(), (0.3 + 1.1 * k).sin(), (1.3 * k).cos()]);
+            let place = (k as f64 + 1.0) / count;
+            let axis = Vec3([(1.3 * place).sin(), (2.3 * place).sin(), (4.1 * place).sin()]);
             *dp = Spatial { linear: Vec3::zero(), angular: axis * PUSH };
         }
         component.dlambda.fill(Spatial::zero());

@@ -5,6 +5,8 @@ use crate::component::Component;
 
 /// Less than this, over the scale of forces, is none.
 const LEAST: f64 = 1e-7;
+/// The largest that the least becomes.
+const MOST_LEAST: f64 = 1e-6;
 /// The first that is tried where it does not go without. A tension as large as the largest force would outdo any push.
 const FIRST: f64 = 0.25;
 /// Growth from one trial to the next.
@@ -18,7 +20,7 @@ pub(super) struct Shift {
     /// in the joints so far, moments over the total length included, where that is more.
     scale: f64,
     total: f64,
-    /// The least, over the scale: none, or of a set that nothing holds more than rounding errors.
+    /// The least, over the scale: none, or more than rounding errors where there is motion that nothing resists.
     least: f64,
     /// Over the scale, the one that the last step took and the one that is tried now.
     last: f64,
@@ -68,6 +70,11 @@ impl Shift {
             self.down = if self.rejected == 0 { self.down * GROWTH } else { self.down.sqrt().max(2.0) };
         }
         self.last = if is_far { FIRST.max(self.tried) * self.down } else { self.tried };
+    }
+
+    /// Makes the least larger.
+    pub(super) fn steady(&mut self) {
+        self.least = (10.0 * self.least).clamp(LEAST, MOST_LEAST);
     }
 
     /// Begins with the least again.
