@@ -25,8 +25,8 @@ pub struct StaticReport {
     pub steps: usize,
     /// Largest movement in the last step of any connected set.
     pub movement: f64,
-    /// Whether the energy is at a minimum, by the signs of the tangent's eigenvalues: nothing that moves the segments grows
-    /// faster than by e in 10^4 s. `None` where there is no equilibrium, and where the flow found it.
+    /// Whether the energy is at a minimum, by the signs of the tangent's eigenvalues; in wind, that in the drag as it is there.
+    /// What nothing resists counts as stable. `None` where there is no equilibrium, and where the flow found it.
     pub stable: Option<bool>,
 }
 
