@@ -25,7 +25,7 @@ use crate::keep::Keep;
 use crate::measured::Measured;
 use crate::reached::Reached;
 use crate::rods;
-use crate::scenes::{Begin, scene, settings, use_threads};
+use crate::scenes::{Begin, overlapping, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use terminal::{Progress, say};
 
@@ -66,7 +66,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     };
     let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
         Some(SimulationError::Overlap(overlap)) => {
-            let what = format!("{}: {}", scene_args.scene, scenes::overlapping(&scene, overlap));
+            let what = format!("{}: {}", scene_args.scene, overlapping(&scene, overlap));
             error.context(what)
         }
         _ => error,

@@ -54,7 +54,7 @@ impl Exact {
         }
         let mut watch = Stopwatch::start();
         let Self { equations, elimination, dp, poses, lambda } = self;
-        component.gather(equations);
+        component.gather(equations, 1.0);
         watch.mark(&mut counters.times.assemble);
         let is_solved = elimination.solve(equations);
         watch.mark(&mut counters.times.solve);

@@ -6,6 +6,7 @@
 mod apart;
 mod beyond;
 mod drag;
+mod equilibrium;
 mod evaluate;
 mod forces;
 mod hold;

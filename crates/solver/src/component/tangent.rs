@@ -25,23 +25,24 @@ impl Component<f64> {
         self.lambda.iter().any(|lambda| *lambda != Spatial::zero())
     }
 
-    /// Gathers the equations at the last evaluation, which must have been of formulation `newton`.
-    pub(crate) fn gather(&self, equations: &mut Equations) {
+    /// Gathers the equations at the last evaluation, which must have been of formulation `newton`; K has this `share` of the
+    /// inertia.
+    pub(crate) fn gather(&self, equations: &mut Equations, share: f64) {
         vectorized(
             #[inline(always)]
-            || self.gather_all(equations),
+            || self.gather_all(equations, share),
         );
     }
 
     #[inline(always)]
-    fn gather_all(&self, Equations { bodies, joints }: &mut Equations) {
+    fn gather_all(&self, Equations { bodies, joints }: &mut Equations, share: f64) {
         bodies.clear();
         for i in 0..self.poses.len() {
-            bodies.push(self.body_equation(i));
+            bodies.push(self.body_equation(i, share));
         }
         for rigid in self.rigid.iter().filter(|rigid| self.bodies[rigid.body].free != 0.0) {
             let inertia = rigid.world_inertia(self.poses[rigid.body].q);
-            bodies[rigid.body].turning = matrix(self.turning(rigid.body, inertia).full());
+            bodies[rigid.body].turning = matrix(self.turning(rigid.body, inertia * share).full());
         }
         let dt2 = self.effective * self.effective;
         for load in &self.loads {
@@ -54,9 +55,9 @@ impl Component<f64> {
         }
     }
 
-    /// Inertia and defect of a body.
+    /// A `share` of the inertia, and the defect of a body.
     #[inline(always)]
-    fn body_equation(&self, i: usize) -> BodyEquation {
+    fn body_equation(&self, i: usize, share: f64) -> BodyEquation {
         let (terms, constants) = (&self.system.bodies[i], &self.bodies[i]);
         if terms.inverse_mass == 0.0 {
             return BodyEquation::held();
@@ -64,11 +65,11 @@ impl Component<f64> {
         let mass = 1.0 / terms.inverse_mass;
         let inertia =
             Sym3::identity(constants.transverse) + Sym3::outer(terms.axis, constants.axial - constants.transverse);
-        let turning = matrix(self.turning(i, inertia).full());
+        let turning = matrix(self.turning(i, inertia * share).full());
         // What the evaluation has multiplied by its M^-1.
         let asked = self.momentum[i];
         let angular = terms.inverse_inertia.inverse().apply(asked.angular);
-        BodyEquation { mass, turning, defect: [vector(asked.linear * mass), vector(angular)] }
+        BodyEquation { mass: mass * share, turning, defect: [vector(asked.linear * mass), vector(angular)] }
     }
 
     /// The inertia's share of a body's block of K.
@@ -186,7 +187,7 @@ mod tests {
             component.go_on_from(&poses, lambda, d, share);
             component.evaluate(Formulation::Newton);
             let mut equations = Equations::default();
-            component.gather(&mut equations);
+            component.gather(&mut equations, 1.0);
             equations
         };
         let work = |equations: &Equations| -> f64 {
