@@ -1,7 +1,7 @@
 //! Static analysis: the stable equilibrium that a state comes to.
 //!
-//! Chains, trees and rings: Newton's method with the exact tangent, down in energy ([`newton`]). Sets with several loops, and
-//! what Newton's method does not bring to rest: a flow ([`flow`]), which takes many more solves. Both leave an unstable
+//! Chains, trees and rings: Newton's method with the exact tangent, down in energy (`newton.rs`). Sets with several loops, and
+//! what Newton's method does not bring to rest: a flow (`flow.rs`), which takes many more solves. Both leave an unstable
 //! equilibrium where rounding or the state's own imperfection pushes, as a real rod would.
 
 mod flow;
