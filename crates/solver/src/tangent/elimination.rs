@@ -9,7 +9,7 @@
 //! ```
 //!
 //! (the primal-dual relative of the Riccati recursion of optimal control; Rao, Wright and Rawlings 1998). J_o has an inverse,
-//! so that a node takes six rows, not twelve ([`super::node`]): with a root `a~ = R R^T` and `P = J_o^-T K_o J_o^-1`,
+//! so that a node takes six rows, not twelve (`node.rs`): with a root `a~ = R R^T` and `P = J_o^-T K_o J_o^-1`,
 //! `I + R^T P R` has as many negative eigenvalues as Z has beyond six (both have the same determinant up to its sign, and no
 //! eigenvalue of either changes its sign alone as a~ goes to 0).
 //!
