@@ -412,3 +412,45 @@ fn a_ball_falls_at_its_terminal_speed() {
     let (_, end) = run(&model, &state, &Settings::default(), 0.02, 500);
     assert!((-end.velocities[ball].z / terminal - 1.0).abs() < 1e-6);
 }
+
+/// A finger, guided by what moves with the jaw, presses a cable against it with 30 N, and all go up by 20 cm. Friction holds
+/// the cable where both sides together bear its weight, 2 mu N > m (g + a): m g is 1.48 N and the most that is needed 1.66 N.
+#[test]
+fn a_gripper_lifts_a_cable_where_friction_bears_its_weight() {
+    let lifted = |friction: f64| {
+        let up = "motion = { times_s = [0, 0.5, 1.5], shifts_m = [[0, 0, 0], [0, 0, 0], [0, 0, 0.2]], interpolation = \"smooth\" }";
+        let part = |name: &str, friction: f64, [x, y, z]: [f64; 3], sides: &str, motion: &str| {
+            format!(
+                "[[obstacles]]\nname = \"{name}\"\nfriction = {friction}\nshape.box = {{ sides_m = {sides}, centre_m = [{x}, {y}, \
+                 {z}] }}\n{motion}\n"
+            )
+        };
+        let text = [
+            format!("run = {{ dt_s = 0.005, steps = 320 }}\ndamping = {{ linear_per_s = 0.5, angular_per_s = 1 }}\ncontact.friction = {friction}\n"),
+            "[[rods]]\nname = \"cable\"\nradius_m = 0.01\nyoungs_modulus_pa = 1e7\ndensity_kg_m3 = 1200\nshape.straight = { start_m = \
+             [-0.2, 0, 0.0601], direction = [1, 0, 0], length_m = 0.4, segments = 20 }\n"
+                .to_owned(),
+            part("left", 0.5, [-0.15, 0.0, 0.0], "[0.04, 0.1, 0.1]", ""),
+            part("right", 0.5, [0.15, 0.0, 0.0], "[0.04, 0.1, 0.1]", ""),
+            part("jaw", friction, [0.0, 0.021, 0.06], "[0.06, 0.02, 0.06]", up),
+            part("shelf", 0.0, [0.0, -0.075, 0.015], "[0.06, 0.1, 0.01]", up),
+            part("roof", 0.0, [0.0, -0.075, 0.1052], "[0.06, 0.1, 0.01]", up),
+            "[[bodies]]\nname = \"finger\"\nmass_kg = 0.2\nposition_m = [0, -0.05, 0.0601]\nshape.box = { sides_m = [0.06, 0.06, 0.08] }\n\
+             loads = [{ times_s = [0, 0.2], forces_n = [[0, 2, 0], [0, 30, 0]] }]\n"
+                .to_owned(),
+        ]
+        .concat();
+        let scene = scene::parse(&text, "gripper.toml").unwrap();
+        let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
+        let mut state = scene.state.clone();
+        for _ in 0..scene.run.steps {
+            simulation.step(scene.run.dt).unwrap();
+        }
+        simulation.store(&mut state);
+        // The finger is segment 0, the cable's two in the middle are 10 and 11.
+        0.5 * (state.positions[10].z + state.positions[11].z) - 0.06
+    };
+    let (slips, holds) = (lifted(0.015), lifted(0.04));
+    println!("lifted by {slips} m and {holds} m");
+    assert!((holds - 0.2).abs() < 4e-3 && slips < 0.1, "{holds} m, {slips} m");
+}

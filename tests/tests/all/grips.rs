@@ -194,3 +194,36 @@ fn springs_that_let_go_hold_nothing_back() {
         assert_eq!(rest.norm() < 1e-6, step >= 20, "step {step}: {rest} N");
     }
 }
+
+/// A straight rod bent to a whole circle, whose ends are held with one pose, of which one is then turned about its tangent:
+/// it leaves its plane at a twist of 2 pi sqrt(3) B / C (Michell 1889), with B / C = 1 / 2.
+#[test]
+fn a_ring_that_its_grip_twists_leaves_its_plane_at_michells_angle() {
+    let out_of_plane = |ratio: f64| {
+        let angle = 360.0 * 3.0_f64.sqrt() * 0.5 * ratio;
+        let push = |segment: usize, force: f64| format!("{{ segment = {segment}, force_n = [0, {force}, 0] }}");
+        let pushes =
+            [(12, 1e-8), (37, -1e-8), (62, 1e-8), (87, -1e-8)].map(|(segment, force)| push(segment, force)).join(", ");
+        let text = format!(
+            "gravity_m_s2 = [0, 0, 0]\nrun = {{ dt_s = 0.02, steps = 5000 }}\ndamping = {{ linear_per_s = 2 }}\n[[rods]]\nradius_m = \
+             0.01\nyoungs_modulus_pa = 1e7\ntorsion_modulus_pa = 1e7\ndensity_kg_m3 = 10\nrest = \"straight\"\nclamp = [\"start-face\", \
+             \"end-face\"]\nloads = [{pushes}]\nshape.arc = {{ radius_m = 1, angle_deg = 360, segments = 100 }}\n[[rods.motions]]\nat = \
+             \"end-face\"\ntimes_s = [0, 20]\nturns_deg = [[0, 0, 0], [{angle}, 0, 0]]\n"
+        );
+        let scene = scene::parse(&text, "ring.toml").unwrap();
+        let settings = Settings {
+            step: StepParams { formulation: Formulation::Newton, ..StepParams::DEFAULT },
+            ..Settings::default()
+        };
+        let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+        let mut state = scene.state.clone();
+        for step in 0..scene.run.steps {
+            assert_eq!(simulation.step(scene.run.dt).unwrap().status, Status::Converged, "step {step}");
+        }
+        simulation.store(&mut state);
+        state.positions.iter().map(|place| place.y.abs()).fold(0.0, f64::max)
+    };
+    let (below, above) = (out_of_plane(0.99), out_of_plane(1.01));
+    println!("out of the plane by {below} m below Michell's angle, by {above} m above");
+    assert!(below < 5e-3 && above > 0.1, "{below} m, {above} m");
+}

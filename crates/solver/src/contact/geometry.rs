@@ -321,13 +321,6 @@ impl Contact {
     /// Evaluates the contact at the components' poses.
     pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[ConnectedSet], poses: Poses) {
         let (index, partner, feature) = self.key;
-        if self.is_of_solid() {
-            let obstacle = partner.obstacle().map(|which| &world.obstacles[which as usize]);
-            if let (Some(body), Some(obstacle)) = (world.body(index, components, poses), obstacle) {
-                self.of_solid(&body, obstacle, poses);
-            }
-            return;
-        }
         let shape = &world.shapes[index as usize];
         let own = Side::of(shape, &components[shape.component as usize].component, poses);
         match partner {
@@ -335,6 +328,12 @@ impl Contact {
                 let shape = &world.shapes[other as usize];
                 let other = Side::of(shape, &components[shape.component as usize].component, poses);
                 self.between(&own, &other, feature, poses);
+            }
+            _ if self.is_of_solid() => {
+                let obstacle = partner.obstacle().map(|which| &world.obstacles[which as usize]);
+                if let (Some(body), Some(obstacle)) = (world.body(index, components, poses), obstacle) {
+                    self.of_solid(&body, obstacle, poses);
+                }
             }
             Partner::Obstacle(index) => {
                 let obstacle = &world.obstacles[index as usize];

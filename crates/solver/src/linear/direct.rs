@@ -11,11 +11,14 @@
 //!
 //! A chain is eliminated from both its ends, its two halves side by side in vector registers.
 
+mod view;
+
+use self::view::View;
 use crate::kernel::Spatial;
-use crate::kernel::block::{Block, InverseMass, Left, NodeFactor, NodeTerms, assemble, at_connector, on_body};
+use crate::kernel::block::{Block, InverseMass, Left, NodeFactor, assemble, at_connector};
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Both, Real};
-use crate::kernel::math::{Quat, Sym3, Vec3, map_rows, sum, transposed};
+use crate::kernel::math::{Sym3, map_rows, sum, transposed};
 use crate::linear::{LinearInfo, LinearSolver};
 use crate::system::{JointTerms, System};
 use crate::topology::{Leaves, Node, Topology};
@@ -105,125 +108,6 @@ pub fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: 
     )
 }
 
-/// A joint as its elimination sees it, gathered from the system.
-struct View<'a, T> {
-    joint: &'a JointTerms<T>,
-    /// Frame of the bend-twist rows.
-    frame: Quat<T>,
-    /// Whether that may not be the frame of body a, or bending about d2 not as about d1.
-    has_beyond: bool,
-    bend_extra: T,
-    /// What [`System::second_shear`] says.
-    second_shear: Option<(Vec3<T>, T)>,
-    axis_a: Vec3<T>,
-    /// +1 where the inner body is the joint's body a, -1 where it is b.
-    sign: T,
-    /// Arms of the outer and the inner connector.
-    arms: [Vec3<T>; 2],
-    /// 1 / m and W of the inner body.
-    inner: (T, Sym3<T>),
-}
-
-impl<'a, T: Real> View<'a, T> {
-    #[inline(always)]
-    fn new(system: &'a System<T>, node: &Node) -> Self {
-        let joint = &system.joints[node.joint as usize];
-        let (outer, inner) = (&system.bodies[node.outer as usize], &system.bodies[node.inner as usize]);
-        let [za, zb] = joint.offsets;
-        let inner_is_a = system.topology.joints[node.joint as usize][0] == node.inner;
-        let (a, sign, z_outer, z_inner) = if inner_is_a { (inner, 1.0, zb, za) } else { (outer, -1.0, za, zb) };
-        let mut view = View {
-            joint,
-            frame: a.orientation,
-            has_beyond: system.has_beyond(),
-            bend_extra: T::zero(),
-            second_shear: None,
-            axis_a: a.axis,
-            sign: T::splat(sign),
-            arms: [outer.axis * z_outer, inner.axis * z_inner],
-            inner: (inner.inverse_mass, inner.inverse_inertia),
-        };
-        if view.has_beyond {
-            view.go_beyond(system, node.joint as usize, inner_is_a);
-        }
-        view
-    }
-
-    /// Takes in what the joint has beyond those of rods.
-    #[inline(always)]
-    fn go_beyond(&mut self, system: &System<T>, joint: usize, inner_is_a: bool) {
-        if let Some([at_a, at_b]) = system.across.get(joint) {
-            let [at_outer, at_inner] = if inner_is_a { [at_b, at_a] } else { [at_a, at_b] };
-            self.arms = [self.arms[0] + *at_outer, self.arms[1] + *at_inner];
-        }
-        self.frame = system.frames.get(joint).copied().unwrap_or(self.frame);
-        self.bend_extra = system.bend_extra.get(joint).copied().unwrap_or(T::zero());
-        self.second_shear = system.second_shear(joint);
-    }
-
-    /// Two side by side; `joint` is made of their joints.
-    #[inline(always)]
-    fn both<'b>(a: &Self, b: &Self, joint: &'b JointTerms<Both<T>>) -> View<'b, Both<T>> {
-        let (qa, qb) = (a.frame, b.frame);
-        View {
-            joint,
-            frame: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
-            has_beyond: a.has_beyond,
-            bend_extra: Both([a.bend_extra, b.bend_extra]),
-            second_shear: a.second_shear.zip(b.second_shear).map(|(a, b)| (Vec3::both(a.0, b.0), Both([a.1, b.1]))),
-            axis_a: Vec3::both(a.axis_a, b.axis_a),
-            sign: Both([a.sign, b.sign]),
-            arms: [Vec3::both(a.arms[0], b.arms[0]), Vec3::both(a.arms[1], b.arms[1])],
-            inner: (Both([a.inner.0, b.inner.0]), Sym3(Both::zip(a.inner.1.0, b.inner.1.0))),
-        }
-    }
-
-    #[inline(always)]
-    fn terms(&self) -> NodeTerms<T> {
-        let bend = if self.has_beyond {
-            self.joint.bend_compliance(self.frame.axis()) + self.joint.second_bending(self.frame, self.bend_extra)
-        } else {
-            self.joint.bend_compliance(self.axis_a)
-        };
-        let mut stretch = self.joint.stretch_compliance(self.axis_a);
-        if let Some((d2, extra)) = self.second_shear {
-            stretch = stretch + Sym3::outer(d2, extra);
-        }
-        NodeTerms {
-            compliance: [stretch, bend],
-            rhs: Spatial::zero().plus(self.joint.to_world(self.joint.rhs, self.frame), self.sign),
-            arms: self.arms,
-        }
-    }
-
-    /// The inner body before any of its joints is eliminated.
-    #[inline(always)]
-    fn fresh(&self) -> Left<T> {
-        Left { inverse_mass: InverseMass::free(self.inner.0, self.inner.1), correction: Spatial::zero() }
-    }
-
-    /// `J M^-1 impulse` of the inner body.
-    #[inline(always)]
-    fn change(&self, impulse: Spatial<T>) -> Spatial<T> {
-        let correction =
-            Spatial { linear: impulse.linear * self.inner.0, angular: self.inner.1.apply(impulse.angular) };
-        at_connector(self.arms[1], correction)
-    }
-
-    /// The joint's impulses on its outer and its inner body.
-    #[inline(always)]
-    fn impulses(&self, x: Spatial<T>) -> [Spatial<T>; 2] {
-        let outer = on_body(self.arms[0], x);
-        [Spatial { linear: -outer.linear, angular: -outer.angular }, on_body(self.arms[1], x)]
-    }
-
-    /// The joint's multipliers.
-    #[inline(always)]
-    fn multipliers(&self, x: Spatial<T>) -> Spatial<T> {
-        self.joint.multipliers_from_world(Spatial::zero().plus(x, self.sign), self.frame)
-    }
-}
-
 /// A body on its own.
 #[inline(always)]
 fn fresh<T: Real>(system: &System<T>, body: u32) -> Left<T> {
@@ -254,6 +138,14 @@ impl<T: Real> TreeFactor<T> {
     /// Solves `A dlambda = b`.
     #[inline(always)]
     pub fn solve(&mut self, system: &System<T>, dlambda: &mut [Spatial<T>]) {
+        match system.has_beyond() {
+            true => self.solve_joints::<true>(system, dlambda),
+            false => self.solve_joints::<false>(system, dlambda),
+        }
+    }
+
+    #[inline(always)]
+    fn solve_joints<const BEYOND: bool>(&mut self, system: &System<T>, dlambda: &mut [Spatial<T>]) {
         let order = system.topology.elimination.as_deref().unwrap_or(&[]);
         let fold = Self::fold(&system.topology);
         let (first, second) = (order.len() - fold.min(1) - 2 * fold, order.len() - fold.min(1) - fold);
@@ -262,27 +154,33 @@ impl<T: Real> TreeFactor<T> {
         self.resumed.clear();
         if fold == 0 {
             let carried = fresh(system, 0);
-            self.factor(system, order, 0, carried);
-            self.substitute(system, order, 0, Spatial::zero(), dlambda);
+            self.factor::<BEYOND>(system, order, 0, carried);
+            self.substitute::<BEYOND>(system, order, 0, Spatial::zero(), dlambda);
             return;
         }
         let (halves, root) = ([&order[first..second], &order[second..second + fold]], &order[second + fold..]);
-        let start = self.factor(system, &order[..first], 0, fresh(system, order[0].outer));
-        let left = self.factor_halves(system, halves, [start, fresh(system, halves[1][0].outer)]);
+        let start = self.factor::<BEYOND>(system, &order[..first], 0, fresh(system, order[0].outer));
+        let left = self.factor_halves::<BEYOND>(system, halves, [start, fresh(system, halves[1][0].outer)]);
         self.waiting.push(left.one(0));
-        self.factor(system, root, first, left.one(1));
-        let impulse = self.substitute(system, root, first, Spatial::zero(), dlambda);
+        self.factor::<BEYOND>(system, root, first, left.one(1));
+        let impulse = self.substitute::<BEYOND>(system, root, first, Spatial::zero(), dlambda);
         let waiting = self.impulses.pop().unwrap_or(Spatial::zero());
-        let impulse = self.substitute_halves(system, halves, Spatial::both(waiting, impulse), dlambda);
-        self.substitute(system, &order[..first], 0, impulse.one(0), dlambda);
+        let impulse = self.substitute_halves::<BEYOND>(system, halves, Spatial::both(waiting, impulse), dlambda);
+        self.substitute::<BEYOND>(system, &order[..first], 0, impulse.one(0), dlambda);
     }
 
     /// Eliminates the nodes of `order`, whose factors start at `offset`, in turn; what the first may follow on and what
     /// the last leaves is carried.
     #[inline(always)]
-    fn factor(&mut self, system: &System<T>, order: &[Node], offset: usize, mut carried: Left<T>) -> Left<T> {
+    fn factor<const BEYOND: bool>(
+        &mut self,
+        system: &System<T>,
+        order: &[Node],
+        offset: usize,
+        mut carried: Left<T>,
+    ) -> Left<T> {
         for (factor, node) in self.nodes[offset..].iter_mut().zip(order) {
-            let view = View::new(system, node);
+            let view = View::<T, BEYOND>::new(system, node);
             if !node.follows {
                 carried = fresh(system, node.outer);
             }
@@ -307,10 +205,15 @@ impl<T: Real> TreeFactor<T> {
 
     /// The same for two halves of a chain.
     #[inline(always)]
-    fn factor_halves(&mut self, system: &System<T>, halves: [&[Node]; 2], start: [Left<T>; 2]) -> Left<Both<T>> {
+    fn factor_halves<const BEYOND: bool>(
+        &mut self,
+        system: &System<T>,
+        halves: [&[Node]; 2],
+        start: [Left<T>; 2],
+    ) -> Left<Both<T>> {
         let mut carried = Left::both(&start[0], &start[1]);
         for (factor, (a, b)) in self.folded.iter_mut().zip(halves[0].iter().zip(halves[1])) {
-            let (a, b) = (View::new(system, a), View::new(system, b));
+            let (a, b) = (View::<T, BEYOND>::new(system, a), View::<T, BEYOND>::new(system, b));
             let joint = JointTerms::both(a.joint, b.joint);
             let view = View::both(&a, &b, &joint);
             factor.eliminate::<true>(&view.terms(), &mut carried, &view.fresh());
@@ -321,7 +224,7 @@ impl<T: Real> TreeFactor<T> {
     /// Goes down the nodes of `order`, given the impulse on the last one's inner body; returns that on the first one's
     /// outer body.
     #[inline(always)]
-    fn substitute(
+    fn substitute<const BEYOND: bool>(
         &mut self,
         system: &System<T>,
         order: &[Node],
@@ -330,7 +233,7 @@ impl<T: Real> TreeFactor<T> {
         dlambda: &mut [Spatial<T>],
     ) -> Spatial<T> {
         for (factor, node) in self.nodes[offset..offset + order.len()].iter().zip(order).rev() {
-            let view = View::new(system, node);
+            let view = View::<T, BEYOND>::new(system, node);
             let change = match node.leaves {
                 Leaves::Nothing => Spatial::zero(),
                 leaves => {
@@ -357,7 +260,7 @@ impl<T: Real> TreeFactor<T> {
 
     /// The same for two halves of a chain.
     #[inline(always)]
-    fn substitute_halves(
+    fn substitute_halves<const BEYOND: bool>(
         &mut self,
         system: &System<T>,
         halves: [&[Node]; 2],
@@ -365,7 +268,7 @@ impl<T: Real> TreeFactor<T> {
         dlambda: &mut [Spatial<T>],
     ) -> Spatial<Both<T>> {
         for (factor, (a, b)) in self.folded.iter().zip(halves[0].iter().zip(halves[1])).rev() {
-            let views = [View::new(system, a), View::new(system, b)];
+            let views = [View::<T, BEYOND>::new(system, a), View::<T, BEYOND>::new(system, b)];
             let joint = JointTerms::both(views[0].joint, views[1].joint);
             let view = View::both(&views[0], &views[1], &joint);
             let x = factor.solve(view.change(impulse));
