@@ -12,6 +12,7 @@ mod dynamics;
 mod grips;
 mod inner_damping;
 mod invariance;
+mod modes;
 mod needs;
 mod rest_rotation;
 mod sections;

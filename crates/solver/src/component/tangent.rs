@@ -43,17 +43,19 @@ impl Component<f64> {
         }
     }
 
+    /// Mass [kg] and inertia in world axes [kg m^2] of a body; `None` where it is held.
+    pub(crate) fn mass_and_inertia(&self, i: usize) -> Option<(f64, Matrix3<f64>)> {
+        let inverse_mass = self.system.bodies[i].inverse_mass;
+        let axes = rotation(self.poses[i].q);
+        let inertia = || axes * Matrix3::from_diagonal(&vector(self.moments(i, 0))) * axes.transpose();
+        (inverse_mass != 0.0).then(|| (1.0 / inverse_mass, inertia()))
+    }
+
     /// Inertia and defect of a body.
     fn body_equation(&self, i: usize) -> BodyEquation {
+        let Some((mass, inertia)) = self.mass_and_inertia(i) else { return BodyEquation::held() };
         let terms = &self.system.bodies[i];
-        if terms.inverse_mass == 0.0 {
-            return BodyEquation::held();
-        }
-        let mass = 1.0 / terms.inverse_mass;
-        let (q, predicted) = (self.poses[i].q, self.predicted[i].q);
-        let turn = (q * predicted.conj()).upper();
-        let axes = rotation(q);
-        let inertia = axes * Matrix3::from_diagonal(&vector(self.moments(i, 0))) * axes.transpose();
+        let turn = (self.poses[i].q * self.predicted[i].q.conj()).upper();
         let slope = curvature::of_inertia(&inertia, turn.w, &vector(turn.v * 2.0));
         let turning = (slope + slope.transpose()) * 0.5;
         // What the evaluation has multiplied by its M^-1.
