@@ -424,6 +424,12 @@ mod tests {
             let found = DVector::from_iterator(rhs.len(), blocks.iter().flat_map(|block| block.iter().copied()));
             let error = (found - &expected).norm() / expected.norm().max(f64::MIN_POSITIVE);
             assert!(error < 1e-9, "trial {trial}: {error:e}");
+            let mut left = equations.clone();
+            left.subtract(&topology.joints, &elimination.corrections, &elimination.multipliers);
+            let of_bodies = left.bodies.iter().filter(|body| !body.is_held()).flat_map(|body| body.defect);
+            let all = of_bodies.chain(left.joints.iter().flat_map(|joint| joint.rhs));
+            let worst = all.map(|x| x.norm()).fold(0.0, f64::max);
+            assert!(worst < 1e-8, "trial {trial}: {worst:e} is left");
         }
         assert!(right > 50 && wrong > 50, "{right} {wrong}");
     }
