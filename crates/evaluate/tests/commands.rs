@@ -113,6 +113,9 @@ fn the_stability_table_runs_some_cases() {
     let rows = table(&folder, "stability-cases");
     assert_eq!(column(&rows, "formulation"), ["xpbd", "newton"].repeat(3));
     assert!(column(&rows, "status").iter().all(|status| *status == "converged"));
+    measured(&folder, &["stress", "--only", "modulus 1e10", "--formulation", "xpbd", "--integrator", "bdf2"]);
+    let rows = table(&folder, "stability-cases");
+    assert_eq!((column(&rows, "status"), rows.len()), (vec!["converged"], 1));
 }
 
 /// All in one, so that the data set is made once.

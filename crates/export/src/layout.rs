@@ -23,6 +23,8 @@ pub(crate) const JOINT_FORCES: &str = "joint_forces";
 const UNITS: &str = "s, m, m/s, rad/s; orientations are quaternions x, y, z, w; vectors are in world axes";
 const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then moments [N m] in the frame of the joint's body a";
 
+/// Key of [`TrajectoryInfo::segments_hash`].
+pub(crate) const SEGMENTS_KEY: &str = "segments_hash";
 const CHECKSUM_KEY: &str = "\"checksum\":\"";
 const CHECKSUM_DIGITS: usize = 2 * blake3::OUT_LEN;
 
@@ -33,6 +35,9 @@ pub struct TrajectoryInfo {
     pub scene: String,
     /// Time step of the simulation [s]; frames may be further apart.
     pub dt: f64,
+    /// A hash of what the segments are, by which a run that begins with one of the frames knows them; `None` where the file
+    /// has none.
+    pub segments_hash: Option<String>,
 }
 
 /// Size of a trajectory.
@@ -91,12 +96,13 @@ impl Layout {
             #[serde(flatten)]
             tensors: BTreeMap<&'a str, TensorInfo>,
         }
-        let __metadata__ = BTreeMap::from([
+        let mut __metadata__ = BTreeMap::from([
             ("scene", info.scene.clone()),
             ("dt", format!("{:?}", info.dt)),
             ("units", [UNITS, if self.joints > 0 { UNITS_OF_FORCES } else { "" }].concat()),
             ("checksum", "0".repeat(CHECKSUM_DIGITS)),
         ]);
+        __metadata__.extend(info.segments_hash.clone().map(|hash| (SEGMENTS_KEY, hash)));
         let tensors = self.tensors().ok_or(io::ErrorKind::FileTooLarge)?;
         let mut json = serde_json::to_vec(&Header { __metadata__, tensors })?;
         json.resize(json.len().next_multiple_of(VALUE), b' ');

@@ -10,7 +10,7 @@ use safetensors::tensor::Metadata;
 
 use crate::ExportError;
 use crate::file::CHUNK;
-use crate::layout::{JOINT_FORCES, Layout, TrajectoryInfo, VALUE, checksum_digits};
+use crate::layout::{JOINT_FORCES, Layout, SEGMENTS_KEY, TrajectoryInfo, VALUE, checksum_digits};
 
 /// The header's length in bytes is at most this, as in the safetensors crate.
 const MAX_HEADER: u64 = 100_000_000;
@@ -248,7 +248,7 @@ fn parse(json: &[u8]) -> Result<(TrajectoryInfo, Layout, usize), String> {
         value.ok_or_else(|| format!("its header has no \"{key}\""))
     };
     let dt = text("dt")?.parse().map_err(|_| "the time step in its header is not a number".to_owned())?;
-    let info = TrajectoryInfo { scene: text("scene")?.clone(), dt };
+    let info = TrajectoryInfo { scene: text("scene")?.clone(), dt, segments_hash: text(SEGMENTS_KEY).ok().cloned() };
 
     let shape = metadata.info("positions").map(|tensor| tensor.shape.as_slice());
     let Some(&[frames, segments, _]) = shape else {

@@ -9,7 +9,7 @@ use rod::{JointForce, Segment, State};
 use safetensors::{Dtype, SafeTensors};
 
 fn info() -> TrajectoryInfo {
-    TrajectoryInfo { scene: "a \"helix\" \u{2603} \"checksum\":\"".to_owned(), dt: 0.1 + 0.2 }
+    TrajectoryInfo { scene: "a \"helix\" \u{2603} \"checksum\":\"".to_owned(), dt: 0.1 + 0.2, segments_hash: None }
 }
 
 /// A state in which every number is another one.
@@ -116,7 +116,7 @@ fn of_every_few_frames_one_is_read_and_the_last() {
 #[test]
 fn without_forces_the_file_is_what_it_was_before_there_were_any() {
     let directory = tempfile::tempdir().unwrap();
-    let info = TrajectoryInfo { scene: "rod".to_owned(), dt: 0.01 };
+    let info = TrajectoryInfo { scene: "rod".to_owned(), dt: 0.01, segments_hash: None };
     let mut writer = TrajectoryWriter::create(directory.path(), 1, 0, info).unwrap();
     let state = state(1, 2);
     writer.push(&state, &[], 0.5).unwrap();

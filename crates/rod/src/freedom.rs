@@ -1,8 +1,13 @@
 //! What a joint leaves free or yields to: ball joints, hinges, springs.
 
+use std::collections::HashMap;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{Body, Joint, Model};
+
+/// How much more than the next joint of its rod a joint to an anchor gives way that springs hold; less is rounding.
+const SOFTER: f64 = 1.0 + 1e-6;
 
 /// Which turns of its two bodies against each other a joint leaves free: it transmits no moment about them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,7 +37,51 @@ impl Springs {
     pub const RIGID: Self = Self { force: [f64::INFINITY; 3], moment: [f64::INFINITY; 3] };
 }
 
+/// What the springs of a grip give way, beyond what the rod itself does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Give {
+    /// Across the rod [m/N].
+    pub(crate) across: f64,
+    /// To bending [rad/(N m)].
+    pub(crate) turn: f64,
+}
+
 impl Model {
+    /// The joints to anchors behind springs ([`Model::soften`]), by index: those that give way more than the next joint of
+    /// the same rod. A face that is clamped gives way half as much as that joint.
+    pub(crate) fn grip_springs(&self) -> HashMap<usize, Give> {
+        let mut springs = HashMap::new();
+        if self.anchors.is_empty() {
+            return springs;
+        }
+        let mut inner = vec![None; self.segments.len()];
+        for joint in &self.joints {
+            if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)
+                && self.segments[a].rod == self.segments[b].rod
+            {
+                (inner[a], inner[b]) = (Some(joint), Some(joint));
+            }
+        }
+        let of = |joint: &Joint| {
+            let across = joint.shear_compliance + joint.shear_extra.max(0.0);
+            let turn = joint.bend_compliance + joint.bend_extra.max(0.0);
+            [across, joint.stretch_compliance, turn * joint.length.powi(2)]
+        };
+        for (k, joint) in self.joints.iter().enumerate() {
+            let ((Body::Anchor(_), Body::Segment(i)) | (Body::Segment(i), Body::Anchor(_))) = (joint.a, joint.b) else {
+                continue;
+            };
+            let Some(next) = inner[i] else { continue };
+            let (own, next) = (of(joint), of(next));
+            let beyond = |k: usize| if own[k] > SOFTER * next[k] { own[k] - 0.5 * next[k] } else { 0.0 };
+            let [across, along, turn] = [0, 1, 2].map(beyond);
+            if across.max(along).max(turn) > 0.0 {
+                springs.insert(k, Give { across, turn });
+            }
+        }
+        springs
+    }
+
     /// Makes a joint a ball joint: it holds places together and turns freely. An index that is none changes nothing.
     pub fn pin(&mut self, joint: usize) {
         if let Some(joint) = self.joints.get_mut(joint) {

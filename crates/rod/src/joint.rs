@@ -6,6 +6,10 @@ use crate::darboux::rotation_of;
 use crate::{Body, Freedom, InnerDamping, Joint, Model, State};
 
 impl Joint {
+    /// Compliance of stretch and shear [m/N] up to which a joint does not yield in effect: that of
+    /// [`Stretch::ZERO_STRETCH`](crate::Stretch::ZERO_STRETCH), and rounding.
+    pub const RIGID: f64 = 1.000_001e-10;
+
     /// Compliances of the curvatures about d1 and d2 and of the twist [1/(N m^3)].
     pub fn bend_twist_compliance(&self) -> Vector3<f64> {
         Vector3::new(self.bend_compliance, self.bend_compliance + self.bend_extra, self.twist_compliance)

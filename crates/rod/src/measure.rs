@@ -111,14 +111,18 @@ pub fn angular_momentum(model: &Model, state: &State) -> Vector3<f64> {
 }
 
 /// Length of each rod [m] along its centreline: the segments' lengths plus the gaps between them, signed along d3.
-/// Joints between two rods count for neither.
+/// Joints between two rods count for neither, and what springs of grips give is no part of a rod.
 pub fn rod_lengths(model: &Model, state: &State) -> Vec<f64> {
     let rods = model.segments.iter().map(|s| s.rod + 1).max().unwrap_or(0);
+    let springs = model.grip_springs();
     let mut lengths = vec![0.0; rods];
     for segment in &model.segments {
         lengths[segment.rod] += segment.length;
     }
-    for joint in model.joints.iter().filter(|joint| !model.is_open(joint)) {
+    for (k, joint) in model.joints.iter().enumerate() {
+        if model.is_open(joint) || springs.contains_key(&k) {
+            continue;
+        }
         let rod_of = |body| match body {
             Body::Segment(i) => Some(model.segments[i].rod),
             Body::Anchor(_) => None,
@@ -143,6 +147,43 @@ pub fn worst_gap(model: &Model, state: &State) -> f64 {
     model.joints.iter().filter(|joint| !model.is_open(joint)).map(relative).fold(0.0, f64::max)
 }
 
+/// The joint with the widest gap of those that do not yield in effect ([`Joint::RIGID`]), and that gap in lengths of the
+/// joint; `None` where there is no such joint.
+pub fn widest_gap(model: &Model, state: &State) -> Option<(usize, f64)> {
+    let is_rigid = |joint: &Joint| joint.stretch_compliance.max(joint.shear_compliance) <= Joint::RIGID;
+    let rigid = model.joints.iter().enumerate().filter(|(_, joint)| is_rigid(joint) && !model.is_open(joint));
+    let gaps = rigid.map(|(k, joint)| (k, stretch_gap(model, state, joint).norm() / joint.length));
+    gaps.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 fn free(model: &Model) -> impl Iterator<Item = (usize, &Segment)> {
     model.segments.iter().enumerate().filter(|(_, segment)| !segment.fixed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Assembly, Material, RodSpec, Springs, Stretch, shape};
+
+    #[test]
+    fn what_springs_of_a_grip_give_is_no_length_of_the_rod() {
+        let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 1e3 };
+        for stretch in [Stretch::ZERO_STRETCH, Stretch::Physical] {
+            let mut assembly = Assembly::new(Vector3::zeros());
+            let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 4);
+            let rod = assembly.rod(&RodSpec { stretch, ..RodSpec::new(nodes, 0.01, material) });
+            assembly.clamp_start(&rod).clamp_end(&rod);
+            let (mut model, state) = assembly.finish();
+            model.anchors[1].position.x += 0.1;
+            assert!((rod_lengths(&model, &state)[0] - 1.1).abs() < 1e-12);
+            let (joint, gap) = (4, 0.1 / 0.125);
+            let rigid = (stretch == Stretch::ZERO_STRETCH).then_some((joint, gap));
+            let found = widest_gap(&model, &state);
+            assert!(found.map(|(k, _)| k) == rigid.map(|(k, _)| k), "{found:?}");
+            assert!(found.is_none_or(|(_, found)| (found - gap).abs() < 1e-12), "{found:?}");
+            model.soften(joint, &Springs { force: [f64::INFINITY, f64::INFINITY, 100.0], ..Springs::RIGID });
+            assert!((rod_lengths(&model, &state)[0] - 1.0).abs() < 1e-12);
+            assert!(widest_gap(&model, &state).is_none_or(|(_, gap)| gap < 1e-12));
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
+use crate::freedom::Give;
 use crate::measure::stretch_gap;
 use crate::{Body, Freedom, Joint, Model, State, end_of};
 
@@ -34,8 +35,21 @@ pub struct Mode {
 #[derive(Clone, Copy, PartialEq)]
 enum End {
     Free,
-    Pinned,
-    Clamped,
+    Pinned(Give),
+    Clamped(Give),
+}
+
+impl End {
+    /// Held in all directions.
+    const RIGID: Self = Self::Clamped(Give { across: 0.0, turn: 0.0 });
+
+    /// What springs give way there.
+    fn give(self) -> Give {
+        match self {
+            Self::Free => Give { across: 0.0, turn: 0.0 },
+            Self::Pinned(give) | Self::Clamped(give) => give,
+        }
+    }
 }
 
 impl Model {
@@ -43,14 +57,17 @@ impl Model {
     /// frequencies by bending, gravity and tension are added, which is never more than the truth (Southwell). Bending modes
     /// are those of beams (Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1): `k^2 / L^2 sqrt(EI / m)`
     /// with m per length. A rod that starts at another one is clamped there; rigid bodies that move freely are masses at its
-    /// ends. What cannot swing has no mode; of shapes that are bent at rest these are estimates.
+    /// ends. Springs of a grip are in series with the rod (Dunkerley), and an end that they let turn more easily than the rod
+    /// bends is pinned. What cannot swing has no mode; of shapes that are bent at rest these are estimates.
     pub fn first_modes(&self, state: &State) -> Vec<Mode> {
         let is_free_body = |i: usize| self.segments[i].body.is_some() && !self.segments[i].fixed;
+        let springs = self.grip_springs();
         let (mut ends, mut tips) = (HashMap::<(usize, usize), End>::new(), HashMap::<usize, f64>::new());
         // Of each segment, the joints that end in it: their lengths, what they give to L / EI, and their tension.
         let mut along = vec![[0.0; 3]; self.segments.len()];
-        for joint in self.joints.iter().filter(|joint| !self.is_open(joint)) {
-            let held = if joint.freedom == Freedom::None { End::Clamped } else { End::Pinned };
+        for (k, joint) in self.joints.iter().enumerate().filter(|(_, joint)| !self.is_open(joint)) {
+            let give = springs.get(&k).copied().unwrap_or(Give { across: 0.0, turn: 0.0 });
+            let held = if joint.freedom == Freedom::None { End::Clamped(give) } else { End::Pinned(give) };
             match (joint.a, joint.b) {
                 (Body::Segment(a), Body::Segment(b)) if self.segments[a].rod == self.segments[b].rod => {
                     let own = [joint.length, joint.length.powi(2) * joint.bend_compliance, tension(self, state, joint)];
@@ -79,7 +96,7 @@ impl Model {
             let mut start = ends.get(&(segments[0], 0)).copied().unwrap_or(End::Free);
             while let Some(part) = parts.next() {
                 let end = match (parts.peek(), part.last()) {
-                    (Some(_), _) => End::Clamped,
+                    (Some(_), _) => End::RIGID,
                     (None, last) => last.and_then(|&i| ends.get(&(i, 1))).copied().unwrap_or(End::Free),
                 };
                 // Segments that are fixed side by side, or at an end, have nothing between them.
@@ -87,7 +104,7 @@ impl Model {
                     let mode = Span { model: self, state, part, ends: [start, end], along: &along, tips: &tips }.mode();
                     modes.extend(mode.map(|(restoring, frequency, mass)| Mode { rod, restoring, frequency, mass }));
                 }
-                start = End::Clamped;
+                start = End::RIGID;
             }
         }
         modes
@@ -121,18 +138,33 @@ impl Span<'_> {
         let [bends, softness, pulls] = [0, 1, 2].map(|k| sum(&|i| self.along[i][k]));
         let gravity = self.model.gravity.norm();
         let held = self.ends.iter().filter(|end| **end != End::Free).count();
+        // Between two ends that are held, one that turns more easily than the rod bends is a pin.
+        let bends_by = if bends > 0.0 { 0.25 * length * softness / bends } else { f64::INFINITY };
+        let ends = self.ends.map(|end| match end {
+            End::Clamped(give) if held == 2 && give.turn > bends_by => End::Pinned(give),
+            end => end,
+        });
         // k^2 of the beam, squared.
-        let shape = match self.ends {
-            [End::Free, End::Free] | [End::Clamped, End::Clamped] => 22.373,
-            [End::Pinned, End::Pinned] => 9.8696,
-            [End::Free, End::Clamped] | [End::Clamped, End::Free] => 3.5160,
+        let shape = match ends {
+            [End::Free, End::Free] | [End::Clamped(_), End::Clamped(_)] => 22.373,
+            [End::Pinned(_), End::Pinned(_)] => 9.8696,
+            [End::Free, End::Clamped(_)] | [End::Clamped(_), End::Free] => 3.5160,
             // It turns about its pin as a whole.
-            [End::Free, End::Pinned] | [End::Pinned, End::Free] if gravity > 0.0 => 0.0,
+            [End::Free, End::Pinned(_)] | [End::Pinned(_), End::Free] if gravity > 0.0 => 0.0,
             _ => 15.418,
         };
         // A mass at the end of a cantilever counts 4.12 times one that is spread along it.
         let heavy = if held == 1 { mass + tip * 12.362 / 3.0 } else { mass };
         let bending = if bends > 0.0 { shape * shape * (bends / softness) / (heavy * length.powi(3)) } else { 0.0 };
+        // 1 / w^2 of a rod that is stiff, on the springs of its ends alone.
+        let gives = ends.map(End::give);
+        let across = gives[0].across + gives[1].across;
+        let on_springs = match held {
+            1 => (mass + tip) * across + (mass / 3.0 + tip) * length.powi(2) * (gives[0].turn + gives[1].turn),
+            2 => mass * across / 3.0,
+            _ => 0.0,
+        };
+        let bending = bending / (1.0 + on_springs * bending);
         let swinging = match held {
             1 => gravity * (0.5 * mass + tip) / (length * (mass / 3.0 + tip)),
             2 => self.sag().map_or(0.0, |sag| PI * PI / 8.0 * gravity / sag),
@@ -230,6 +262,39 @@ mod tests {
         assert!((modes[0].frequency / (22.373 / part.powi(2) * speed) - 1.0).abs() < 0.02, "{modes:?}");
         model.segments.iter_mut().for_each(|segment| segment.fixed = true);
         assert_eq!(model.first_modes(&state), []);
+    }
+
+    #[test]
+    fn springs_of_a_grip_make_a_rod_swing_slower() {
+        use crate::Springs;
+        let bending = 1e8 * PI / 4.0 * RADIUS.powi(4);
+        let softened = |stiffness: f64, across: f64, both: bool| {
+            let (restoring, frequency) = mode(Vector3::zeros(), Vector3::x(), |assembly, rod| {
+                assembly.clamp_start(rod);
+                if both {
+                    assembly.clamp_end(rod);
+                }
+                let joint = assembly.model_mut().joints.len() - 1;
+                let springs = Springs { force: [across, across, f64::INFINITY], moment: [stiffness; 3] };
+                assembly.model_mut().soften(joint, &springs);
+            });
+            assert_eq!(restoring, Restoring::Bending);
+            frequency / (0.5 * RADIUS * (1e8_f64 / 1000.0).sqrt() / LENGTH.powi(2))
+        };
+        // A cantilever whose clamp turns by K = EI / L: 1 + cos x cosh x = x (sin x cosh x - cos x sinh x) EI / (K L), of which the
+        // root is 1.2479 (Blevins, table 8-1). Dunkerley's sum is a little less.
+        let [k2, soft] =
+            [softened(bending / LENGTH, f64::INFINITY, false), softened(1e-3 * bending / LENGTH, f64::INFINITY, false)];
+        assert!((0.98..=1.0).contains(&(k2 / 1.2479_f64.powi(2))), "{k2}");
+        // A stiff rod on a spring: w^2 = K / (m L^2 / 3).
+        assert!((soft / 3e-3_f64.sqrt() - 1.0).abs() < 0.01, "{soft}");
+        // On a soft spring across: w^2 = k / m; with its other end held, a stiff rod turns about that: 3 k / m.
+        let across = 1e-3 * bending / LENGTH.powi(3);
+        let aside = softened(f64::INFINITY, across, false);
+        assert!((aside / 1e-3_f64.sqrt() - 1.0).abs() < 0.01, "{aside}");
+        // Between a clamp and a spring that hardly resists turning, the rod is pinned there; between two clamps it is not.
+        let [pinned, clamped] = [1e-3, 1e6].map(|k| softened(k * bending / LENGTH, f64::INFINITY, true));
+        assert!((pinned / 15.418 - 1.0).abs() < 1e-3 && (clamped / 22.373 - 1.0).abs() < 1e-3, "{pinned} {clamped}");
     }
 
     #[test]

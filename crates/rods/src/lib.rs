@@ -130,7 +130,7 @@ pub mod simulation {
 
 /// The equilibrium that a state relaxes to.
 pub mod statics {
-    pub use solver::statics::{StaticParams, StaticReport, equilibrium};
+    pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 
 /// Where solves and steps begin. A better start saves time, never accuracy, and most programs need none.

@@ -6,14 +6,22 @@ use nalgebra::Vector3;
 use toml::Spanned;
 
 use crate::SceneError;
-use crate::error::{Result, Source};
+use crate::error::{AT_MOST, LARGEST, Result, Source};
 
 /// The text of the file that a scene names, from the scene's own folder on, and its path for errors.
 pub(crate) fn text(source: &Source, name: &Spanned<String>) -> Result<(String, String)> {
     let (path, file) = place(source, name, "a CSV file")?;
-    match std::fs::read_to_string(&path) {
+    let bytes = match std::fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(source) => return Err(SceneError::Read { file, source }),
+    };
+    match String::from_utf8(bytes) {
         Ok(text) => Ok((text, file)),
-        Err(source) => Err(SceneError::Read { file, source }),
+        Err(error) => {
+            let valid = error.utf8_error().valid_up_to();
+            let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
+            Err(SceneError::Invalid { file, line, message: "this is no CSV file: its text must be UTF-8".to_owned() })
+        }
     }
 }
 
@@ -108,7 +116,10 @@ pub(crate) struct Row<'a> {
 impl Row<'_> {
     pub(crate) fn number(&self, column: usize) -> std::result::Result<f64, String> {
         match self.record[column].parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+            Ok(value) if value.abs() <= LARGEST => Ok(value),
+            Ok(value) if value.is_finite() => {
+                Err(format!("{} = {:.40}, but it must be {AT_MOST}", self.header[column], &self.record[column]))
+            }
             _ => Err(format!("{} = {:.40}, but it must be a finite number", self.header[column], &self.record[column])),
         }
     }

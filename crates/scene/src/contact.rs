@@ -8,7 +8,7 @@ use rod::{Carried, Contacts, Friction, Obstacle, ObstacleShape, Pose, Surface};
 use toml::Spanned;
 
 use crate::bodies::{length, orientation};
-use crate::error::{Result, Source, short};
+use crate::error::{AT_MOST, LARGEST, Result, Source, short};
 use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{format, mesh};
@@ -55,7 +55,7 @@ fn carried(source: &Source, entry: &Spanned<format::Motion>, pose: &Pose) -> Res
 /// Centre and radius [m] of a sphere.
 pub(crate) fn sphere(source: &Source, sphere: &format::Sphere) -> Result<(Vector3<f64>, f64)> {
     let centre = sphere.centre_m.as_ref().map_or(Ok(Vector3::zeros()), |key| source.vector(key, "m"))?;
-    Ok((centre, source.positive(&sphere.radius_m, "m")?))
+    Ok((centre, length(source, &sphere.radius_m)?))
 }
 
 fn surface(
@@ -66,6 +66,9 @@ fn surface(
     let friction = match friction.as_ref().map(|key| (key, key.get_ref())) {
         None => Friction::default(),
         Some((key, format::Friction::One(coefficient))) => {
+            if coefficient.is_finite() && *coefficient > LARGEST {
+                return source.must_be(key.span(), AT_MOST);
+            }
             if !(coefficient.is_finite() && *coefficient >= 0.0) {
                 return source.must_be(key.span(), "finite and >= 0");
             }
@@ -99,8 +102,8 @@ fn obstacle_shape(source: &Source, shape: &format::ObstacleShape) -> Result<Obst
             Ok(ObstacleShape::Capsule { start, end, radius })
         }
         format::ObstacleShape::Cylinder(cylinder) => {
-            let ([start, end], _) = about_an_axis(source, cylinder)?;
-            Ok(ObstacleShape::Cylinder { start, end, radius: length(source, &cylinder.radius_m)? })
+            let ([start, end], radius) = about_an_axis(source, cylinder)?;
+            Ok(ObstacleShape::Cylinder { start, end, radius })
         }
         format::ObstacleShape::Box(block) => {
             let [x, y, z] = &block.sides_m.0;
@@ -133,5 +136,5 @@ fn about_an_axis(source: &Source, shape: &format::Capsule) -> Result<([Vector3<f
         let allowed = format!("{:e} to {:e} m from start_m", NODE_DISTANCE.start, NODE_DISTANCE.end);
         return source.must_be(shape.end_m.span(), &allowed);
     }
-    Ok(([start, end], source.positive(&shape.radius_m, "m")?))
+    Ok(([start, end], length(source, &shape.radius_m)?))
 }

@@ -42,6 +42,11 @@ pub enum SceneError {
     },
 }
 
+/// The largest number that a key or a table may give: squares and cubes of it are numbers still.
+pub(crate) const LARGEST: f64 = 1e30;
+/// [`LARGEST`] in words.
+pub(crate) const AT_MOST: &str = "1e30 in size at most";
+
 pub(crate) type Result<T> = std::result::Result<T, SceneError>;
 
 /// A scene file's text and name: turns places in the text into errors, and checks values.
@@ -93,15 +98,28 @@ impl Source<'_> {
     }
 
     pub(crate) fn finite(&self, value: &Spanned<f64>, unit: &str) -> Result<f64> {
+        let value = self.small_enough(value, unit)?;
         self.number(value, f64::is_finite, &format!("finite{}", in_brackets(unit)))
     }
 
     pub(crate) fn positive(&self, value: &Spanned<f64>, unit: &str) -> Result<f64> {
+        let value = self.small_enough(value, unit)?;
         self.number(value, |v| v.is_finite() && v > 0.0, &format!("finite and > 0{}", in_brackets(unit)))
     }
 
     pub(crate) fn not_negative(&self, value: &Spanned<f64>, unit: &str) -> Result<f64> {
+        let value = self.small_enough(value, unit)?;
         self.number(value, |v| v.is_finite() && v >= 0.0, &format!("finite and >= 0{}", in_brackets(unit)))
+    }
+
+    /// A number that is no larger than [`LARGEST`], or not finite, which others say.
+    fn small_enough<'a>(&self, value: &'a Spanned<f64>, unit: &str) -> Result<&'a Spanned<f64>> {
+        match value.get_ref() {
+            v if v.is_finite() && v.abs() > LARGEST => {
+                self.must_be(value.span(), &format!("{AT_MOST}{}", in_brackets(unit)))
+            }
+            _ => Ok(value),
+        }
     }
 
     pub(crate) fn number(&self, value: &Spanned<f64>, ok: fn(f64) -> bool, allowed: &str) -> Result<f64> {
@@ -112,6 +130,16 @@ impl Source<'_> {
     }
 
     pub(crate) fn vector(&self, value: &Vector, unit: &str) -> Result<Vector3<f64>> {
+        match self.any_vector(value, unit)? {
+            v if v.amax() > LARGEST => {
+                self.must_be(value.span(), &format!("three numbers, each {AT_MOST}{}", in_brackets(unit)))
+            }
+            v => Ok(v),
+        }
+    }
+
+    /// A vector of any finite length.
+    fn any_vector(&self, value: &Vector, unit: &str) -> Result<Vector3<f64>> {
         let v = Vector3::from(value.get_ref().0);
         match v.iter().all(|x| x.is_finite()) {
             true => Ok(v),
@@ -121,7 +149,7 @@ impl Source<'_> {
 
     /// The unit vector along `value`.
     pub(crate) fn direction(&self, value: &Vector) -> Result<Vector3<f64>> {
-        let v = self.vector(value, "")?;
+        let v = self.any_vector(value, "")?;
         let largest = v.amax();
         match largest > 0.0 {
             true => Ok((v / largest).normalize()),

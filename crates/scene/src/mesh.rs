@@ -7,17 +7,20 @@ use toml::Spanned;
 use crate::SceneError;
 use crate::columns::place;
 use crate::error::{Result, Source};
+use crate::shape::NODE_DISTANCE;
 
 /// Bytes before the triangles of a binary STL file, and of each triangle.
 const STL_HEAD: usize = 84;
 const STL_TRIANGLE: usize = 50;
 
-/// Corners and triangles as they stand in a file, and the line of each triangle.
+/// Corners and triangles as they stand in a file, and the lines of them.
 #[derive(Default)]
 struct Parts {
     places: Vec<Vector3<f64>>,
     triangles: Vec<[u32; 3]>,
     lines: Vec<usize>,
+    /// The line of each corner; empty of a binary file.
+    corner_lines: Vec<usize>,
 }
 
 /// A mistake in a line of a file.
@@ -39,8 +42,17 @@ pub(crate) fn read(source: &Source, name: &Spanned<String>, scale: f64) -> Resul
     })
 }
 
-fn mesh(Parts { mut places, triangles, lines }: Parts, scale: f64) -> std::result::Result<Mesh, Mistake> {
+fn mesh(parts: Parts, scale: f64) -> std::result::Result<Mesh, Mistake> {
+    let Parts { mut places, triangles, lines, corner_lines } = parts;
     places.iter_mut().for_each(|place| *place *= scale);
+    let is_far = |place: &Vector3<f64>| place.iter().any(|x| x.abs() > NODE_DISTANCE.end);
+    if let Some(k) = places.iter().position(is_far) {
+        let line = corner_lines.get(k).copied().unwrap_or(1);
+        let far = places[k].amax();
+        let message =
+            format!("a corner with {far:e} m, times `scale`, but it must be {:e} m at most", NODE_DISTANCE.end);
+        return Err((line, message));
+    }
     let line_of = |triangle: usize| lines.get(triangle).copied().unwrap_or(1);
     Mesh::new(places, triangles).map_err(|error| match error {
         MeshError::NoVertex { triangle, vertex, count } => {
@@ -57,7 +69,10 @@ fn obj(text: &str) -> std::result::Result<Parts, Mistake> {
     for (number, line) in (1..).zip(text.lines()) {
         let mut words = line.split_whitespace();
         match words.next() {
-            Some("v") => parts.places.push(vector(&mut words, number, "v")?),
+            Some("v") => {
+                parts.places.push(vector(&mut words, number, "v")?);
+                parts.corner_lines.push(number);
+            }
             Some("f") => {
                 let count = parts.places.len();
                 let corners: Vec<u32> =
@@ -121,6 +136,7 @@ fn stl(bytes: &[u8]) -> std::result::Result<Parts, Mistake> {
         match words.next() {
             Some("vertex") => {
                 parts.places.push(vector(&mut words, number, "vertex")?);
+                parts.corner_lines.push(number);
                 corners += 1;
             }
             Some("endfacet") => {

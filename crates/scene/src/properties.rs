@@ -5,7 +5,7 @@ use toml::Spanned;
 
 use crate::error::{Result, Source, short};
 use crate::refine::Refinement;
-use crate::shape::number_or;
+use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{defaults, format};
 
 /// The material of these moduli and this density.
@@ -74,6 +74,9 @@ pub(crate) fn radii(source: &Source, radius: &Option<Spanned<format::Radius>>, s
     let Some(radius) = radius else { return Ok(vec![defaults::RADIUS]) };
     let format::Radius { start, end } = *radius.get_ref();
     match [start, end].iter().all(|r| r.is_finite() && *r > 0.0) {
+        true if start.max(end) > NODE_DISTANCE.end => {
+            source.must_be(radius.span(), &format!("{:e} m at most", NODE_DISTANCE.end))
+        }
         true => Ok(taper(start, end, segments)),
         false => source.must_be(radius.span(), "finite and > 0 [m]"),
     }

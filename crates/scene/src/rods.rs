@@ -1,5 +1,6 @@
 //! From an entry of `[[rods]]` to a rod with all that belongs to it: clamps, masses, loads, velocities, branches, copies.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -67,8 +68,15 @@ fn build(
         }
         grips.clamp(builder, *clamp.get_ref());
     }
-    for segment in &rod.fixed_segments {
-        grips.fix(builder, source.index(segment, count)?);
+    let mut fixed = HashMap::new();
+    for (i, segment) in rod.fixed_segments.iter().enumerate() {
+        let index = source.index(segment, count)?;
+        if let Some(earlier) = fixed.insert(index, i) {
+            let names = [earlier, i].map(|i| rod.fixed_segments[i].get_ref());
+            let message = format!("entries {earlier} ({}) and {i} ({}) are both segment {index}", names[0], names[1]);
+            return source.wrong(segment.span(), &message);
+        }
+        grips.fix(builder, index);
     }
     for grip in &rod.grips {
         grips.hold(builder, source, grip, spec.closed)?;

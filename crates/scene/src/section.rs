@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rod::{InnerDamping, LineInertia, Section, Stiffness};
 use toml::Spanned;
 
+use crate::bodies::length;
 use crate::error::{Result, Source};
 use crate::format;
 use crate::properties::radii;
@@ -44,7 +45,7 @@ pub(crate) fn sections(
 }
 
 fn section(source: &Source, rod: &format::Rod, given: &Spanned<format::Section>) -> Result<Section> {
-    let size = |value: &format::Number| source.positive(value, "m");
+    let size = |value: &format::Number| length(source, value);
     Ok(match given.get_ref() {
         format::Section::Circle(circle) => Section::Circle { radius: size(&circle.radius_m)? },
         format::Section::Tube(tube) => {

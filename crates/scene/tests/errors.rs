@@ -110,6 +110,20 @@ mistakes! {
     clamp_twice: "\"start-segment\"" => "\"start-face\", \"start-face\"", "9: rods[0].clamp[1]: named twice";
     segment_out_of_range: "clamp" => "fixed_segments = [0, 30]\nclamp",
         "9: rods[0].fixed_segments[1] = 30, but it must be a segment's index: 0 to 29, or -30 to -1 from the end";
+    segment_fixed_twice: "clamp" => "fixed_segments = [3, 0, -27]\nclamp",
+        "9: rods[0].fixed_segments[2]: entries 0 (3) and 2 (-27) are both segment 3";
+    huge_density: "clamp" => "density_kg_m3 = 1e300\nclamp",
+        "9: rods[0].density_kg_m3 = 1e300, but it must be 1e30 in size at most [kg/m^3]";
+    huge_radius: "0.05" => "[1e13, 1]",
+        "8: rods[0].radius_m = [1e13, 1], but it must be 1e12 m at most";
+    huge_section: "radius_m = 0.05" => "section.circle.radius_m = 1e20",
+        "8: rods[0].section.circle.radius_m = 1e20, but it must be 1e-12 to 1e12 m";
+    huge_gravity: "[run]" => "gravity_m_s2 = [0, 0, -1e300]\n[run]",
+        "3: gravity_m_s2 = [0, 0, -1e300], but it must be three numbers, each 1e30 in size at most [m/s^2]";
+    huge_friction: END => "segments = 30\n[contact]\nfriction = 1e300\n",
+        "15: contact.friction = 1e300, but it must be 1e30 in size at most";
+    huge_obstacle: END => "segments = 30\n[[obstacles]]\nshape.sphere = { radius_m = 1e300 }\n",
+        "15: obstacles[0].shape.sphere.radius_m = 1e300, but it must be 1e30 in size at most [m]";
     unknown_rod: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"trunk\" }\nshape.straight = { length_m = 1, segments = 2 }\n",
         "16: rods[1].branch_of.rod = \"trunk\", but it must be the name of a rod that comes before it: `a`";
     branch_with_a_start: END => "segments = 30\n\n[[rods]]\nbranch_of = { rod = \"a\" }\nshape.straight = { start_m = [0, 0, 0], length_m = 1, segments = 2 }\n",

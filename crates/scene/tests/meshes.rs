@@ -88,7 +88,15 @@ fn mistakes_in_files_are_named_with_their_lines() {
     let error = load(folder.path(), "a.obj", OBJ.as_bytes(), ", scale = 0").unwrap_err();
     assert!(error.contains("shape.mesh.scale = 0, but it must be finite and > 0"), "{error}");
     let error = load(folder.path(), "a.obj", b"v 9 0 0\nf 1 1 1\n", ", scale = 1e308").unwrap_err();
-    assert!(error.contains("a.obj:1: all corners must be finite, times `scale` too"), "{error}");
+    assert!(error.contains("scale = 1e308, but it must be 1e30 in size at most"), "{error}");
+    for (bytes, scale, far) in [
+        ("v 9 0 0\nv 0 1 0\nv 0 -1e300 0\nf 1 2 3\n", "", "1e300"),
+        ("v 1 0 0\n\nv 9 0 0\nf 1 2 2\n", ", scale = 2e11", "1.8e12"),
+    ] {
+        let error = load(folder.path(), "a.obj", bytes.as_bytes(), scale).unwrap_err();
+        let expected = format!("a.obj:3: a corner with {far} m, times `scale`, but it must be 1e12 m at most");
+        assert!(error.contains(&expected), "{error}");
+    }
 }
 
 /// A block of sides 0.2, 0.4, 0.6 with one corner at the origin.
@@ -184,7 +192,7 @@ fn meshes_that_are_no_bodies_are_named() {
             "shape.mesh.scale = -1, but it must be finite and > 0".to_owned(),
         ),
         (BLOCK, ", scale = 1e-20", "mass_kg = 1".to_owned(), "bodies[0].shape.mesh.file".to_owned()),
-        (BLOCK, ", scale = 1e20", "mass_kg = 1".to_owned(), "bodies[0].shape.mesh.file".to_owned()),
+        (BLOCK, ", scale = 1e20", "mass_kg = 1".to_owned(), "a.obj:2: a corner with 2e19 m".to_owned()),
         ("v nan 0 0\n", "", "mass_kg = 1".to_owned(), "a.obj:1: v nan".to_owned()),
     ];
     for (file, mesh, keys, expected) in cases {

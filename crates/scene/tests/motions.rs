@@ -110,6 +110,7 @@ fn mistakes_in_a_table_are_named_with_their_line() {
         ("time_s,x_m,y_m,z_m\n", "there must be at least one row of numbers"),
         ("time_s,x_m,y_m,z_m\n0,1,0,0\n1,1,0,nan\n", "grip.csv:3: z_m = nan, but it must be a finite number"),
         ("time_s,x_m,y_m,z_m\n0,1,0,0\n1,1,0\n", "grip.csv:3: this row has not as many values as the header"),
+        ("time_s,x_m,y_m,z_m\n0,1e300,0,0\n", "grip.csv:2: x_m = 1e300, but it must be 1e30 in size at most"),
         ("\n\ntime_s,x_m\n1,1\n", "grip.csv:3: some of the columns"),
         ("\ntime_s,shift_x_m,shift_y_m,shift_z_m\n0,1,0,0\n", "grip.csv:3: the first shift must be zero"),
         ("time_s,x_m,y_m,z_m\n-1,1,0,0\n", "grip.csv:2: time_s = -1, but it must be >= 0"),
@@ -120,6 +121,16 @@ fn mistakes_in_a_table_are_named_with_their_line() {
         let error = with_table(table).unwrap_err();
         assert!(error.contains(expected) && error.starts_with("grip.csv:") && !error.contains('\n'), "{error}");
     }
+}
+
+#[test]
+fn a_table_that_is_no_text_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("grip.csv"), b"time_s,x_m,y_m,z_m\n0,1,0,0\n\x01,\xff\xfe").unwrap();
+    let path = folder.path().join("x.toml");
+    std::fs::write(&path, text("at = \"end-face\"\nfile = \"grip.csv\"")).unwrap();
+    let error = scene::load(&path).unwrap_err().to_string();
+    assert!(error.ends_with("grip.csv:3: this is no CSV file: its text must be UTF-8"), "{error}");
 }
 
 #[test]

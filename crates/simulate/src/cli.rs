@@ -11,6 +11,7 @@ use scene::{Origin, Scene};
 use solver::formulation::{ContactProjection, Formulation, Tangent};
 use solver::integrator::Integrator;
 use solver::linear::precondition::PreconditionerKind;
+use solver::statics::StaticMethod;
 
 use crate::files::Wanted;
 use crate::solver_name::SolverName;
@@ -262,6 +263,13 @@ pub(crate) struct StaticArgs {
     pub(crate) index: Option<u64>,
     #[command(flatten)]
     pub(crate) begin: BeginArgs,
+    /// How it is found: newton (for chains, trees and rings; where that does not come to rest, the flow), flow (down in energy,
+    /// in many more solves).
+    #[arg(long, default_value_t = StaticMethod::default())]
+    pub(crate) method: StaticMethod,
+    /// End at an unstable equilibrium that is met, such as a straight column under too large a load, instead of leaving it.
+    #[arg(long)]
+    pub(crate) keep_unstable: bool,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value = "1e-9", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,

@@ -12,7 +12,7 @@ use scene::Scene;
 use serde::Serialize;
 use solver::simulation::{ContactForce, Touched};
 
-use crate::going_on::SNAPSHOT;
+use crate::going_on::{SNAPSHOT, hash_of_segments};
 use crate::plots;
 
 /// What every run with a folder writes.
@@ -141,7 +141,8 @@ impl<'a> Files<'a> {
     /// If the folder is in use or cannot be written to, or something that no run wrote is in the way.
     pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, dt: f64, joints: usize, time: f64) -> Result<Self> {
         let folder = RunFolder::take(&wanted.directory, &wanted.names())?;
-        let info = TrajectoryInfo { scene: scene.name.clone(), dt };
+        let segments_hash = Some(hash_of_segments(&scene.model));
+        let info = TrajectoryInfo { scene: scene.name.clone(), dt, segments_hash };
         let mut writer = TrajectoryWriter::create(&wanted.directory, scene.state.len(), joints, info)?;
         writer.push(&scene.state, &vec![rod::JointForce::default(); joints], time)?;
         let contacts = || TableWriter::create(&wanted.directory.join(CONTACTS), CONTACT_COLUMNS);

@@ -47,6 +47,15 @@ pub(crate) fn read_snapshot(directory: &Path, scene: &Scene, what: &str) -> Resu
     Ok(Some(Snapshot::from_words(words)))
 }
 
+/// BLAKE3 of the segments' lengths and radii.
+pub(crate) fn hash_of_segments(model: &Model) -> String {
+    let mut hash = blake3::Hasher::new();
+    for number in model.segments.iter().flat_map(|segment| [segment.length, segment.radius]) {
+        hash.update(&number.to_le_bytes());
+    }
+    hash.finalize().to_hex().to_string()
+}
+
 /// BLAKE3 of all that a model says.
 fn hash(model: &Model) -> String {
     struct Hash(blake3::Hasher);

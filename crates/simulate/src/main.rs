@@ -1,5 +1,6 @@
 //! `simulate`: elastic rods on the command line. See `simulate --help`.
 
+mod apart;
 mod choice;
 mod cli;
 mod coarse;
@@ -31,7 +32,7 @@ use terminal::say;
 
 use crate::cli::{Cli, Command};
 
-/// Exit code of a run whose numbers were not finite, or of an equilibrium that was not found.
+/// Exit code of a run whose numbers were not finite or whose joints came apart, or of an equilibrium that was not found.
 const FAILED: u8 = 1;
 /// Exit code of bad input: flags, scenes, places to write to.
 const BAD_INPUT: u8 = 2;
@@ -43,7 +44,7 @@ const MEASURING: [&str; 4] = ["compare", "guesses", "steps", "stress"];
 enum Outcome {
     Done,
     Interrupted,
-    /// The segments could not be moved any further: where and why.
+    /// The run went wrong, or could not go on: where and why.
     Stuck(String),
     /// No equilibrium was found.
     NotConverged,

@@ -5,12 +5,16 @@ use std::time::Duration;
 use anyhow::Error;
 use solver::step::Status;
 
+use crate::apart::Apart;
+
 /// What was done of a run when it ended.
 pub(crate) struct Reached {
     /// Steps done.
     pub(crate) steps: usize,
     /// The worst status of any of them.
     pub(crate) status: Status,
+    /// Its steps with joints apart, if there were any.
+    pub(crate) apart: Option<Apart>,
     /// Whether Ctrl-C stopped it.
     pub(crate) interrupted: bool,
     /// Why the disk took no more, where that stopped it.

@@ -18,13 +18,14 @@ use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
 use crate::Outcome;
+use crate::apart::Apart;
 use crate::choice::{Way, way};
 use crate::cli::{RunArgs, SceneArgs};
 use crate::keep::Keep;
 use crate::measured::Measured;
 use crate::reached::Reached;
 use crate::rods;
-use crate::scenes::{Begin, scene, settings, use_threads};
+use crate::scenes::{Begin, overlapping, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use terminal::{Progress, say};
 
@@ -64,13 +65,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         _ => solved(&scene, &settings, &guess, choice.as_ref(), plane),
     };
     let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
-        Some(SimulationError::Overlap(_)) => error.context(scene_args.scene.clone()),
+        Some(SimulationError::Overlap(overlap)) => {
+            let what = format!("{}: {}", scene_args.scene, overlapping(&scene, overlap));
+            error.context(what)
+        }
         _ => error,
     })?;
     if let Begin::Snapshot { snapshot, what } = &begin {
         if simulation.restore(snapshot).is_err() {
             bail!(
-                "{what}: the snapshot is of a run with another formulation, solver or guess; with the same flags a run \
+                "{what}: the snapshot is of a run with another formulation, integrator, solver or guess; with the same flags a run \
                  goes on from it, with FOLDER@K it begins anew with frame K"
             );
         }
@@ -100,6 +104,10 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
     let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    if args.end_to_end.is_some() {
+        // Predictions in the place of solves leave errors, of whatever size.
+        reached.apart = None;
+    }
     let mut told = Cow::Borrowed(&scene);
     if scene.model.has_timed_grips() {
         // Where grips have taken hold, which the files need, is known now.
@@ -137,17 +145,23 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         summary.print(written.as_ref().ok().and_then(Option::as_ref), args.times)?;
     }
     written?;
+    let apart = reached.apart.as_ref();
     Ok(match (reached.interrupted, reached.status) {
         (_, Status::NonFinite) => Outcome::Stuck(format!(
-            "numbers are not finite: {} stopped after step {}, with the last finite state; a smaller --dt may help",
-            scene.name, reached.steps
+            "numbers are not finite: {} stopped after step {}, with the last finite state; {}",
+            scene.name,
+            reached.steps,
+            apart.map_or_else(|| "a smaller --dt may help".to_owned(), Apart::to_string)
         )),
         (_, Status::TooManyContacts) => Outcome::Stuck(format!(
             "more contacts press at once than memory is allowed for: {} stopped before step {}",
             scene.name, reached.steps
         )),
-        (true, _) => Outcome::Interrupted,
-        _ => Outcome::Done,
+        (interrupted, _) => match apart {
+            Some(apart) => Outcome::Stuck(format!("{}: {apart}", scene.name)),
+            None if interrupted => Outcome::Interrupted,
+            None => Outcome::Done,
+        },
     })
 }
 
@@ -195,14 +209,23 @@ fn go(
     progress: Progress,
 ) -> Result<Reached> {
     let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
+    let mut apart = None;
     let (mut next, mut model) = (state.clone(), Cow::Borrowed(&scene.model));
     let mut last = scene.run.steps == 0 || progress.stopped();
     while !last {
         let begin = Instant::now();
-        status = status.max(simulation.step(scene.run.dt)?.status);
+        let now = simulation.step(scene.run.dt)?.status;
+        status = status.max(now);
         wall += begin.elapsed();
         steps += 1;
         last = !progress.advance() || steps == scene.run.steps || status.is_stuck();
+        if matches!(now, Status::OutOfIterations | Status::Apart) {
+            simulation.store(&mut next);
+            if model.varies() {
+                simulation.store_model(model.to_mut());
+            }
+            Apart::note(&mut apart, (steps, simulation.time(), now), scene, &model, &next);
+        }
         let measure = last || measured.wants(steps);
         let keeps = keep.as_ref().is_some_and(|keep| keep.wants(steps, last));
         if !measure && !keeps {
@@ -222,7 +245,7 @@ fn go(
             last |= refused.is_some();
         }
     }
-    Ok(Reached { steps, status, interrupted: progress.finish(), refused, wall })
+    Ok(Reached { steps, status, apart, interrupted: progress.finish(), refused, wall })
 }
 
 /// Makes what of a model changes over time that of a time [s].

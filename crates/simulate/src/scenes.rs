@@ -7,12 +7,12 @@ use clap::CommandFactory;
 use export::TrajectoryReader;
 use scene::sampling::{Family, Parameters};
 use scene::{Origin, Scene, SceneError};
-use solver::simulation::Settings;
+use solver::simulation::{Overlap, Overlapped, Settings};
 use solver::snapshot::Snapshot;
 
 use crate::cli::{BeginArgs, Cli, SceneArgs};
 use crate::files::TRAJECTORY;
-use crate::going_on::read_snapshot;
+use crate::going_on::{hash_of_segments, read_snapshot};
 
 /// Where a run begins.
 pub(crate) enum Begin {
@@ -62,6 +62,14 @@ pub(crate) fn begin_with_frame(scene: &mut Scene, begin: &BeginArgs) -> Result<(
     if segments != scene.state.len() {
         bail!("{what}: the run has {segments} segments, but the scene {} has {}", scene.name, scene.state.len());
     }
+    let info = trajectory.info();
+    if info.segments_hash.as_ref().is_some_and(|hash| *hash != hash_of_segments(&scene.model)) {
+        bail!(
+            "{what}: the run, of the scene {}, has segments of other lengths or radii than the scene {}",
+            info.scene,
+            scene.name
+        );
+    }
     let frame = frame.unwrap_or(frames.saturating_sub(1));
     if frame >= frames {
         bail!("{what}: frame {frame}, but the run has the frames 0 to {}", frames.saturating_sub(1));
@@ -102,7 +110,12 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
     let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
     let found = if is_file { scene::load(name) } else { scene::builtin(name) };
     found.map_err(|error| match error {
-        SceneError::Read { file, source } => anyhow!("cannot read the scene {file}: {source}"),
+        SceneError::Read { file, source } if file == name => {
+            let is_missing = source.kind() == std::io::ErrorKind::NotFound;
+            let hint = if is_missing { " (`simulate list` shows the scenes that come with the program)" } else { "" };
+            anyhow!("cannot read the scene {file}: {source}{hint}")
+        }
+        SceneError::Read { file, source } => anyhow!("cannot read {file}: {source}"),
         SceneError::UnknownBuiltin { name, .. } => unknown(&name),
         invalid @ SceneError::Invalid { .. } => invalid.into(),
     })
@@ -110,6 +123,18 @@ pub(crate) fn named(name: &str, seed: Option<u64>, index: Option<u64>) -> Result
 
 /// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
 pub(crate) const ALIKE: f64 = 0.7;
+
+/// What overlaps at the start, as the scene names it.
+pub(crate) fn overlapping(scene: &Scene, overlap: &Overlap) -> String {
+    let name = |rod: usize| scene.rods.get(rod).map_or_else(|| format!("rod {rod}"), |rod| rod.name.clone());
+    let other = match overlap.other {
+        Overlapped::Segment { rod, .. } => name(rod),
+        Overlapped::Obstacle { index, .. } => {
+            scene.obstacles.get(index).cloned().unwrap_or_else(|| format!("obstacle {index}"))
+        }
+    };
+    format!("{} and {other}", name(overlap.rod))
+}
 
 /// The error of a scene that does not exist: what may have been meant, and where to look.
 fn unknown(name: &str) -> Error {

@@ -21,6 +21,9 @@ struct Report {
     converged: bool,
     /// Linear solves, over all connected sets.
     linear_solves: usize,
+    /// Whether the energy is at a minimum; missing where that is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stable: Option<bool>,
     /// Largest movement in the last step: segment lengths or radians.
     last_movement: f64,
     tolerance: f64,
@@ -41,7 +44,12 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
     scenes::begin_with_frame(&mut scene, &args.begin)?;
     let wanted = args.out.as_deref().map(Wanted::plain);
     let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;
-    let params = StaticParams { tolerance: args.tolerance, ..StaticParams::default() };
+    let params = StaticParams {
+        method: args.method,
+        leave_unstable: !args.keep_unstable,
+        tolerance: args.tolerance,
+        ..StaticParams::default()
+    };
     let mut state = scene.state.clone();
     let begin = Instant::now();
     let found = equilibrium(&scene.model, &mut state, &params).with_context(|| scene.name.clone())?;
@@ -54,6 +62,7 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
         segments: state.len(),
         converged: found.converged,
         linear_solves: found.steps,
+        stable: found.stable,
         last_movement: found.movement,
         tolerance: args.tolerance,
         wind: match &scene.model.air {
@@ -95,6 +104,9 @@ fn print(report: &Report) -> Result<()> {
         report.linear_solves,
         number(report.wall_s)
     )?;
+    if let Some(stable) = report.stable {
+        say!("stable: {}", if stable { "yes" } else { "no" })?;
+    }
     if report.wind == "frozen" {
         say!("in the wind as it is at time 0; it changes later, and so nothing stays at rest in it")?;
     }

@@ -12,6 +12,7 @@ use solver::counters::{Counters, StageTimes};
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
+use crate::apart::Apart;
 use crate::coarse::TooCoarse;
 use crate::files::Written;
 use crate::measured::Measured;
@@ -66,6 +67,7 @@ pub(crate) struct Summary {
     joints: usize,
     connected_sets: usize,
     formulation: &'static str,
+    tangent: &'static str,
     integrator: &'static str,
     solver: String,
     linear_tolerance: Option<f64>,
@@ -89,6 +91,9 @@ pub(crate) struct Summary {
     threads: usize,
     /// Worst status of any step.
     status: &'static str,
+    /// Steps that ended with joints apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints_apart: Option<Apart>,
     /// Whether Ctrl-C stopped the run.
     interrupted: bool,
     /// Wall time of the steps [s], without measuring and writing.
@@ -140,6 +145,7 @@ impl Summary {
             joints: scene.model.joints.len(),
             connected_sets: simulation.components(),
             formulation: settings.step.formulation.name(),
+            tangent: settings.step.tangent.name(),
             integrator: settings.step.integrator.name(),
             solver: if start.end_to_end > 0 { "none".to_owned() } else { settings.solver.to_string() },
             linear_tolerance: match settings.solver {
@@ -158,6 +164,7 @@ impl Summary {
             steps_asked: scene.run.steps,
             threads: rayon::current_num_threads(),
             status: reached.status.name(),
+            joints_apart: reached.apart.clone(),
             interrupted: reached.interrupted,
             wall_s: wall,
             times_real_time: if reached.steps > 0 { scene.run.dt * reached.steps as f64 / wall.max(1e-9) } else { 0.0 },
@@ -199,11 +206,15 @@ impl Summary {
             String::new()
         };
         let Self { formulation, solver, guess, .. } = self;
+        let tangent = match self.tangent {
+            "positive" => String::new(),
+            other => format!(", tangent {other}"),
+        };
         let integrator = match self.integrator {
             "euler" => String::new(),
             other => format!(", integrator {other}"),
         };
-        say!("formulation {formulation}{integrator}, solver {solver}, guess {guess}{plane}{end}")?;
+        say!("formulation {formulation}{tangent}{integrator}, solver {solver}, guess {guess}{plane}{end}")?;
         if let Some(chosen) = &self.chosen {
             say!("chosen: {chosen}")?;
         }

@@ -75,3 +75,30 @@ fn what_is_no_run_of_the_scene_is_refused() {
         assert!(err.contains(expected), "{err}");
     }
 }
+
+#[test]
+fn a_frame_of_rods_of_other_lengths_or_radii_is_refused() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [first, second] = folders(place.path());
+    let scene = |name: &str, length: f64, radius: f64| {
+        let path = place.path().join(format!("{name}.toml"));
+        let text =
+            format!("[[rods]]\nradius_m = {radius}\nshape.straight = {{ length_m = {length}, segments = 10 }}\n");
+        std::fs::write(&path, text).expect("a file");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let own = scene("own", 1.0, 0.01);
+    runs(&[&own, "--steps", "2", "--out", &first]);
+    runs(&[&own, "--steps", "2", "--out", &second, "--from", &first]);
+    for other in [scene("longer", 2.0, 0.01), scene("thicker", 1.0, 0.02)] {
+        for from in [first.clone(), format!("{first}@1")] {
+            let output = run(&[&other, "--from", &from]);
+            let (code, _, error) = texts(&output);
+            assert_eq!(code, Some(2), "{error}");
+            assert!(
+                error.contains("the run, of the scene own, has segments of other lengths or radii than the scene"),
+                "{error}"
+            );
+        }
+    }
+}

@@ -93,7 +93,10 @@ fn a_snapshot_of_something_else_is_refused_and_a_frame_is_not() {
     let error = refused(&[&file, "--from", &first]);
     assert!(error.contains("snapshot.safetensors is of another model (helix) than the scene helix"), "{error}");
     let error = refused(&["helix", "--formulation", "newton", "--from", &first]);
-    assert!(error.contains("the snapshot is of a run with another formulation, solver or guess"), "{error}");
+    assert!(
+        error.contains("the snapshot is of a run with another formulation, integrator, solver or guess"),
+        "{error}"
+    );
     for arguments in [[&file, "--from", &frame], ["helix", "--from", &frame]] {
         runs(&[&arguments[..], &["--steps", "2", "--out", &second]].concat());
         assert_eq!(trajectory(&second).states[0], trajectory(&first).states[3]);

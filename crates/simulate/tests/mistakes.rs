@@ -170,7 +170,10 @@ fn scenes() {
     let missing = path("missing.toml");
     assert_eq!(
         error(&[&missing]),
-        format!("error: cannot read the scene {missing}: No such file or directory (os error 2)")
+        format!(
+            "error: cannot read the scene {missing}: No such file or directory (os error 2) (`simulate list` shows the scenes \
+             that come with the program)"
+        )
     );
     let directory = path("");
     assert_eq!(error(&[&directory]), format!("error: cannot read the scene {directory}: Is a directory (os error 21)"));
@@ -207,7 +210,7 @@ fn scenes() {
     assert_eq!(error(&[&scene]), format!("error: cannot read the scene {scene}: stream did not contain valid UTF-8"));
 }
 
-/// Bodies that overlap at the start: the pair that does so most, in the words of the model.
+/// Bodies that overlap at the start: the pair that does so most, in the words of the scene and of the model.
 #[test]
 fn overlaps() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -222,11 +225,11 @@ fn overlaps() {
     write(&format!("contact = {{}}\n{crossing}"));
     let found = error(&[&file]);
     let expected = "segment 1 (rod 0) and segment 4 (rod 1) overlap by 0.02 m at the start";
-    assert_eq!(found, format!("error: {file}: {expected}; {advice}"));
+    assert_eq!(found, format!("error: {file}: rod-0 and rod-1: {expected}; {advice}"));
     assert_eq!(error(&[&file, "--json", "--contacts", "alternating"]), found);
     write("[[obstacles]]\nshape.plane.point_m = [0, 0, 0.02]\n");
     let expected = "segment 0 (rod 0) overlaps obstacle 0 (a plane) by 0.07 m at the start, and 3 other pairs too";
-    assert_eq!(error(&[&file]), format!("error: {file}: {expected}; {advice}"));
+    assert_eq!(error(&[&file]), format!("error: {file}: rod-0 and obstacle-0: {expected}; {advice}"));
     // Small enough to be within the tolerance, or allowed.
     assert_eq!(run(&[&file, "--contact-tolerance", "2", "--steps", "1"]).status.code(), Some(0));
     write(&format!("contact.allow_overlap = true\n{crossing}"));

@@ -52,6 +52,7 @@ fn help_explains_every_flag() {
         "steps",
         "dt",
         "formulation",
+        "tangent",
         "integrator",
         "solver",
         "preconditioner",
@@ -101,6 +102,18 @@ fn every_builtin_scene_runs_with_bdf2_which_the_summary_names() {
 }
 
 #[test]
+fn the_exact_tangent_is_named_by_the_summary() {
+    let flags = ["helix", "--steps", "2", "--formulation", "newton", "--tangent"];
+    let with = |tangent| [&flags[..], &[tangent]].concat();
+    for (tangent, named) in [("exact", "formulation newton, tangent exact, solver"), ("positive", "newton, solver")] {
+        assert_eq!(json(&with(tangent))["tangent"], tangent);
+        let output = run(&with(tangent));
+        let (_, out, _) = texts(&output);
+        assert!(out.contains(named), "{out}");
+    }
+}
+
+#[test]
 fn random_scenes_are_drawn_by_seed_and_index() {
     let hash =
         |arguments: &[&str]| json(&[&["random-helix", "--steps", "2"], arguments].concat())["final_state_hash"].clone();
@@ -118,7 +131,7 @@ fn json_has_all_keys() {
         keys(&summary),
         "connected_sets contact_tolerance dt_s end_to_end energy_end_j energy_highest_j energy_start_j final_state_hash formulation frames_measured \
          guess integrator interrupted joints length_drift linear_tolerance planar scene segments solver stages_s status steps steps_asked \
-         threads times_real_time tolerance wall_s work worst_residuals"
+         tangent threads times_real_time tolerance wall_s work worst_residuals"
     );
     assert_eq!(keys(&summary["stages_s"]), "assemble contact drag guess predict solve update");
     assert_eq!(
@@ -310,4 +323,45 @@ fn an_output_that_is_full_is_an_error() {
     let (code, _, err) = texts(&output);
     assert_eq!(code, Some(2));
     assert!(err.starts_with("error: cannot write to standard output: "), "{err}");
+}
+
+/// A rod whose first end is led down, past the ground or not.
+fn led(depth: f64) -> String {
+    format!(
+        "run = {{ dt_s = 0.01, steps = 60 }}\ngravity_m_s2 = [0, 0, 0]\n[[obstacles]]\nshape.plane.point_m = [0, 0, -0.06]\n\
+         [[rods]]\nname = \"cable\"\nradius_m = 0.01\nyoungs_modulus_pa = 1e7\ndensity_kg_m3 = 1000\n\
+         shape.straight = {{ length_m = 1, segments = 10 }}\n[[rods.motions]]\nat = \"start-face\"\n\
+         times_s = [0, 0.5]\nshifts_m = [[0, 0, 0], [0, 0, -{depth}]]\n"
+    )
+}
+
+#[test]
+fn a_run_whose_joints_come_apart_says_so_and_fails() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("led.toml");
+    let file = path.to_str().expect("UTF-8");
+    fs::write(&path, led(0.049)).expect("a file");
+    assert_eq!(json(&[file])["status"], "converged");
+    // It goes 2 mm a step, and is at the ground in step 25. The joint is half a segment long: 0.05 m.
+    fs::write(&path, led(0.1)).expect("a file");
+    let output = run(&[file, "--json"]);
+    let (code, out, error) = texts(&output);
+    assert_eq!(code, Some(1), "{error}");
+    let summary: Value = serde_json::from_str(out).expect("JSON");
+    assert_eq!((summary["status"].as_str(), summary["steps"].as_u64()), (Some("joints apart"), Some(60)));
+    let apart = &summary["joints_apart"];
+    let number = |key: &str| apart[key].as_f64().expect(key);
+    assert!((27.0..=28.0).contains(&number("first_step")), "{apart}");
+    assert!(
+        (number("widest_gap_m") - 0.05).abs() < 2e-3 && (number("widest_gap_per_length") - 1.0).abs() < 0.04,
+        "{apart}"
+    );
+    assert!(error.starts_with("error: led: joints came apart, first in step 2"), "{error}");
+    assert!(
+        error.contains("between what holds it and segment 0 of cable; look whether what is held is led into something"),
+        "{error}"
+    );
+    let output = run(&[file]);
+    let (code, out, _) = texts(&output);
+    assert!(code == Some(1) && out.contains("joints apart: 60 steps"), "{out}");
 }

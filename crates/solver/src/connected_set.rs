@@ -8,6 +8,7 @@ use crate::attempt::{Attempt, Exact, attempt, attempt_exactly, count_step, finis
 use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::guess::InitialGuess;
+use crate::limits::APART;
 use crate::linear::LinearSolver;
 use crate::linear::solvers::{SolverError, SolverKind};
 use crate::projection::Predictor;
@@ -81,6 +82,19 @@ impl ConnectedSet {
     /// Counts a guess that the last attempt began at as dropped.
     pub(crate) fn count_dropped(&mut self) {
         self.counters.guesses_dropped += u64::from(self.attempt.start == Start::Guess);
+    }
+
+    /// How a step ended whose attempt ended so: with joints apart where they gape. Predictions in the place of solves answer
+    /// with no forces.
+    pub(crate) fn ended(&self, status: Status) -> Status {
+        let is_solved = matches!(self.projector, Projector::Solve { .. });
+        if is_solved && self.component.gapes() >= 0.0 { status.max(Status::Apart) } else { status }
+    }
+
+    /// Whether the last attempt leaves joints apart or askew by more than a tenth.
+    pub(crate) fn is_torn(&self) -> bool {
+        let residuals = &self.attempt.residuals;
+        matches!(self.projector, Projector::Solve { .. }) && residuals.stretch.max(residuals.bend) > APART
     }
 
     pub(crate) fn store(&self, state: &mut State) {
@@ -166,16 +180,18 @@ impl Steps for ConnectedSet {
         self.component.roll_back();
     }
 
-    fn accept(&mut self, status: Status, params: &StepParams) {
+    fn accept(&mut self, status: Status, params: &StepParams) -> Status {
         count_step(&self.attempt, 0, &mut self.counters);
         if status.is_stuck() {
             self.component.roll_back();
-        } else {
-            finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
-            if status != Status::Converged {
-                self.component.begin_anew(1.0);
-            }
+            return status;
         }
+        let status = self.ended(status);
+        finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
+        if status != Status::Converged {
+            self.component.begin_anew(1.0);
+        }
+        status
     }
 
     fn counters_mut(&mut self) -> &mut Counters {

@@ -36,7 +36,8 @@ pub enum Tangent {
     /// Positive definite: how the torques of joints change as segments turn is left out, but for the stiffness of pulls.
     #[default]
     Positive,
-    /// The exact one ([`crate::tangent`]), on chains, trees and rings without contacts: fewer iterations, each of which costs more.
+    /// The exact one ([`crate::tangent`]), on chains, trees and rings without contacts: fewer iterations, each of which costs
+    /// about a third more.
     Exact,
 }
 

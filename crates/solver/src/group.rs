@@ -9,6 +9,7 @@ use crate::component::{Change, Component, Members};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::Counters;
 use crate::integrator::Integrator;
+use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::limits::GROUP;
 use crate::linear::direct::Direct;
@@ -71,6 +72,15 @@ impl Group {
             let mut set = ConnectedSet::new(single, members.clone(), Projector::Solve { solver, guess: None });
             statuses[lane] = retry::advance_halves(&mut set, interval, 0, params);
             alone.push((lane, set));
+        }
+        let gapes = vectorized(
+            #[inline(always)]
+            || component.gapes(),
+        );
+        let kept = (0..members.len()).filter(|&lane| active.lane(lane) >= 0.0 && gapes.lane(lane) >= 0.0);
+        for lane in kept.filter(|lane| alone.iter().all(|(other, _)| other != lane)) {
+            statuses[lane] = Status::Apart;
+            anew.set_lane(lane, 1.0);
         }
         finish(component, params.formulation, active, counters);
         if statuses.iter().any(|status| *status != Status::Converged) {

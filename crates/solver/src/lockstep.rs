@@ -256,6 +256,22 @@ impl Lockstep {
         self.sets.iter().map(of).fold(0.0, max_or_nan)
     }
 
+    /// How a step ended whose last attempt ended so: with joints apart where they gape. Sets that the smallest substep does not
+    /// bring together stay where they are, without what presses.
+    fn ended(&mut self, status: Status, params: &StepParams) -> Status {
+        let may_stay = status == Status::OutOfIterations && params.max_halvings > 0;
+        let mut stays = false;
+        for set in self.sets.iter_mut().filter(|set| may_stay && set.is_torn()) {
+            set.component.stay();
+            stays = true;
+        }
+        if stays {
+            self.stage.roll_back();
+            return Status::Apart;
+        }
+        self.sets.iter().map(|set| set.ended(status)).max().unwrap_or(status)
+    }
+
     fn mark_pushed(&mut self) {
         for set in &mut self.sets {
             set.takes_part = false;
@@ -339,6 +355,10 @@ impl Steps for Lockstep {
         self.sets.iter().any(ConnectedSet::is_guessed)
     }
 
+    fn is_hopeless(&self) -> bool {
+        self.sets.iter().any(|set| set.is_torn() && set.component.begins_apart())
+    }
+
     fn roll_back(&mut self) {
         for set in &mut self.sets {
             set.component.roll_back();
@@ -347,7 +367,7 @@ impl Steps for Lockstep {
         self.stage.roll_back();
     }
 
-    fn accept(&mut self, status: Status, params: &StepParams) {
+    fn accept(&mut self, status: Status, params: &StepParams) -> Status {
         for set in &mut self.sets {
             count_step(&set.attempt, 0, &mut set.counters);
         }
@@ -357,8 +377,9 @@ impl Steps for Lockstep {
         self.counters.not_converged += u64::from(not_converged && own == Some(Status::Converged));
         if status.is_stuck() {
             self.roll_back();
-            return;
+            return status;
         }
+        let status = self.ended(status, params);
         let begins_anew = self.stage.end_step() || status != Status::Converged;
         for set in &mut self.sets {
             finish(&mut set.component, params.formulation, 1.0, &mut set.counters);
@@ -368,6 +389,7 @@ impl Steps for Lockstep {
         }
         self.counters.worst_contact = self.counters.worst_contact.max(self.stage.worst());
         self.counters.deepest_penetration = self.counters.deepest_penetration.max(self.stage.deepest());
+        status
     }
 
     fn counters_mut(&mut self) -> &mut Counters {

@@ -152,7 +152,7 @@ impl Problem {
             component.update(Formulation::Newton, 1.0);
         }
         component.evaluate(Formulation::Newton);
-        component.gather(equations);
+        component.gather(equations, 1.0);
         for joint in &mut equations.joints {
             joint.rhs = [Vector3::zeros(); 2];
         }

@@ -11,11 +11,17 @@ pub(crate) trait Steps {
     /// Whether the last attempt began at a guess.
     fn is_guessed(&self) -> bool;
 
+    /// Whether the last attempt began where joints were apart already, so that shorter steps would not help.
+    fn is_hopeless(&self) -> bool {
+        false
+    }
+
     /// Takes the last attempt back.
     fn roll_back(&mut self);
 
-    /// Ends the step with the last attempt: velocities, or back where it began if there is nothing to go on from.
-    fn accept(&mut self, status: Status, params: &StepParams);
+    /// Ends the step with the last attempt: velocities, or back where it began if there is nothing to go on from. Returns how
+    /// the step ended: as the attempt did, or with joints apart.
+    fn accept(&mut self, status: Status, params: &StepParams) -> Status;
 
     /// The counters for retries and for what becomes of guesses.
     fn counters_mut(&mut self) -> &mut Counters;
@@ -33,13 +39,12 @@ pub(crate) fn advance(sets: &mut impl Steps, interval: Interval, halvings: u32, 
         sets.roll_back();
         status = sets.attempt(interval, params, false);
     }
-    if status.may_be_halved() && halvings < params.max_halvings {
+    if status.may_be_halved() && halvings < params.max_halvings && !sets.is_hopeless() {
         sets.roll_back();
         sets.counters_mut().retries += 1;
         return advance_halves(sets, interval, halvings, params);
     }
-    sets.accept(status, params);
-    status
+    sets.accept(status, params)
 }
 
 /// [`advance`] over one half of `interval` after the other.
@@ -107,8 +112,9 @@ mod tests {
             self.rolled_back += 1;
         }
 
-        fn accept(&mut self, status: Status, _: &StepParams) {
+        fn accept(&mut self, status: Status, _: &StepParams) -> Status {
             self.accepted.push((self.last.time, self.last.dt, status));
+            status
         }
 
         fn counters_mut(&mut self) -> &mut Counters {

@@ -118,6 +118,12 @@ pub enum Status {
     ConvergedInSubsteps,
     /// The cap on iterations came first, even with the smallest substep.
     OutOfIterations,
+    /// Joints gape by more than a tenth of their length: something that is held is led where the rods cannot follow, into an
+    /// obstacle or further than they reach. Where joints that do not stretch (compliances of 1e-10 m/N at most) answer with
+    /// such a force, the equations are solved, and what they say is no motion of a rod. Where contacts leave nothing to solve,
+    /// even with the smallest substep, what moves freely in the connected sets whose joints gape was left where it was, at
+    /// rest.
+    Apart,
     /// More contacts press at once than there is memory for; the segments were left where they were. Shorter steps would not
     /// help, so that there are none.
     TooManyContacts,
@@ -132,6 +138,7 @@ impl Status {
             Status::Converged => "converged",
             Status::ConvergedInSubsteps => "converged in substeps",
             Status::OutOfIterations => "out of iterations",
+            Status::Apart => "joints apart",
             Status::TooManyContacts => "too many contacts",
             Status::NonFinite => "not finite",
         }

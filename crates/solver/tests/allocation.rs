@@ -6,7 +6,7 @@ use common::*;
 use nalgebra::Vector3;
 use rod::{Air, Assembly, Gusts, Material, Model, RodSpec, Wind, shape};
 use solver::component::Members;
-use solver::formulation::Formulation;
+use solver::formulation::{Formulation, Tangent};
 use solver::guess::GuessKind;
 use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
@@ -94,9 +94,13 @@ fn whole_steps_do_not_allocate() {
     windy_model.air = Some(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.01, wind });
     for (model, state) in [(&tree_model, &tree_state), (&windy_model, &tree_state), (&rods_model, &rods_state)] {
         for formulation in Formulation::ALL {
-            for solver in [SolverKind::Direct, SolverKind::cg(PreconditionerKind::BlockJacobi)] {
+            let positive = [SolverKind::Direct, SolverKind::cg(PreconditionerKind::BlockJacobi)];
+            let ways = positive.map(|solver| (solver, Tangent::Positive)).into_iter();
+            let exact = [(SolverKind::Direct, Tangent::Exact)];
+            for (solver, tangent) in ways.chain(exact.into_iter().filter(|_| formulation == Formulation::Newton)) {
                 let mut settings = Settings { solver, ..Settings::default() };
                 settings.step.formulation = formulation;
+                settings.step.tangent = tangent;
                 let mut simulation = Simulation::new(model, state, &settings, None).unwrap();
                 simulation.step(0.02).unwrap();
                 let count = allocations(|| {
@@ -104,7 +108,7 @@ fn whole_steps_do_not_allocate() {
                         simulation.step(0.02).unwrap();
                     }
                 });
-                assert_eq!(count, 0, "{formulation}, {solver}");
+                assert_eq!(count, 0, "{formulation}, {solver}, {tangent}");
             }
         }
     }

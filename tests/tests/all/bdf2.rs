@@ -3,8 +3,8 @@
 use acceptance::{Beam, order, relaxed, run, tight};
 use nalgebra::{Complex, UnitQuaternion, Vector3};
 use rod::{
-    Assembly, BodyShape, Contacts, Friction, Material, Model, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec, State,
-    Surface, measure, shape,
+    Assembly, BodyShape, Contacts, Friction, Load, Material, Model, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec,
+    State, Surface, measure, shape,
 };
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
@@ -331,6 +331,24 @@ fn what_bounces_gains_no_energy() {
     }
 }
 
+/// A ball on a smooth floor, pushed by 1 N a kilogram: the steps of Euler's rule that follow the impact begin with the
+/// velocities that they end with.
+#[test]
+fn what_slides_after_an_impact_is_pushed_once() {
+    let mut assembly = Assembly::new(GRAVITY);
+    let pose = Pose { position: Vector3::z() * 0.05, orientation: UnitQuaternion::identity() };
+    let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.05 }, 1.0), pose);
+    assembly.load(Load { segment: ball, offset: 0.0, force: Vector3::x(), torque: Vector3::zeros() });
+    let floor = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    let smooth = Surface { friction: Friction::new(0.0), restitution: 0.0 };
+    assembly.model_mut().contacts = Contacts { obstacles: vec![Obstacle::new(floor, smooth)], ..Contacts::default() };
+    let (model, state) = assembly.finish();
+    let (_, state) = run(&model, &state, &settings(Formulation::XpbdGeometric, Integrator::Bdf2), 0.005, 200);
+    let (place, speed) = (state.positions[ball].x, state.velocities[ball].x);
+    // The steps of Euler's rule lead by half a step's velocity each.
+    assert!((speed - 1.0).abs() < 1e-6 && (place - 0.5).abs() < 1e-4, "{place} m, {speed} m/s");
+}
+
 /// A rod of `segments` held at its start, straight along x, that ends in a mass of `tip` [kg] and is thrown at `speed` [m/s].
 fn held(segments: usize, radius: f64, youngs_modulus: f64, tip: f64, speed: f64) -> (Model, State) {
     let material = Material { youngs_modulus, torsion_modulus: 0.4 * youngs_modulus, density: 1000.0 };
@@ -342,6 +360,30 @@ fn held(segments: usize, radius: f64, youngs_modulus: f64, tip: f64, speed: f64)
         *v = Vector3::new(-1.0, 0.3, 1.0) * speed;
     }
     assembly.finish()
+}
+
+#[test]
+fn a_thin_rod_that_tumbles_does_not_spin_about_itself() {
+    // A segment is a hundred times as light to turn about its axis as across it.
+    let (model, state) = held(20, 0.005, 1e8, 0.0, 3.0);
+    for formulation in [Formulation::Xpbd, Formulation::XpbdGeometric] {
+        let fastest = |dt: f64| {
+            let settings = settings(formulation, Integrator::Bdf2);
+            let mut simulation = Simulation::new(&model, &state, &settings, None).expect("a valid model");
+            let (mut now, mut fastest) = (state.clone(), 0.0_f64);
+            for _ in 0..(1.0 / dt) as usize {
+                simulation.step(dt).expect("a valid step");
+                simulation.store(&mut now);
+                let spins =
+                    now.angular_velocities.iter().zip(&now.orientations).map(|(w, q)| w.dot(&(q * Vector3::z())).abs());
+                fastest = fastest.max(spins.fold(0.0, f64::max));
+            }
+            fastest
+        };
+        let [coarse, fine] = [0.02, 0.001].map(fastest);
+        println!("{formulation}: spin about the axis up to {coarse:.2} rad/s, with short steps {fine:.2} rad/s");
+        assert!(coarse < 2.0 * fine, "{formulation}: {coarse}, {fine}");
+    }
 }
 
 #[test]

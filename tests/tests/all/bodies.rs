@@ -454,3 +454,25 @@ fn a_gripper_lifts_a_cable_where_friction_bears_its_weight() {
     println!("lifted by {slips} m and {holds} m");
     assert!((holds - 0.2).abs() < 4e-3 && slips < 0.1, "{holds} m, {slips} m");
 }
+
+/// What is pushed out of the ground in a step keeps that velocity: however large the body and short the step, that is none
+/// beside gravity's.
+#[test]
+fn a_large_body_rests_in_short_steps() {
+    for dt in [0.02, 0.005, 0.001] {
+        let mut assembly = Assembly::new(DOWN);
+        let sides = Vector3::new(10.0, 10.0, 10.0);
+        let body = assembly.body(RigidBody::new(BodyShape::Box { sides }, 1000.0), at(Vector3::z() * 5.0));
+        assembly.model_mut().contacts.obstacles.push(ground(0.5));
+        let (model, state) = assembly.finish();
+        let mut simulation = Simulation::new(&model, &state, &Settings::default(), None).unwrap();
+        let (mut now, mut highest) = (state.clone(), 0.0_f64);
+        for _ in 0..500 {
+            assert_eq!(simulation.step(dt).unwrap().status, Status::Converged);
+            simulation.store(&mut now);
+            highest = highest.max(now.positions[body].z - 5.0);
+        }
+        println!("steps of {dt} s: up by {highest} m at most");
+        assert!(highest < GRAVITY * dt * dt, "steps of {dt} s: {highest} m");
+    }
+}

@@ -9,6 +9,7 @@ mod contact;
 mod contact_scenes;
 mod drum;
 mod dynamics;
+mod equilibria;
 mod grips;
 mod inner_damping;
 mod invariance;

@@ -5,6 +5,7 @@
 use evaluation::stress::{self, Case, CaseRun};
 use rod::{Body, Segment, measure};
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::step::StepParams;
 
 /// Runs every case in a formulation; the pile, which takes as long as all others, in the default one alone.
@@ -45,6 +46,17 @@ fn the_default_formulation_stands_every_case() {
     }
     // Without contacts none of them even needs a smaller step.
     assert_eq!(names(&rows, |row| row.retries > 0 && row.worst_contact.is_none()), [""; 0]);
+}
+
+/// All but the pile, which takes as long as all others.
+#[test]
+fn so_it_does_with_the_second_order() {
+    let mut settings = stress::settings(Formulation::default());
+    settings.step.integrator = Integrator::Bdf2;
+    for case in stress::cases().iter().filter(|case| case.formulations.len() == Formulation::ALL.len()) {
+        let row = stress::run(case, &settings, None).expect("a valid case");
+        assert!(stands(&row) && (row.retries == 0 || row.worst_contact.is_some()), "{row:?}");
+    }
 }
 
 /// The paper's formulation, without geometric stiffness, shows that the table tells one from the other.

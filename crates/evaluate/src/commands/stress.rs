@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use evaluation::stress;
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use terminal::Progress;
 
 use super::{OutputArgs, conditions};
@@ -15,6 +16,9 @@ pub(crate) struct StressArgs {
     /// Formulations to run [default: all].
     #[arg(long, value_delimiter = ',')]
     formulation: Vec<Formulation>,
+    /// Integrator of all runs: euler or bdf2.
+    #[arg(long, default_value_t = Integrator::default())]
+    integrator: Integrator,
     /// Run only the cases whose name holds this text.
     #[arg(long, default_value = "")]
     only: String,
@@ -38,12 +42,15 @@ pub(crate) fn stress(args: &StressArgs) -> Result<Outcome> {
     args.output.say(&format!("cases: {}, runs: {}", cases.len(), runs.clone().count()))?;
     let mut rows = Vec::new();
     for (case, formulation) in runs {
-        rows.push(stress::run(case, &stress::settings(formulation), None)?);
+        let mut settings = stress::settings(formulation);
+        settings.step.integrator = args.integrator;
+        rows.push(stress::run(case, &settings, None)?);
         if !progress.advance() {
             break;
         }
     }
-    let table = stability::cases_table(&rows.iter().collect::<Vec<_>>(), stability::tolerances(conditions()));
+    let conditions_of_rows = stability::tolerances(conditions()).with("integrator", args.integrator.name());
+    let table = stability::cases_table(&rows.iter().collect::<Vec<_>>(), conditions_of_rows);
     let outcome = args.output.finish(["stress", "Stability"], vec![table], conditions(), progress)?;
     let failed = rows.iter().find(|row| !row.finite);
     Ok(failed.map_or(outcome, |row| Outcome::not_finite(&row.case, &row.formulation)))

@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn motions_in_parts_are_those_in_one() {
         let directory = tempfile::tempdir().unwrap();
-        let info = TrajectoryInfo { scene: String::new(), dt: 1.0 };
+        let info = TrajectoryInfo { scene: String::new(), dt: 1.0, segments_hash: None };
         let (segments, frames) = (3, 7);
         let mut writer = TrajectoryWriter::create(directory.path(), segments, 0, info).unwrap();
         for frame in 0..frames {

@@ -45,7 +45,7 @@ impl Run {
 
     /// Writes the trajectory into `directory` and returns its file.
     pub(crate) fn record(&self, directory: &Path) -> PathBuf {
-        let info = TrajectoryInfo { scene: "a \"rod\" & <knot> \u{2603}".to_owned(), dt: DT };
+        let info = TrajectoryInfo { scene: "a \"rod\" & <knot> \u{2603}".to_owned(), dt: DT, segments_hash: None };
         let joints = self.forces.first().map_or(0, Vec::len);
         let mut writer = TrajectoryWriter::create(directory, self.model.segments.len(), joints, info).unwrap();
         for (frame, state) in self.states.iter().enumerate() {

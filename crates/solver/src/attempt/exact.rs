@@ -31,8 +31,14 @@ pub(crate) struct Exact {
 impl Exact {
     /// Memory for sets of this connectivity; `None` where it has too many loops.
     pub(crate) fn new(topology: &Topology) -> Option<Box<Self>> {
-        let (equations, elimination) = (Equations::default(), Elimination::new(topology)?);
-        Some(Box::new(Self { equations, elimination, dp: Vec::new(), poses: Vec::new(), lambda: Vec::new() }))
+        let (bodies, joints) = (topology.bodies(), topology.joints.len());
+        Some(Box::new(Self {
+            equations: Equations { bodies: Vec::with_capacity(bodies), joints: Vec::with_capacity(joints) },
+            elimination: Elimination::new(topology)?,
+            dp: Vec::with_capacity(bodies),
+            poses: Vec::with_capacity(bodies),
+            lambda: Vec::with_capacity(joints),
+        }))
     }
 
     /// One iteration from the last evaluation, which left `residuals`. Returns those after it; `None` where the tangent is of
@@ -48,19 +54,14 @@ impl Exact {
         }
         let mut watch = Stopwatch::start();
         let Self { equations, elimination, dp, poses, lambda } = self;
-        component.gather(equations);
+        component.gather(equations, 1.0);
         watch.mark(&mut counters.times.assemble);
         let is_solved = elimination.solve(equations);
         watch.mark(&mut counters.times.solve);
         if !is_solved {
             return None;
         }
-        dp.clear();
-        dp.extend(elimination.corrections.iter().map(|&x| Spatial::from_array(x.into())));
-        for (j, &x) in elimination.multipliers.iter().enumerate() {
-            component.take_solution(j, Spatial::from_array(x.into()));
-        }
-        component.drop_free();
+        component.take_solution(elimination, dp);
         poses.clone_from(&component.poses);
         lambda.clone_from(&component.lambda);
         for share in SHARES {

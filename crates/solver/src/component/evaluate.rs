@@ -1,5 +1,6 @@
 //! Constraints, residuals, Jacobians and mass matrices: the linear system of an outer iteration.
 
+use super::multistep::gyroscopic;
 use super::{Component, Residuals};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
@@ -23,7 +24,10 @@ impl<T: Real> Component<T> {
             false => self.evaluate_joints::<true>(),
         };
         if formulation.momentum() {
-            self.evaluate_momentum(&mut residuals);
+            match self.multistep.is_some() {
+                true => self.evaluate_momentum::<true>(&mut residuals),
+                false => self.evaluate_momentum::<false>(&mut residuals),
+            }
         } else if self.torques_wait {
             self.evaluate_torques(&mut residuals);
         }
@@ -162,9 +166,10 @@ impl<T: Real> Component<T> {
         worst
     }
 
-    /// Adds the momentum residual `g = M (p - p*) - J^T lambda` (and the loads' torques) to the system: `b += J M^-1 g`.
+    /// Adds the momentum residual `g = M (p - p*) - J^T lambda` (and the loads' torques) to the system: `b += J M^-1 g`. Steps
+    /// that build on those before ask for the `GYROSCOPIC` share of second order.
     #[inline(always)]
-    fn evaluate_momentum(&mut self, worst: &mut Residuals<T>) {
+    fn evaluate_momentum<const GYROSCOPIC: bool>(&mut self, worst: &mut Residuals<T>) {
         self.gather_torques();
         for (impulse, &pushed) in self.scratch.iter_mut().zip(&self.pushed) {
             *impulse = impulse.plus(pushed, T::splat(1.0));
@@ -179,16 +184,18 @@ impl<T: Real> Component<T> {
             let (constants, pose, predicted) = (&self.bodies[i], &self.poses[i], &self.predicted[i]);
             let axis = self.system.bodies[i].axis;
             let phi = (pose.q * predicted.q.conj()).upper().v * two;
-            let turning =
-                phi * constants.transverse + axis * (axis.dot(phi) * (constants.axial - constants.transverse));
+            let inertia =
+                |x: Vec3<T>| x * constants.transverse + axis * (axis.dot(x) * (constants.axial - constants.transverse));
+            let mut turning = inertia(phi);
+            if GYROSCOPIC {
+                let theta = (pose.q * self.start[i].q.conj()).upper().v * two;
+                turning += gyroscopic(inertia, theta, phi);
+            }
             let impulse = self.scratch[i];
             // The translation's part of M^-1 g, without the detour over the mass.
             let dx = (predicted.x - pose.x) * constants.free + impulse.linear * constants.inverse_mass;
             let dphi = self.system.bodies[i].inverse_inertia.apply(impulse.angular - turning);
             self.momentum[i] = Spatial { linear: dx, angular: dphi };
-        }
-        if self.multistep.is_some() {
-            self.add_gyroscopic_momentum();
         }
         if !self.rigid.is_empty() {
             self.momentum_of_rigid();

@@ -59,6 +59,11 @@ impl<T: Real> Component<T> {
         }
     }
 
+    /// Whether a joint of a lane leaves something free.
+    pub(super) fn is_loose(&self, joint: usize, lane: usize) -> bool {
+        self.loose.iter().any(|loose| (loose.lane, loose.joint) == (lane, joint))
+    }
+
     /// Whether an anchor of a lane is open.
     pub(super) fn is_open(&self, anchor: usize, lane: usize) -> bool {
         let holds_on = |joint: usize| self.system.topology.joints[joint].contains(&(anchor as u32));

@@ -3,8 +3,10 @@
 //! Bodies are the set's segments, in the model's order, followed by the anchors that its joints hold on to. Several
 //! sets with the same connectivity can move side by side, one a lane.
 
+mod apart;
 mod beyond;
 mod drag;
+mod equilibrium;
 mod evaluate;
 mod forces;
 mod hold;

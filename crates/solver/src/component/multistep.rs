@@ -14,9 +14,15 @@
 //! segment that feels nothing keeps it, and its energy, to rounding. (Wieloch and Arnold 2021 have BDF on Lie groups in
 //! increments of poses; the variable of Moser and Veselov is one.)
 //!
+//! A segment is a symmetric top, whose angular momentum about its axis no torque across it changes. World axes do not keep
+//! that from step to step: as the axis tilts, a part of the momentum across it in the steps before lies along it, and a thin
+//! segment, which is light to spin, would take it for a spin of its own, many times that which it has. The `xpbd`
+//! formulations, which have the spin from the poses, therefore carry the share along the axis on as it was. `newton` does
+//! not: it balances world vectors, and so the angular momentum of a whole rod, to second order.
+//!
 //! Velocities of Algorithm 1 remain those over the last step; those at its end are kept here.
 
-use super::lanes::{copy_spatial, pick, pick_spatial, put};
+use super::lanes::{copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::predict::angular_momentum;
 use super::update::select;
 use super::{BodyConstants, Component};
@@ -41,8 +47,8 @@ pub(super) struct Multistep<T> {
     now: Vec<Spatial<T>>,
     /// The same one step earlier.
     earlier: Vec<Spatial<T>>,
-    /// Per segment: what its rate at the end of the last step is beyond that over it [rad/s].
-    beyond: Vec<Vec3<T>>,
+    /// Per segment: its discrete momentum over the last step, in world axes [kg m^2/s].
+    over: Vec<Vec3<T>>,
     /// Per segment: its inertia, without what air adds to it.
     bodies: Vec<BodyConstants<T>>,
     /// Per segment: moments of inertia about its own axes [kg m^2], and >= 0 where it is a rigid body, a lane each; empty
@@ -55,6 +61,9 @@ pub(super) struct Multistep<T> {
     held_back: bool,
     /// omega of the step under way; 0 where it does not go on.
     ratio: T,
+    /// beta, the share of implicit Euler, and `omega^2 / (1 + 2 omega)`, by which velocities go on, of the step under way.
+    share: T,
+    weight: T,
     /// Shares of velocities that damping leaves, linear and angular: over the step under way, and over the last one.
     decay: [[T; 2]; 2],
 }
@@ -63,15 +72,13 @@ impl<T: Real> Multistep<T> {
     /// beta: the step's share of implicit Euler.
     #[inline(always)]
     pub(super) fn share(&self) -> T {
-        let (one, ratio) = (T::splat(1.0), self.ratio);
-        (one + ratio) / (one + ratio + ratio)
+        self.share
     }
 
     /// Velocity and angular momentum (world axes) that a segment brings along to the end of the step, without forces.
     #[inline(always)]
     pub(super) fn brought(&self, body: usize) -> Spatial<T> {
-        let (one, ratio) = (T::splat(1.0), self.ratio);
-        let weight = ratio * ratio / (one + ratio + ratio);
+        let weight = self.weight;
         let [[linear, angular], [linear_before, angular_before]] = self.decay;
         let (now, earlier) = (self.now[body], self.earlier[body]);
         let on = |now: Vec3<T>, earlier: Vec3<T>, before: T, kept: T| (now + (now - earlier * before) * weight) * kept;
@@ -81,43 +88,49 @@ impl<T: Real> Multistep<T> {
         }
     }
 
-    /// What the last step adds to what is brought along: velocity over the step, and its discrete momentum in the body's
-    /// frame, without forces. `over` is the velocity over the last step, `w` its rotation's variable in the body's frame.
+    /// What is brought along with what the last step adds to it: velocity over the step, and its discrete momentum (world
+    /// axes), without forces. `over` is the velocity over the last step.
     #[inline(always)]
-    pub(super) fn predicted(&self, body: usize, q: Quat<T>, over: Vec3<T>, w: Vec3<T>, last_half: T) -> Spatial<T> {
-        let share = self.share();
+    pub(super) fn predicted(&self, body: usize, over: Vec3<T>) -> Spatial<T> {
+        let share = self.share;
         let rest = T::splat(1.0) - share;
         let brought = self.brought(body);
-        let momentum = self.momentum(body, w, last_half);
         Spatial {
             linear: brought.linear * share + over * rest,
-            angular: q.rotate_back(brought.angular) * share + momentum * rest,
+            angular: brought.angular * share + self.over[body] * rest,
         }
     }
 
-    /// `I x` of a segment, both in its frame.
+    /// By how much a segment's axis has tilted since an orientation; zero of a rigid body.
     #[inline(always)]
-    fn inertia(&self, body: usize, x: Vec3<T>) -> Vec3<T> {
-        match self.moments.get(body) {
-            None => self.bodies[body].inertia(x),
-            Some((moments, _)) => Vec3([0, 1, 2].map(|k| x.0[k] * moments.0[k])),
-        }
+    fn tilt(&self, body: usize, since: Quat<T>, axis: Vec3<T>) -> Vec3<T> {
+        let (one, zero) = (T::splat(1.0), T::zero());
+        let of_top = self.moments.get(body).map_or(one, |(_, is_rigid)| is_rigid.select(zero, one));
+        (axis - since.axis()) * of_top
     }
 
-    /// Angular momentum at the end of a step that turned a segment with `w`, both in its frame.
+    /// `I x` of a segment that is oriented so, both in world axes.
     #[inline(always)]
-    fn momentum(&self, body: usize, w: Vec3<T>, half: T) -> Vec3<T> {
-        angular_momentum(self.inertia(body, w), w * half)
-    }
-
-    /// `I^-1 momentum` of a segment that is oriented so, both in world axes.
-    #[inline(always)]
-    fn rate(&self, body: usize, q: Quat<T>, momentum: Vec3<T>) -> Vec3<T> {
-        let of_top = rate_of(&self.bodies[body], q.axis(), momentum);
+    fn inertia(&self, body: usize, q: Quat<T>, x: Vec3<T>) -> Vec3<T> {
+        let (constants, axis) = (&self.bodies[body], q.axis());
+        let of_top = x * constants.transverse + axis * (axis.dot(x) * (constants.axial - constants.transverse));
         let Some((moments, is_rigid)) = self.moments.get(body) else { return of_top };
+        let own = q.rotate_back(x);
+        let turning = q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] * moments.0[k])));
+        Vec3([0, 1, 2].map(|k| is_rigid.select(turning.0[k], of_top.0[k])))
+    }
+
+    /// `I^-1 momentum` of a segment of a lane that is oriented so, both in world axes.
+    fn rate(&self, (body, lane): (usize, usize), q: Quat<f64>, momentum: Vec3<f64>) -> Vec3<f64> {
         let own = q.rotate_back(momentum);
-        let rate = q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] / moments.0[k])));
-        Vec3([0, 1, 2].map(|k| is_rigid.select(rate.0[k], of_top.0[k])))
+        let moments = match self.moments.get(body) {
+            Some((moments, is_rigid)) if is_rigid.lane(lane) >= 0.0 => pick(*moments, lane),
+            _ => {
+                let BodyConstants { transverse, axial, .. } = self.bodies[body].pick(lane);
+                Vec3([transverse, transverse, axial])
+            }
+        };
+        q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] / moments.0[k])))
     }
 
     /// The inertia across the axis, without what air adds to it.
@@ -126,21 +139,12 @@ impl<T: Real> Multistep<T> {
         self.bodies[body].transverse
     }
 
-    /// Takes the velocities at the end of a step, in the lanes where `active` >= 0, from those over it and over the last one.
-    #[inline(always)]
-    fn take_in(&mut self, body: usize, [old, new]: [Spatial<T>; 2], active: T) {
-        let further = self.ratio / (T::splat(1.0) + self.ratio);
-        let change = new.plus(old, T::splat(-1.0));
-        self.earlier[body] = select(active, self.now[body], self.earlier[body]);
-        self.now[body] = select(active, new.plus(change, further), self.now[body]);
-    }
-
     /// Shows a tape what the next step builds on; the rest is of one step.
     pub(super) fn tape(&mut self, tape: &mut Tape<'_>) {
-        let Self { now, earlier, beyond, goes_on, .. } = self;
+        let Self { now, earlier, over, goes_on, .. } = self;
         tape.list(now, Tape::spatial);
         tape.list(earlier, Tape::spatial);
-        tape.list(beyond, Tape::vector);
+        tape.list(over, Tape::vector);
         tape.real(goes_on);
     }
 
@@ -162,12 +166,14 @@ impl<T: Real> Multistep<T> {
         Multistep {
             now: all(&self.now),
             earlier: all(&self.earlier),
-            beyond: self.beyond.iter().map(|x| pick(*x, lane)).collect(),
+            over: self.over.iter().map(|x| pick(*x, lane)).collect(),
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             moments: self.moments.iter().map(|(own, is_rigid)| (pick(*own, lane), is_rigid.lane(lane))).collect(),
             goes_on: self.goes_on.lane(lane),
             held_back: self.held_back,
             ratio: self.ratio.lane(lane),
+            share: self.share.lane(lane),
+            weight: self.weight.lane(lane),
             decay: self.decay.map(|pair| pair.map(|x| x.lane(lane))),
         }
     }
@@ -177,7 +183,7 @@ impl<T: Real> Multistep<T> {
         for (own, x) in self.now.iter_mut().zip(&from.now).chain(self.earlier.iter_mut().zip(&from.earlier)) {
             copy_spatial(own, lane, x, 0);
         }
-        for (own, x) in self.beyond.iter_mut().zip(&from.beyond) {
+        for (own, x) in self.over.iter_mut().zip(&from.over) {
             put(own, lane, x.0);
         }
         self.goes_on.set_lane(lane, from.goes_on);
@@ -190,16 +196,17 @@ impl<T: Real> Component<T> {
         let (zero, one) = (T::zero(), T::splat(1.0));
         self.multistep = (integrator == Integrator::Bdf2).then(|| {
             let now = vec![Spatial::zero(); self.segments];
-            let beyond = vec![Vec3::zero(); self.segments];
             Box::new(Multistep {
                 earlier: now.clone(),
                 now,
-                beyond,
+                over: vec![Vec3::zero(); self.segments],
                 bodies: self.bodies[..self.segments].to_vec(),
                 moments: self.all_moments(),
                 goes_on: T::splat(-1.0),
                 held_back: false,
                 ratio: zero,
+                share: one,
+                weight: zero,
                 decay: [[one; 2]; 2],
             })
         });
@@ -236,7 +243,7 @@ impl<T: Real> Component<T> {
     pub(super) fn begin_step(&mut self, time: f64, dt: f64) {
         (self.time, self.dt) = (time, dt);
         self.effective = T::splat(dt);
-        let last_dt = self.last_dt;
+        let (last_dt, one) = (self.last_dt, T::splat(1.0));
         let Some(steps) = &mut self.multistep else { return };
         for lane in 0..T::LANES {
             let last = last_dt.lane(lane);
@@ -247,7 +254,10 @@ impl<T: Real> Component<T> {
                 steps.decay[1][k].set_lane(lane, (-rate * last).exp());
             }
         }
-        self.effective = self.effective * steps.share();
+        let ratio = steps.ratio;
+        let scale = one / (one + ratio + ratio);
+        (steps.share, steps.weight) = ((one + ratio) * scale, ratio * ratio * scale);
+        self.effective = self.effective * steps.share;
     }
 
     /// The momenta of rates that were given since the last step: `I w`, with the variable of a step of the length of the one
@@ -262,7 +272,7 @@ impl<T: Real> Component<T> {
             let Some(steps) = &mut self.multistep else { return };
             let u = variable * half;
             let cosine = (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
-            let momentum = q.rotate(steps.inertia(i, q.rotate_back(variable))) * cosine;
+            let momentum = steps.inertia(i, q, variable) * cosine;
             for lane in 0..T::LANES {
                 if self.given[i].lane(lane) >= 0.0 {
                     put(&mut steps.now[i].angular, lane, pick(momentum, lane).0);
@@ -271,24 +281,27 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Velocities at the end of the step under way, in the lanes where `active` >= 0, from the velocities over it, `new`, and
-    /// over the last one, which are still the component's.
+    /// Velocities at the end of the step under way, in the lanes where `active` >= 0, from those over it, `new`, and over the
+    /// last one, which are still the component's. Where `by_spin`, the momenta of the steps before keep what they have about
+    /// the segment's axis as it tilts: see the module.
     #[inline(always)]
-    pub(super) fn end_step(&mut self, body: usize, new: Spatial<T>, active: T) {
-        let (half, last_half) = (T::splat(0.5 * self.dt), self.last_dt * T::splat(0.5));
-        let Some(steps) = &mut self.multistep else { return };
+    pub(super) fn end_step(&mut self, body: usize, new: Spatial<T>, by_spin: bool, active: T) {
+        let half = T::splat(0.5 * self.dt);
         let (start, end) = (self.start[body].q, self.poses[body].q);
-        let momentum = |q: Quat<T>, w: Vec3<T>, half: T| q.rotate(steps.momentum(body, q.rotate_back(w), half));
-        let old = self.velocities[body];
-        let over = [
-            Spatial { linear: old.linear, angular: momentum(start, old.angular, last_half) },
-            Spatial { linear: new.linear, angular: momentum(end, new.angular, half) },
-        ];
-        let beside = steps.rate(body, middle(start, end), over[1].angular);
-        steps.take_in(body, over, active);
-        let beyond = steps.rate(body, end, steps.now[body].angular) - beside;
-        let kept = steps.beyond[body];
-        steps.beyond[body] = Vec3([0, 1, 2].map(|k| active.select(beyond.0[k], kept.0[k])));
+        let Some(steps) = &mut self.multistep else { return };
+        let axis = end.axis();
+        let tilt = if by_spin { steps.tilt(body, start, axis) } else { Vec3::zero() };
+        let carried = |momentum: Vec3<T>| momentum - axis * tilt.dot(momentum);
+        let old = Spatial { linear: self.velocities[body].linear, angular: carried(steps.over[body]) };
+        let before = Spatial { linear: steps.now[body].linear, angular: carried(steps.now[body].angular) };
+        let turning = steps.inertia(body, end, new.angular);
+        let new = Spatial { linear: new.linear, angular: angular_momentum(turning, new.angular * half) };
+        let further = steps.ratio / (T::splat(1.0) + steps.ratio);
+        let now = new.plus(new.plus(old, T::splat(-1.0)), further);
+        let kept = Spatial { linear: steps.now[body].linear, angular: steps.over[body] };
+        steps.over[body] = select(active, new, kept).angular;
+        steps.earlier[body] = select(active, before, steps.earlier[body]);
+        steps.now[body] = select(active, now, steps.now[body]);
     }
 
     /// After a step that is accepted in the lanes where `active` >= 0, others can go on from it.
@@ -305,21 +318,17 @@ impl<T: Real> Component<T> {
     pub(crate) fn begin_anew(&mut self, active: T) {
         let half = self.last_dt * T::splat(0.5);
         let Some(steps) = &mut self.multistep else { return };
+        // The velocities over a step of Euler's rule are those at its end already.
+        let rest = (-steps.ratio).select(T::zero(), half);
         self.scratch.fill(Spatial::zero());
         for load in &self.loads {
             self.scratch[load.body].linear += load.force;
         }
         for i in 0..self.segments {
-            let (start, end) = (self.start[i].q, self.poses[i].q);
-            let over = self.velocities[i];
             let constants = &steps.bodies[i];
             let pull = self.gravity * constants.free + self.scratch[i].linear * constants.inverse_mass;
-            let momentum = end.rotate(steps.momentum(i, end.rotate_back(over.angular), half));
-            let beyond = steps.rate(i, end, momentum) - steps.rate(i, middle(start, end), momentum);
-            steps.now[i] =
-                select(active, Spatial { linear: over.linear + pull * half, angular: momentum }, steps.now[i]);
-            let kept = steps.beyond[i];
-            steps.beyond[i] = Vec3([0, 1, 2].map(|k| active.select(beyond.0[k], kept.0[k])));
+            let linear = self.velocities[i].linear + pull * rest;
+            steps.now[i] = select(active, Spatial { linear, angular: steps.over[i] }, steps.now[i]);
         }
         steps.goes_on = active.select(T::splat(-SETTLING), steps.goes_on);
     }
@@ -352,24 +361,13 @@ impl<T: Real> Component<T> {
 
     /// What a segment's rate at the end of the last step is beyond that over it [rad/s].
     pub(super) fn beyond(&self, body: usize, lane: usize) -> Vec3<f64> {
-        self.multistep.as_ref().map_or(Vec3::zero(), |steps| pick(steps.beyond[body], lane))
-    }
-}
-
-impl<T: Real> Component<T> {
-    /// Adds to the residuals of momentum what `I phi` leaves out.
-    #[inline(always)]
-    pub(super) fn add_gyroscopic_momentum(&mut self) {
-        let two = T::splat(2.0);
-        for i in 0..self.segments {
-            let (pose, axis) = (&self.poses[i], self.system.bodies[i].axis);
-            let [theta, phi] =
-                [&self.start[i], &self.predicted[i]].map(|from| (pose.q * from.q.conj()).upper().v * two);
-            let body = &self.bodies[i];
-            let inertia = |x: Vec3<T>| x * body.transverse + axis * (axis.dot(x) * (body.axial - body.transverse));
-            let turning = gyroscopic(inertia, theta, phi);
-            self.momentum[i].angular -= self.system.bodies[i].inverse_inertia.apply(turning);
-        }
+        let Some(steps) = &self.multistep else { return Vec3::zero() };
+        let u = pick(self.velocities[body].angular, lane) * (0.5 * self.last_dt.lane(lane));
+        let cosine = (1.0 - u.norm_squared()).max(0.0).sqrt();
+        let end = pick_pose(&self.poses[body], lane).q;
+        let middle = Quat { v: u, w: 1.0 + cosine }.normalized().conj() * end;
+        let [now, over] = [steps.now[body].angular, steps.over[body]].map(|momentum| pick(momentum, lane));
+        steps.rate((body, lane), end, now) - steps.rate((body, lane), middle, over)
     }
 }
 
@@ -380,21 +378,4 @@ impl<T: Real> Component<T> {
 pub(super) fn gyroscopic<T: Real>(inertia: impl Fn(Vec3<T>) -> Vec3<T>, theta: Vec3<T>, phi: Vec3<T>) -> Vec3<T> {
     let sum = inertia(theta.cross(phi)) - theta.cross(inertia(phi)) + phi.cross(inertia(theta));
     sum * T::splat(0.5)
-}
-
-/// `I^-1 momentum` of a body whose axis is `axis`.
-#[inline(always)]
-fn rate_of<T: Real>(body: &BodyConstants<T>, axis: Vec3<T>, momentum: Vec3<T>) -> Vec3<T> {
-    let [across, along] = [body.transverse, body.axial].map(|inertia| T::splat(1.0) / inertia);
-    momentum * across + axis * (axis.dot(momentum) * (along - across))
-}
-
-/// The orientation half way from one to another.
-#[inline(always)]
-fn middle<T: Real>(a: Quat<T>, b: Quat<T>) -> Quat<T> {
-    let side = (a.v.dot(b.v) + a.w * b.w).select(T::splat(1.0), T::splat(-1.0));
-    let sum = Quat { v: a.v + b.v * side, w: a.w + b.w * side };
-    let size = (sum.v.dot(sum.v) + sum.w * sum.w).sqrt().max(T::splat(f64::MIN_POSITIVE));
-    let share = T::splat(1.0) / size;
-    Quat { v: sum.v * share, w: sum.w * share }
 }

@@ -56,8 +56,8 @@ impl<T: Real> Component<T> {
             let (mut v, mut m) = match &self.multistep {
                 None => (old.linear * kept[0], angular_momentum(constants.inertia(w), w * last_half) * kept[1]),
                 Some(steps) => {
-                    let Spatial { linear, angular: Vec3([x, y, z]) } =
-                        steps.predicted(i, pose.q, old.linear, w, last_half);
+                    let Spatial { linear, angular } = steps.predicted(i, old.linear);
+                    let Vec3([x, y, z]) = pose.q.rotate_back(angular);
                     // What air adds to the inertia takes part in the motion from here on.
                     let heavier = constants.transverse / steps.transverse(i);
                     (linear, Vec3([x * heavier, y * heavier, z]))

@@ -44,17 +44,19 @@ impl Rigid {
         Vec3([0, 1, 2].map(|k| self.inertia.0[k] * x.0[k]))
     }
 
+    /// The inertia in world axes.
+    pub(super) fn world_inertia(&self, q: Quat<f64>) -> Sym3<f64> {
+        let parts = axes(q).into_iter().zip(self.inertia.0).map(|(axis, moment)| Sym3::outer(axis, moment));
+        parts.fold(Sym3::zero(), |sum, part| sum + part)
+    }
+
     /// W, the inverse of the inertia with the geometric stiffness of its pulls, if that counts.
     fn inverse_inertia(&self, q: Quat<f64>, geometric: bool) -> Sym3<f64> {
-        let axes = axes(q);
-        let mut inertia = Sym3::zero();
-        for (axis, moment) in axes.into_iter().zip(self.inertia.0) {
-            inertia = inertia + Sym3::outer(axis, moment);
-        }
+        let mut inertia = self.world_inertia(q);
         if geometric && self.pull != [Vec3::zero(); 3] {
             // K = sum (f.r) I - sym(f r^T), without its negative part.
             let mut stiffness = Sym3::zero();
-            for (pull, axis) in self.pull.into_iter().zip(axes) {
+            for (pull, axis) in self.pull.into_iter().zip(axes(q)) {
                 stiffness = stiffness + Sym3::identity(pull.dot(axis)) + Sym3::sym_outer(pull, -axis);
             }
             inertia = inertia + positive_part(stiffness);
@@ -187,9 +189,8 @@ impl<T: Real> Component<T> {
             let (mut m, share) = match &self.multistep {
                 None => (angular_momentum(rigid.times_inertia(w), w * half) * kept, 1.0),
                 Some(steps) => {
-                    let (q, over) = (self.start[body].q, self.velocities[body].linear);
-                    let predicted = steps.predicted(body, q, over, q.rotate_back(rate), last_half);
-                    (pick(predicted.angular, lane), steps.share().lane(lane))
+                    let predicted = steps.predicted(body, self.velocities[body].linear);
+                    (q.rotate_back(pick(predicted.angular, lane)), steps.share().lane(lane))
                 }
             };
             if let Some(drag) = &self.drag {

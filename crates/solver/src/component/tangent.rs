@@ -4,20 +4,19 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
-use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::math::{Sym3, Vec3};
+use crate::tangent::elimination::Elimination;
 use crate::tangent::{BodyEquation, Equations, JointEquation, curvature};
 
+#[inline(always)]
 fn vector(x: Vec3<f64>) -> Vector3<f64> {
     Vector3::from(x.0)
 }
 
-fn symmetric(m: Sym3<f64>) -> Matrix3<f64> {
-    let rows = m.full();
-    Matrix3::from_fn(|r, c| rows[r][c])
-}
-
-fn rotation(q: Quat<f64>) -> Matrix3<f64> {
-    Matrix3::from_columns(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| vector(q.rotate(Vec3(axis)))))
+#[inline(always)]
+fn matrix([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]: [[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, xz, yx, yy, yz, zx, zy, zz)
 }
 
 impl Component<f64> {
@@ -26,73 +25,94 @@ impl Component<f64> {
         self.lambda.iter().any(|lambda| *lambda != Spatial::zero())
     }
 
-    /// Gathers the equations at the last evaluation, which must have been of formulation `newton`.
-    pub(crate) fn gather(&self, equations: &mut Equations) {
-        let Equations { bodies, joints } = equations;
+    /// Gathers the equations at the last evaluation, which must have been of formulation `newton`; K has this `share` of the
+    /// inertia.
+    pub(crate) fn gather(&self, equations: &mut Equations, share: f64) {
+        vectorized(
+            #[inline(always)]
+            || self.gather_all(equations, share),
+        );
+    }
+
+    #[inline(always)]
+    fn gather_all(&self, Equations { bodies, joints }: &mut Equations, share: f64) {
         bodies.clear();
-        bodies.extend((0..self.poses.len()).map(|i| self.body_equation(i)));
+        for i in 0..self.poses.len() {
+            bodies.push(self.body_equation(i, share));
+        }
+        for rigid in self.rigid.iter().filter(|rigid| self.bodies[rigid.body].free != 0.0) {
+            let inertia = rigid.world_inertia(self.poses[rigid.body].q);
+            bodies[rigid.body].turning = matrix(self.turning(rigid.body, inertia * share).full());
+        }
         let dt2 = self.effective * self.effective;
         for load in &self.loads {
             let arm = self.system.bodies[load.body].axis * load.offset;
-            bodies[load.body].turning += curvature::of_force(&vector(load.force * dt2), &vector(arm));
+            bodies[load.body].turning += matrix(curvature::of_force(load.force * dt2, arm).full());
         }
         joints.clear();
         for j in 0..self.system.joints.len() {
-            let joint = self.joint_equation(j, bodies);
-            joints.push(joint);
+            joints.push(self.joint_equation(j, bodies));
         }
     }
 
     /// Mass [kg] and inertia in world axes [kg m^2] of a body; `None` where it is held.
     pub(crate) fn mass_and_inertia(&self, i: usize) -> Option<(f64, Matrix3<f64>)> {
-        let inverse_mass = self.system.bodies[i].inverse_mass;
-        let axes = rotation(self.poses[i].q);
-        let inertia = || axes * Matrix3::from_diagonal(&vector(self.moments(i, 0))) * axes.transpose();
-        (inverse_mass != 0.0).then(|| (1.0 / inverse_mass, inertia()))
+        let (terms, constants) = (&self.system.bodies[i], &self.bodies[i]);
+        let of_rod =
+            Sym3::identity(constants.transverse) + Sym3::outer(terms.axis, constants.axial - constants.transverse);
+        let rigid = self.rigid.iter().find(|rigid| rigid.body == i);
+        let inertia = rigid.map_or(of_rod, |rigid| rigid.world_inertia(self.poses[i].q));
+        (terms.inverse_mass != 0.0).then(|| (1.0 / terms.inverse_mass, matrix(inertia.full())))
     }
 
-    /// Inertia and defect of a body.
-    fn body_equation(&self, i: usize) -> BodyEquation {
-        let Some((mass, inertia)) = self.mass_and_inertia(i) else { return BodyEquation::held() };
-        let terms = &self.system.bodies[i];
-        let turn = (self.poses[i].q * self.predicted[i].q.conj()).upper();
-        let slope = curvature::of_inertia(&inertia, turn.w, &vector(turn.v * 2.0));
-        let turning = (slope + slope.transpose()) * 0.5;
+    /// A `share` of the inertia, and the defect of a body.
+    #[inline(always)]
+    fn body_equation(&self, i: usize, share: f64) -> BodyEquation {
+        let (terms, constants) = (&self.system.bodies[i], &self.bodies[i]);
+        if terms.inverse_mass == 0.0 {
+            return BodyEquation::held();
+        }
+        let mass = 1.0 / terms.inverse_mass;
+        let inertia =
+            Sym3::identity(constants.transverse) + Sym3::outer(terms.axis, constants.axial - constants.transverse);
+        let turning = matrix(self.turning(i, inertia * share).full());
         // What the evaluation has multiplied by its M^-1.
         let asked = self.momentum[i];
-        let angular = symmetric(terms.inverse_inertia.inverse()) * vector(asked.angular);
-        BodyEquation { mass, turning, defect: [vector(asked.linear) * mass, angular] }
+        let angular = terms.inverse_inertia.inverse().apply(asked.angular);
+        BodyEquation { mass: mass * share, turning, defect: [vector(asked.linear * mass), vector(angular)] }
+    }
+
+    /// The inertia's share of a body's block of K.
+    #[inline(always)]
+    fn turning(&self, i: usize, inertia: Sym3<f64>) -> Sym3<f64> {
+        let turn = (self.poses[i].q * self.predicted[i].q.conj()).upper();
+        curvature::of_inertia(inertia, turn.w, turn.v * 2.0)
     }
 
     /// A joint's share; what turns its bodies is added to theirs.
+    #[inline(always)]
     fn joint_equation(&self, j: usize, bodies: &mut [BodyEquation]) -> JointEquation {
         let system = &self.system;
         let terms = &system.joints[j];
-        let ends = system.topology.joints[j].map(|body| body as usize);
+        let [a, b] = system.topology.joints[j].map(|body| body as usize);
         let frame = system.frame(j);
-        let mut arms = [0, 1].map(|end| system.bodies[ends[end]].axis * terms.offsets[end]);
+        let mut arms = [system.bodies[a].axis * terms.offsets[0], system.bodies[b].axis * terms.offsets[1]];
         if let Some(across) = system.across.get(j) {
             arms = [arms[0] + across[0], arms[1] + across[1]];
         }
-        let arms = arms.map(vector);
         let lambda = self.lambda[j];
         let world = terms.multipliers_to_world(lambda, frame);
-        let (force, torque) = (vector(world.linear), vector(world.angular));
         let kappa = frame.rotate(lambda.angular).dot(terms.t) / (2.0 * terms.length);
-        let (own, coupling) = curvature::of_bend_twist(kappa, &torque);
-        for (end, sign) in [(0, 1.0), (1, -1.0)] {
-            bodies[ends[end]].turning += own + curvature::of_force(&(force * sign), &arms[end]);
-        }
+        let (own, coupling) = curvature::of_bend_twist(kappa, world.angular);
+        bodies[a].turning += matrix((own + curvature::of_force(world.linear, arms[0])).full());
+        bodies[b].turning += matrix((own + curvature::of_force(-world.linear, arms[1])).full());
         // The right-hand side of the dual system has J M^-1 g in it.
         let rhs = terms.to_world(terms.rhs, frame).plus(system.constraint_change(j, &self.momentum), 1.0);
         JointEquation {
             length: terms.length,
-            arms,
-            compliance: [
-                symmetric(terms.stretch_compliance(system.bodies[ends[0]].axis)),
-                symmetric(system.bend_compliance(j)),
-            ],
-            coupling,
+            arms: arms.map(vector),
+            compliance: [matrix(system.stretch_compliance(j).full()), matrix(system.bend_compliance(j).full())],
+            coupling: matrix(coupling),
             rhs: [vector(rhs.linear), vector(rhs.angular)],
         }
     }
@@ -124,9 +144,15 @@ impl Component<f64> {
         self.pulls_hold = false;
     }
 
-    /// Takes over multipliers of world rows as the solution of the linear system.
-    pub(crate) fn take_solution(&mut self, j: usize, world: Spatial<f64>) {
-        self.dlambda[j] = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+    /// Takes over an elimination's result: corrections to `dp`, multipliers as the solution of the linear system.
+    pub(crate) fn take_solution(&mut self, elimination: &Elimination, dp: &mut Vec<Spatial<f64>>) {
+        dp.clear();
+        dp.extend(elimination.corrections.iter().map(|&x| Spatial::from_array(x.into())));
+        for (j, &x) in elimination.multipliers.iter().enumerate() {
+            let world = Spatial::from_array(x.into());
+            self.dlambda[j] = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+        }
+        self.drop_free();
     }
 }
 
@@ -171,7 +197,7 @@ mod tests {
             component.go_on_from(&poses, lambda, d, share);
             component.evaluate(Formulation::Newton);
             let mut equations = Equations::default();
-            component.gather(&mut equations);
+            component.gather(&mut equations, 1.0);
             equations
         };
         let work = |equations: &Equations| -> f64 {

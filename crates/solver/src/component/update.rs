@@ -67,13 +67,12 @@ impl<T: Real> Component<T> {
     /// the lanes where `active` >= 0; beside them those at the end of the step, where the integrator has them.
     #[inline(always)]
     pub(crate) fn update_velocities(&mut self, formulation: Formulation, active: T) {
-        if self.multistep.is_some() {
-            for i in 0..self.segments {
-                self.end_step(i, self.over_step(i), active);
-            }
-        }
         for i in 0..self.segments {
-            self.velocities[i] = select(active, self.over_step(i), self.velocities[i]);
+            let new = self.over_step(i);
+            if self.multistep.is_some() {
+                self.end_step(i, new, !formulation.momentum(), active);
+            }
+            self.velocities[i] = select(active, new, self.velocities[i]);
         }
         self.know_step(active);
         self.last_dt = active.select(T::splat(self.dt), self.last_dt);

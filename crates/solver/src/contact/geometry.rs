@@ -311,7 +311,10 @@ impl Contact {
         for vector in self.arms.iter_mut().chain([&mut self.normal, &mut self.slip, &mut self.impulse]) {
             tape.vector(vector);
         }
-        tape.number(&mut self.target);
+        let Friction { at_rest, sliding } = &mut self.friction;
+        for number in [&mut self.target, &mut self.radius, at_rest, sliding] {
+            tape.number(number);
+        }
         let mut pressed = self.pressed as usize;
         tape.count(&mut pressed);
         self.pressed = pressed as u32;

@@ -194,16 +194,26 @@ fn distance(mesh: &TriangleMesh, capsule: &Capsule) -> f64 {
     }
 }
 
-/// How deep edges of a mesh lie inside of another one [m], into whose axes `place` takes places of the first; how far they
+/// How far within a mesh, as a share of the way to the middle of its corners, places are looked at beside those on its edges: what
+/// shares planes with another one has none of its edges inside it.
+const WITHIN: f64 = 0.1;
+
+/// How deep edges of a mesh, and places within them, lie inside of another one [m], into whose axes `place` takes places of the first; how far they
 /// stand out of a surface that is open and that they pierce.
 fn depth(of: &TriangleMesh, within: &TriangleMesh, place: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> f64 {
     let inside = |place: Vector3<f64>| match within.encloses(&place) {
         true => within.faces().iter().map(|face| (face.nearest(&place) - place).norm()).fold(f64::INFINITY, f64::min),
         false => 0.0,
     };
-    let (mut cuts, mut deepest) = (Vec::new(), 0.0_f64);
+    let middle = of.corners().iter().sum::<Vector3<f64>>() / of.corners().len().max(1) as f64;
+    let own = |place: Vector3<f64>| Some(place).filter(|place| of.encloses(place));
+    let (mut cuts, mut deepest) = (Vec::new(), own(middle).map_or(0.0, |within| inside(place(&within))));
     for edge in of.edges() {
         let [a, b] = edge.ends.each_ref().map(&place);
+        for end in edge.ends {
+            let within = own(end + (middle - end) * WITHIN);
+            deepest = deepest.max(within.map_or(0.0, |within| inside(place(&within))));
+        }
         cuts.clear();
         within.face_tree().overlaps(&Aabb { min: a.inf(&b), max: a.sup(&b) }, |k| {
             let face = &within.faces()[k as usize];

@@ -23,7 +23,7 @@ pub(super) const BESIDE: f64 = 1e-6;
 /// Sine of the angle by which the direction to a segment may leave those for which an edge stands.
 pub(super) const ASKEW: f64 = 1e-3;
 /// Cosine of the angle below which two normals are nearly the same.
-const ALIKE: f64 = 0.7;
+pub(super) const ALIKE: f64 = 0.7;
 
 /// A mesh over a step.
 pub(super) struct Carrier<'a> {

@@ -9,10 +9,10 @@ use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
-use super::geometry::{Contact, Key, Poses, Shape};
+use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::impulses;
 use super::newton::Newton;
-use super::parts::{Deepest, let_wait};
+use super::parts::{ALIKE, Deepest, let_wait};
 use super::problem::{Problem, Unknown, natural_residual};
 use crate::component::Component;
 use crate::connected_set::ConnectedSet;
@@ -30,6 +30,10 @@ use crate::step::{Interval, StepParams};
 /// touch in the second.
 const IMPACT: u32 = 2;
 
+/// Most that a contact may be off, as a share of the way that gravity takes a body that rests in a step: what is pushed out of
+/// another body in one step keeps that velocity, which must be none beside gravity's.
+const OF_A_FALL: f64 = 1.0;
+
 /// What a contact that presses leaves to the one between the same places later.
 struct Remembered {
     key: Key,
@@ -39,12 +43,23 @@ struct Remembered {
     pressed: u32,
 }
 
+/// A contact with a mesh that has pressed, for those that take its place where the segment slides on to other triangles.
+#[derive(Clone, Copy)]
+struct Pressed {
+    segment: u32,
+    whole: Partner,
+    normal: Vec3<f64>,
+    steps: u32,
+}
+
 /// All contacts of a simulation.
 pub(crate) struct Stage {
     detector: Detector,
     contacts: Vec<Contact>,
     /// Earlier contacts that pressed, in the order of their keys: their impulses are a start for the sweeps.
     remembered: Vec<Remembered>,
+    /// What pressed on meshes in the last step, in the order of keys.
+    pressed: Vec<Pressed>,
     /// Contacts that may press, ascending.
     active: Vec<u32>,
     /// Contacts of a segment with meshes for which others wait.
@@ -57,6 +72,8 @@ pub(crate) struct Stage {
     with_joints: bool,
     /// Corrections of the rods' own solve, by component.
     corrections: Vec<Vec<Spatial<f64>>>,
+    /// What errors are at most relative to [m], beside the radius.
+    unit: f64,
     /// Time step [s]; 0 before the first.
     dt: f64,
     /// The time by whose square impulses are forces [s]: see [`Component::effective_dt`].
@@ -85,6 +102,7 @@ impl Stage {
             detector: Detector::new(model, shapes, filter, params.contact),
             contacts: Vec::new(),
             remembered: Vec::new(),
+            pressed: Vec::new(),
             active: Vec::new(),
             deepest: Vec::new(),
             problem: Problem::default(),
@@ -93,6 +111,7 @@ impl Stage {
             responses,
             with_joints,
             corrections: vec![Vec::new(); components.len()],
+            unit: f64::INFINITY,
             dt: 0.0,
             effective_dt: 0.0,
             slow: slow(&model.gravity),
@@ -130,6 +149,7 @@ impl Stage {
             self.contacts.clear();
             self.contacts.resize_with(count, Contact::blank);
             self.contacts.iter_mut().for_each(|contact| contact.tape(tape));
+            self.remember_pressed();
         } else {
             self.contacts.iter_mut().filter(|contact| presses(contact)).for_each(|contact| contact.tape(tape));
         }
@@ -386,13 +406,13 @@ impl Stage {
             let before = contact.local(contact.impulse);
             let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
             self.active.push(index as u32);
-            let (friction, scale) = (contact.friction, contact.radius);
+            let (friction, scale) = (contact.friction, contact.radius.min(self.unit));
             self.problem.push(Unknown { force, before, free, friction, scale });
         }
     }
 
-    /// Evaluates the contacts at the new poses; returns the largest error, relative to the radius, where one of `tolerance`
-    /// is good enough.
+    /// Evaluates the contacts at the new poses; returns the largest error, where one of `tolerance` is good enough: relative to
+    /// the radius, or to less where `tolerance` times that is more than gravity moves in a step.
     pub(crate) fn observe(
         &mut self,
         components: &mut [ConnectedSet],
@@ -410,6 +430,8 @@ impl Stage {
         }
         let poses = if iteration < self.params.settle_after { Poses::Now } else { Poses::Settling };
         self.evaluate(components, poses, counters);
+        let fall = 0.5 * self.slow * self.dt.powi(2);
+        self.unit = if fall > 0.0 { OF_A_FALL * fall / tolerance } else { f64::INFINITY };
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
             contact.residual = 0.0;
@@ -426,7 +448,7 @@ impl Stage {
                 normal.max(across / (slip / contact.radius).max(1.0))
             } else {
                 (-w[0]).max(0.0)
-            } / contact.radius;
+            } / contact.radius.min(self.unit);
             worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
         }
         if formulation.momentum() {
@@ -457,10 +479,26 @@ impl Stage {
         let mut impact = false;
         for contact in &mut self.contacts {
             let presses = contact.impulse != Vec3::zero();
+            if presses && contact.pressed < IMPACT && !self.pressed.is_empty() {
+                contact.pressed = contact.pressed.max(before(&self.pressed, contact));
+            }
             impact |= presses && contact.pressed < IMPACT;
             contact.pressed = if presses { contact.pressed.saturating_add(1) } else { 0 };
         }
+        self.remember_pressed();
         impact
+    }
+
+    /// Notes what pressed on meshes in the step that has ended.
+    fn remember_pressed(&mut self) {
+        self.pressed.clear();
+        if self.detector.has_meshes() {
+            let pressed = self.contacts.iter().filter(|contact| contact.pressed > 0 && contact.is_of_mesh());
+            self.pressed.extend(pressed.map(|contact| {
+                let (segment, partner, _) = contact.key;
+                Pressed { segment, whole: partner.whole(), normal: contact.normal, steps: contact.pressed }
+            }));
+        }
     }
 
     /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.
@@ -480,6 +518,18 @@ impl Stage {
             contact.impulse = Vec3::zero();
         }
     }
+}
+
+/// For how many steps a contact with a mesh has pressed as one between the same two in nearly the same direction.
+fn before(pressed: &[Pressed], contact: &Contact) -> u32 {
+    let (segment, partner, _) = contact.key;
+    if !contact.is_of_mesh() {
+        return 0;
+    }
+    let first = pressed.partition_point(|other| other.segment < segment);
+    let own = pressed[first..].iter().take_while(|other| other.segment == segment);
+    let same = own.filter(|other| other.whole == partner.whole() && other.normal.dot(contact.normal) > ALIKE);
+    same.map(|other| other.steps).max().unwrap_or(0)
 }
 
 /// Twice a gravitational acceleration [m/s^2]: see [`Stage::slow`].

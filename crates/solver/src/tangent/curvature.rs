@@ -2,14 +2,14 @@
 //!
 //! All are with respect to world rotation vectors phi about the current orientations, `q' = exp(phi) q`.
 
-use nalgebra::{Matrix3, Vector3};
+use crate::kernel::math::{Sym3, Vec3, map_rows};
 
 /// How `-r x f` changes as the arm r turns under a constant force f: the symmetric `(f.r) I - (f r^T + r f^T) / 2`.
 ///
 /// It is the second derivative of `-f.(x + r)`. A pull along the arm is stiff, a push is soft.
-pub fn of_force(force: &Vector3<f64>, arm: &Vector3<f64>) -> Matrix3<f64> {
-    let mixed = force * arm.transpose();
-    Matrix3::identity() * force.dot(arm) - (mixed + mixed.transpose()) * 0.5
+#[inline(always)]
+pub fn of_force(force: Vec3<f64>, arm: Vec3<f64>) -> Sym3<f64> {
+    Sym3::identity(force.dot(arm)) + Sym3::sym_outer(force, -arm)
 }
 
 /// The second derivative of `-mu.C_b`, the potential of a constant multiplier mu of bend-twist, as its two blocks: of a body
@@ -22,22 +22,26 @@ pub fn of_force(force: &Vector3<f64>, arm: &Vector3<f64>) -> Matrix3<f64> {
 /// mu.C_b = (2 / l) (w_0 (y.t) + w_v.(s y + t x y))
 ///        = const + T.(phi_b - phi_a) - kappa |phi_b - phi_a|^2 / 2 - T.(phi_a x phi_b) / 2 + O(phi^3)
 /// ```
-pub fn of_bend_twist(kappa: f64, torque: &Vector3<f64>) -> (Matrix3<f64>, Matrix3<f64>) {
-    let own = Matrix3::identity() * kappa;
-    (own, -own - torque.cross_matrix() * 0.5)
+#[inline(always)]
+pub fn of_bend_twist(kappa: f64, torque: Vec3<f64>) -> (Sym3<f64>, [[f64; 3]; 3]) {
+    let [x, y, z] = (torque * 0.5).0;
+    (Sym3::identity(kappa), [[-kappa, z, -y], [-z, -kappa, x], [y, -x, -kappa]])
 }
 
-/// The derivative of the inertia's torque `I phi` of a turn phi from the predicted pose, of which s is the cosine of half the
-/// angle and phi = 2 sin(angle / 2) times the axis; `inertia` is I in world axes.
+/// The symmetric part of the derivative of the inertia's torque `I phi` of a turn phi from the predicted pose, of which s is
+/// the cosine of half the angle and phi = 2 sin(angle / 2) times the axis; `inertia` is I in world axes.
 ///
 /// I turns along, and so the derivative is `s I + I [phi]x / 2 - [I phi]x`, which is not symmetric.
-pub fn of_inertia(inertia: &Matrix3<f64>, s: f64, phi: &Vector3<f64>) -> Matrix3<f64> {
-    inertia * s + inertia * phi.cross_matrix() * 0.5 - (inertia * phi).cross_matrix()
+#[inline(always)]
+pub fn of_inertia(inertia: Sym3<f64>, s: f64, phi: Vec3<f64>) -> Sym3<f64> {
+    let m = map_rows(inertia.full(), |row| row.cross(phi * 0.25));
+    let both = |r: usize, c: usize| m[r][c] + m[c][r];
+    inertia * s + Sym3([both(0, 0), both(1, 1), both(2, 2), both(0, 1), both(0, 2), both(1, 2)])
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Quaternion, UnitQuaternion};
+    use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
     use rand::{Rng, RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -45,6 +49,14 @@ mod tests {
 
     fn random(rng: &mut impl Rng) -> Vector3<f64> {
         Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))
+    }
+
+    fn own(x: &Vector3<f64>) -> Vec3<f64> {
+        Vec3([x.x, x.y, x.z])
+    }
+
+    fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
+        Matrix3::from_fn(|r, c| rows[r][c])
     }
 
     fn orientation(rng: &mut impl Rng) -> UnitQuaternion<f64> {
@@ -71,7 +83,7 @@ mod tests {
             let (force, arm, phi) = (random(rng), random(rng), random(rng));
             let potential = |h: f64| -force.dot(&(UnitQuaternion::from_scaled_axis(phi * h) * arm));
             let slope = -arm.cross(&force).dot(&phi);
-            let curvature = (of_force(&force, &arm) * phi).dot(&phi);
+            let curvature = (matrix(of_force(own(&force), own(&arm)).full()) * phi).dot(&phi);
             assert_order(3, |h| {
                 let odd = |h: f64| potential(h) - potential(0.0) - h * slope - 0.5 * h * h * curvature;
                 odd(h).abs()
@@ -95,10 +107,11 @@ mod tests {
             let (s, t) = (relative.w.abs(), relative.imag() * relative.w.signum());
             let y = q_a * mu;
             let torque = (y * s + t.cross(&y)) / l;
-            let (own, coupling) = of_bend_twist(y.dot(&t) / (2.0 * l), &torque);
+            let (alone, coupling) = of_bend_twist(y.dot(&t) / (2.0 * l), own(&torque));
+            let (alone, coupling) = (matrix(alone.full()), matrix(coupling));
             let slope = -torque.dot(&(phi_b - phi_a));
             let curvature =
-                phi_a.dot(&(own * phi_a)) + phi_b.dot(&(own * phi_b)) + 2.0 * phi_a.dot(&(coupling * phi_b));
+                phi_a.dot(&(alone * phi_a)) + phi_b.dot(&(alone * phi_b)) + 2.0 * phi_a.dot(&(coupling * phi_b));
             assert_order(3, |h| (potential(h) - potential(0.0) - h * slope - 0.5 * h * h * curvature).abs());
         }
     }
@@ -107,14 +120,14 @@ mod tests {
     fn inertia() {
         let rng = &mut ChaCha8Rng::seed_from_u64(3);
         for _ in 0..20 {
-            let own = Matrix3::from_diagonal(&random(rng).abs().add_scalar(0.1));
+            let moments = Matrix3::from_diagonal(&random(rng).abs().add_scalar(0.1));
             let (predicted, psi) = (orientation(rng), random(rng));
             let q = turned(&predicted, random(rng) * 0.5);
             let state = |h: f64| {
                 let q = turned(&q, psi * h);
                 let turn = (q * predicted.inverse()).into_inner();
                 let rotation = *q.to_rotation_matrix().matrix();
-                let inertia = rotation * own * rotation.transpose();
+                let inertia = rotation * moments * rotation.transpose();
                 (inertia, turn.w.abs(), turn.imag() * (2.0 * turn.w.signum()))
             };
             let torque = |h: f64| {
@@ -122,8 +135,10 @@ mod tests {
                 inertia * phi
             };
             let (inertia, s, phi) = state(0.0);
-            let slope = of_inertia(&inertia, s, &phi) * psi;
-            assert_order(2, |h| (torque(h) - torque(0.0) - slope * h).norm());
+            let [x, y, z] = [0, 1, 2].map(|k| inertia[(k, k)]);
+            let inertia = Sym3([x, y, z, inertia[(0, 1)], inertia[(0, 2)], inertia[(1, 2)]]);
+            let slope = matrix(of_inertia(inertia, s, own(&phi)).full()) * psi;
+            assert_order(3, |h| psi.dot(&((torque(h) - torque(-h)) * 0.5 - slope * h)).abs());
         }
     }
 }

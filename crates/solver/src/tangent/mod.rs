@@ -10,13 +10,20 @@
 //!
 //! The last part of K is how forces and torques of joints change as bodies turn. It couples the two bodies of a joint, so
 //! that `J K^-1 J^T` would fill: bodies and joints are eliminated together ([`elimination`]), which stays regular however
-//! small compliances are where the outer body moves. K is symmetric where g is the gradient of an energy. What is not is
+//! small compliances are. K is symmetric where g is the gradient of an energy. What is not is
 //! left out: a part of the inertia that is of first order in the turn from the predicted pose, BDF2's gyroscopic share, and
 //! how frames turn in which stretch is measured (of first order in the strain). So convergence is nearly quadratic.
 
+mod cholesky;
 pub mod curvature;
 pub mod elimination;
-pub mod ldl;
+mod far;
+mod halves;
+mod node;
+mod problem;
+mod series;
+mod stiffness;
+mod sweep;
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 

@@ -1,5 +1,6 @@
 //! All tests of the crate's public side but those that count allocations, as one program, which builds faster than one a file.
 
+mod apart;
 mod batch;
 mod cg;
 #[path = "../common/mod.rs"]

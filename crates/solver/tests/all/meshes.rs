@@ -432,3 +432,57 @@ fn overlaps_with_bodies_are_refused() {
     let text = start(0.07, -0.04).unwrap();
     assert!(text.contains("segment 2 (rod 1) overlaps obstacle 0 (a plane) by 0.01 m"), "{text}");
 }
+
+/// Boxes whose faces lie in the planes of each other's have no edges in each other, and overlap all the same; what stands
+/// beside another one, or around it, does not.
+#[test]
+fn boxes_in_the_same_planes_overlap() {
+    let is_refused = |sides: Vector3<f64>, place: Vector3<f64>, obstacle: Vector3<f64>| {
+        let mut assembly = Assembly::new(GRAVITY);
+        assembly.body(RigidBody::new(BodyShape::Box { sides }, 1.0), at(place));
+        let block = ObstacleShape::Box { pose: at(Vector3::zeros()), sides: obstacle };
+        assembly.model_mut().contacts.obstacles = vec![Obstacle::new(block, rough(0.0))];
+        let (model, state) = assembly.finish();
+        Simulation::new(&model, &state, &Settings::default(), None).is_err()
+    };
+    let (cube, along, across) = (Vector3::repeat(1.0), Vector3::new(1.0, 0.1, 0.1), Vector3::new(0.1, 1.0, 0.1));
+    assert!(is_refused(cube, Vector3::zeros(), cube));
+    assert!(is_refused(cube, Vector3::x() * 0.5, cube));
+    assert!(is_refused(along, Vector3::zeros(), across));
+    assert!(!is_refused(cube, Vector3::x(), cube));
+    assert!(!is_refused(along, Vector3::z() * 0.1, across));
+}
+
+/// Energy [J] that a rod has left of a vibration in the plane on which it slides for 1.9 s, of that it began with.
+fn left_of_a_vibration(ground: ObstacleShape) -> f64 {
+    let mut assembly = Assembly::new(GRAVITY);
+    let nodes = shape::straight(Vector3::new(-1.0, 0.0, RADIUS), Vector3::x(), 1.0, 20);
+    // Its first mode has 10 rad/s.
+    assembly.rod(&RodSpec::new(nodes, RADIUS, material(8e6, 1000.0)));
+    let (mut model, mut state) = assembly.finish();
+    for (i, velocity) in state.velocities.iter_mut().enumerate() {
+        *velocity = Vector3::new(0.5, 0.3 * ((i as f64 + 0.5) / 20.0 * std::f64::consts::TAU).cos(), 0.0);
+    }
+    model.contacts = Contacts { obstacles: vec![Obstacle::new(ground, rough(0.0))], ..Contacts::default() };
+    let own = |state: &State| {
+        let mean = state.velocities.iter().sum::<Vector3<f64>>() / 20.0;
+        let mass: f64 = model.segments.iter().map(|segment| segment.mass()).sum();
+        let energy = rod::measure::energy(&model, state);
+        energy.kinetic + energy.bend - 0.5 * mass * mean.norm_squared()
+    };
+    let mut settings = Settings::default();
+    settings.step.integrator = solver::integrator::Integrator::Bdf2;
+    let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+    let begin = own(&state);
+    for _ in 0..190 {
+        assert!(simulation.step(DT).unwrap().status <= Status::ConvergedInSubsteps);
+    }
+    simulation.store(&mut state);
+    own(&state) / begin
+}
+
+#[test]
+fn a_rod_that_slides_from_triangle_to_triangle_meets_nothing() {
+    let (plane, mesh) = (left_of_a_vibration(ground()), left_of_a_vibration(sheet(2.0, 40)));
+    assert!(plane > 0.85 && (mesh - plane).abs() < 0.05, "{mesh} of its energy on a mesh, {plane} on a plane");
+}

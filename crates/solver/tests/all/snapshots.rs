@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
-    Air, Assembly, Body, Contacts, Driven, Friction, Gusts, Interpolation, JointForce, Keyframe, Load, Model, Motion,
-    Obstacle, ObstacleShape, RodSpec, Springs, State, Surface, Wind, shape,
+    Air, Assembly, Body, BodyShape, Contacts, Driven, Friction, Gusts, Interpolation, JointForce, Keyframe, Load,
+    Model, Motion, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec, Springs, State, Surface, Wind, shape,
 };
 use solver::component::Members;
 use solver::formulation::Formulation;
@@ -167,9 +167,35 @@ fn heap() -> (Model, State) {
     (model, state)
 }
 
+/// A box that falls askew on the ground beside a rod on a box: contacts of corners, edges and faces.
+fn with_faces() -> (Model, State) {
+    let (mut model, mut state) = heap();
+    let mut assembly = Assembly::new(GRAVITY);
+    let sides = Vector3::new(0.2, 0.1, 0.06);
+    let orientation = UnitQuaternion::from_scaled_axis(Vector3::new(0.35, 0.17, 0.0));
+    assembly.body(
+        RigidBody::new(BodyShape::Box { sides }, 1.0),
+        Pose { position: Vector3::new(1.0, 0.0, 0.08), orientation },
+    );
+    let block = ObstacleShape::Box {
+        pose: Pose { position: Vector3::new(0.1, 0.0, -0.02), orientation: UnitQuaternion::identity() },
+        sides: Vector3::new(0.3, 1.0, 0.045),
+    };
+    model.contacts.obstacles.push(Obstacle::new(block, model.contacts.obstacles[0].surface));
+    let (other, others) = assembly.finish();
+    model.append(&other);
+    state.append(&others);
+    (model, state)
+}
+
 #[test]
 fn with_contacts_that_press_and_rub() {
-    let (model, state) = heap();
+    for (what, (model, state)) in [("capsules", heap()), ("faces", with_faces())] {
+        with_contacts(what, &model, &state);
+    }
+}
+
+fn with_contacts(what: &str, model: &Model, state: &State) {
     for (formulation, kind) in [
         (Formulation::XpbdGeometric, GuessKind::Zero),
         (Formulation::Newton, GuessKind::Zero),
@@ -177,10 +203,10 @@ fn with_contacts_that_press_and_rub() {
     ] {
         let mut settings = settings(formulation, SolverKind::Direct);
         settings.step.max_halvings = 1;
-        let mut first = simulation(&model, &state, &settings, kind);
+        let mut first = simulation(model, state, &settings, kind);
         steps(&mut first, 15);
-        assert!(!Seen::of(&model, &state, &first).contacts.is_empty(), "{formulation}: nothing touches");
-        goes_on((&model, &state), &settings, kind, 15, &format!("{formulation}, {kind}"));
+        assert!(!Seen::of(model, state, &first).contacts.is_empty(), "{formulation}: nothing touches");
+        goes_on((model, state), &settings, kind, 15, &format!("{what}, {formulation}, {kind}"));
     }
 }
 

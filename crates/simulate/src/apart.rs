@@ -1,0 +1,99 @@
+//! Joints that come apart on the way: when, where and how far.
+
+use std::fmt::{self, Display, Formatter};
+
+use rod::measure::{stretch_gap, widest_gap};
+use rod::{Body, Model, State};
+use scene::Scene;
+use serde::Serialize;
+use solver::step::Status;
+
+use crate::numbers::number;
+
+/// Gap in lengths of a joint from which on a step that has not converged counts, too.
+const WIDE: f64 = 0.1;
+
+/// Steps that ended with joints apart.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Apart {
+    /// How many steps.
+    steps: usize,
+    first_step: usize,
+    /// End of the first one, since the start [s].
+    first_time_s: f64,
+    /// The step with the widest gap.
+    widest_step: usize,
+    widest_gap_m: f64,
+    widest_gap_per_length: f64,
+    /// What the widest gap is between, in words.
+    between: [String; 2],
+}
+
+impl Apart {
+    /// Takes note of a step, which ended with `status` at `time` [s] in this state: where its joints are apart, in `noted`.
+    pub(crate) fn note(
+        noted: &mut Option<Self>,
+        (step, time, status): (usize, f64, Status),
+        scene: &Scene,
+        model: &Model,
+        state: &State,
+    ) {
+        // Rods that are to stretch may be torn, too, where contacts leave no solution.
+        let of_any = || {
+            let closed = model.joints.iter().enumerate().filter(|(_, joint)| !model.is_open(joint));
+            let gaps = closed.map(|(k, joint)| (k, stretch_gap(model, state, joint).norm() / joint.length));
+            gaps.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| status == Status::Apart)
+        };
+        let rigid = widest_gap(model, state).filter(|&(_, gap)| gap > WIDE);
+        let Some((joint, gap)) = rigid.or_else(of_any) else { return };
+        let joint = &model.joints[joint];
+        let widest = || (stretch_gap(model, state, joint).norm(), [joint.a, joint.b].map(|body| place(scene, body)));
+        match noted {
+            None => {
+                let (widest_gap_m, between) = widest();
+                *noted = Some(Self {
+                    steps: 1,
+                    first_step: step,
+                    first_time_s: time,
+                    widest_step: step,
+                    widest_gap_m,
+                    widest_gap_per_length: gap,
+                    between,
+                });
+            }
+            Some(noted) => {
+                noted.steps += 1;
+                if gap > noted.widest_gap_per_length {
+                    (noted.widest_step, noted.widest_gap_per_length) = (step, gap);
+                    (noted.widest_gap_m, noted.between) = widest();
+                }
+            }
+        }
+    }
+}
+
+/// A body of a model in words.
+fn place(scene: &Scene, body: Body) -> String {
+    let Body::Segment(i) = body else { return "what holds it".to_owned() };
+    let segment = &scene.model.segments[i];
+    match scene.rods.get(segment.rod) {
+        Some(rod) if segment.body.is_some() => rod.name.clone(),
+        Some(rod) => format!("segment {} of {}", i - rod.segments.start, rod.name),
+        None => format!("segment {i}"),
+    }
+}
+
+impl Display for Apart {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { steps, first_step, widest_step, between: [a, b], .. } = self;
+        write!(
+            f,
+            "joints came apart, first in step {first_step} ({} s), in {steps} steps in all; widest in step {widest_step}: {} \
+             m, {} times the joint's length, between {a} and {b}; look whether what is held is led into something, or \
+             further than the rod reaches; if not, a smaller --dt may help",
+            number(self.first_time_s),
+            number(self.widest_gap_m),
+            number(self.widest_gap_per_length)
+        )
+    }
+}

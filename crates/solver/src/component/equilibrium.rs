@@ -1,0 +1,63 @@
+//! Equilibrium: the equations of a step of one second without velocities and without inertia, so that multipliers are forces.
+
+use super::Component;
+use crate::component::Residuals;
+use crate::formulation::Formulation;
+use crate::kernel::Spatial;
+use crate::kernel::math::Vec3;
+
+impl Component<f64> {
+    /// Whether a torque of a load turns a segment: fixed in space, it is not the gradient of an energy.
+    pub(crate) fn has_torques(&self) -> bool {
+        self.loads.iter().any(|load| load.torque != Vec3::zero())
+    }
+
+    /// Length of a segment [m].
+    pub(crate) fn length(&self, segment: usize) -> f64 {
+        self.bodies[segment].length
+    }
+
+    /// Prepares for [`Component::evaluate_equilibrium`]; multipliers begin with zero, poses stay.
+    pub(crate) fn begin_equilibrium(&mut self) {
+        let poses = self.poses.clone();
+        self.predict(0.0, 1.0, Formulation::Xpbd);
+        self.poses.copy_from_slice(&poses);
+        self.pushed = vec![Spatial::zero(); poses.len()];
+    }
+
+    /// Gathers weight [N], one entry a body, and with `drag` also that at the current poses [N, N m].
+    pub(crate) fn weigh(&mut self, forces: &mut Vec<Spatial<f64>>, drag: bool) {
+        if drag {
+            self.evaluate_drag(0.0, 1.0);
+        }
+        forces.clear();
+        forces.resize(self.poses.len(), Spatial::zero());
+        for (i, force) in forces[..self.segments].iter_mut().enumerate() {
+            let constants = &self.bodies[i];
+            if constants.free == 0.0 {
+                continue;
+            }
+            let mut change = Spatial { linear: self.gravity, angular: Vec3::zero() };
+            if let Some(drag) = self.drag.as_ref().filter(|_| drag) {
+                // The mass is that with what drag adds to it, which the impulse makes up for.
+                change.linear += drag.impulses[i].linear;
+                change.angular = self.poses[i].q.rotate(drag.impulses[i].angular);
+            }
+            *force = Spatial { linear: change.linear * (1.0 / constants.inverse_mass), angular: change.angular };
+        }
+    }
+
+    /// Evaluates constraints and the balance of all forces and torques, of which `forces` are weight and drag. A step begins
+    /// here: [`Component::movement`] is counted from the current poses.
+    pub(crate) fn evaluate_equilibrium(&mut self, forces: &[Spatial<f64>]) -> Residuals<f64> {
+        self.pushed.copy_from_slice(forces);
+        // Their torques are gathered with the axes of the evaluation.
+        for load in &self.loads {
+            self.pushed[load.body].linear += load.force;
+        }
+        self.predicted.copy_from_slice(&self.poses);
+        self.start.copy_from_slice(&self.poses);
+        self.pulls_hold = false;
+        self.evaluate(Formulation::Newton)
+    }
+}

@@ -1,0 +1,260 @@
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SymmetricEigen, Vector3};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::tangent::{BodyEquation, JointEquation};
+
+fn stacked([linear, angular]: &[Vector3<f64>; 2]) -> Vector6<f64> {
+    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+}
+
+/// A body's own share of the matrix and of the right-hand side.
+fn own(body: &BodyEquation) -> (Matrix6<f64>, Vector6<f64>) {
+    let mut matrix = Matrix6::identity();
+    if body.is_held() {
+        return (matrix, Vector6::zeros());
+    }
+    matrix.fixed_view_mut::<3, 3>(0, 0).fill_diagonal(body.mass);
+    matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&body.turning);
+    (matrix, stacked(&body.defect))
+}
+
+/// A joint's Jacobian with respect to body a (`end` 0) or b (1).
+fn jacobian(joint: &JointEquation, end: usize) -> Matrix6<f64> {
+    let sign = if end == 0 { 1.0 } else { -1.0 };
+    let mut out = Matrix6::zeros();
+    out.fixed_view_mut::<3, 3>(0, 0).fill_diagonal(sign);
+    out.fixed_view_mut::<3, 3>(0, 3).copy_from(&(joint.arms[end].cross_matrix() * -sign));
+    out.fixed_view_mut::<3, 3>(3, 3).fill_diagonal(-sign);
+    out
+}
+
+fn random(rng: &mut impl Rng) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))
+}
+
+fn positive(rng: &mut impl Rng, size: f64) -> Matrix3<f64> {
+    let half = Matrix3::from_fn(|_, _| rng.random_range(-1.0..1.0));
+    (half * half.transpose() + Matrix3::identity()) * size
+}
+
+/// A random tree, a chain or (kind 2) a ring with branches, some of the ends held; `soft` is taken off the turns' blocks.
+/// Compliances are none, of one direction, and small to large.
+fn equations(rng: &mut ChaCha8Rng, kind: usize, soft: f64) -> (Topology, Equations) {
+    let count = rng.random_range(1..12_usize);
+    let mut ends = Vec::new();
+    for k in 1..count {
+        let parent = if kind == 1 || (kind == 2 && k < 5) { k - 1 } else { rng.random_range(0..k) };
+        ends.push(if rng.random() { [k as u32, parent as u32] } else { [parent as u32, k as u32] });
+    }
+    if kind == 2 && count > 4 {
+        ends.push([0, 4]);
+    }
+    let is_end = |body: usize| ends.iter().flatten().filter(|&&end| end as usize == body).count() < 2;
+    let mut equations = Equations::default();
+    for body in 0..count {
+        let mass = rng.random_range(0.1..2.0);
+        let turning = positive(rng, 0.1) - Matrix3::identity() * soft;
+        let defect = [random(rng), random(rng)];
+        let held = is_end(body) && rng.random_range(0..3) == 0;
+        equations.bodies.push(if held { BodyEquation::held() } else { BodyEquation { mass, turning, defect } });
+    }
+    for pair in &ends {
+        // Where a body is held, or comes last, a joint yields at least a little.
+        let is_hung = kind == 2 || pair.iter().any(|&body| equations.bodies[body as usize].is_held());
+        let compliance = |rng: &mut ChaCha8Rng| match rng.random_range(0..4) {
+            0 if !is_hung => Matrix3::zeros(),
+            1 if !is_hung => Matrix3::from_fn(|r, c| (r + 1) as f64 * (c + 1) as f64),
+            _ => {
+                let size = 10.0_f64.powf(rng.random_range(-4.0..4.0));
+                positive(rng, size)
+            }
+        };
+        equations.joints.push(JointEquation {
+            length: 1.0,
+            arms: [random(rng), random(rng)],
+            compliance: [compliance(rng), compliance(rng)],
+            coupling: Matrix3::from_fn(|_, _| rng.random_range(-1.0..1.0)) * soft,
+            rhs: [random(rng), random(rng)],
+        });
+    }
+    let held = equations.bodies.iter().map(BodyEquation::is_held).collect();
+    (Topology::new(ends, held), equations)
+}
+
+/// The whole matrix and right-hand side, bodies first; unknowns of held bodies stand alone.
+fn dense(topology: &Topology, equations: &Equations) -> (DMatrix<f64>, DVector<f64>) {
+    let (bodies, joints) = (equations.bodies.len(), equations.joints.len());
+    let mut matrix = DMatrix::zeros(6 * (bodies + joints), 6 * (bodies + joints));
+    let mut rhs = DVector::zeros(6 * (bodies + joints));
+    for (i, body) in equations.bodies.iter().enumerate() {
+        let (own, vector) = own(body);
+        matrix.fixed_view_mut::<6, 6>(6 * i, 6 * i).copy_from(&own);
+        rhs.fixed_rows_mut::<6>(6 * i).copy_from(&vector);
+    }
+    for (j, joint) in equations.joints.iter().enumerate() {
+        let row = 6 * (bodies + j);
+        let ends = topology.joints[j].map(|body| body as usize);
+        let is_free = ends.map(|body| !equations.bodies[body].is_held());
+        for part in 0..2 {
+            let at = row + 3 * part;
+            matrix.fixed_view_mut::<3, 3>(at, at).copy_from(&-joint.compliance[part]);
+            rhs.fixed_rows_mut::<3>(at).copy_from(&joint.rhs[part]);
+        }
+        for end in (0..2).filter(|&end| is_free[end]) {
+            let block = jacobian(joint, end);
+            matrix.fixed_view_mut::<6, 6>(row, 6 * ends[end]).copy_from(&block);
+            matrix.fixed_view_mut::<6, 6>(6 * ends[end], row).copy_from(&block.transpose());
+        }
+        if is_free == [true; 2] {
+            let [a, b] = ends.map(|body| 6 * body + 3);
+            matrix.fixed_view_mut::<3, 3>(a, b).copy_from(&joint.coupling);
+            matrix.fixed_view_mut::<3, 3>(b, a).copy_from(&joint.coupling.transpose());
+        }
+    }
+    (matrix, rhs)
+}
+
+/// All unknowns, in the order of the whole matrix.
+fn solution(elimination: &Elimination) -> DVector<f64> {
+    let multipliers = elimination.multipliers.iter().map(|x| -x);
+    let blocks: Vec<Vector6<f64>> = elimination.corrections.iter().copied().chain(multipliers).collect();
+    DVector::from_iterator(6 * blocks.len(), blocks.iter().flat_map(|block| block.iter().copied()))
+}
+
+#[test]
+fn chains_trees_and_rings_agree_with_a_dense_solve_and_its_inertia() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(5);
+    let (mut right, mut wrong) = (0, 0);
+    for trial in 0..300 {
+        let soft = rng.random_range(0.0..1.0);
+        let (topology, equations) = equations(rng, trial % 3, soft);
+        let (matrix, rhs) = dense(&topology, &equations);
+        let mut elimination = Elimination::new(&topology).unwrap();
+        assert!(elimination.solve(&equations));
+        let values = SymmetricEigen::new(matrix.clone()).eigenvalues;
+        let negative = values.iter().filter(|&&value| value < 0.0).count();
+        let is_right = negative == 6 * equations.joints.len();
+        assert_eq!(elimination.mended == 0, is_right, "trial {trial}: {negative} of {}", rhs.len());
+        *(if is_right { &mut right } else { &mut wrong }) += 1;
+        if !is_right {
+            // Heavier bodies are in their own rows: those of the joints hold as they are.
+            let found = solution(&elimination);
+            let residual = (&matrix * &found - &rhs).rows_range(6 * equations.bodies.len()..).amax();
+            let error = residual / (matrix.amax() * found.amax());
+            assert!(error < 1e-9, "trial {trial}: rows of joints: {error:e}");
+            continue;
+        }
+        let expected = matrix.lu().solve(&rhs).unwrap();
+        let error = (solution(&elimination) - &expected).norm() / expected.norm().max(f64::MIN_POSITIVE);
+        assert!(error < 1e-9, "trial {trial}: {error:e}");
+        let mut left = equations.clone();
+        left.subtract(&topology.joints, &elimination.corrections, &elimination.multipliers);
+        let of_bodies = left.bodies.iter().filter(|body| !body.is_held()).flat_map(|body| body.defect);
+        let worst = of_bodies.chain(left.joints.iter().flat_map(|joint| joint.rhs)).map(|x| x.norm()).fold(0.0, f64::max);
+        assert!(worst < 1e-8, "trial {trial}: {worst:e} is left");
+    }
+    assert!(right > 50 && wrong > 50, "{right} {wrong}");
+}
+
+/// Without compliance nothing is lost: the constraints hold after the step to rounding errors, where bodies are held to
+/// the share of their movement that a joint yields there at least.
+#[test]
+fn joints_without_compliance_are_closed() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(6);
+    let mut held = 0;
+    for trial in 0..150 {
+        let (topology, mut equations) = equations(rng, trial % 3, 0.0);
+        let loose = trial % 2 == 0;
+        equations.bodies.iter_mut().filter(|body| loose && body.is_held()).for_each(|body| body.mass = 1.0);
+        for body in &mut equations.bodies {
+            body.turning = positive(rng, 0.1);
+        }
+        let is_tree = topology.elimination.is_some();
+        // In a ring one joint is left to close it.
+        let rigid = if is_tree { 0.. } else { 1.. };
+        for joint in &mut equations.joints[rigid.clone()] {
+            joint.compliance = [Matrix3::zeros(); 2];
+        }
+        let held_here = equations.bodies.iter().filter(|body| body.is_held()).count();
+        // Two bodies that are held are not always as far from each other as the joints ask for.
+        if held_here > 1 || (held_here == 1 && !is_tree) {
+            continue;
+        }
+        held += held_here;
+        let mut elimination = Elimination::new(&topology).unwrap();
+        assert!(elimination.solve(&equations));
+        assert_eq!(elimination.mended, 0);
+        let transmitted: f64 = elimination.multipliers.iter().map(|x| x.norm()).sum();
+        let tolerance = if is_tree && held_here == 0 { 1e-11 } else { 1e-7 * transmitted };
+        for (joint, ends) in equations.joints.iter().zip(&topology.joints).skip(rigid.start) {
+            let [a, b] = ends.map(|body| elimination.corrections[body as usize]);
+            let gap = jacobian(joint, 0) * a + jacobian(joint, 1) * b - stacked(&joint.rhs);
+            assert!(gap.norm() < tolerance, "{gap}");
+        }
+    }
+    assert!(held > 10);
+}
+
+/// Chains long enough for their ends to be far heavier, as they are felt through the joints, than one of their bodies.
+#[test]
+fn long_chains_agree_with_a_dense_solve() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(7);
+    for (stiff, count) in [(1e-6, 90), (1.0, 90), (1e6, 61)] {
+        let ends: Vec<[u32; 2]> = (1..count).map(|k| [k - 1, k]).collect();
+        let mut equations = Equations::default();
+        for body in 0..count {
+            let defect = [random(rng), random(rng)];
+            let free = BodyEquation { mass: 1.0, turning: positive(rng, 0.1), defect };
+            equations.bodies.push(if body == 0 { BodyEquation::held() } else { free });
+        }
+        for _ in &ends {
+            equations.joints.push(JointEquation {
+                length: 1.0,
+                arms: [Vector3::x() * 0.5 + random(rng) * 0.1, -Vector3::x() * 0.5],
+                compliance: [positive(rng, 1e-3 / stiff), positive(rng, 1.0 / stiff)],
+                coupling: random(rng).cross_matrix() * 0.01,
+                rhs: [random(rng), random(rng)],
+            });
+        }
+        let held = equations.bodies.iter().map(BodyEquation::is_held).collect();
+        let topology = Topology::new(ends, held);
+        assert!(topology.fold > 20);
+        let mut elimination = Elimination::new(&topology).unwrap();
+        assert!(elimination.solve(&equations));
+        assert_eq!(elimination.mended, 0);
+        let (matrix, rhs) = dense(&topology, &equations);
+        let residual = &matrix * solution(&elimination) - &rhs;
+        let error = residual.norm() / rhs.norm();
+        // What the held body adds to the stiffness takes as many digits of the mass.
+        assert!(error < 1e-9_f64.max(1e-12 * stiff), "{stiff:e}: {error:e}");
+    }
+}
+
+/// Where signs are wrong there is a step all the same, and it goes down the energy of bodies without joints.
+#[test]
+fn a_body_in_an_unstable_place_is_made_heavier() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(8);
+    let topology = Topology::new(Vec::new(), vec![false]);
+    for _ in 0..20 {
+        let (turning, defect) = (positive(rng, 0.1) - Matrix3::identity(), [random(rng), random(rng)]);
+        let equations = Equations { bodies: vec![BodyEquation { mass: 1.0, turning, defect }], joints: Vec::new() };
+        let mut elimination = Elimination::new(&topology).unwrap();
+        assert!(elimination.solve(&equations));
+        let is_stable = turning.symmetric_eigenvalues().min() > 0.0;
+        assert_eq!(elimination.mended, usize::from(!is_stable));
+        assert!(stacked(&defect).dot(&elimination.corrections[0]) > 0.0);
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_not_solved() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(9);
+    let (topology, equations) = (0..).map(|_| equations(rng, 1, 0.0)).find(|(t, _)| t.fold > 1).unwrap();
+    for body in 0..topology.bodies() {
+        let mut broken = equations.clone();
+        broken.bodies[body].mass = f64::NAN;
+        assert!(!Elimination::new(&topology).unwrap().solve(&broken));
+    }
+}

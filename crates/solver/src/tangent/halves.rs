@@ -1,0 +1,135 @@
+//! A chain is eliminated from both its ends, its two halves side by side in vector registers.
+
+use nalgebra::Vector6;
+
+use super::node::{Factor, Left, Terms, column, set_column};
+use super::problem::{Problem, six};
+use super::sweep::Sweep;
+use crate::kernel::Spatial;
+use crate::kernel::lane::{Both, Real};
+use crate::topology::{Node, Topology};
+
+/// Memory for the two halves of a chain; empty where there is none.
+#[derive(Clone, Debug)]
+pub(super) struct Halves {
+    /// One entry a pair of nodes.
+    factors: Vec<Factor<Both<f64>, 1>>,
+    /// Whether the two nodes of a pair were eliminated one by one: where a body is held, or had to be made heavier.
+    apart: Vec<bool>,
+}
+
+impl Halves {
+    pub(super) fn new(topology: &Topology) -> Self {
+        Self { factors: vec![Factor::zero(); topology.fold], apart: vec![false; topology.fold] }
+    }
+
+    /// Solves the equations of a problem without a far body; returns whether it could.
+    #[inline(always)]
+    pub(super) fn solve(
+        &mut self,
+        sweep: &mut Sweep<1>,
+        problem: &Problem<'_>,
+        corrections: &mut [Vector6<f64>],
+        multipliers: &mut [Vector6<f64>],
+    ) -> bool {
+        let (nodes, fold) = (problem.nodes().len(), self.factors.len());
+        // Of a chain the last node is the root, and one more may come first.
+        let first = if fold > 0 { nodes - 1 - 2 * fold } else { 0 };
+        sweep.begin(problem);
+        let is_done = sweep.up(problem, 0..first)
+            && (fold == 0 || self.up(sweep, problem, first))
+            && sweep.up(problem, first + 2 * fold..nodes)
+            && sweep.end(problem);
+        if !is_done {
+            return false;
+        }
+        let numbers = sweep.first_movements(problem, corrections);
+        for k in (first + 2 * fold..nodes).rev() {
+            sweep.substitute(problem, k, &numbers, corrections, multipliers);
+        }
+        if fold > 0 {
+            self.down(sweep, problem, first, corrections, multipliers);
+        }
+        for k in (0..first).rev() {
+            sweep.substitute(problem, k, &numbers, corrections, multipliers);
+        }
+        true
+    }
+
+    /// Eliminates both halves, whose nodes begin at `first`.
+    #[inline(always)]
+    fn up(&mut self, sweep: &mut Sweep<1>, problem: &Problem<'_>, first: usize) -> bool {
+        let fold = self.factors.len();
+        let nodes = problem.nodes();
+        let start = |sweep: &Sweep<1>, node: &Node| match node.follows {
+            true => sweep.left[node.outer as usize],
+            false => problem.fresh(node.outer),
+        };
+        let mut carried = Left::both(&start(sweep, &nodes[first]), &start(sweep, &nodes[first + fold]));
+        let mut last = [0; 2];
+        for k in 0..fold {
+            let pair = [first + k, first + fold + k];
+            let [a, b] = [&nodes[pair[0]], &nodes[pair[1]]];
+            last = [a.inner as usize, b.inner as usize];
+            if !(problem.is_held(a.outer) || problem.is_held(b.outer)) {
+                let terms = Terms::both(&problem.terms(a), &problem.terms(b));
+                let mut forces = carried.forces;
+                set_column(&mut forces, 0, terms.on_outer(column(&carried.forces, 0)));
+                let (factor, added) = Factor::new(&terms, &carried.stiffness, &forces);
+                if factor.is_positive() {
+                    self.factors[k] = factor;
+                    self.apart[k] = false;
+                    carried = Left::both(&problem.fresh(a.inner), &problem.fresh(b.inner)).plus(&added);
+                    continue;
+                }
+            }
+            self.apart[k] = true;
+            for (side, node) in [a, b].into_iter().enumerate() {
+                sweep.left[node.outer as usize] = carried.one(side);
+                if !sweep.eliminate_one(problem, pair[side]) {
+                    return false;
+                }
+            }
+            carried = Left::both(&sweep.left[last[0]], &sweep.left[last[1]]);
+        }
+        for (side, body) in last.into_iter().enumerate() {
+            sweep.left[body] = carried.one(side);
+        }
+        true
+    }
+
+    /// Substitutes in both halves.
+    #[inline(always)]
+    fn down(
+        &mut self,
+        sweep: &mut Sweep<1>,
+        problem: &Problem<'_>,
+        first: usize,
+        corrections: &mut [Vector6<f64>],
+        multipliers: &mut [Vector6<f64>],
+    ) {
+        let fold = self.factors.len();
+        let nodes = problem.nodes();
+        let movement = |corrections: &[Vector6<f64>], bodies: [u32; 2]| {
+            let [a, b] = bodies.map(|body| Spatial::from_array(corrections[body as usize].into()));
+            Spatial::both(a, b)
+        };
+        let mut inner = movement(corrections, [nodes[first + fold - 1].inner, nodes[first + 2 * fold - 1].inner]);
+        for k in (0..fold).rev() {
+            let pair = [first + k, first + fold + k];
+            let [a, b] = [&nodes[pair[0]], &nodes[pair[1]]];
+            if self.apart[k] {
+                pair.into_iter().for_each(|k| sweep.substitute(problem, k, &[1.0], corrections, multipliers));
+                inner = movement(corrections, [a.outer, b.outer]);
+                continue;
+            }
+            let terms = Terms::both(&problem.terms(a), &problem.terms(b));
+            let [moved, transmitted] = self.factors[k].solve(&terms, inner, &[Both::splat(1.0)]);
+            for (side, node) in [a, b].into_iter().enumerate() {
+                corrections[node.outer as usize] = six(moved.one(side));
+                multipliers[node.joint as usize] = -six(transmitted.one(side));
+            }
+            inner = moved;
+        }
+    }
+}
