@@ -46,6 +46,8 @@ pub(crate) enum Command {
     Export(ExportArgs),
     /// Find the shape in which a scene without contacts comes to rest.
     Static(StaticArgs),
+    /// Find the natural frequencies and shapes in which a scene without contacts vibrates about its equilibrium.
+    Modes(ModesArgs),
 }
 
 /// Which scene, and for how long.
@@ -275,6 +277,35 @@ pub(crate) struct StaticArgs {
     pub(crate) tolerance: f64,
     /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
     /// this folder. What an earlier run wrote there is removed, other files stay.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ModesArgs {
+    /// The name of a scene that comes with the program (see `simulate list`), or a file of your own that ends in .toml.
+    #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
+    pub(crate) scene: String,
+    /// Seed of a random scene [default: 0].
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Index of a random scene [default: 0].
+    #[arg(long)]
+    pub(crate) index: Option<u64>,
+    #[command(flatten)]
+    pub(crate) begin: BeginArgs,
+    /// How many, the lowest first.
+    #[arg(long, default_value = "10", value_parser = at_least_one)]
+    pub(crate) count: usize,
+    /// About an unstable equilibrium that is met, such as a straight column under too large a load, instead of leaving it.
+    #[arg(long)]
+    pub(crate) keep_unstable: bool,
+    /// Write trajectory.safetensors (the equilibrium, then each shape as it swings once in 24 frames), centreline.csv,
+    /// snapshots.svg and summary.json to this folder; `simulate view` plays it. What an earlier run wrote there is removed,
+    /// other files stay.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print JSON instead of text.

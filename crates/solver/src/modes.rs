@@ -62,14 +62,14 @@ const REFINEMENTS: usize = 2;
 /// Iterations in which the joints' forces follow from the poses at rest.
 const ITERATIONS: usize = 3;
 
-/// The `count` lowest natural modes about the equilibrium to which `state` relaxes, where it is put. Drag and all damping are
+/// The `count` lowest natural modes about the equilibrium to which [`equilibrium`] brings `state`. Drag and all damping are
 /// left out; a wind's force stays as it is at rest.
 ///
 /// # Errors
 /// As [`equilibrium`], and [`SimulationError::Loops`] where rods form more than one loop.
-pub fn modes(model: &Model, state: &mut State, count: usize) -> Result<Modes, SimulationError> {
+pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticParams) -> Result<Modes, SimulationError> {
     without_contacts(model, "modal analysis")?;
-    let equilibrium = equilibrium(model, state, &StaticParams::default())?;
+    let equilibrium = equilibrium(model, state, params)?;
     let mut modes = Vec::new();
     for (members, topology) in split(model) {
         let topology = std::sync::Arc::new(topology);
