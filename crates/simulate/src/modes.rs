@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 use anyhow::{Context, Error, Result};
-use nalgebra::UnitQuaternion;
 use rod::State;
 use serde::Serialize;
 use solver::modes::{Mode, modes};
@@ -85,22 +84,12 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
 
 /// A shape as it swings once about the state at rest.
 fn swing<'a>(rest: &'a State, mode: &'a Mode) -> impl Iterator<Item = State> + 'a {
-    let (low, high) = rest
-        .positions
-        .iter()
-        .fold((rest.positions[0], rest.positions[0]), |(low, high), place| (low.inf(place), high.sup(place)));
-    let largest = |of: &[nalgebra::Vector3<f64>]| of.iter().map(|x| x.norm()).fold(f64::MIN_POSITIVE, f64::max);
-    let size = (high - low).norm();
-    let amplitude = (SWING * size / largest(&mode.shifts)).min(TURN / largest(&mode.turns));
-    (1..=FRAMES).map(move |k| {
-        let share = amplitude * (TAU * k as f64 / FRAMES as f64).sin();
-        let mut state = rest.clone();
-        for (i, (shift, turn)) in mode.shifts.iter().zip(&mode.turns).enumerate() {
-            state.positions[i] += shift * share;
-            state.orientations[i] = UnitQuaternion::from_scaled_axis(turn * share) * rest.orientations[i];
-        }
-        state
-    })
+    let first = rest.positions[0];
+    let bounds = |(low, high), place: &_| (first.inf(place).inf(&low), first.sup(place).sup(&high));
+    let (low, high) = rest.positions.iter().fold((first, first), bounds);
+    let [shift, turn] = mode.largest().map(|size| size.max(f64::MIN_POSITIVE));
+    let amplitude = (SWING * (high - low).norm() / shift).min(TURN / turn);
+    (1..=FRAMES).map(move |k| mode.displaced(rest, amplitude * (TAU * k as f64 / FRAMES as f64).sin()))
 }
 
 fn print(report: &Report) -> Result<()> {

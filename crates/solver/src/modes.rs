@@ -7,7 +7,7 @@
 
 mod krylov;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Model, State};
 
 use self::krylov::{Field, Pair};
@@ -39,6 +39,21 @@ impl Mode {
     /// Natural frequency [Hz]; zero where there is none.
     pub fn frequency(&self) -> f64 {
         self.squared.max(0.0).sqrt() / std::f64::consts::TAU
+    }
+
+    /// The state at `rest`, displaced by the shape times `amplitude`.
+    pub fn displaced(&self, rest: &State, amplitude: f64) -> State {
+        let mut state = rest.clone();
+        for (i, (shift, turn)) in self.shifts.iter().zip(&self.turns).enumerate() {
+            state.positions[i] += shift * amplitude;
+            state.orientations[i] = UnitQuaternion::from_scaled_axis(turn * amplitude) * rest.orientations[i];
+        }
+        state
+    }
+
+    /// The largest shift [m] and the largest turn [rad] of the shape.
+    pub fn largest(&self) -> [f64; 2] {
+        [&self.shifts, &self.turns].map(|of| of.iter().map(|x| x.norm()).fold(0.0, f64::max))
     }
 }
 
