@@ -98,11 +98,10 @@ fn print(report: &Report) -> Result<()> {
     if report.stable == Some(false) {
         say!("the equilibrium is unstable")?;
     }
-    for (k, Line { frequency_hz, squared_rad2_s2, residual }) in report.modes.iter().enumerate() {
+    for (k, Line { frequency_hz, squared_rad2_s2, .. }) in report.modes.iter().enumerate() {
         let what = match *squared_rad2_s2 {
-            squared if squared < 0.0 && *residual < squared.abs() => {
-                format!("grows as exp({} t / s)", number((-squared).sqrt()))
-            }
+            0.0 => "moves freely".to_owned(),
+            squared if squared < 0.0 => format!("grows as exp({} t / s)", number((-squared).sqrt())),
             _ => format!("{} Hz", number(*frequency_hz)),
         };
         say!("mode {k}: {what}")?;

@@ -24,7 +24,8 @@ use crate::tangent::elimination::Elimination;
 /// A natural mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
-    /// omega^2 [rad^2/s^2]: below zero where the equilibrium is unstable, zero but for rounding of what moves freely.
+    /// omega^2 [rad^2/s^2]: below zero where the equilibrium is unstable, zero of what moves freely, or so slowly beside the
+    /// others that rounding hides it.
     pub squared: f64,
     /// Shifts of the segments' centres, one entry a segment of the model [m]. With the turns they have the modal mass 1 kg.
     pub shifts: Vec<Vector3<f64>>,
@@ -69,7 +70,7 @@ pub struct Modes {
 /// Most lengths of the step that are tried.
 const SHIFTS: usize = 40;
 /// Swings by less than this in a step [rad] are free movements, or too slow for the step to tell.
-const FREE: f64 = 1e-2;
+const FREE: f64 = 1e-3;
 /// Steps beyond this [s] find nothing more.
 const LONGEST: f64 = 1e6;
 /// Times that a solution for a ring is refined.
@@ -143,11 +144,14 @@ impl Problem {
             let swings = found.iter().map(|(squared, _)| squared.abs().sqrt());
             let slowest = swings.filter(|omega| omega * step > FREE).fold(f64::INFINITY, f64::min);
             let better = if slowest.is_finite() { 1.0 / slowest } else { 100.0 * step };
-            let is_unstable = found.first().is_some_and(|(squared, _)| squared * step * step < -FREE);
+            let is_unstable = found.first().is_some_and(|(squared, _)| squared * step * step < -FREE * FREE);
             if (0.3..3.0).contains(&(better / step)) || is_unstable || better > LONGEST {
                 break;
             }
             step = better;
+        }
+        for (squared, _) in found.iter_mut().filter(|(squared, _)| squared.abs().sqrt() * step < FREE) {
+            *squared = 0.0;
         }
         found
     }
