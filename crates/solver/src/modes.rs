@@ -7,7 +7,7 @@
 
 mod krylov;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rod::{Model, State};
 
 use self::krylov::{Field, Pair};
@@ -95,7 +95,8 @@ pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticPara
         let solver = SolverKind::Direct.build(model, &members, &topology)?;
         let elimination = Elimination::new(&topology).ok_or(SimulationError::Loops("modal analysis"))?;
         let rest = component.poses.clone();
-        let mut problem = Problem { component, solver, elimination, equations: Equations::default(), rest };
+        let masses = (0..rest.len()).map(|i| component.mass_and_inertia(i)).collect();
+        let mut problem = Problem { component, solver, elimination, equations: Equations::default(), rest, masses };
         for (squared, pair) in problem.lowest(count) {
             let mut mode = Mode {
                 squared,
@@ -122,6 +123,8 @@ struct Problem {
     equations: Equations,
     /// Poses at rest.
     rest: Vec<BodyPose<f64>>,
+    /// Mass and inertia of the bodies, without what air adds to them; `None` where one is held.
+    masses: Vec<Option<(f64, Matrix3<f64>)>>,
 }
 
 impl Problem {
@@ -135,7 +138,7 @@ impl Problem {
                 step *= 0.25;
                 continue;
             }
-            let masses: Vec<_> = (0..self.rest.len()).map(|i| self.component.mass_and_inertia(i)).collect();
+            let masses = self.masses.clone();
             let count = count.min(6 * masses.iter().flatten().count());
             found = krylov::largest(&mut |x| self.solved(x), &masses, count)
                 .into_iter()
@@ -158,7 +161,7 @@ impl Problem {
 
     /// Sets up the equations of a step of the length `step` [s] at rest; whether their matrix is positive.
     fn is_stable(&mut self, step: f64) -> bool {
-        let Self { component, solver, elimination, equations, rest } = self;
+        let Self { component, solver, elimination, equations, rest, masses } = self;
         component.poses.copy_from_slice(rest);
         component.evaluate_drag(0.0, step);
         component.predict(0.0, step, Formulation::Xpbd);
@@ -171,7 +174,14 @@ impl Problem {
             component.update(Formulation::Newton, 1.0);
         }
         component.evaluate(Formulation::Newton);
-        component.gather(equations, 1.0);
+        // The air's share of the inertia is its drag, which is left out.
+        component.gather(equations, 0.0);
+        for (body, mass) in equations.bodies.iter_mut().zip(masses) {
+            if let Some((mass, inertia)) = mass {
+                body.mass += *mass;
+                body.turning += *inertia;
+            }
+        }
         for joint in &mut equations.joints {
             joint.rhs = [Vector3::zeros(); 2];
         }

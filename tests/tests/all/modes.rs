@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use acceptance::{Beam, assert_order};
 use nalgebra::Vector3;
-use rod::{Assembly, Material, Model, RodSpec, State, shape};
+use rod::{Air, Assembly, Material, Model, RodSpec, State, Wind, shape};
 use solver::modes::{Mode, modes};
 use solver::statics::StaticParams;
 
@@ -127,4 +127,15 @@ fn a_straight_column_beyond_its_load_has_a_negative_square() {
         println!("{ratio} of Euler's load: omega^2 = {lowest} rad^2/s^2");
         assert_eq!(lowest > 0.0, is_stable, "{lowest}");
     }
+}
+
+/// Drag is left out, and not taken for mass.
+#[test]
+fn a_stiff_beam_has_its_frequencies_in_wind_too() {
+    let stiff = Material { youngs_modulus: 1e10, torsion_modulus: 4e9, density: 1000.0 };
+    let beam = Beam { material: stiff, ..Beam::rubber(100) };
+    let (mut assembly, _) = beam.cantilever(Vector3::zeros());
+    let wind = Wind::new(Vector3::new(0.0, 5.0, 0.0), None, None);
+    assembly.air(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind });
+    assert_near("in wind", &found(assembly.finish(), 4), &bending(&beam, &CANTILEVER), 2, 1e-3);
 }
