@@ -13,7 +13,7 @@ use crate::Outcome;
 use crate::cli::ModesArgs;
 use crate::files::{Files, Wanted};
 use crate::numbers::number;
-use crate::scenes;
+use crate::statics::{begun, tell};
 use terminal::say;
 
 /// Frames in which a shape swings once.
@@ -44,9 +44,8 @@ struct Line {
 
 /// Finds the modes, writes what was asked for, and prints a table.
 pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
-    let mut scene = scenes::named(&args.scene, args.seed, args.index)?;
-    scenes::begin_with_frame(&mut scene, &args.begin)?;
-    let params = StaticParams { leave_unstable: !args.keep_unstable, ..StaticParams::default() };
+    let mut scene = begun(&args.rest)?;
+    let params = StaticParams { leave_unstable: !args.rest.keep_unstable, ..StaticParams::default() };
     let begin = Instant::now();
     let found = modes(&scene.model, &mut scene.state, args.count, &params).with_context(|| scene.name.clone())?;
     let line =
@@ -69,16 +68,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         let refused = frames.enumerate().try_for_each(&mut push).err().map(Error::from);
         closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
     }
-    if args.json {
-        say!("{}", serde_json::to_string_pretty(&report)?)?;
-    } else {
-        print(&report)?;
-    }
-    if let Some(written) = closed?
-        && !args.json
-    {
-        say!("written to {}: {}", written.directory.display(), written.names.join(", "))?;
-    }
+    tell(&report, args.rest.json, closed, print)?;
     Ok(if report.converged { Outcome::Done } else { Outcome::NotConverged })
 }
 
