@@ -30,7 +30,7 @@
 //!    [`scene`] reads them from a scene file or takes a builtin scene. A [`Model`](state::Model) holds what stays the same, a
 //!    [`State`](state::State) what moves. Both are plain data.
 //! 2. **A motion or an equilibrium.** [`Simulation::step`](simulation::Simulation::step) advances by a time step;
-//!    [`statics::equilibrium`] relaxes a state instead.
+//!    [`statics::equilibrium`] finds an equilibrium instead, [`statics::modes`] how a model vibrates about it.
 //! 3. **What came of it.** [`Simulation::store`](simulation::Simulation::store) copies positions, orientations and
 //!    velocities into a state, [`Simulation::store_joint_forces`](simulation::Simulation::store_joint_forces) what each
 //!    joint transmits. [`measure`](state::measure) has energies, momenta and lengths.
@@ -130,6 +130,7 @@ pub mod simulation {
 
 /// The equilibrium that a state relaxes to.
 pub mod statics {
+    pub use solver::modes::{Mode, Modes, modes};
     pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 

@@ -46,6 +46,8 @@ pub(crate) enum Command {
     Export(ExportArgs),
     /// Find the shape in which a scene without contacts comes to rest.
     Static(StaticArgs),
+    /// Find the natural frequencies and shapes in which a scene without contacts vibrates about its equilibrium.
+    Modes(ModesArgs),
 }
 
 /// Which scene, and for how long.
@@ -250,8 +252,9 @@ pub(crate) struct ExportArgs {
     pub(crate) quiet: bool,
 }
 
+/// Which equilibrium is looked for.
 #[derive(Args, Debug)]
-pub(crate) struct StaticArgs {
+pub(crate) struct RestArgs {
     /// The name of a scene that comes with the program (see `simulate list`), or a file of your own that ends in .toml.
     #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
     pub(crate) scene: String,
@@ -263,13 +266,22 @@ pub(crate) struct StaticArgs {
     pub(crate) index: Option<u64>,
     #[command(flatten)]
     pub(crate) begin: BeginArgs,
+    /// Stay at an unstable equilibrium that is met, such as a straight column under too large a load, instead of leaving it.
+    #[arg(long)]
+    pub(crate) keep_unstable: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct StaticArgs {
+    #[command(flatten)]
+    pub(crate) rest: RestArgs,
     /// How it is found: newton (for chains, trees and rings; where that does not come to rest, the flow), flow (down in energy,
     /// in many more solves).
     #[arg(long, default_value_t = StaticMethod::default())]
     pub(crate) method: StaticMethod,
-    /// End at an unstable equilibrium that is met, such as a straight column under too large a load, instead of leaving it.
-    #[arg(long)]
-    pub(crate) keep_unstable: bool,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value = "1e-9", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
@@ -277,9 +289,20 @@ pub(crate) struct StaticArgs {
     /// this folder. What an earlier run wrote there is removed, other files stay.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ModesArgs {
+    #[command(flatten)]
+    pub(crate) rest: RestArgs,
+    /// How many, the lowest first.
+    #[arg(long, default_value = "10", value_parser = at_least_one)]
+    pub(crate) count: usize,
+    /// Write trajectory.safetensors (the equilibrium, then each shape as it swings once in 24 frames), centreline.csv,
+    /// snapshots.svg and summary.json to this folder; `simulate export DIR --export glb` makes a motion for other programs of
+    /// it. What an earlier run wrote there is removed, other files stay.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {

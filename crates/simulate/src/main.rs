@@ -12,6 +12,7 @@ mod going_on;
 mod keep;
 mod list;
 mod measured;
+mod modes;
 mod numbers;
 mod plots;
 mod reached;
@@ -90,6 +91,7 @@ fn main() -> ExitCode {
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Export(args)) => exports::export(&args),
         Some(Command::Static(args)) => statics::relax(&args),
+        Some(Command::Modes(args)) => modes::find(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

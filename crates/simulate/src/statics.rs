@@ -4,12 +4,13 @@ use std::time::Instant;
 
 use anyhow::{Context, Error, Result};
 use rod::measure;
+use scene::Scene;
 use serde::Serialize;
 use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
-use crate::cli::StaticArgs;
-use crate::files::{Files, Wanted};
+use crate::cli::{RestArgs, StaticArgs};
+use crate::files::{Files, Wanted, Written};
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::scenes;
 use terminal::say;
@@ -38,15 +39,39 @@ struct Report {
     tips_m: Vec<[f64; 3]>,
 }
 
-/// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
-pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
+/// The scene whose equilibrium is looked for, with the state in which the search begins.
+pub(crate) fn begun(args: &RestArgs) -> Result<Scene> {
     let mut scene = scenes::named(&args.scene, args.seed, args.index)?;
     scenes::begin_with_frame(&mut scene, &args.begin)?;
+    Ok(scene)
+}
+
+/// Prints a report, and what was written beside it.
+pub(crate) fn tell<T: Serialize>(
+    report: &T,
+    json: bool,
+    closed: Result<Option<Written>>,
+    print: impl FnOnce(&T) -> Result<()>,
+) -> Result<()> {
+    if json {
+        say!("{}", serde_json::to_string_pretty(report)?)?;
+        return closed.map(drop);
+    }
+    print(report)?;
+    if let Some(written) = closed? {
+        say!("written to {}: {}", written.directory.display(), written.names.join(", "))?;
+    }
+    Ok(())
+}
+
+/// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
+pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
+    let scene = begun(&args.rest)?;
     let wanted = args.out.as_deref().map(Wanted::plain);
     let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;
     let params = StaticParams {
         method: args.method,
-        leave_unstable: !args.keep_unstable,
+        leave_unstable: !args.rest.keep_unstable,
         tolerance: args.tolerance,
         ..StaticParams::default()
     };
@@ -81,16 +106,7 @@ pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
         let refused = files.writer.push(&state, &[], 1.0).err().map(Error::from);
         closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
     }
-    if args.json {
-        say!("{}", serde_json::to_string_pretty(&report)?)?;
-    } else {
-        print(&report)?;
-    }
-    if let Some(written) = closed?
-        && !args.json
-    {
-        say!("written to {}: {}", written.directory.display(), written.names.join(", "))?;
-    }
+    tell(&report, args.rest.json, closed, print)?;
     Ok(if found.converged { Outcome::Done } else { Outcome::NotConverged })
 }
 

@@ -35,6 +35,7 @@ pub mod kernel;
 mod limits;
 pub mod linear;
 mod lockstep;
+pub mod modes;
 mod piece;
 pub mod projection;
 mod retry;

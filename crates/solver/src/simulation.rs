@@ -58,6 +58,9 @@ pub enum SimulationError {
     /// The exact tangent where there is none.
     #[error("tangent exact needs {0}")]
     Tangent(&'static str),
+    /// Rods that form more loops than one where only one is known.
+    #[error("{0} needs rods that form chains, trees and single rings, and these form more loops")]
+    Loops(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),

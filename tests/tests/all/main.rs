@@ -13,6 +13,7 @@ mod equilibria;
 mod grips;
 mod inner_damping;
 mod invariance;
+mod modes;
 mod needs;
 mod rest_rotation;
 mod sections;

@@ -55,6 +55,17 @@ impl Component<f64> {
         }
     }
 
+    /// Mass [kg] and inertia in world axes [kg m^2] of a body where it is, with what air adds to it in a step; `None` where it is
+    /// held.
+    pub(crate) fn mass_and_inertia(&self, i: usize) -> Option<(f64, Matrix3<f64>)> {
+        let (constants, q) = (&self.bodies[i], self.poses[i].q);
+        let of_rod =
+            Sym3::identity(constants.transverse) + Sym3::outer(q.axis(), constants.axial - constants.transverse);
+        let rigid = self.rigid.iter().find(|rigid| rigid.body == i);
+        let inertia = rigid.map_or(of_rod, |rigid| rigid.world_inertia(q));
+        (constants.inverse_mass != 0.0).then(|| (1.0 / constants.inverse_mass, matrix(inertia.full())))
+    }
+
     /// A `share` of the inertia, and the defect of a body.
     #[inline(always)]
     fn body_equation(&self, i: usize, share: f64) -> BodyEquation {

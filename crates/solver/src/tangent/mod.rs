@@ -25,7 +25,7 @@ mod series;
 mod stiffness;
 mod sweep;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// Newton's equations of a step for one connected set of bodies, in world axes and world rows.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +34,34 @@ pub struct Equations {
     pub bodies: Vec<BodyEquation>,
     /// One entry a joint.
     pub joints: Vec<JointEquation>,
+}
+
+impl Equations {
+    /// Takes from the right-hand sides what a solution accounts for: dp, one entry a body, and dlambda, one a joint, for joints
+    /// with these bodies a and b. What is left are the equations of what the solution lacks.
+    pub fn subtract(&mut self, ends: &[[u32; 2]], corrections: &[Vector6<f64>], multipliers: &[Vector6<f64>]) {
+        let of = |x: &Vector6<f64>| -> [Vector3<f64>; 2] { [x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into()] };
+        for (body, dp) in self.bodies.iter_mut().zip(corrections).filter(|(body, _)| !body.is_held()) {
+            let [shift, turn] = of(dp);
+            body.defect[0] -= shift * body.mass;
+            body.defect[1] -= body.turning * turn;
+        }
+        for ((joint, ends), dlambda) in self.joints.iter_mut().zip(ends).zip(multipliers) {
+            let [a, b] = ends.map(|body| body as usize);
+            let ([shift_a, turn_a], [shift_b, turn_b]) = (of(&corrections[a]), of(&corrections[b]));
+            let [force, torque] = of(dlambda);
+            joint.rhs[0] -= shift_a + turn_a.cross(&joint.arms[0]) - shift_b - turn_b.cross(&joint.arms[1]);
+            joint.rhs[0] -= joint.compliance[0] * force;
+            joint.rhs[1] -= turn_b - turn_a + joint.compliance[1] * torque;
+            let (on_a, on_b) = (joint.coupling * turn_b, joint.coupling.transpose() * turn_a);
+            for (body, sign, arm, coupled) in [(a, 1.0, joint.arms[0], on_a), (b, -1.0, joint.arms[1], on_b)] {
+                if !self.bodies[body].is_held() {
+                    self.bodies[body].defect[0] += force * sign;
+                    self.bodies[body].defect[1] += (arm.cross(&force) - torque) * sign - coupled;
+                }
+            }
+        }
+    }
 }
 
 /// A body's share of the equations.

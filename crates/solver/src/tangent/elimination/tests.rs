@@ -149,6 +149,12 @@ fn chains_trees_and_rings_agree_with_a_dense_solve_and_its_inertia() {
         let expected = matrix.lu().solve(&rhs).unwrap();
         let error = (solution(&elimination) - &expected).norm() / expected.norm().max(f64::MIN_POSITIVE);
         assert!(error < 1e-9, "trial {trial}: {error:e}");
+        let mut left = equations.clone();
+        left.subtract(&topology.joints, &elimination.corrections, &elimination.multipliers);
+        let of_bodies = left.bodies.iter().filter(|body| !body.is_held()).flat_map(|body| body.defect);
+        let worst =
+            of_bodies.chain(left.joints.iter().flat_map(|joint| joint.rhs)).map(|x| x.norm()).fold(0.0, f64::max);
+        assert!(worst < 1e-8, "trial {trial}: {worst:e} is left");
     }
     assert!(right > 50 && wrong > 50, "{right} {wrong}");
 }

@@ -1,0 +1,100 @@
+//! `simulate modes`: natural frequencies about the equilibrium of a scene, and a trajectory that shows the shapes.
+
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+use anyhow::{Context, Error, Result};
+use rod::State;
+use serde::Serialize;
+use solver::modes::{Mode, modes};
+use solver::statics::StaticParams;
+
+use crate::Outcome;
+use crate::cli::ModesArgs;
+use crate::files::{Files, Wanted};
+use crate::numbers::number;
+use crate::statics::{begun, tell};
+use terminal::say;
+
+/// Frames in which a shape swings once.
+const FRAMES: usize = 24;
+/// How far a shape swings, as a share of the scene's size.
+const SWING: f64 = 0.05;
+/// How far it turns at most [rad].
+const TURN: f64 = 0.3;
+
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    segments: usize,
+    converged: bool,
+    stable: Option<bool>,
+    wall_s: f64,
+    modes: Vec<Line>,
+}
+
+#[derive(Serialize)]
+struct Line {
+    /// Natural frequency; 0 where it swings not.
+    frequency_hz: f64,
+    /// Square of the angular frequency; below zero where the equilibrium is unstable.
+    squared_rad2_s2: f64,
+    residual: f64,
+}
+
+/// Finds the modes, writes what was asked for, and prints a table.
+pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
+    let mut scene = begun(&args.rest)?;
+    let params = StaticParams { leave_unstable: !args.rest.keep_unstable, ..StaticParams::default() };
+    let begin = Instant::now();
+    let found = modes(&scene.model, &mut scene.state, args.count, &params).with_context(|| scene.name.clone())?;
+    let line =
+        |mode: &Mode| Line { frequency_hz: mode.frequency(), squared_rad2_s2: mode.squared, residual: mode.residual };
+    let report = Report {
+        scene: scene.name.clone(),
+        segments: scene.state.len(),
+        converged: found.equilibrium.converged,
+        stable: found.equilibrium.stable,
+        wall_s: begin.elapsed().as_secs_f64(),
+        modes: found.modes.iter().map(line).collect(),
+    };
+    let wanted = args.out.as_deref().map(Wanted::plain);
+    let mut closed = Ok(None);
+    if let Some(wanted) = wanted {
+        let dt = 1.0 / FRAMES as f64;
+        let mut files = Files::open(wanted, &scene, dt, 0, 0.0).context("--out")?;
+        let frames = found.modes.iter().flat_map(|mode| swing(&scene.state, mode));
+        let mut push = |(k, state): (usize, State)| files.writer.push(&state, &[], (k + 1) as f64 * dt);
+        let refused = frames.enumerate().try_for_each(&mut push).err().map(Error::from);
+        closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
+    }
+    tell(&report, args.rest.json, closed, print)?;
+    Ok(if report.converged { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// A shape as it swings once about the state at rest.
+fn swing<'a>(rest: &'a State, mode: &'a Mode) -> impl Iterator<Item = State> + 'a {
+    let first = rest.positions[0];
+    let bounds = |(low, high), place: &_| (first.inf(place).inf(&low), first.sup(place).sup(&high));
+    let (low, high) = rest.positions.iter().fold((first, first), bounds);
+    let [shift, turn] = mode.largest().map(|size| size.max(f64::MIN_POSITIVE));
+    let amplitude = (SWING * (high - low).norm() / shift).min(TURN / turn);
+    (1..=FRAMES).map(move |k| mode.displaced(rest, amplitude * (TAU * k as f64 / FRAMES as f64).sin()))
+}
+
+fn print(report: &Report) -> Result<()> {
+    let at_rest = if report.converged { "about the equilibrium" } else { "NO equilibrium found: about the last state" };
+    say!("{}: {} modes {at_rest}, in {} s", report.scene, report.modes.len(), number(report.wall_s))?;
+    if report.stable == Some(false) {
+        say!("the equilibrium is unstable")?;
+    }
+    for (k, Line { frequency_hz, squared_rad2_s2, .. }) in report.modes.iter().enumerate() {
+        let what = match *squared_rad2_s2 {
+            0.0 => "moves freely".to_owned(),
+            squared if squared < 0.0 => format!("grows as exp({} t / s)", number((-squared).sqrt())),
+            _ => format!("{} Hz", number(*frequency_hz)),
+        };
+        say!("mode {k}: {what}")?;
+    }
+    Ok(())
+}
