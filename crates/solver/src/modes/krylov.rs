@@ -69,7 +69,7 @@ impl Space<'_> {
         }
         let left = dot(&x, &times(self.masses, &x)).sqrt();
         size *= NOTHING;
-        if !(left > size) {
+        if left.is_nan() || left <= size {
             return;
         }
         x.iter_mut().for_each(|x| *x /= left);
