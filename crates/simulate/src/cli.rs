@@ -300,9 +300,21 @@ pub(crate) struct ModesArgs {
     pub(crate) count: usize,
     /// Write trajectory.safetensors (the equilibrium, then each shape as it swings once in 24 frames), centreline.csv,
     /// snapshots.svg and summary.json to this folder; `simulate export DIR --export glb` makes a motion for other programs of
-    /// it. What an earlier run wrote there is removed, other files stay.
+    /// it. What an earlier run wrote there is removed, other files stay [default with --view: out/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Write view.html, too, a page that plays the shapes one after the other, a second each.
+    #[arg(long)]
+    pub(crate) view: bool,
+}
+
+impl ModesArgs {
+    /// The files that are asked for, of the scene of this name.
+    pub(crate) fn wanted(&self, scene: &str) -> Option<Wanted<'static>> {
+        let by_default = || self.view.then(|| Path::new(OUT).join(scene));
+        let directory = self.out.clone().or_else(by_default)?;
+        Some(Wanted { view: self.view, ..Wanted::plain(&directory) })
+    }
 }
 
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {

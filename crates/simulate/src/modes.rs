@@ -1,17 +1,20 @@
 //! `simulate modes`: natural frequencies about the equilibrium of a scene, and a trajectory that shows the shapes.
 
 use std::f64::consts::TAU;
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Error, Result};
-use rod::State;
+use rod::{State, measure};
+use scene::Scene;
 use serde::Serialize;
 use solver::modes::{Mode, modes};
 use solver::statics::StaticParams;
+use view::{Frame, Recorder};
 
 use crate::Outcome;
 use crate::cli::ModesArgs;
-use crate::files::{Files, Wanted};
+use crate::files::{Files, PAGE, RUN};
 use crate::numbers::number;
 use crate::statics::{begun, tell};
 use terminal::say;
@@ -39,6 +42,8 @@ struct Line {
     frequency_hz: f64,
     /// Square of the angular frequency; below zero where the equilibrium is unstable.
     squared_rad2_s2: f64,
+    /// Share of critical damping.
+    damping_ratio: f64,
     residual: f64,
 }
 
@@ -48,8 +53,12 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
     let params = StaticParams { leave_unstable: !args.rest.keep_unstable, ..StaticParams::default() };
     let begin = Instant::now();
     let found = modes(&scene.model, &mut scene.state, args.count, &params).with_context(|| scene.name.clone())?;
-    let line =
-        |mode: &Mode| Line { frequency_hz: mode.frequency(), squared_rad2_s2: mode.squared, residual: mode.residual };
+    let line = |mode: &Mode| Line {
+        frequency_hz: mode.frequency(),
+        squared_rad2_s2: mode.squared,
+        damping_ratio: mode.damping,
+        residual: mode.residual,
+    };
     let report = Report {
         scene: scene.name.clone(),
         segments: scene.state.len(),
@@ -58,18 +67,52 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         wall_s: begin.elapsed().as_secs_f64(),
         modes: found.modes.iter().map(line).collect(),
     };
-    let wanted = args.out.as_deref().map(Wanted::plain);
     let mut closed = Ok(None);
-    if let Some(wanted) = wanted {
+    if let Some(wanted) = args.wanted(&scene.name) {
         let dt = 1.0 / FRAMES as f64;
+        let mut player = wanted.view.then(|| player(&scene, dt));
         let mut files = Files::open(wanted, &scene, dt, 0, 0.0).context("--out")?;
         let frames = found.modes.iter().flat_map(|mode| swing(&scene.state, mode));
-        let mut push = |(k, state): (usize, State)| files.writer.push(&state, &[], (k + 1) as f64 * dt);
+        let mut push = |(k, state): (usize, State)| {
+            let time = (k + 1) as f64 * dt;
+            if let Some(player) = &mut player {
+                player.push(&frame(&scene, &state, time));
+            }
+            files.writer.push(&state, &[], time)
+        };
         let refused = frames.enumerate().try_for_each(&mut push).err().map(Error::from);
-        closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
+        let play = |directory: &Path| {
+            if let Some(player) = player {
+                let run = player.finish();
+                view::write_run(&directory.join(RUN), &run)?;
+                view::write_page(&directory.join(PAGE), &[run])?;
+            }
+            Ok(())
+        };
+        closed = files.close(&scene, &report, refused, play).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
     Ok(if report.converged { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// A player's run that has the equilibrium.
+fn player(scene: &Scene, dt: f64) -> Recorder {
+    let mut player = Recorder::new(&format!("{}, modes", scene.name), dt, &scene.model);
+    player.push(&frame(scene, &scene.state, 0.0));
+    player
+}
+
+/// What the player is told of a state.
+fn frame<'a>(scene: &Scene, state: &'a State, time: f64) -> Frame<'a> {
+    let length = |state: &State| measure::rod_lengths(&scene.model, state).iter().sum::<f64>();
+    Frame {
+        time,
+        state,
+        forces: &[],
+        energy: measure::energy(&scene.model, state).total(),
+        length_ratio: length(state) / length(&scene.state),
+        iterations: 0.0,
+    }
 }
 
 /// A shape as it swings once about the state at rest.
@@ -88,11 +131,12 @@ fn print(report: &Report) -> Result<()> {
     if report.stable == Some(false) {
         say!("the equilibrium is unstable")?;
     }
-    for (k, Line { frequency_hz, squared_rad2_s2, .. }) in report.modes.iter().enumerate() {
+    for (k, Line { frequency_hz, squared_rad2_s2, damping_ratio, .. }) in report.modes.iter().enumerate() {
         let what = match *squared_rad2_s2 {
             0.0 => "moves freely".to_owned(),
             squared if squared < 0.0 => format!("grows as exp({} t / s)", number((-squared).sqrt())),
-            _ => format!("{} Hz", number(*frequency_hz)),
+            _ if *damping_ratio == 0.0 => format!("{} Hz", number(*frequency_hz)),
+            _ => format!("{} Hz, damping ratio {}", number(*frequency_hz), number(*damping_ratio)),
         };
         say!("mode {k}: {what}")?;
     }

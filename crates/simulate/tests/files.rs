@@ -173,3 +173,26 @@ fn an_interrupted_run_keeps_its_results() {
     assert_eq!(summary["steps_asked"], 1_000_000_000);
     assert!(summary["steps"].as_u64().is_some_and(|steps| (1..1_000_000_000).contains(&steps)));
 }
+
+/// The equilibrium, then each shape as it swings once, and what the scene's damping of 7 / s takes of a swing.
+#[test]
+fn modes_write_their_shapes_and_the_page_that_plays_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_str().unwrap();
+    let report = json(&["modes", "heavy-cantilever", "--count", "3", "--view", "--out", path]);
+    let modes = report["modes"].as_array().unwrap();
+    assert_eq!(modes.len(), 3);
+    for mode in modes {
+        let of = |key: &str| mode[key].as_f64().unwrap();
+        let ratio = 7.0 / (2.0 * std::f64::consts::TAU * of("frequency_hz"));
+        assert!((of("damping_ratio") / ratio - 1.0).abs() < 1e-3, "{mode}: {ratio} expected");
+    }
+    let file = fs::read(folder.path().join("trajectory.safetensors")).unwrap();
+    let (positions, shape) = tensor(&file, "positions");
+    assert_eq!(shape, [1 + 3 * 24, 100, 3]);
+    let frame = |k: usize| &positions[300 * k..300 * (k + 1)];
+    let moved = |a: usize, b: usize| frame(a).iter().zip(frame(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(moved(0, 6) > 0.01, "a quarter of a swing");
+    assert!(moved(0, 12) < 1e-12, "half of it");
+    assert!(fs::read_to_string(folder.path().join("view.html")).unwrap().starts_with("<!doctype html>"));
+}

@@ -5,6 +5,7 @@
 //! `M + h^2 K`, which is eliminated in O(N). Its inverse times M has the same shapes, with the eigenvalues
 //! `theta = 1 / (1 + h^2 omega^2)`: the lowest frequencies are the largest (shift and invert; Ericsson and Ruhe 1980).
 
+mod damping;
 mod krylov;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -27,6 +28,9 @@ pub struct Mode {
     /// omega^2 [rad^2/s^2]: below zero where the equilibrium is unstable, zero of what moves freely, or so slowly beside the
     /// others that rounding hides it.
     pub squared: f64,
+    /// Damping ratio, the share of critical damping, to first order in what damps: the surroundings ([`rod::Damping`]) and the
+    /// joints ([`rod::InnerDamping`]); air is left out. Zero where nothing swings.
+    pub damping: f64,
     /// Shifts of the segments' centres, one entry a segment of the model [m]. With the turns they have the modal mass 1 kg.
     pub shifts: Vec<Vector3<f64>>,
     /// Rotation vectors of the segments in world axes [rad].
@@ -78,8 +82,8 @@ const REFINEMENTS: usize = 2;
 /// Iterations in which the joints' forces follow from the poses at rest.
 const ITERATIONS: usize = 3;
 
-/// The `count` lowest natural modes about the equilibrium to which [`equilibrium`] brings `state`. Drag and all damping are
-/// left out; a wind's force stays as it is at rest.
+/// The `count` lowest natural modes about the equilibrium to which [`equilibrium`] brings `state`. Drag is left out, and damping
+/// changes no frequency; a wind's force stays as it is at rest.
 ///
 /// # Errors
 /// As [`equilibrium`], and [`SimulationError::Loops`] where rods form more than one loop.
@@ -100,6 +104,7 @@ pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticPara
         for (squared, pair) in problem.lowest(count) {
             let mut mode = Mode {
                 squared,
+                damping: problem.damping_ratio(model, &members, squared, &pair),
                 shifts: vec![Vector3::zeros(); state.len()],
                 turns: vec![Vector3::zeros(); state.len()],
                 residual: pair.residual,
@@ -140,7 +145,7 @@ impl Problem {
             }
             let masses = self.masses.clone();
             let count = count.min(6 * masses.iter().flatten().count());
-            found = krylov::largest(&mut |x| self.solved(x), &masses, count)
+            found = krylov::largest(&mut |x| self.solved(x).0, &masses, count)
                 .into_iter()
                 .map(|pair| ((1.0 / pair.value - 1.0) / (step * step), pair))
                 .collect();
@@ -182,29 +187,27 @@ impl Problem {
                 body.turning += *inertia;
             }
         }
-        for joint in &mut equations.joints {
-            joint.rhs = [Vector3::zeros(); 2];
-        }
         elimination.solve(equations) && elimination.mended == 0
     }
 
-    /// `(M + h^2 K)^-1 x`.
-    fn solved(&mut self, x: &Field) -> Field {
+    /// `(M + h^2 K)^-1 x`, and what the joints transmit then, in world rows.
+    fn solved(&mut self, x: &Field) -> (Field, Field) {
         let Self { component, elimination, equations, .. } = self;
         let topology = &component.system.topology;
         for (body, x) in equations.bodies.iter_mut().zip(x) {
             body.defect = [x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into()];
         }
+        for joint in &mut equations.joints {
+            joint.rhs = [Vector3::zeros(); 2];
+        }
         elimination.solve(equations);
-        let mut found = elimination.corrections.clone();
+        let mut found = (elimination.corrections.clone(), elimination.multipliers.clone());
         // The elimination of a ring leaves one body to the end, and loses digits in what is left of it.
         for _ in 0..if topology.elimination.is_none() { REFINEMENTS } else { 0 } {
             equations.subtract(&topology.joints, &elimination.corrections, &elimination.multipliers);
             elimination.solve(equations);
-            found.iter_mut().zip(&elimination.corrections).for_each(|(x, more)| *x += more);
-        }
-        for joint in &mut equations.joints {
-            joint.rhs = [Vector3::zeros(); 2];
+            found.0.iter_mut().zip(&elimination.corrections).for_each(|(x, more)| *x += more);
+            found.1.iter_mut().zip(&elimination.multipliers).for_each(|(x, more)| *x += more);
         }
         found
     }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use acceptance::{Beam, assert_order};
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Material, Model, RodSpec, State, Wind, shape};
+use rod::{Air, Assembly, Damping, InnerDamping, Material, Model, RodSpec, State, Wind, shape};
 use solver::modes::{Mode, modes};
 use solver::statics::StaticParams;
 
@@ -47,6 +47,38 @@ fn a_cantilever_has_five_pairs_of_frequencies() {
     assert_near("cantilever", &found(400), &theory, 2, 1e-3);
     let errors: Vec<f64> = [50, 100, 200].map(|n| found(n)[4].frequency() * TAU / theory[2] - 1.0).into();
     assert_order("cantilever, third frequency", &errors, 2.0);
+}
+
+/// Clamped bending is conditioned as N^4.
+#[test]
+fn a_cantilever_of_many_segments_keeps_its_frequencies() {
+    let found = |segments: usize, count: usize| found(thin(segments).cantilever(Vector3::zeros()).0.finish(), count);
+    let theory = bending(&thin(1), &CANTILEVER);
+    assert_near("1,000 segments", &found(1000, 8), &theory, 2, 1e-3);
+    assert_near("100,000 segments", &found(100_000, 2), &theory, 2, 1e-3);
+}
+
+/// Of what resists with the mass a mode has `c / 2 omega`, of what resists with the stiffness `tau omega / 2`.
+#[test]
+fn a_cantilever_is_damped_by_air_and_by_its_own_bending() {
+    let beam = thin(100);
+    let (rate, time) = (0.3, 0.02);
+    for inner in [false, true] {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let none = InnerDamping::NONE;
+        let inner_damping = if inner { InnerDamping { bending: time, ..none } } else { none };
+        let rod = assembly.rod(&RodSpec { inner_damping, ..beam.spec(Vector3::zeros(), Vector3::x()) });
+        assembly.clamp_start(&rod);
+        if !inner {
+            assembly.damping(Damping { linear: rate, angular: 0.0 });
+        }
+        for mode in found(assembly.finish(), 6) {
+            let omega = mode.squared.sqrt();
+            let ratio = if inner { time * omega / 2.0 } else { rate / (2.0 * omega) };
+            println!("damping ratio {}, theory {ratio}", mode.damping);
+            assert!((mode.damping / ratio - 1.0).abs() < 1e-3, "{} instead of {ratio}", mode.damping);
+        }
+    }
 }
 
 #[test]
