@@ -7,10 +7,10 @@
 
 mod krylov;
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Model, State};
 
-use self::krylov::{Field, Pair};
+use self::krylov::{Field, Masses, Pair};
 use crate::component::{BodyPose, Component, split};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
@@ -95,9 +95,9 @@ pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticPara
         let solver = SolverKind::Direct.build(model, &members, &topology)?;
         let elimination = Elimination::new(&topology).ok_or(SimulationError::Loops("modal analysis"))?;
         let rest = component.poses.clone();
-        let masses = (0..rest.len()).map(|i| component.mass_and_inertia(i)).collect();
-        let mut problem = Problem { component, solver, elimination, equations: Equations::default(), rest, masses };
-        for (squared, pair) in problem.lowest(count) {
+        let masses: Vec<_> = (0..rest.len()).map(|i| component.mass_and_inertia(i)).collect();
+        let mut problem = Problem { component, solver, elimination, equations: Equations::default(), rest };
+        for (squared, pair) in problem.lowest(&masses, count) {
             let mut mode = Mode {
                 squared,
                 shifts: vec![Vector3::zeros(); state.len()],
@@ -123,24 +123,22 @@ struct Problem {
     equations: Equations,
     /// Poses at rest.
     rest: Vec<BodyPose<f64>>,
-    /// Mass and inertia of the bodies, without what air adds to them; `None` where one is held.
-    masses: Vec<Option<(f64, Matrix3<f64>)>>,
 }
 
 impl Problem {
-    /// The lowest modes, as omega^2 and the shape.
-    fn lowest(&mut self, count: usize) -> Vec<(f64, Pair)> {
+    /// The lowest modes, as omega^2 and the shape. `masses` are mass and inertia of the bodies, without what air adds to them;
+    /// `None` where one is held.
+    fn lowest(&mut self, masses: &Masses, count: usize) -> Vec<(f64, Pair)> {
         let mut step = 1.0;
         let mut found = Vec::new();
         for _ in 0..SHIFTS {
-            if !self.is_stable(step) {
+            if !self.set_up(step, masses) {
                 // It falls over faster than that.
                 step *= 0.25;
                 continue;
             }
-            let masses = self.masses.clone();
             let count = count.min(6 * masses.iter().flatten().count());
-            found = krylov::largest(&mut |x| self.solved(x), &masses, count)
+            found = krylov::largest(&mut |x| self.solved(x), masses, count)
                 .into_iter()
                 .map(|pair| ((1.0 / pair.value - 1.0) / (step * step), pair))
                 .collect();
@@ -159,9 +157,9 @@ impl Problem {
         found
     }
 
-    /// Sets up the equations of a step of the length `step` [s] at rest; whether their matrix is positive.
-    fn is_stable(&mut self, step: f64) -> bool {
-        let Self { component, solver, elimination, equations, rest, masses } = self;
+    /// Sets up the equations of a step of the length `step` [s] at rest. Returns whether their matrix is positive.
+    fn set_up(&mut self, step: f64, masses: &Masses) -> bool {
+        let Self { component, solver, elimination, equations, rest } = self;
         component.poses.copy_from_slice(rest);
         component.evaluate_drag(0.0, step);
         component.predict(0.0, step, Formulation::Xpbd);
@@ -182,9 +180,6 @@ impl Problem {
                 body.turning += *inertia;
             }
         }
-        for joint in &mut equations.joints {
-            joint.rhs = [Vector3::zeros(); 2];
-        }
         elimination.solve(equations) && elimination.mended == 0
     }
 
@@ -195,6 +190,10 @@ impl Problem {
         for (body, x) in equations.bodies.iter_mut().zip(x) {
             body.defect = [x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into()];
         }
+        // The joints' are those of the rest, or what refining has left.
+        for joint in &mut equations.joints {
+            joint.rhs = [Vector3::zeros(); 2];
+        }
         elimination.solve(equations);
         let mut found = elimination.corrections.clone();
         // The elimination of a ring leaves one body to the end, and loses digits in what is left of it.
@@ -202,9 +201,6 @@ impl Problem {
             equations.subtract(&topology.joints, &elimination.corrections, &elimination.multipliers);
             elimination.solve(equations);
             found.iter_mut().zip(&elimination.corrections).for_each(|(x, more)| *x += more);
-        }
-        for joint in &mut equations.joints {
-            joint.rhs = [Vector3::zeros(); 2];
         }
         found
     }
