@@ -70,6 +70,38 @@ impl Bvh {
         self.nodes.first().map(|node| &node.bounds)
     }
 
+    /// The least of the distances of what the boxes hold from a place, `distance` for the index of a box; infinite where there is
+    /// none. A box that is further off than the least so far is not looked into.
+    pub fn nearest(&self, place: &Vector3<f64>, mut distance: impl FnMut(u32) -> f64) -> f64 {
+        let mut least = f64::INFINITY;
+        if !self.nodes.is_empty() {
+            self.search(0, place, &mut least, &mut distance);
+        }
+        least
+    }
+
+    fn search(&self, at: usize, place: &Vector3<f64>, least: &mut f64, distance: &mut impl FnMut(u32) -> f64) {
+        let node = &self.nodes[at];
+        if node.count > 0 {
+            for &item in &self.items[node.first as usize..(node.first + node.count) as usize] {
+                *least = least.min(distance(item));
+            }
+            return;
+        }
+        let off = |at: usize| {
+            let Aabb { min, max } = &self.nodes[at].bounds;
+            (min - place).sup(&(place - max)).sup(&Vector3::zeros()).norm()
+        };
+        let halves = [at + 1, self.nodes[at + 1].next as usize];
+        let mut halves = halves.map(|half| (off(half), half));
+        halves.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (off, half) in halves {
+            if off < *least {
+                self.search(half, place, least, distance);
+            }
+        }
+    }
+
     /// Visits the indices of all boxes that overlap `room`, in an order that depends on the hierarchy alone.
     #[inline]
     pub fn overlaps(&self, room: &Aabb, mut visit: impl FnMut(u32)) {
@@ -116,6 +148,9 @@ mod tests {
                 found.sort_unstable();
                 let all: Vec<u32> = (0..count).filter(|&i| boxes[i as usize].overlaps(&room)).collect();
                 assert_eq!(found, all);
+                let off = |aabb: &Aabb| (aabb.min - room.min).norm();
+                let least = boxes.iter().map(off).fold(f64::INFINITY, f64::min);
+                assert_eq!(tree.nearest(&room.min, |i| off(&boxes[i as usize])), least);
             }
         }
     }

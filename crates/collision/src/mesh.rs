@@ -6,7 +6,6 @@
 //! which they are not as near, and is left out.
 
 use std::collections::HashMap;
-use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
@@ -168,8 +167,16 @@ impl TriangleMesh {
         if !self.closed || !self.face_tree.bounds().is_some_and(is_in) {
             return false;
         }
-        let winding: f64 = self.faces.iter().map(|face| face.solid_angle(place)).sum();
-        winding > 2.0 * PI
+        let top = self.face_tree.bounds().map_or(place.z, |room| room.max.z);
+        let above = Aabb { min: *place, max: Vector3::new(place.x, place.y, top) };
+        let mut winding = 0;
+        self.face_tree.overlaps(&above, |k| winding += self.faces[k as usize].winding_above(place));
+        winding > 0
+    }
+
+    /// Distance of a place from the surface [m].
+    pub fn distance(&self, place: &Vector3<f64>) -> f64 {
+        self.face_tree.nearest(place, |k| (self.faces[k as usize].nearest(place) - place).norm())
     }
 }
 
@@ -236,12 +243,26 @@ impl Face {
         ends.chain(edges).fold(f64::INFINITY, f64::min)
     }
 
-    /// The solid angle under which a place sees it, positive from behind (Van Oosterom and Strackee 1983).
-    fn solid_angle(&self, place: &Vector3<f64>) -> f64 {
-        let [a, b, c] = self.corners.map(|corner| corner - place);
-        let [x, y, z] = [a, b, c].map(|corner| corner.norm());
-        let below = x * y * z + a.dot(&b) * z + a.dot(&c) * y + b.dot(&c) * x;
-        2.0 * a.dot(&b.cross(&c)).atan2(below)
+    /// What it adds to the winding number of a place: 1 where it is right above the place and looks upwards, -1 where it looks
+    /// downwards. Triangles that share an edge see it alike, so that of those above an edge or a corner as many count as above
+    /// a place beside it.
+    fn winding_above(&self, place: &Vector3<f64>) -> i32 {
+        let mut turns = 0;
+        for k in 0..3 {
+            let (from, to) = (&self.corners[k], &self.corners[(k + 1) % 3]);
+            let upwards = to.y > place.y;
+            if (from.y > place.y) == upwards {
+                continue;
+            }
+            let (low, high) = if upwards { (from, to) } else { (to, from) };
+            // Whether the edge passes on the side where x is larger.
+            let side = (high.x - low.x) * (place.y - low.y) - (high.y - low.y) * (place.x - low.x);
+            if side > 0.0 {
+                turns += if upwards { 1 } else { -1 };
+            }
+        }
+        // The height is on the side of the normal; below the triangle where both signs differ.
+        if f64::from(turns) * self.height(place) < 0.0 { turns } else { 0 }
     }
 }
 

@@ -31,6 +31,48 @@ fn a_box_has_twelve_edges_and_an_inside() {
     assert!(!TriangleMesh::new(&positions, &triangles[2..]).encloses(&centre));
 }
 
+/// The solid angle under which a place sees a triangle, positive from behind (Van Oosterom and Strackee 1983).
+fn solid_angle(corners: &[Vector3<f64>; 3], place: &Vector3<f64>) -> f64 {
+    let [a, b, c] = corners.map(|corner| corner - place);
+    let [x, y, z] = [a, b, c].map(|corner| corner.norm());
+    let below = x * y * z + a.dot(&b) * z + a.dot(&c) * y + b.dot(&c) * x;
+    2.0 * a.dot(&b.cross(&c)).atan2(below)
+}
+
+#[test]
+fn what_is_inside_sees_the_surface_all_around_it() {
+    // A box with a room in it, and a box that overlaps both; places right below corners and edges of all of them.
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for (low, high, is_room) in [(0.0, 4.0, false), (1.0, 3.0, true), (2.0, 5.0, false)] {
+        let (own, faces) = cuboid(Vector3::repeat(low), Vector3::repeat(high));
+        let first = positions.len() as u32;
+        positions.extend(own);
+        triangles
+            .extend(faces.into_iter().map(|[a, b, c]| if is_room { [a, c, b] } else { [a, b, c] }.map(|i| first + i)));
+    }
+    let mesh = TriangleMesh::new(&positions, &triangles);
+    assert!(mesh.is_closed());
+    let steps = || (-1..12).map(|k| 0.5 * f64::from(k));
+    let (mut inside, mut all) = (0, 0);
+    for (x, y) in steps().flat_map(|x| steps().map(move |y| (x, y))) {
+        for z in (0..11).map(|k| 0.25 + 0.5 * f64::from(k)) {
+            for shift in [0.0, 0.123] {
+                let place = Vector3::new(x + shift, y + 0.7 * shift, z);
+                let angle: f64 = mesh.faces().iter().map(|face| solid_angle(&face.corners, &place)).sum();
+                let turns = angle / (4.0 * std::f64::consts::PI);
+                let nearest = mesh.faces().iter().map(|face| (face.nearest(&place) - place).norm());
+                let nearest = nearest.fold(f64::INFINITY, f64::min);
+                assert_eq!(mesh.distance(&place), nearest, "{place}");
+                if nearest > 1e-9 {
+                    assert_eq!(mesh.encloses(&place), turns > 0.5, "{place}: {turns}");
+                    (inside, all) = (inside + usize::from(turns > 0.5), all + 1);
+                }
+            }
+        }
+    }
+    assert!(inside > all / 8 && inside < all / 2, "{inside} of {all}");
+}
+
 #[test]
 fn vertices_at_one_place_are_one_and_triangles_without_area_none() {
     let (positions, triangles) = cuboid(Vector3::zeros(), Vector3::repeat(1.0));

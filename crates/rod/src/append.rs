@@ -8,12 +8,16 @@ impl Model {
     /// over time, each after those that there are. What is of the world stays this model's: gravity and its changes, damping,
     /// contacts, air.
     pub fn append(&mut self, other: &Model) {
-        let rods = self.segments.iter().map(|segment| segment.rod + 1).max().unwrap_or(0);
-        self.append_after(rods, other);
+        self.append_after(self.rods(), other);
     }
 
-    /// [`Model::append`] to a model of so many rods.
-    pub(crate) fn append_after(&mut self, rods: usize, other: &Model) {
+    /// Number of rods: one more than the largest index that a segment has.
+    pub fn rods(&self) -> usize {
+        self.segments.iter().map(|segment| segment.rod + 1).max().unwrap_or(0)
+    }
+
+    /// [`Model::append`] to a model of so many `rods`, for who appends many and counts them.
+    pub fn append_after(&mut self, rods: usize, other: &Model) {
         let (segments, anchors, loads) = (self.segments.len(), self.anchors.len(), self.loads.len());
         let moved = |body: Body| body.shifted(segments, anchors);
         // Every field stands here, so that whoever adds one says what becomes of it.

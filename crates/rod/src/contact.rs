@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
+use crate::driven::begins_at;
 use crate::model::unit;
-use crate::motion::begins_at;
 use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose};
 
 /// Flat sides that stand for the round side of a cylinder that segments touch: they lie within it, by 0.12 percent of its

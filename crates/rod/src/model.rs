@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use crate::motion::{self, DriveError};
+use crate::driven::{self, DriveError};
 use crate::{
     Air, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InnerDamping, LineInertia, Mesh, Mount,
     RigidBody, track,
@@ -446,7 +446,7 @@ impl Model {
         }
         self.validate_state(state)?;
         track::validate(self)?;
-        motion::validate(self, state)
+        driven::validate(self, state)
     }
 
     /// Checks that there is the body that something of the model points to.

@@ -32,10 +32,13 @@ pub enum SolidError {
     /// The surface has a border.
     #[error("the surface is open: {0} of its edges have no triangle on their other side")]
     Open(usize),
-    /// What it encloses is nothing, or outside of it.
+    /// Its triangles turn the wrong way: what it encloses [m^3] is < 0.
     #[error(
-        "the surface encloses {0} m^3, but that must be finite and > 0: triangles must be counterclockwise as seen from outside"
+        "the surface is inside out: it encloses {0} m^3; its triangles must be counterclockwise as seen from outside"
     )]
+    InsideOut(f64),
+    /// What it encloses [m^3] is nothing that a body can be made of.
+    #[error("the surface encloses {0} m^3, but that must be finite and > 0")]
     NoVolume(f64),
 }
 
@@ -44,7 +47,7 @@ impl SolidMesh {
     /// nearest to the axes of `mesh`, which are the same where they are principal.
     ///
     /// # Errors
-    /// [`SolidError`] where the mesh is no surface, is open, or encloses no volume.
+    /// [`SolidError`] where the mesh is no surface, is open or inside out, or encloses no volume.
     pub fn full(mesh: Mesh) -> Result<Self, SolidError> {
         let mesh = Mesh::new(mesh.positions, mesh.triangles)?;
         let open = open_edges(&mesh);
@@ -52,6 +55,9 @@ impl SolidMesh {
             return Err(SolidError::Open(open));
         }
         let Moments { volume, centre, second } = Moments::of(&mesh);
+        if volume.is_finite() && volume < 0.0 {
+            return Err(SolidError::InsideOut(volume));
+        }
         if !(volume > 0.0 && second.iter().chain(&centre).all(|x| x.is_finite())) {
             return Err(SolidError::NoVolume(volume));
         }
@@ -276,7 +282,7 @@ mod tests {
         assert_eq!(SolidMesh::about(open, Vector3::zeros()).unwrap().volume(), 0.0);
         let inwards = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let inwards = Mesh::new(positions, inwards).unwrap();
-        assert!(matches!(SolidMesh::full(inwards), Err(SolidError::NoVolume(volume)) if volume < 0.0));
+        assert!(matches!(SolidMesh::full(inwards), Err(SolidError::InsideOut(volume)) if volume < 0.0));
         // Two sides of one triangle.
         let flat = Mesh::new(vec![Vector3::zeros(), Vector3::x(), Vector3::y()], vec![[0, 1, 2], [0, 2, 1]]).unwrap();
         assert!(matches!(SolidMesh::full(flat), Err(SolidError::NoVolume(_))));

@@ -96,7 +96,7 @@ fn body(source: &Source, entry: &Spanned<format::Body>) -> Result<RigidBody> {
             return source.wrong(density.span(), "a hidden body has no volume; give `mass_kg`");
         }
         (None, Some(density)) if shape.volume() == 0.0 => {
-            return source.wrong(density.span(), "an open mesh has no volume; give `mass_kg`");
+            return source.wrong(density.span(), "a mesh that is open or inside out has no volume; give `mass_kg`");
         }
         (None, Some(density)) => source.positive(density, "kg/m^3")? * shape.volume(),
         _ => return source.wrong(entry.span(), "give either `mass_kg` or `density_kg_m3`"),
@@ -157,10 +157,11 @@ fn solid(source: &Source, own: &format::Body, file: &format::BodyMesh) -> Result
     }
     let centre = centre.as_ref().map(|centre| source.vector(centre, "m")).transpose()?;
     let mesh = mesh::read(source, file, scale)?;
+    let name = file.get_ref();
     let full = |mesh| {
         SolidMesh::full(mesh).or_else(|error| {
             let keys = "`mass_kg`, `inertia_kg_m2` and `shape.mesh.centre_of_mass_m`";
-            source.wrong(file.span(), &format!("{error}; a mesh that is not full of mass needs {keys}"))
+            source.wrong(file.span(), &format!("{name}: {error}; a mesh that is not full of mass needs {keys}"))
         })
     };
     let solid = match (&own.inertia_kg_m2, centre) {
@@ -170,7 +171,7 @@ fn solid(source: &Source, own: &format::Body, file: &format::BodyMesh) -> Result
                 Some(centre) => centre,
                 None => full(mesh.clone())?.centre(),
             };
-            SolidMesh::about(mesh, centre).or_else(|error| source.wrong(file.span(), &error.to_string()))?
+            SolidMesh::about(mesh, centre).or_else(|error| source.wrong(file.span(), &format!("{name}: {error}")))?
         }
     };
     // Its corners are about its centre of mass, and neither so near to it nor so far that nothing can be computed.

@@ -113,6 +113,13 @@ impl Builder {
         self.by_name.contains_key(name)
     }
 
+    /// Whether a name is that of a rigid body.
+    pub(crate) fn is_body(&mut self, name: &str) -> bool {
+        let segments = &self.assembly.model_mut().segments;
+        let first = self.by_name.get(name).map(|&index| self.rods[index].segments.start);
+        first.and_then(|first| segments.get(first)).is_some_and(|segment| segment.body.is_some())
+    }
+
     /// Number of segments so far.
     pub(crate) fn segments(&self) -> usize {
         self.rods.last().map_or(0, |rod| rod.segments.end)
@@ -235,9 +242,14 @@ impl Builder {
         let is_it = |rod: &RodInfo| segments.get(rod.segments.start).is_some_and(|own| own.body.is_some()) == body;
         match self.by_name.get(name.get_ref()) {
             Some(&index) if is_it(&self.rods[index]) => Ok(index),
-            _ => {
+            other => {
                 let what = if body { "the name of a body" } else { "the name of a rod that comes before it" };
-                source.must_be(name.span(), &known_names(what, self.rods.iter().filter(|rod| is_it(rod))))
+                let mut allowed = known_names(what, self.rods.iter().filter(|rod| is_it(rod)));
+                if other.is_some() {
+                    let kind = if body { "a rod" } else { "a rigid body" };
+                    allowed = format!("{allowed}; `{}` is {kind}", name.get_ref());
+                }
+                source.must_be(name.span(), &allowed)
             }
         }
     }

@@ -29,6 +29,10 @@ fn probe(builder: &mut Builder, source: &Source, k: usize, entry: &Spanned<forma
         Some(name) if is_plain(name.get_ref()) => name.get_ref().clone(),
         Some(name) => return source.must_be(name.span(), "a name without commas, quotes and line breaks"),
     };
+    if builder.is_body(rod.get_ref()) {
+        let why = "is a rigid body, but a probe reads a place of a rod: name a rod that is joined to it";
+        return source.wrong(rod.span(), &format!("`{}` {why}", rod.get_ref()));
+    }
     let rod = builder.rod(source, rod)?;
     let (segments, closed) = (rod.segments.clone(), rod.closed);
     let count = builder.refinement.count(&segments);

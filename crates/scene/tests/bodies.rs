@@ -139,7 +139,7 @@ fn mistakes_are_named() {
         (
             "{ rod = \"cable\" }",
             "{ rod = \"hook\" }",
-            "joins[0].a.rod = \"hook\", but it must be the name of a rod that comes before it: `cable`, `sling`, `line`",
+            "joins[0].a.rod = \"hook\", but it must be the name of a rod that comes before it: `cable`, `sling`, `line`; `hook` is a rigid body",
         ),
         ("{ rod = \"cable\" }", "{ body = \"wall\" }", "joins[0]: one of `a` and `b` must be a `rod`"),
         (
@@ -150,7 +150,7 @@ fn mistakes_are_named() {
         (
             "{ body = \"body-2\" }",
             "{ body = \"cable\" }",
-            "joins[1].a.body = \"cable\", but it must be the name of a body: `hook`, `trolley`, `body-2`, `wall`, `unseen`",
+            "joins[1].a.body = \"cable\", but it must be the name of a body: `hook`, `trolley`, `body-2`, `wall`, `unseen`; `cable` is a rod",
         ),
         (
             "at_m = [-0.1, 0, 0]",

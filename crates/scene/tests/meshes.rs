@@ -163,21 +163,22 @@ fn meshes_that_are_no_bodies_are_named() {
             "",
             "mass_kg = 1".to_owned(),
             format!(
-                "scene.toml:3: bodies[0].shape.mesh.file: the surface is open: 4 of its edges have no triangle on their other side{needs}"
+                "scene.toml:3: bodies[0].shape.mesh.file: a.obj: the surface is open: 4 of its edges have no triangle on their other side{needs}"
             ),
         ),
-        (open.as_str(), "", format!("mass_kg = 1\n{moments}"), "the surface is open: 4 of its edges".to_owned()),
+        (open.as_str(), "", format!("mass_kg = 1\n{moments}"), "a.obj: the surface is open: 4 of its edges".to_owned()),
         (
             open.as_str(),
             ", centre_of_mass_m = [0, 0, 0]",
             format!("density_kg_m3 = 1\n{moments}"),
-            "scene.toml:4: bodies[0].density_kg_m3: an open mesh has no volume; give `mass_kg`".to_owned(),
+            "scene.toml:4: bodies[0].density_kg_m3: a mesh that is open or inside out has no volume; give `mass_kg`"
+                .to_owned(),
         ),
         (
             inwards.as_str(),
             "",
             "mass_kg = 1".to_owned(),
-            "bodies[0].shape.mesh.file: the surface encloses -0.04".to_owned(),
+            "bodies[0].shape.mesh.file: a.obj: the surface is inside out: it encloses -0.04".to_owned(),
         ),
         (
             BLOCK,

@@ -188,6 +188,24 @@ pub(crate) struct RunArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
+impl Cli {
+    /// With each format that is asked for once.
+    pub(crate) fn without_repeats(mut self) -> Self {
+        let formats = match &mut self.command {
+            Some(Command::Export(args)) => &mut args.export,
+            _ => &mut self.run.export,
+        };
+        let mut known = Vec::new();
+        formats.retain(|&format| {
+            !known.contains(&format) && {
+                known.push(format);
+                true
+            }
+        });
+        self
+    }
+}
+
 impl RunArgs {
     /// Whether any file is asked for.
     pub(crate) fn writes(&self) -> bool {

@@ -83,7 +83,7 @@ fn main() -> ExitCode {
         terminal::complain(format_args!("`simulate {name}` is `evaluate {name}` now: cargo run -p evaluate -- {name}"));
         return ExitCode::from(BAD_INPUT);
     }
-    let cli = Cli::parse();
+    let cli = Cli::parse().without_repeats();
     let result = match cli.command {
         None if std::env::args_os().len() == 1 => first_run(&cli),
         None => one_run(&cli),

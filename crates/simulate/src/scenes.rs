@@ -142,13 +142,13 @@ fn unknown(name: &str) -> Error {
         return anyhow!("{name} is a file, but the name of a scene's file ends in .toml");
     }
     let cli = Cli::command();
-    let commands = cli.get_subcommands().map(|command| command.get_name().to_owned());
-    let scenes = scene::builtins().into_iter().map(|builtin| builtin.name.to_owned());
-    let random = RANDOM.map(|(name, _)| name.to_owned());
-    let likeness = |known: &String| strsim::jaro_winkler(name, known);
-    let known = scenes.chain(random).chain(commands).filter(|known| likeness(known) > ALIKE);
-    let nearest = known.max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    let meant = nearest.map(|known| format!("; did you mean `{known}`?")).unwrap_or_default();
+    let commands = cli.get_subcommands().map(|command| (command.get_name(), "the command "));
+    let scenes = scene::builtins().into_iter().map(|builtin| (builtin.name, ""));
+    let random = RANDOM.map(|(name, _)| (name, ""));
+    let likeness = |known: &str| strsim::jaro_winkler(name, known);
+    let known = scenes.chain(random).chain(commands).filter(|(known, _)| likeness(known) > ALIKE);
+    let nearest = known.max_by(|(a, _), (b, _)| likeness(a).total_cmp(&likeness(b)));
+    let meant = nearest.map(|(known, what)| format!("; did you mean {what}`{known}`?")).unwrap_or_default();
     anyhow!("there is no scene `{name}`{meant} (`simulate list` shows all; the name of a file ends in .toml)")
 }
 

@@ -9,13 +9,17 @@ use terminal::say;
 
 use crate::Outcome;
 use crate::cli::ViewArgs;
-use crate::files::RUN;
+use crate::files::{PAGE, RUN};
 
 /// How every page that plays runs begins; no other file is written over.
 const PAGE_BEGINS: &[u8] = b"<!doctype html>\n<html lang=\"en\" data-state=\"loading\">\n";
 
 /// Writes a page with the runs that `--view` has left in these folders.
 pub(crate) fn view(args: &ViewArgs) -> Result<Outcome> {
+    if args.out.is_dir() {
+        let (folder, page) = (args.out.display(), args.out.join(PAGE));
+        bail!("--out: {folder} is a folder; give the page a name, such as {}", page.display());
+    }
     if !is_free(&args.out)? {
         bail!("--out: {} is in the way and is no page of runs: move it, or choose another name", args.out.display());
     }

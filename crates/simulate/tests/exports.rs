@@ -63,7 +63,7 @@ fn forces_that_were_not_kept_are_left_out() {
     let out = folder.path().join("out");
     let path = out.to_str().expect("UTF-8");
     runs(&["helix", "--steps", "2", "--out", path]);
-    let output = run(&["export", path, "--export", "csv"]);
+    let output = run(&["export", path, "--export", "csv,csv"]);
     let said = format!(
         "wrote segments.csv, joints.csv, reactions.csv to {path}\n\
          without forces of joints: the run has kept none, as one with --export does\n"

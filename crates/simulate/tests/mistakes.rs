@@ -154,15 +154,15 @@ fn scenes() {
         assert_eq!(error(&[name]), format!("error: there is no scene `{name}`{meant} {hint}"));
     };
     for (name, meant) in [
-        ("bend", "bend-45"),
-        ("helx", "helix"),
-        ("tree70", "tree-70"),
-        ("knto", "knot"),
-        ("random_rod", "random-rod"),
-        ("lst", "list"),
-        ("veiw", "view"),
+        ("bend", "`bend-45`"),
+        ("helx", "`helix`"),
+        ("tree70", "`tree-70`"),
+        ("knto", "`knot`"),
+        ("random_rod", "`random-rod`"),
+        ("lst", "the command `list`"),
+        ("veiw", "the command `view`"),
     ] {
-        unknown(name, &format!("; did you mean `{meant}`?"));
+        unknown(name, &format!("; did you mean {meant}?"));
     }
     unknown("qqq", "");
     let folder = tempfile::tempdir().expect("a folder");

@@ -247,14 +247,17 @@ pub(crate) fn finish<T: Real>(
     watch.mark(&mut counters.times.predict);
 }
 
-/// Counts an attempt that no other follows, in one lane.
-pub(crate) fn count_step<T: Real>(result: &Attempt<T>, lane: usize, counters: &mut Counters) {
+/// Counts an attempt that no other follows, in one lane; its errors only where the poses that it led to are kept.
+pub(crate) fn count_step<T: Real>(result: &Attempt<T>, lane: usize, is_kept: bool, counters: &mut Counters) {
     counters.steps += 1;
     counters.guesses_used += u64::from(result.start == Start::Guess);
     match result.status(lane) {
         Status::NonFinite => counters.non_finite += 1,
         status => {
             counters.not_converged += u64::from(status == Status::OutOfIterations);
+            if !is_kept {
+                return;
+            }
             let residuals = &result.residuals;
             counters.worst_stretch = counters.worst_stretch.max(residuals.stretch.lane(lane));
             counters.worst_bend = counters.worst_bend.max(residuals.bend.lane(lane));

@@ -55,6 +55,8 @@ impl Batch {
         guess: Option<GuessFactory<'_>>,
     ) -> Result<Self, SimulationError> {
         let mut models: Vec<(Model, State)> = Vec::new();
+        // Rods of each.
+        let mut rods: Vec<usize> = Vec::new();
         let mut places = Vec::with_capacity(copies.len());
         for (index, &(model, state)) in copies.iter().enumerate() {
             let wrong = |source: SimulationError| SimulationError::Copy { index, source: Box::new(source) };
@@ -70,10 +72,12 @@ impl Batch {
                     ..Model::default()
                 };
                 models.push((alone, State::default()));
+                rods.push(0);
             }
             let (all, states) = &mut models[world];
             let before = [all.segments.len(), all.joints.len(), all.anchors.len(), all.loads.len()];
-            all.append(model);
+            all.append_after(rods[world], model);
+            rods[world] += model.rods();
             states.append(state);
             places.push(Place {
                 world,

@@ -181,7 +181,7 @@ impl Steps for ConnectedSet {
     }
 
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
-        count_step(&self.attempt, 0, &mut self.counters);
+        count_step(&self.attempt, 0, !status.is_stuck(), &mut self.counters);
         if status.is_stuck() {
             self.component.roll_back();
             return status;

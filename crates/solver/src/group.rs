@@ -55,7 +55,7 @@ impl Group {
         for (lane, members) in members.iter().enumerate() {
             let status = result.status(lane);
             if status == Status::Converged || params.max_halvings == 0 {
-                count_step(&result, lane, counters);
+                count_step(&result, lane, true, counters);
                 statuses[lane] = status;
                 if status == Status::NonFinite {
                     component.roll_back_lane(lane);

@@ -259,9 +259,8 @@ impl Lockstep {
     /// How a step ended whose last attempt ended so: with joints apart where they gape. Sets that the smallest substep does not
     /// bring together stay where they are, without what presses.
     fn ended(&mut self, status: Status, params: &StepParams) -> Status {
-        let may_stay = status == Status::OutOfIterations && params.max_halvings > 0;
         let mut stays = false;
-        for set in self.sets.iter_mut().filter(|set| may_stay && set.is_torn()) {
+        for set in self.sets.iter_mut().filter(|set| may_stay(status, params) && set.is_torn()) {
             set.component.stay();
             stays = true;
         }
@@ -369,7 +368,8 @@ impl Steps for Lockstep {
 
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
         for set in &mut self.sets {
-            count_step(&set.attempt, 0, &mut set.counters);
+            let is_kept = !status.is_stuck() && !(may_stay(status, params) && set.is_torn());
+            count_step(&set.attempt, 0, is_kept, &mut set.counters);
         }
         // Contacts alone may be what has not converged.
         let own = self.sets.iter().map(|set| set.attempt.status(0)).max();
@@ -399,6 +399,11 @@ impl Steps for Lockstep {
     fn count_dropped(&mut self) {
         self.sets.iter_mut().for_each(ConnectedSet::count_dropped);
     }
+}
+
+/// Whether sets whose joints gape stay where they were at the end of a step that ended so.
+fn may_stay(status: Status, params: &StepParams) -> bool {
+    status == Status::OutOfIterations && params.max_halvings > 0
 }
 
 /// The larger of two; not a number if either is not.

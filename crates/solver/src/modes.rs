@@ -8,10 +8,10 @@
 mod damping;
 mod krylov;
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Model, State};
 
-use self::krylov::{Field, Pair};
+use self::krylov::{Field, Masses, Pair};
 use crate::component::{BodyPose, Component, split};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
@@ -99,12 +99,12 @@ pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticPara
         let solver = SolverKind::Direct.build(model, &members, &topology)?;
         let elimination = Elimination::new(&topology).ok_or(SimulationError::Loops("modal analysis"))?;
         let rest = component.poses.clone();
-        let masses = (0..rest.len()).map(|i| component.mass_and_inertia(i)).collect();
-        let mut problem = Problem { component, solver, elimination, equations: Equations::default(), rest, masses };
-        for (squared, pair) in problem.lowest(count) {
+        let masses: Vec<_> = (0..rest.len()).map(|i| component.mass_and_inertia(i)).collect();
+        let mut problem = Problem { component, solver, elimination, equations: Equations::default(), rest };
+        for (squared, pair) in problem.lowest(&masses, count) {
             let mut mode = Mode {
                 squared,
-                damping: problem.damping_ratio(model, &members, squared, &pair),
+                damping: problem.damping_ratio(model, &members, &masses, squared, &pair),
                 shifts: vec![Vector3::zeros(); state.len()],
                 turns: vec![Vector3::zeros(); state.len()],
                 residual: pair.residual,
@@ -128,24 +128,22 @@ struct Problem {
     equations: Equations,
     /// Poses at rest.
     rest: Vec<BodyPose<f64>>,
-    /// Mass and inertia of the bodies, without what air adds to them; `None` where one is held.
-    masses: Vec<Option<(f64, Matrix3<f64>)>>,
 }
 
 impl Problem {
-    /// The lowest modes, as omega^2 and the shape.
-    fn lowest(&mut self, count: usize) -> Vec<(f64, Pair)> {
+    /// The lowest modes, as omega^2 and the shape. `masses` are mass and inertia of the bodies, without what air adds to them;
+    /// `None` where one is held.
+    fn lowest(&mut self, masses: &Masses, count: usize) -> Vec<(f64, Pair)> {
         let mut step = 1.0;
         let mut found = Vec::new();
         for _ in 0..SHIFTS {
-            if !self.is_stable(step) {
+            if !self.set_up(step, masses) {
                 // It falls over faster than that.
                 step *= 0.25;
                 continue;
             }
-            let masses = self.masses.clone();
             let count = count.min(6 * masses.iter().flatten().count());
-            found = krylov::largest(&mut |x| self.solved(x).0, &masses, count)
+            found = krylov::largest(&mut |x| self.solved(x).0, masses, count)
                 .into_iter()
                 .map(|pair| ((1.0 / pair.value - 1.0) / (step * step), pair))
                 .collect();
@@ -164,9 +162,9 @@ impl Problem {
         found
     }
 
-    /// Sets up the equations of a step of the length `step` [s] at rest; whether their matrix is positive.
-    fn is_stable(&mut self, step: f64) -> bool {
-        let Self { component, solver, elimination, equations, rest, masses } = self;
+    /// Sets up the equations of a step of the length `step` [s] at rest. Returns whether their matrix is positive.
+    fn set_up(&mut self, step: f64, masses: &Masses) -> bool {
+        let Self { component, solver, elimination, equations, rest } = self;
         component.poses.copy_from_slice(rest);
         component.evaluate_drag(0.0, step);
         component.predict(0.0, step, Formulation::Xpbd);

@@ -32,8 +32,8 @@ pub struct StaticReport {
 
 /// Brings `state` to equilibrium; velocities are set to zero.
 ///
-/// What is driven stays where it is at time 0. Wind is that of time 0, gusts included; its drag follows the shape from step to step, so that slack rods in a strong
-/// wind may not come to rest here: let them settle in time instead.
+/// What is driven stays where it is at time 0. Wind is that of time 0, gusts included; its drag follows the shape from step to
+/// step, so that slack rods in a strong wind may not come to rest here: let them settle in time instead.
 ///
 /// # Errors
 /// If the model, the state or a parameter is not valid, or the model has contacts. Not to converge is no error: see

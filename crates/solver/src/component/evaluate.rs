@@ -48,9 +48,7 @@ impl<T: Real> Component<T> {
             terms.axis = axis;
             terms.inverse_mass = constants.inverse_mass;
             terms.inverse_inertia = if geometric {
-                let inertia = Sym3::identity(constants.transverse)
-                    + Sym3::outer(axis, constants.axial - constants.transverse)
-                    + geometric_stiffness(self.pulls[i], axis);
+                let inertia = constants.world_inertia(axis) + geometric_stiffness(self.pulls[i], axis);
                 inertia.inverse() * constants.free
             } else {
                 let (across, along) = (constants.free / constants.transverse, constants.free / constants.axial);

@@ -29,7 +29,7 @@ use rod::{Body, Model, State};
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::{Quat, Vec3};
+use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::system::System;
 use crate::topology::Topology;
 
@@ -67,6 +67,12 @@ impl<T: Real> BodyConstants<T> {
     fn inertia(&self, x: Vec3<T>) -> Vec3<T> {
         let [x, y, z] = x.0;
         Vec3([x * self.transverse, y * self.transverse, z * self.axial])
+    }
+
+    /// The inertia of a rod's segment in world axes.
+    #[inline(always)]
+    fn world_inertia(&self, axis: Vec3<T>) -> Sym3<T> {
+        Sym3::identity(self.transverse) + Sym3::outer(axis, self.axial - self.transverse)
     }
 }
 

@@ -59,10 +59,8 @@ impl Component<f64> {
     /// held.
     pub(crate) fn mass_and_inertia(&self, i: usize) -> Option<(f64, Matrix3<f64>)> {
         let (constants, q) = (&self.bodies[i], self.poses[i].q);
-        let of_rod =
-            Sym3::identity(constants.transverse) + Sym3::outer(q.axis(), constants.axial - constants.transverse);
         let rigid = self.rigid.iter().find(|rigid| rigid.body == i);
-        let inertia = rigid.map_or(of_rod, |rigid| rigid.world_inertia(q));
+        let inertia = rigid.map_or(constants.world_inertia(q.axis()), |rigid| rigid.world_inertia(q));
         (constants.inverse_mass != 0.0).then(|| (1.0 / constants.inverse_mass, matrix(inertia.full())))
     }
 
@@ -74,9 +72,7 @@ impl Component<f64> {
             return BodyEquation::held();
         }
         let mass = 1.0 / terms.inverse_mass;
-        let inertia =
-            Sym3::identity(constants.transverse) + Sym3::outer(terms.axis, constants.axial - constants.transverse);
-        let turning = matrix(self.turning(i, inertia * share).full());
+        let turning = matrix(self.turning(i, constants.world_inertia(terms.axis) * share).full());
         // What the evaluation has multiplied by its M^-1.
         let asked = self.momentum[i];
         let angular = terms.inverse_inertia.inverse().apply(asked.angular);

@@ -1,11 +1,13 @@
 //! Bodies that overlap where a simulation begins.
 
+use std::cell::OnceCell;
 use std::cmp::Reverse;
 use std::fmt;
+use std::sync::Arc;
 
 use collision::{Aabb, Capsule, SpatialHash, TriangleMesh, closest};
 use nalgebra::Vector3;
-use rod::{Model, ObstacleShape, Pose, State};
+use rod::{Mesh, Model, ObstacleShape, Pose, State};
 use thiserror::Error;
 
 use super::exclusion::PairFilter;
@@ -106,31 +108,29 @@ pub(crate) fn refuse_overlaps(
             worst = Some(found);
         }
     };
-    let bodies: Vec<(usize, Pose, TriangleMesh)> = model
+    let bodies: Vec<(usize, Standing)> = model
         .segments
         .iter()
         .enumerate()
         .filter_map(|(i, segment)| {
-            let mesh = segment.surface()?;
             let pose = Pose { position: state.positions[i], orientation: state.orientations[i] };
-            Some((i, pose, TriangleMesh::new(&mesh.positions, &mesh.triangles)))
+            Some((i, Standing::new(Arc::new(segment.surface()?), pose)))
         })
         .collect();
-    for (i, pose, mesh) in &bodies {
+    for (i, body) in &bodies {
         let other = Overlapped::Segment { index: *i, rod: model.segments[*i].rod };
         for (a, own) in capsules.iter().enumerate().filter(|&(a, _)| filter.touches_mesh(a as u32, *i as u32)) {
-            let [start, end] = [own.start, own.end].map(|place| pose.orientation.inverse() * (place - pose.position));
-            see(a, other, own.radius - distance(mesh, &Capsule { start, end, ..*own }), own.radius);
+            see(a, other, own.radius - body.distance(own), own.radius);
         }
     }
     let mut obstacles = Vec::new();
     for (index, obstacle) in model.contacts.obstacles.iter().enumerate() {
         let other = Overlapped::Obstacle { index, kind: obstacle.shape.kind() };
         let touches = |i: usize| !model.segments[i].fixed && model.segments[i].capsule().is_some();
+        let free = || bodies.iter().filter(|(i, _)| !model.segments[*i].fixed);
         if let ObstacleShape::HalfSpace { point, normal } = &obstacle.shape {
-            for (i, pose, mesh) in bodies.iter().filter(|&&(i, ..)| !model.segments[i].fixed) {
-                let height = |corner: &Vector3<f64>| normal.dot(&(pose.position + pose.orientation * corner - point));
-                let lowest = mesh.corners().iter().map(height).fold(f64::INFINITY, f64::min);
+            for (i, body) in free() {
+                let lowest = body.corners().map(|corner| normal.dot(&(corner - point))).fold(f64::INFINITY, f64::min);
                 see(*i, other, -lowest, model.segments[*i].radius);
             }
             for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| touches(i)) {
@@ -138,23 +138,18 @@ pub(crate) fn refuse_overlaps(
                 see(i, other, own.radius - height, own.radius);
             }
         } else if let Some(([start, end], radius)) = obstacle.shape.capsule() {
-            for (i, pose, mesh) in bodies.iter().filter(|&&(i, ..)| !model.segments[i].fixed) {
-                let [start, end] = [start, end].map(|place| pose.orientation.inverse() * (place - pose.position));
-                see(*i, other, radius - distance(mesh, &Capsule { start, end, radius }), model.segments[*i].radius);
+            let capsule = Capsule { start, end, radius };
+            for (i, body) in free() {
+                see(*i, other, radius - body.distance(&capsule), model.segments[*i].radius);
             }
-            obstacles.push((other, Capsule { start, end, radius }));
-        } else if let Some((mesh, turn)) = obstacle.shape.surface() {
-            let (mesh, pivot) = (TriangleMesh::new(&mesh.positions, &mesh.triangles), obstacle.shape.pivot());
+            obstacles.push((other, capsule));
+        } else if let Some((mesh, orientation)) = obstacle.shape.surface() {
+            let standing = Standing::new(mesh, Pose { position: obstacle.shape.pivot(), orientation });
             for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| touches(i)) {
-                let [start, end] = [own.start, own.end].map(|place| turn.inverse() * (place - pivot));
-                see(i, other, own.radius - distance(&mesh, &Capsule { start, end, ..*own }), own.radius);
+                see(i, other, own.radius - standing.distance(own), own.radius);
             }
-            for (i, pose, own) in bodies.iter().filter(|&&(i, ..)| !model.segments[i].fixed) {
-                let to_world = |place: &Vector3<f64>| pose.position + pose.orientation * place;
-                let into = depth(own, &mesh, |place| turn.inverse() * (to_world(place) - pivot));
-                let out =
-                    depth(&mesh, own, |place| pose.orientation.inverse() * (pivot + turn * place - pose.position));
-                see(*i, other, into.max(out), model.segments[*i].radius);
+            for (i, body) in free().filter(|(_, body)| body.is_near(&standing.pose.position, standing.reach)) {
+                see(*i, other, body.depth(&standing).max(standing.depth(body)), model.segments[*i].radius);
             }
         }
     }
@@ -180,61 +175,106 @@ pub(crate) fn refuse_overlaps(
     worst.map_or(Ok(()), |worst| Err(Overlap { pairs, ..worst }))
 }
 
-/// How far the axis of a capsule is from a mesh [m]: negative inside, and infinite beyond the capsule's radius.
-fn distance(mesh: &TriangleMesh, capsule: &Capsule) -> f64 {
-    let axis = [capsule.start, capsule.end];
-    let mut least = f64::INFINITY;
-    mesh.face_tree().overlaps(&capsule.aabb(), |k| least = least.min(mesh.faces()[k as usize].distance(&axis)));
-    let middle: Vector3<f64> = (capsule.start + capsule.end) * 0.5;
-    match mesh.encloses(&middle) {
-        true if least.is_finite() => -least,
-        // Deep inside; how deep does not matter.
-        true => -capsule.radius,
-        false => least,
-    }
+/// A surface where it stands.
+struct Standing {
+    mesh: Arc<Mesh>,
+    pose: Pose,
+    /// Distance of its farthest corner from the pose's position [m].
+    reach: f64,
+    /// Its faces and edges, which take time to find: once something is near.
+    parts: OnceCell<TriangleMesh>,
 }
 
-/// How far within a mesh, as a share of the way to the middle of its corners, places are looked at beside those on its edges: what
-/// shares planes with another one has none of its edges inside it.
-const WITHIN: f64 = 0.1;
+impl Standing {
+    fn new(mesh: Arc<Mesh>, pose: Pose) -> Self {
+        let mut own = Self { mesh, pose, reach: 0.0, parts: OnceCell::new() };
+        own.reach = own.corners().map(|corner| (corner - pose.position).norm()).fold(0.0, f64::max);
+        own
+    }
 
-/// How deep edges of a mesh, and places within them, lie inside of another one [m], into whose axes `place` takes places of the first; how far they
-/// stand out of a surface that is open and that they pierce.
-fn depth(of: &TriangleMesh, within: &TriangleMesh, place: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> f64 {
-    let inside = |place: Vector3<f64>| match within.encloses(&place) {
-        true => within.faces().iter().map(|face| (face.nearest(&place) - place).norm()).fold(f64::INFINITY, f64::min),
-        false => 0.0,
-    };
-    let middle = of.corners().iter().sum::<Vector3<f64>>() / of.corners().len().max(1) as f64;
-    let own = |place: Vector3<f64>| Some(place).filter(|place| of.encloses(place));
-    let (mut cuts, mut deepest) = (Vec::new(), own(middle).map_or(0.0, |within| inside(place(&within))));
-    for edge in of.edges() {
-        let [a, b] = edge.ends.each_ref().map(&place);
-        for end in edge.ends {
-            let within = own(end + (middle - end) * WITHIN);
-            deepest = deepest.max(within.map_or(0.0, |within| inside(place(&within))));
+    fn parts(&self) -> &TriangleMesh {
+        self.parts.get_or_init(|| TriangleMesh::new(&self.mesh.positions, &self.mesh.triangles))
+    }
+
+    /// The corners of its triangles in the world.
+    fn corners(&self) -> impl Iterator<Item = Vector3<f64>> {
+        let places = self.mesh.triangles.iter().flatten().map(|&i| &self.mesh.positions[i as usize]);
+        places.map(|place| self.to_world(place))
+    }
+
+    fn to_world(&self, place: &Vector3<f64>) -> Vector3<f64> {
+        self.pose.position + self.pose.orientation * place
+    }
+
+    fn from_world(&self, place: &Vector3<f64>) -> Vector3<f64> {
+        self.pose.orientation.inverse() * (place - self.pose.position)
+    }
+
+    /// Whether it may meet what is not further than `reach` [m] from a place.
+    fn is_near(&self, place: &Vector3<f64>, reach: f64) -> bool {
+        (place - self.pose.position).norm() <= self.reach + reach
+    }
+
+    /// How far the axis of a capsule is from it [m]: negative inside, and infinite beyond the capsule's radius.
+    fn distance(&self, capsule: &Capsule) -> f64 {
+        let half = 0.5 * (capsule.end - capsule.start).norm();
+        if !self.is_near(&((capsule.start + capsule.end) * 0.5), half + capsule.radius) {
+            return f64::INFINITY;
         }
-        cuts.clear();
-        within.face_tree().overlaps(&Aabb { min: a.inf(&b), max: a.sup(&b) }, |k| {
-            let face = &within.faces()[k as usize];
-            let (from, to) = (face.height(&a), face.height(&b));
-            let cut = from / (from - to);
-            if from * to < 0.0 && face.holds(&(a + (b - a) * cut), 0.0) {
-                cuts.push(cut);
-                if !within.is_closed() {
-                    deepest = deepest.max(from.abs().min(to.abs()));
-                }
+        let [start, end] = [capsule.start, capsule.end].map(|place| self.from_world(&place));
+        let (own, capsule) = (self.parts(), Capsule { start, end, ..*capsule });
+        let mut least = f64::INFINITY;
+        own.face_tree()
+            .overlaps(&capsule.aabb(), |k| least = least.min(own.faces()[k as usize].distance(&[start, end])));
+        match own.encloses(&((start + end) * 0.5)) {
+            true if least.is_finite() => -least,
+            // Deep inside; how deep does not matter.
+            true => -capsule.radius,
+            false => least,
+        }
+    }
+
+    /// How deep its edges, and places within them, lie inside of another one [m]; how far they stand out of a surface that is
+    /// open and that they pierce.
+    fn depth(&self, other: &Self) -> f64 {
+        let (of, within) = (self.parts(), other.parts());
+        let place = |own: &Vector3<f64>| other.from_world(&self.to_world(own));
+        let inside = |place: Vector3<f64>| if within.encloses(&place) { within.distance(&place) } else { 0.0 };
+        // How deep a place is that both enclose.
+        let in_both = |own: Vector3<f64>| if of.encloses(&own) { inside(place(&own)) } else { 0.0 };
+        let middle = of.corners().iter().sum::<Vector3<f64>>() / of.corners().len().max(1) as f64;
+        let (mut cuts, mut deepest) = (Vec::new(), in_both(middle));
+        for edge in of.edges() {
+            let [a, b] = edge.ends.each_ref().map(place);
+            for end in edge.ends {
+                deepest = deepest.max(in_both(end + (middle - end) * WITHIN));
             }
-        });
-        // Its ends, and the middles of the parts into which the other one cuts it.
-        cuts.extend([0.0, 0.0, 1.0, 1.0]);
-        cuts.sort_unstable_by(f64::total_cmp);
-        for pair in cuts.windows(2) {
-            deepest = deepest.max(inside(a + (b - a) * (0.5 * (pair[0] + pair[1]))));
+            cuts.clear();
+            within.face_tree().overlaps(&Aabb { min: a.inf(&b), max: a.sup(&b) }, |k| {
+                let face = &within.faces()[k as usize];
+                let (from, to) = (face.height(&a), face.height(&b));
+                let cut = from / (from - to);
+                if from * to < 0.0 && face.holds(&(a + (b - a) * cut), 0.0) {
+                    cuts.push(cut);
+                    if !within.is_closed() {
+                        deepest = deepest.max(from.abs().min(to.abs()));
+                    }
+                }
+            });
+            // Its ends, and the middles of the parts into which the other one cuts it.
+            cuts.extend([0.0, 0.0, 1.0, 1.0]);
+            cuts.sort_unstable_by(f64::total_cmp);
+            for pair in cuts.windows(2) {
+                deepest = deepest.max(inside(a + (b - a) * (0.5 * (pair[0] + pair[1]))));
+            }
         }
+        deepest
     }
-    deepest
 }
+
+/// How far within a mesh, as a share of the way to the middle of its corners, places are looked at beside those on its edges:
+/// what shares planes with another one has none of its edges inside it.
+const WITHIN: f64 = 0.1;
 
 /// A segment's capsule; that of a rigid body that touches nothing is of no use.
 fn capsule(model: &Model, state: &State, i: usize) -> Capsule {

@@ -30,10 +30,6 @@ use crate::step::{Interval, StepParams};
 /// touch in the second.
 const IMPACT: u32 = 2;
 
-/// Most that a contact may be off, as a share of the way that gravity takes a body that rests in a step: what is pushed out of
-/// another body in one step keeps that velocity, which must be none beside gravity's.
-const OF_A_FALL: f64 = 1.0;
-
 /// What a contact that presses leaves to the one between the same places later.
 struct Remembered {
     key: Key,
@@ -72,7 +68,9 @@ pub(crate) struct Stage {
     with_joints: bool,
     /// Corrections of the rods' own solve, by component.
     corrections: Vec<Vec<Spatial<f64>>>,
-    /// What errors are at most relative to [m], beside the radius.
+    /// What errors are at most relative to [m], beside the radius: a contact may be off by no more than gravity takes a body
+    /// that rests in a step. What is pushed out of another body in one step keeps that velocity, which must be none beside
+    /// gravity's.
     unit: f64,
     /// Time step [s]; 0 before the first.
     dt: f64,
@@ -431,7 +429,7 @@ impl Stage {
         let poses = if iteration < self.params.settle_after { Poses::Now } else { Poses::Settling };
         self.evaluate(components, poses, counters);
         let fall = 0.5 * self.slow * self.dt.powi(2);
-        self.unit = if fall > 0.0 { OF_A_FALL * fall / tolerance } else { f64::INFINITY };
+        self.unit = if fall > 0.0 { fall / tolerance } else { f64::INFINITY };
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
             contact.residual = 0.0;

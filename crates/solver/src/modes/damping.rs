@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use rod::{InnerDamping, Model};
 
 use super::Problem;
-use super::krylov::{Pair, times};
+use super::krylov::{Masses, Pair, times};
 use crate::component::Members;
 use crate::kernel::Spatial;
 
@@ -20,22 +20,30 @@ fn moving((mass, inertia): &(f64, Matrix3<f64>), x: &Vector6<f64>, [linear, angu
 }
 
 impl Problem {
-    /// Of a mode with the angular frequency's square `squared` [rad^2/s^2].
-    pub(super) fn damping_ratio(&mut self, model: &Model, members: &Members, squared: f64, pair: &Pair) -> f64 {
+    /// Of a mode of bodies with these masses, with the angular frequency's square `squared` [rad^2/s^2].
+    pub(super) fn damping_ratio(
+        &mut self,
+        model: &Model,
+        members: &Members,
+        masses: &Masses,
+        squared: f64,
+        pair: &Pair,
+    ) -> f64 {
         if squared <= 0.0 {
             return 0.0;
         }
         let rates = [model.damping.linear, model.damping.angular];
-        let bodies = self.masses.iter().zip(&pair.vector);
+        let bodies = masses.iter().zip(&pair.vector);
         let outer: f64 = bodies.filter_map(|(mass, x)| Some(moving(mass.as_ref()?, x, rates))).sum();
         let damped: Vec<InnerDamping> = members.joints.iter().map(|&j| model.joints[j].inner_damping).collect();
-        let inner = if damped.iter().all(|own| *own == InnerDamping::NONE) { 0.0 } else { self.lost(&damped, pair) };
+        let inner =
+            if damped.iter().all(|own| *own == InnerDamping::NONE) { 0.0 } else { self.lost(&damped, masses, pair) };
         (outer + inner) / (2.0 * squared.sqrt())
     }
 
     /// `C . (tau / alpha) C` over all joints.
-    fn lost(&mut self, damped: &[InnerDamping], pair: &Pair) -> f64 {
-        let (_, multipliers) = self.solved(&times(&self.masses, &pair.vector));
+    fn lost(&mut self, damped: &[InnerDamping], masses: &Masses, pair: &Pair) -> f64 {
+        let (_, multipliers) = self.solved(&times(masses, &pair.vector));
         let system = &self.component.system;
         let mut lost = 0.0;
         for (j, (InnerDamping { bending, twist, stretch }, x)) in damped.iter().zip(&multipliers).enumerate() {

@@ -117,6 +117,9 @@ fn an_end_that_is_led_through_a_ball_leaves_the_rod_where_it_is() {
         );
     }
     assert!(apart > 20, "{apart} steps");
+    // Errors are those of what was kept, not of the attempts that tore it.
+    let counters = simulation.counters();
+    assert!(counters.worst_stretch < 0.1 && counters.worst_bend < 0.1, "{counters:?}");
 }
 
 #[test]

@@ -163,6 +163,24 @@ fn a_fast_body_does_not_pass_through_a_thin_box() {
     }
 }
 
+/// In a step it goes thirty times its own length.
+#[test]
+fn a_very_fast_body_does_not_pass_through_a_sheet() {
+    for (shape, turn) in
+        [brick(), meshed()].into_iter().flat_map(|shape| [0.0, 0.7, 2.0].map(|turn| (shape.clone(), turn)))
+    {
+        for count in [1, 20] {
+            let orientation = UnitQuaternion::from_euler_angles(turn, 0.3 * turn, -turn);
+            let pose = Pose { position: Vector3::new(0.1, 0.2, 1.3), orientation };
+            let (model, mut state) = scene(shape.clone(), pose, vec![still(sheet(40.0, count), rough(0.3))], 0.0);
+            state.velocities[0] = Vector3::new(20.0, 0.0, -300.0);
+            run((&model, &state), &Settings::default(), 20, |step, now| {
+                assert!(now.positions[0].z > 0.0, "{turn}, {count}, step {step}: {}", now.positions[0]);
+            });
+        }
+    }
+}
+
 /// Round bodies rest on what has faces.
 #[test]
 fn balls_and_capsules_rest_on_boxes_cylinders_and_meshes() {
