@@ -312,9 +312,9 @@ impl<T: Real> Component<T> {
             let goes_on = steps.goes_on.lane(lane) >= 0.0 && !steps.held_back && dt <= LARGEST_RATIO * last;
             steps.ratio.set_lane(lane, if goes_on { dt / last } else { 0.0 });
         }
-        for (k, rate) in self.damping.into_iter().enumerate().filter(|(_, rate)| *rate != T::zero()) {
-            steps.decay[0][k] = (-rate * T::splat(dt)).exp();
-            steps.decay[1][k] = (-rate * last_dt).exp();
+        for (k, rate) in self.damping.into_iter().enumerate() {
+            let kept = |over: T| if rate == T::zero() { one } else { (-rate * over).exp() };
+            (steps.decay[0][k], steps.decay[1][k]) = (kept(T::splat(dt)), kept(last_dt));
         }
         let ratio = steps.ratio;
         let scale = one / (one + ratio + ratio);

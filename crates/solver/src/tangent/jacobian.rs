@@ -6,17 +6,19 @@
 //! It is eliminated from the leaves to the roots, a body and the joint at its inner end at a time: with the block Z of both,
 //! B of what follows in their rows, and E of them in the rows that follow, `D <- D - E Z^-1 B`. J is its own inverse, so that
 //! `Z^-1` takes the inverse of 6 x 6 numbers, `N = K_o J_o' alpha~ + J_o^T`, which are regular however small compliances are.
-//! Loops are cut at bodies that come last, as a dense border. One step of refinement follows every solve.
+//! All that is held counts as one body, the root: to begin at a held end would make a spring of the first joint, beside whose
+//! stiffness that of bending drowns. Joints that close loops, which may lead through what is held, come last, as a dense
+//! border. One step of refinement follows every solve.
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::Equations;
-use crate::topology::{Node, Topology};
+use crate::topology::Topology;
 
-/// Most bodies at which loops are cut.
-const MOST_CUTS: usize = 16;
+/// Most joints that close loops.
+const MOST_CUTS: usize = 32;
 
 /// A number for each row, or each column, of the equations: six a body, and six a joint.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +33,11 @@ impl Field {
     /// Zero.
     pub fn zero(topology: &Topology) -> Self {
         Self { bodies: vec![Vector6::zeros(); topology.bodies()], joints: vec![Vector6::zeros(); topology.joints.len()] }
+    }
+
+    fn clear(&mut self) {
+        self.bodies.fill(Vector6::zeros());
+        self.joints.fill(Vector6::zeros());
     }
 
     fn subtract_from(&mut self, other: &Self) {
@@ -147,23 +154,36 @@ impl Jacobian {
 /// A factor of a [`Jacobian`].
 #[derive(Clone, Debug)]
 pub struct Factor {
-    /// Who is joined to whom, with the cut bodies as held ones.
-    topology: Arc<Topology>,
-    /// Bodies at which loops are cut.
-    cuts: Vec<usize>,
+    /// Bodies from the leaves to the roots, each with the joint at its inner end.
+    nodes: Vec<Node>,
     /// One entry a node.
-    nodes: Vec<NodeFactor>,
+    factors: Vec<NodeFactor>,
     /// What is left of each body; of a root its inverse.
     left: Vec<Matrix6<f64>>,
+    /// Bodies that no joint leads further from.
     roots: Vec<usize>,
-    /// How all others move with the cut bodies, a column a movement.
+    held: Vec<bool>,
+    /// Joints that close loops.
+    cuts: Vec<usize>,
+    /// How all else answers what these transmit, a column a number.
     border: Vec<Field>,
-    schur: Option<LU<f64, Dyn, Dyn>>,
+    schur: Option<DMatrix<f64>>,
     residual: Field,
-    change: Field,
+    right: Field,
 }
 
-/// A node that has been eliminated: a body and a joint, or a joint alone whose outer body is held.
+/// A body and the joint at its inner end.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    body: usize,
+    joint: usize,
+    /// Place of the body in the joint.
+    end: usize,
+    /// The body at the other end, unless it is held.
+    inner: Option<usize>,
+}
+
+/// A node that has been eliminated.
 #[derive(Clone, Copy, Debug)]
 struct NodeFactor {
     /// Z^-1: rows of the body's movement and of y, columns of forces and of what the joint misses.
@@ -172,118 +192,96 @@ struct NodeFactor {
     follow: [Matrix6<f64>; 2],
 }
 
-/// A node's neighbours in A.
-struct Couplings<'a> {
-    joint: &'a JointBlocks,
-    /// J^T of the inner body.
-    force: &'a Matrix6<f64>,
-    /// J' of the inner body.
-    movement: &'a Matrix6<f64>,
-    /// K' of the outer body (rows) with the inner one.
-    coupling: Matrix6<f64>,
-    /// Place of the outer body in the joint.
-    outer: usize,
-}
-
 impl Jacobian {
-    fn couplings(&self, node: &Node) -> Couplings<'_> {
-        let joint = &self.joints[node.joint as usize];
-        let outer = usize::from(self.topology.joints[node.joint as usize][0] != node.outer);
-        let coupling = if outer == 0 { joint.coupling } else { joint.coupling.transpose() };
-        Couplings { joint, force: &joint.forces[1 - outer], movement: &joint.movements[1 - outer], coupling, outer }
+    /// K' of a node's body (rows) with its inner body.
+    fn coupling(&self, node: &Node) -> Matrix6<f64> {
+        let coupling = &self.joints[node.joint].coupling;
+        if node.end == 0 { *coupling } else { coupling.transpose() }
     }
-}
-
-/// Bodies without which there are no loops; `None` where they are too many.
-fn cuts_of(topology: &Topology) -> Option<(Vec<usize>, Topology)> {
-    let (mut cuts, mut current) = (Vec::new(), topology.clone());
-    while current.elimination.is_none() {
-        if cuts.len() == MOST_CUTS {
-            return None;
-        }
-        // Of what is left where leaves are taken off one by one, the body with the most joints.
-        let moves = |body: u32| !current.fixed[body as usize];
-        let mut joints: Vec<[u32; 2]> =
-            current.joints.iter().copied().filter(|ends| ends.iter().all(|&body| moves(body))).collect();
-        let degrees = loop {
-            let mut degrees = vec![0_u32; current.bodies()];
-            joints.iter().flatten().for_each(|&body| degrees[body as usize] += 1);
-            let before = joints.len();
-            joints.retain(|ends| ends.iter().all(|&body| degrees[body as usize] > 1));
-            if joints.len() == before {
-                break degrees;
-            }
-        };
-        let (most, _) = degrees.iter().enumerate().rev().max_by_key(|(_, degree)| **degree).filter(|(_, d)| **d > 0)?;
-        let mut fixed = current.fixed.clone();
-        fixed[most] = true;
-        cuts.push(most);
-        current = Topology::new(current.joints.clone(), fixed);
-    }
-    Some((cuts, current))
 }
 
 impl Factor {
     /// Memory for Jacobians of this connectivity; `None` where there are too many loops.
     pub fn new(topology: &Topology) -> Option<Self> {
-        let (cuts, cut) = cuts_of(topology)?;
-        let nodes = cut.elimination.as_deref().map_or(0, <[Node]>::len);
-        let node = NodeFactor { inverse: [[Matrix6::zeros(); 2]; 2], follow: [Matrix6::zeros(); 2] };
-        let mut outer = vec![false; cut.bodies()];
-        cut.elimination.iter().flatten().for_each(|node| outer[node.outer as usize] = true);
-        let roots = (0..cut.bodies()).filter(|&body| !outer[body] && !cut.fixed[body]).collect();
-        Some(Self {
-            nodes: vec![node; nodes],
-            left: vec![Matrix6::zeros(); cut.bodies()],
+        let bodies = topology.bodies();
+        let mut joints_of = vec![Vec::new(); bodies];
+        for (j, ends) in topology.joints.iter().enumerate() {
+            ends.iter().enumerate().for_each(|(end, &body)| joints_of[body as usize].push((j, end)));
+        }
+        let (mut met, mut is_used) = (topology.fixed.clone(), vec![false; topology.joints.len()]);
+        let (mut nodes, mut roots) = (Vec::new(), Vec::new());
+        // From all that is held at once, then from a body of each set that is free.
+        let mut front: Vec<usize> = (0..bodies).filter(|&body| topology.fixed[body]).collect();
+        let mut next_root = 0;
+        loop {
+            while !front.is_empty() {
+                let mut beyond = Vec::new();
+                for inner in front {
+                    for &(joint, end) in &joints_of[inner] {
+                        let body = topology.joints[joint][1 - end] as usize;
+                        if !met[body] {
+                            (met[body], is_used[joint]) = (true, true);
+                            let inner = (!topology.fixed[inner]).then_some(inner);
+                            nodes.push(Node { body, joint, end: 1 - end, inner });
+                            beyond.push(body);
+                        }
+                    }
+                }
+                front = beyond;
+            }
+            match (next_root..bodies).find(|&body| !met[body]) {
+                None => break,
+                Some(root) => {
+                    (met[root], next_root) = (true, root + 1);
+                    roots.push(root);
+                    front = vec![root];
+                }
+            }
+        }
+        nodes.reverse();
+        let cuts: Vec<usize> = (0..is_used.len()).filter(|&joint| !is_used[joint]).collect();
+        let none = NodeFactor { inverse: [[Matrix6::zeros(); 2]; 2], follow: [Matrix6::zeros(); 2] };
+        (cuts.len() <= MOST_CUTS).then(|| Self {
+            factors: vec![none; nodes.len()],
+            nodes,
+            left: vec![Matrix6::zeros(); bodies],
             roots,
-            border: vec![Field::zero(&cut); 6 * cuts.len()],
-            schur: None,
-            residual: Field::zero(&cut),
-            change: Field::zero(&cut),
+            held: topology.fixed.clone(),
+            border: vec![Field::zero(topology); 6 * cuts.len()],
             cuts,
-            topology: Arc::new(cut),
+            schur: None,
+            residual: Field::zero(topology),
+            right: Field::zero(topology),
         })
     }
 
-    fn is_apart(&self, body: u32) -> bool {
-        self.topology.fixed[body as usize]
-    }
-
-    /// Factors; returns whether it could: not where the equations are singular, numbers are not finite, or a joint without
-    /// compliance holds on to a body that is held.
+    /// Factors; returns whether it could: not where the equations are singular, or numbers are not finite.
     pub fn factor(&mut self, jacobian: &Jacobian) -> bool {
         self.factor_tree(jacobian).and_then(|()| self.factor_border(jacobian)).is_some()
     }
 
     fn factor_tree(&mut self, jacobian: &Jacobian) -> Option<()> {
-        let topology = self.topology.clone();
         self.left.copy_from_slice(&jacobian.bodies);
-        for (k, node) in topology.elimination.iter().flatten().enumerate() {
-            let own = jacobian.couplings(node);
-            let compliance = &own.joint.compliance;
-            let (inverse, follow) = if self.is_apart(node.outer) {
-                let stiffness = compliance.try_inverse()?;
-                let none = Matrix6::zeros();
-                ([[none, none], [none, -stiffness]], [none, stiffness * own.movement])
-            } else {
-                let back = &own.joint.movements[own.outer];
-                let r = self.left[node.outer as usize] * back;
-                let n = (r * compliance + own.joint.forces[own.outer].transpose()).try_inverse()?;
-                let (yielded, missed) = (compliance * n, n * r);
-                let inverse = [[back * yielded, back * (Matrix6::identity() - compliance * missed)], [n, -missed]];
-                let follow = [0, 1].map(|row| -(inverse[row][0] * own.coupling + inverse[row][1] * own.movement));
-                (inverse, follow)
-            };
-            self.nodes[k] = NodeFactor { inverse, follow };
-            if !self.is_apart(node.inner) {
-                let added = own.coupling.tr_mul(&follow[0]) + own.force.tr_mul(&follow[1]);
-                self.left[node.inner as usize] += added;
-            }
+        for (node, factor) in self.nodes.iter().zip(&mut self.factors) {
+            let joint = &jacobian.joints[node.joint];
+            let (own, other) = (node.end, 1 - node.end);
+            let back = &joint.movements[own];
+            let r = self.left[node.body] * back;
+            let n = (r * joint.compliance + joint.forces[own].transpose()).try_inverse()?;
+            let (yielded, missed) = (joint.compliance * n, n * r);
+            factor.inverse =
+                [[back * yielded, back * (Matrix6::identity() - joint.compliance * missed)], [n, -missed]];
+            let Some(inner) = node.inner else { continue };
+            let coupling = jacobian.coupling(node);
+            let [above, below] = &factor.inverse;
+            factor.follow = [above, below].map(|row| -(row[0] * coupling + row[1] * joint.movements[other]));
+            self.left[inner] += coupling.tr_mul(&factor.follow[0]) + joint.forces[other].tr_mul(&factor.follow[1]);
         }
         for &root in &self.roots {
             self.left[root] = self.left[root].try_inverse()?;
         }
-        self.roots.iter().all(|&root| self.left[root].iter().all(|x| x.is_finite())).then_some(())
+        let is_finite = |factor: &NodeFactor| factor.inverse[1][0].iter().all(|x| x.is_finite());
+        self.factors.iter().all(is_finite).then_some(())
     }
 
     fn factor_border(&mut self, jacobian: &Jacobian) -> Option<()> {
@@ -293,10 +291,10 @@ impl Factor {
         let count = self.border.len();
         let mut schur = DMatrix::zeros(count, count);
         let mut border = std::mem::take(&mut self.border);
-        let mut column = Field::zero(&self.topology);
+        let (mut unit, mut column) = (self.residual.clone(), self.residual.clone());
         for (c, own) in border.iter_mut().enumerate() {
-            let mut unit = Field::zero(&self.topology);
-            unit.bodies[self.cuts[c / 6]][c % 6] = 1.0;
+            unit.clear();
+            unit.joints[self.cuts[c / 6]][c % 6] = 1.0;
             jacobian.apply(&unit, false, &mut column);
             let at_cuts = self.at_cuts(&column);
             *own = column.clone();
@@ -305,104 +303,98 @@ impl Factor {
             schur.set_column(c, &(at_cuts - self.at_cuts(&column)));
         }
         self.border = border;
-        let schur = schur.lu();
-        let regular = schur.is_invertible();
-        self.schur = Some(schur);
-        regular.then_some(())
+        self.schur = schur.try_inverse();
+        self.schur.is_some().then_some(())
     }
 
     fn at_cuts(&self, x: &Field) -> DVector<f64> {
-        DVector::from_iterator(6 * self.cuts.len(), self.cuts.iter().flat_map(|&cut| x.bodies[cut].iter().copied()))
+        DVector::from_iterator(6 * self.cuts.len(), self.cuts.iter().flat_map(|&cut| x.joints[cut].iter().copied()))
+    }
+
+    fn set_cuts(&self, x: &mut Field, values: &DVector<f64>) {
+        for (k, &cut) in self.cuts.iter().enumerate() {
+            x.joints[cut] = values.fixed_rows::<6>(6 * k).into();
+        }
     }
 
     /// Solves `A x = b`, or `A^T x = b`, in the place of b. Rows of held bodies are zero after it.
     pub fn solve(&mut self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
-        let (mut residual, mut change) = (std::mem::take(&mut self.residual), std::mem::take(&mut self.change));
-        change.bodies.copy_from_slice(&x.bodies);
-        change.joints.copy_from_slice(&x.joints);
+        let (mut residual, mut right) = (std::mem::take(&mut self.residual), std::mem::take(&mut self.right));
+        right.bodies.copy_from_slice(&x.bodies);
+        right.joints.copy_from_slice(&x.joints);
         self.solve_once(jacobian, x, transposed);
         jacobian.apply(x, transposed, &mut residual);
-        residual.subtract_from(&change);
+        residual.subtract_from(&right);
         self.solve_once(jacobian, &mut residual, transposed);
         x.add(&residual, 1.0);
-        (self.residual, self.change) = (residual, change);
+        (self.residual, self.right) = (residual, right);
     }
 
     fn solve_once(&self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
-        let Some(schur) = &self.schur else { return self.solve_tree(jacobian, x, transposed) };
+        let Some(inverse) = &self.schur else { return self.solve_tree(jacobian, x, transposed) };
         let right = self.at_cuts(x);
         let rest = |of: &Field| {
-            let mut column = Field::zero(&self.topology);
+            let mut column = of.clone();
             jacobian.apply(of, transposed, &mut column);
             column
         };
         if !transposed {
             self.solve_tree(jacobian, x, false);
-            let mut right = right - self.at_cuts(&rest(x));
-            schur.solve_mut(&mut right);
-            self.border.iter().zip(&right).for_each(|(border, &share)| x.add(border, -share));
-            self.set_cuts(x, &right);
+            let cut = inverse * (right - self.at_cuts(&rest(x)));
+            self.border.iter().zip(&cut).for_each(|(border, &share)| x.add(border, -share));
+            self.set_cuts(x, &cut);
             return;
         }
-        // B^T A^-T b is (A^-1 B)^T b.
-        let mut right = DVector::from_iterator(
-            right.len(),
-            self.border.iter().zip(&right).map(|(border, own)| own - dot(border, x)),
-        );
-        // schur^T = (P^T L U)^T.
-        if let Some(inverse) = schur.try_inverse() {
-            right = inverse.tr_mul(&right);
-        }
-        let mut moved = Field::zero(&self.topology);
-        self.set_cuts(&mut moved, &right);
+        // B^T T^-T f is (T^-1 B)^T f.
+        let answers = self.border.iter().zip(&right).map(|(border, own)| own - dot(border, x));
+        let cut = inverse.tr_mul(&DVector::from_iterator(right.len(), answers));
+        let mut moved = x.clone();
+        moved.clear();
+        self.set_cuts(&mut moved, &cut);
         x.add(&rest(&moved), -1.0);
         self.solve_tree(jacobian, x, true);
-        self.set_cuts(x, &right);
+        self.set_cuts(x, &cut);
     }
 
-    fn set_cuts(&self, x: &mut Field, values: &DVector<f64>) {
-        for (k, &cut) in self.cuts.iter().enumerate() {
-            x.bodies[cut] = values.fixed_rows::<6>(6 * k).into();
-        }
-    }
-
-    /// Solves with the cut bodies held.
+    /// Solves without the joints that close loops.
     fn solve_tree(&self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
         let Field { bodies, joints } = x;
-        for (body, _) in self.topology.fixed.iter().enumerate().filter(|(_, fixed)| **fixed) {
-            bodies[body] = Vector6::zeros();
-        }
-        let nodes = self.topology.elimination.as_deref().unwrap_or(&[]);
-        for (node, factor) in nodes.iter().zip(&self.nodes) {
-            if self.is_apart(node.inner) {
-                continue;
-            }
-            let (inner, f, c) = (node.inner as usize, bodies[node.outer as usize], joints[node.joint as usize]);
+        bodies.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(body, _)| *body = Vector6::zeros());
+        self.cuts.iter().for_each(|&cut| joints[cut] = Vector6::zeros());
+        for (node, factor) in self.nodes.iter().zip(&self.factors) {
+            let Some(inner) = node.inner else { continue };
+            let (f, c) = (bodies[node.body], joints[node.joint]);
             if transposed {
                 bodies[inner] += factor.follow[0].tr_mul(&f) + factor.follow[1].tr_mul(&c);
             } else {
-                let own = jacobian.couplings(node);
                 let [[a, b], [d, e]] = &factor.inverse;
-                bodies[inner] -= own.coupling.tr_mul(&(a * f + b * c)) + own.force.tr_mul(&(d * f + e * c));
+                let force = &jacobian.joints[node.joint].forces[1 - node.end];
+                bodies[inner] -=
+                    jacobian.coupling(node).tr_mul(&(a * f + b * c)) + force.tr_mul(&(d * f + e * c));
             }
         }
         for &root in &self.roots {
             bodies[root] = if transposed { self.left[root].tr_mul(&bodies[root]) } else { self.left[root] * bodies[root] };
         }
-        for (node, factor) in nodes.iter().zip(&self.nodes).rev() {
-            let (outer, joint) = (node.outer as usize, node.joint as usize);
-            let (f, c, v) = (bodies[outer], joints[joint], bodies[node.inner as usize]);
+        for (node, factor) in self.nodes.iter().zip(&self.factors).rev() {
+            let (mut f, mut c) = (bodies[node.body], joints[node.joint]);
             let [[a, b], [d, e]] = &factor.inverse;
-            let (moved, y) = if transposed {
-                let own = jacobian.couplings(node);
-                let (f, c) = (f - own.coupling * v, c - own.force * v);
-                (a.tr_mul(&f) + d.tr_mul(&c), b.tr_mul(&f) + e.tr_mul(&c))
+            let inner = node.inner.map(|inner| bodies[inner]);
+            if transposed {
+                if let Some(v) = inner {
+                    f -= jacobian.coupling(node) * v;
+                    c -= jacobian.joints[node.joint].forces[1 - node.end] * v;
+                }
+                bodies[node.body] = a.tr_mul(&f) + d.tr_mul(&c);
+                joints[node.joint] = b.tr_mul(&f) + e.tr_mul(&c);
             } else {
-                (a * f + b * c + factor.follow[0] * v, d * f + e * c + factor.follow[1] * v)
-            };
-            joints[joint] = y;
-            if !self.is_apart(node.outer) {
-                bodies[outer] = moved;
+                let (mut moved, mut y) = (a * f + b * c, d * f + e * c);
+                if let Some(v) = inner {
+                    moved += factor.follow[0] * v;
+                    y += factor.follow[1] * v;
+                }
+                bodies[node.body] = moved;
+                joints[node.joint] = y;
             }
         }
     }
