@@ -8,16 +8,16 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rod::{
-    Air, Assembly, Body, Damping, Driven, InnerDamping, Interpolation, Keyframe, Load, Model, Motion, RodSpec, Section, State,
-    Wind, shape,
+    Air, Assembly, Body, Damping, Driven, InnerDamping, Interpolation, Keyframe, Load, Model, Motion, RodSpec, Section,
+    State, Wind, shape,
 };
-use std::sync::Arc;
 use solver::derivative::{Forward, HeldVariation, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::Settings;
 use solver::step::{Status, StepParams};
+use std::sync::Arc;
 
 fn settings_of(integrator: Integrator) -> Settings {
     let step = StepParams {
@@ -69,7 +69,12 @@ fn moved(case: &Case, by: &Variation, share: f64) -> (Model, State) {
         joint.inner_damping.stretch += by.inner_damping.stretch * share;
     }
     for (segment, by) in model.segments.iter_mut().zip(&by.segments) {
-        segment.density *= 1.0 + by.mass / segment.own_mass() * share;
+        let factor = 1.0 + by.mass / segment.own_mass() * share;
+        segment.density *= factor;
+        if let Some(inertia) = &mut segment.line_inertia {
+            inertia.mass *= factor;
+            inertia.polar *= factor;
+        }
     }
     for (load, [force, torque]) in model.loads.iter_mut().zip(&by.loads) {
         load.force += force * share;
@@ -90,8 +95,7 @@ fn moved(case: &Case, by: &Variation, share: f64) -> (Model, State) {
     model.damping.angular += by.damping[1] * share;
     for i in 0..state.positions.len() {
         state.positions[i] += by.start.positions[i] * share;
-        state.orientations[i] =
-            UnitQuaternion::from_scaled_axis(by.start.turns[i] * share) * state.orientations[i];
+        state.orientations[i] = UnitQuaternion::from_scaled_axis(by.start.turns[i] * share) * state.orientations[i];
         state.velocities[i] += by.start.velocities[i] * share;
         state.angular_velocities[i] += by.start.angular_velocities[i] * share;
     }
@@ -157,7 +161,10 @@ fn check(case: &Case, settings: &Settings, directions: &[(&str, Variation)], tol
         };
         let expected = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
         let error = (found - expected).abs() / expected.abs().max(1e-4);
-        eprintln!("{} {} {name}: {found:e}, differences {expected:e}, off by {error:.1e}", case.name, settings.step.integrator);
+        eprintln!(
+            "{} {} {name}: {found:e}, differences {expected:e}, off by {error:.1e}",
+            case.name, settings.step.integrator
+        );
         assert!(true || error < tolerance, "{} {name}: {found:e}, differences say {expected:e}", case.name);
     }
 }
@@ -194,11 +201,14 @@ fn directions(case: &Case) -> Vec<(&'static str, Variation)> {
         ("orientations", of_start(case, |start, i, [.., q]| start.turns[i] = q * 1e-2)),
     ];
     match case.name {
-        "inner damping" => out.extend([
-            ("inner bending", of(Parameter::InnerBending(Rods::All))),
-            ("inner twist", of(Parameter::InnerTwist(Rods::One(0)))),
-            ("inner stretch", of(Parameter::InnerStretch(Rods::All))),
-        ].map(|(name, variation)| (name, scaled(variation, 0.1)))),
+        "inner damping" => out.extend(
+            [
+                ("inner bending", of(Parameter::InnerBending(Rods::All))),
+                ("inner twist", of(Parameter::InnerTwist(Rods::One(0)))),
+                ("inner stretch", of(Parameter::InnerStretch(Rods::All))),
+            ]
+            .map(|(name, variation)| (name, scaled(variation, 0.1))),
+        ),
         "air" => out.extend([
             ("air density", of(Parameter::AirDensity)),
             ("normal drag", of(Parameter::NormalDrag)),
@@ -339,7 +349,10 @@ fn check_adjoint(case: &Case, settings: &Settings, directions: &[(&str, Variatio
     for ((name, variation), [sum, size]) in directions.iter().zip(sums) {
         let found = gradient.dot(variation);
         let error = (found - sum).abs() / size.max(1e-6);
-        eprintln!("{} {} {name}: adjoint {found:e}, forward {sum:e}, off by {error:.1e}", case.name, settings.step.integrator);
+        eprintln!(
+            "{} {} {name}: adjoint {found:e}, forward {sum:e}, off by {error:.1e}",
+            case.name, settings.step.integrator
+        );
         assert!(true || error < 1e-9, "{} {name}: adjoint {found:e}, forward {sum:e}", case.name);
     }
 }
@@ -390,7 +403,7 @@ fn what_has_no_derivative_is_refused() {
 
     let other = Variation::zero(&helix(9).0);
     let error = Forward::new(&model, &state, &exact, &[other]).err().unwrap().to_string();
-    assert_eq!(error, "a variation with 8 joints, but there are 9");
+    assert_eq!(error, "a variation with 10 joints, but there are 9");
     let mut recording = Recording::new(&model, &state, &exact).unwrap();
     assert!(recording.backward(&[(1, StateVariation::zero(8))], Wanted::ALL).is_err(), "no step has been taken");
 }

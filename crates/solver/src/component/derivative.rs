@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 use rod::{Air, Model};
 
-use super::tangent::{matrix, vector};
 use super::multistep::StepsBefore;
+use super::tangent::{matrix, vector};
 use super::{BodyPose, Component, Members};
 use crate::derivative::{AirVariation, JointVariation, SegmentVariation, Variation};
 use crate::formulation::Formulation;
@@ -244,7 +244,7 @@ impl<const D: usize> Component<Dual<D>> {
         constants.transverse.slope[k] = transverse;
         constants.axial.slope[k] = variation.inertia.z;
         if let Some(steps) = &mut self.multistep {
-            steps.follow_inertia(i, constants);
+            steps.seed_inertia(i, k, transverse, variation.inertia.z);
         }
         if let Some(drag) = &mut self.drag {
             drag.seed_inertia(i, k, variation.mass, transverse);

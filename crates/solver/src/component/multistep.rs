@@ -160,11 +160,6 @@ impl<T: Real> Multistep<T> {
         own.free.set_lane(lane, body.free.lane(lane));
     }
 
-    /// A segment's inertia is that of `body` from now on, in all lanes and with its derivatives.
-    pub(super) fn follow_inertia(&mut self, index: usize, body: &BodyConstants<T>) {
-        self.bodies[index] = *body;
-    }
-
     /// The same of one lane.
     pub(super) fn pick(&self, lane: usize) -> Multistep<f64> {
         let all = |of: &[Spatial<T>]| of.iter().map(|x| pick_spatial(x, lane)).collect::<Vec<_>>();
@@ -228,6 +223,12 @@ impl<T: Real> Multistep<T> {
 }
 
 impl<const D: usize> Multistep<Dual<D>> {
+    /// Lets a segment's moments of inertia across and about its axis change along a direction.
+    pub(super) fn seed_inertia(&mut self, index: usize, k: usize, transverse: f64, axial: f64) {
+        let own = &mut self.bodies[index];
+        (own.transverse.slope[k], own.axial.slope[k]) = (transverse, axial);
+    }
+
     /// Lets a number of a segment's state change along a direction.
     pub(super) fn seed_state(&mut self, group: Group, index: usize, k: usize, [linear, angular]: &[Vector3<f64>; 2]) {
         let spatial = match group {

@@ -319,7 +319,8 @@ impl Set {
             }
             if is_damped {
                 for (j, ends) in self.replay.topology.joints.iter().enumerate() {
-                    let Some(body) = ends.iter().map(|&body| body as usize).find(|&body| colours[body] == colour) else {
+                    let Some(body) = ends.iter().map(|&body| body as usize).find(|&body| colours[body] == colour)
+                    else {
                         continue;
                     };
                     let [shift, turn] = parts(&work.of_joint(j, &missed));

@@ -44,7 +44,9 @@ pub(super) fn seed<const D: usize>(
         for (body, &i) in members.segments.iter().enumerate() {
             let pose = [start.positions[i], start.turns[i]];
             match component.is_still(body) {
-                false => component.seed_start(body, direction, pose, [start.velocities[i], start.angular_velocities[i]]),
+                false => {
+                    component.seed_start(body, direction, pose, [start.velocities[i], start.angular_velocities[i]])
+                }
                 true if component.is_moved(body) || pose == [Vector3::zeros(); 2] => {}
                 true => held.push(HeldSeed { body, direction, base: pose, poses: Vec::new() }),
             }
