@@ -161,11 +161,7 @@ fn check(case: &Case, settings: &Settings, directions: &[(&str, Variation)], tol
         };
         let expected = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
         let error = (found - expected).abs() / expected.abs().max(1e-4);
-        eprintln!(
-            "{} {} {name}: {found:e}, differences {expected:e}, off by {error:.1e}",
-            case.name, settings.step.integrator
-        );
-        assert!(true || error < tolerance, "{} {name}: {found:e}, differences say {expected:e}", case.name);
+        assert!(error < tolerance, "{} {name}: {found:e}, differences say {expected:e}", case.name);
     }
 }
 
@@ -349,11 +345,7 @@ fn check_adjoint(case: &Case, settings: &Settings, directions: &[(&str, Variatio
     for ((name, variation), [sum, size]) in directions.iter().zip(sums) {
         let found = gradient.dot(variation);
         let error = (found - sum).abs() / size.max(1e-6);
-        eprintln!(
-            "{} {} {name}: adjoint {found:e}, forward {sum:e}, off by {error:.1e}",
-            case.name, settings.step.integrator
-        );
-        assert!(true || error < 1e-9, "{} {name}: adjoint {found:e}, forward {sum:e}", case.name);
+        assert!(error < 1e-9, "{} {name}: adjoint {found:e}, forward {sum:e}", case.name);
     }
 }
 
