@@ -73,6 +73,11 @@ impl Wind {
         self.gusts.is_none_or(|gusts| gusts.strength == 0.0) && !turns
     }
 
+    /// Whether it differs from place to place.
+    pub fn has_gusts(&self) -> bool {
+        self.gusts.is_some()
+    }
+
     /// Velocity [m/s] at `position` [m] and `time` [s].
     pub fn velocity(&self, position: &Vector3<f64>, time: f64) -> Vector3<f64> {
         self.at(time).velocity(position)

@@ -134,6 +134,15 @@ pub mod statics {
     pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 
+/// Derivatives of whole runs in formulation `newton`, forward along a few directions and backward for one number.
+#[doc = include_str!("../../../docs/derivatives.md")]
+pub mod derivative {
+    pub use solver::derivative::{
+        AirVariation, DerivativeError, Forward, HeldVariation, JointVariation, Parameter, Recording, Rods,
+        SegmentVariation, StateVariation, Variation, Wanted,
+    };
+}
+
 /// Where solves and steps begin. A better start saves time, never accuracy, and most programs need none.
 ///
 /// ```

@@ -7,6 +7,7 @@ use rod::{Body, Pose, State};
 use crate::attempt::{Attempt, Exact, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
+use crate::derivative::Substep;
 use crate::guess::InitialGuess;
 use crate::limits::APART;
 use crate::linear::LinearSolver;
@@ -40,6 +41,8 @@ pub(crate) struct ConnectedSet {
     pub(crate) takes_part: bool,
     /// How the last step ended.
     pub(crate) status: Status,
+    /// The steps that were accepted since they were last taken, where derivatives ask for them.
+    pub(crate) substeps: Option<Vec<Substep>>,
 }
 
 impl ConnectedSet {
@@ -55,6 +58,7 @@ impl ConnectedSet {
             attempt,
             takes_part: true,
             status: Status::Converged,
+            substeps: None,
         }
     }
 
@@ -187,6 +191,9 @@ impl Steps for ConnectedSet {
             return status;
         }
         let status = self.ended(status);
+        if let Some(substeps) = &mut self.substeps {
+            substeps.push(Substep::of(&self.component));
+        }
         finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
         if status != Status::Converged {
             self.component.begin_anew(1.0);

@@ -14,6 +14,7 @@
 //!   it. `guess`, `start`: where a step and its solves begin.
 //! - `tangent`: the exact matrix of Newton's method, and its elimination.
 //! - `step`: what a step is asked for and how it ends. `attempt`: one attempt at a step. `retry`: what becomes of attempts.
+//! - `derivative`: derivatives of whole runs.
 //! - `snapshot`: what of all this the steps to come depend on.
 //! - `connected_set`: a component with its solver, its guess and its counters. `group`: alike sets in lanes. `contact`,
 //!   `lockstep`: contacts, and the sets that can touch. `piece`: any of the three, as `simulation` steps it. `batch`: many simulations
@@ -27,6 +28,7 @@ mod connected_set;
 mod contact;
 mod contact_params;
 pub mod counters;
+pub mod derivative;
 pub mod formulation;
 mod group;
 pub mod guess;

@@ -38,6 +38,11 @@ impl Piece {
         }
     }
 
+    /// The connected set that it is, if it is one alone.
+    pub(crate) fn single_mut(&mut self) -> Option<&mut ConnectedSet> {
+        if let Piece::Single(set) = self { Some(set) } else { None }
+    }
+
     pub(crate) fn store(&self, state: &mut State) {
         match self {
             Piece::Group(group) => group.store(state),

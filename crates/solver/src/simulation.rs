@@ -14,6 +14,7 @@ use crate::component::{Alike, Component, Members, has_loose, split, split_alike}
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{PairFilter, refuse_overlaps};
 use crate::counters::Counters;
+use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Tangent};
 use crate::group::Group;
 use crate::guess::InitialGuess;
@@ -480,6 +481,19 @@ impl Simulation {
             true => Ok(()),
             false => Err(SimulationError::NoObstacle(obstacle)),
         }
+    }
+
+    /// Keeps what derivatives need of each step from now on; all sets are stepped one by one.
+    pub(crate) fn record_substeps(&mut self) {
+        for set in self.pieces.iter_mut().filter_map(Piece::single_mut) {
+            set.substeps = Some(Vec::new());
+        }
+    }
+
+    /// Takes what was kept since, set by set.
+    pub(crate) fn take_substeps(&mut self) -> impl Iterator<Item = (&Members, Vec<Substep>)> {
+        let sets = self.pieces.iter_mut().filter_map(Piece::single_mut);
+        sets.map(|set| (&set.members, set.substeps.as_mut().map(std::mem::take).unwrap_or_default()))
     }
 
     /// Counters summed over all connected sets.

@@ -5,6 +5,8 @@ use rod::{InnerDamping, Joint, Model};
 
 use super::lanes::{pick, put, vec3};
 use super::{Component, JointConstants, Members};
+use crate::derivative::JointVariation;
+use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::system::System;
@@ -125,6 +127,32 @@ impl<T: Real> Beyond<T> {
         system.shear_extra.resize(self.shear_extra.len(), T::zero());
         system.frames.resize(self.rests.len(), Quat::identity());
         system.across.resize(self.across.len(), [Vec3::zero(); 2]);
+    }
+}
+
+impl<const D: usize> Beyond<Dual<D>> {
+    /// Lets what a joint has of it change along a direction, one of so many joints; a list that was empty is made where it is
+    /// needed.
+    pub(super) fn seed(&mut self, joints: usize, j: usize, k: usize, variation: &JointVariation) {
+        let (zero, damping) = (Dual::splat(0.0), variation.inner_damping);
+        let extra = |list: &mut Vec<Dual<D>>, by: f64| {
+            if by != 0.0 {
+                list.resize(joints, zero);
+            }
+            if let Some(own) = list.get_mut(j) {
+                own.slope[k] = by;
+            }
+        };
+        extra(&mut self.bend_extra, variation.bend_extra);
+        extra(&mut self.shear_extra, variation.shear_extra);
+        if damping != InnerDamping::NONE {
+            self.damped.resize(joints, Damped { times: [zero; 3], rest_darboux: Vec3::zero(), gap: Vec3::zero() });
+        }
+        if let Some(own) = self.damped.get_mut(j) {
+            for (time, by) in own.times.iter_mut().zip([damping.bending, damping.twist, damping.stretch]) {
+                time.slope[k] = by;
+            }
+        }
     }
 }
 

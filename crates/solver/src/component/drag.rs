@@ -11,7 +11,9 @@ use rod::{Air, Model};
 use super::lanes::{get, pick, put, vec3};
 use super::rigid::Rigid;
 use super::{Component, Members};
+use crate::derivative::AirVariation;
 use crate::kernel::Spatial;
+use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 
@@ -31,6 +33,8 @@ struct Exposed<T> {
 pub(super) struct Drag<T> {
     air: Air,
     bodies: Vec<Exposed<T>>,
+    /// What is added to the wind everywhere: zero, with its derivatives where they are asked for [m/s].
+    pub(super) breeze: Vec3<T>,
     /// Per segment: change of the velocity beyond that of free fall [m/s], and angular impulse in the body's frame
     /// [kg m^2/s].
     pub(super) impulses: Vec<Spatial<T>>,
@@ -55,18 +59,38 @@ impl<T: Real> Drag<T> {
                 body.tangential.set_lane(lane, profile * air.tangential_drag);
             }
         }
-        Self { air: air.clone(), bodies, impulses: vec![Spatial::zero(); count] }
+        Self { air: air.clone(), bodies, breeze: Vec3::zero(), impulses: vec![Spatial::zero(); count] }
     }
 
     pub(super) fn pick(&self, lane: usize) -> Drag<f64> {
-        let pick = |body: &Exposed<T>| Exposed {
+        let exposed = |body: &Exposed<T>| Exposed {
             mass: body.mass.lane(lane),
             transverse: body.transverse.lane(lane),
             normal: body.normal.lane(lane),
             tangential: body.tangential.lane(lane),
         };
-        let bodies: Vec<_> = self.bodies.iter().map(pick).collect();
-        Drag { air: self.air.clone(), impulses: vec![Spatial::zero(); bodies.len()], bodies }
+        let bodies: Vec<_> = self.bodies.iter().map(exposed).collect();
+        Drag {
+            air: self.air.clone(),
+            impulses: vec![Spatial::zero(); bodies.len()],
+            breeze: pick(self.breeze, lane),
+            bodies,
+        }
+    }
+}
+
+impl<const D: usize> Drag<Dual<D>> {
+    /// Lets the drag of a segment of a rod change along a direction with the air; `profile` is its radius times its length [m^2].
+    pub(super) fn seed(&mut self, i: usize, k: usize, profile: f64, air: &Air, by: &AirVariation) {
+        let body = &mut self.bodies[i];
+        body.normal.slope[k] = profile * (by.density * air.normal_drag + air.density * by.normal_drag);
+        body.tangential.slope[k] = profile * (by.density * air.tangential_drag + air.density * by.tangential_drag);
+    }
+
+    /// Lets the inertia of a segment change along a direction.
+    pub(super) fn seed_inertia(&mut self, i: usize, k: usize, mass: f64, transverse: f64) {
+        let body = &mut self.bodies[i];
+        (body.mass.slope[k], body.transverse.slope[k]) = (mass, transverse);
     }
 }
 
@@ -98,7 +122,7 @@ impl<T: Real> Component<T> {
         self.begin_step(time, dt);
         let Self { drag, bodies, poses, velocities, loads, scratch, gravity, multistep, effective, .. } = self;
         let Some(drag) = drag else { return };
-        let Drag { air, bodies: exposed, impulses } = drag.as_mut();
+        let Drag { air, bodies: exposed, breeze, impulses } = drag.as_mut();
         let wind = air.wind.at(time + dt);
         let (zero, half, two, h) = (T::zero(), T::splat(0.5), T::splat(2.0), *effective);
         scratch.fill(Spatial::zero());
@@ -114,7 +138,7 @@ impl<T: Real> Component<T> {
             let turning = velocity.angular.cross(arm);
             let (mut force, mut torque, mut slope, mut swept) = (Vec3::zero(), Vec3::zero(), zero, zero);
             for side in [T::splat(1.0), T::splat(-1.0)] {
-                let relative = wind_at(&wind, pose.x + arm * side) - moving - turning * side;
+                let relative = wind_at(&wind, pose.x + arm * side) + *breeze - moving - turning * side;
                 let along = relative.dot(axis);
                 let across = relative - axis * along;
                 let (normal, tangential) = (body.normal * across.norm_squared().sqrt(), body.tangential * along.abs());

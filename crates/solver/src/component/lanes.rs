@@ -21,6 +21,14 @@ pub(super) fn put<T: Real>(target: &mut Vec3<T>, lane: usize, v: [f64; 3]) {
     }
 }
 
+/// Takes one lane over from another vector, with all that it carries.
+#[inline(always)]
+pub(super) fn copy_lane<T: Real>(target: &mut Vec3<T>, lane: usize, from: Vec3<T>) {
+    for (t, x) in target.0.iter_mut().zip(from.0) {
+        t.copy_lane(lane, x);
+    }
+}
+
 pub(super) fn pick<T: Real>(v: Vec3<T>, lane: usize) -> Vec3<f64> {
     Vec3(v.0.map(|x| x.lane(lane)))
 }
@@ -167,7 +175,7 @@ impl<T: Real> Component<T> {
             torques_wait: false,
             segments: self.segments,
             gravity: pick(self.gravity, lane),
-            damping: self.damping,
+            damping: self.damping.map(|rate| rate.lane(lane)),
             last_dt: self.last_dt.lane(lane),
             last_effective: self.last_effective.lane(lane),
             effective: self.effective.lane(lane),

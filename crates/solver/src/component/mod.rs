@@ -5,6 +5,7 @@
 
 mod apart;
 mod beyond;
+mod derivative;
 mod drag;
 mod equilibrium;
 mod evaluate;
@@ -33,6 +34,7 @@ use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::system::System;
 use crate::topology::Topology;
 
+pub(crate) use derivative::{Begin, Group, move_along, movement_along, slope_of};
 pub(crate) use hold::Change;
 pub(crate) use lanes::{copy_spatial, pick_spatial};
 pub(crate) use loose::has_loose;
@@ -209,7 +211,7 @@ pub struct Component<T> {
     torques_wait: bool,
     segments: usize,
     gravity: Vec3<T>,
-    damping: [f64; 2],
+    damping: [T; 2],
     /// Length of the last step [s], a lane each; 0 before the first.
     last_dt: T,
     /// Lengths of the steps of implicit Euler that the step under way and the last one amount to [s], a lane each.
@@ -273,7 +275,7 @@ impl<T: Real> Component<T> {
             torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
             gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),
-            damping: [model.damping.linear, model.damping.angular],
+            damping: [model.damping.linear, model.damping.angular].map(T::splat),
             last_dt: zero,
             effective: zero,
             last_effective: zero,
@@ -311,7 +313,7 @@ impl<T: Real> Component<T> {
 
     /// Whether velocities are damped.
     pub(crate) fn is_damped(&self) -> bool {
-        self.damping != [0.0; 2]
+        self.damping != [T::zero(); 2]
     }
 
     /// Start of the step under way, since the simulation's [s].

@@ -22,12 +22,17 @@
 //!
 //! Velocities of Algorithm 1 remain those over the last step; those at its end are kept here.
 
-use super::lanes::{copy_spatial, pick, pick_pose, pick_spatial, put};
+use nalgebra::Vector3;
+
+use super::derivative::{Group, set_slope, slope_of};
+use super::lanes::{copy_lane, copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::predict::angular_momentum;
+use super::state::rate;
 use super::update::select;
 use super::{BodyConstants, Component};
 use crate::integrator::Integrator;
 use crate::kernel::Spatial;
+use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::Tape;
@@ -120,17 +125,12 @@ impl<T: Real> Multistep<T> {
         Vec3([0, 1, 2].map(|k| is_rigid.select(turning.0[k], of_top.0[k])))
     }
 
-    /// `I^-1 momentum` of a segment of a lane that is oriented so, both in world axes.
-    fn rate(&self, (body, lane): (usize, usize), q: Quat<f64>, momentum: Vec3<f64>) -> Vec3<f64> {
-        let own = q.rotate_back(momentum);
-        let moments = match self.moments.get(body) {
-            Some((moments, is_rigid)) if is_rigid.lane(lane) >= 0.0 => pick(*moments, lane),
-            _ => {
-                let BodyConstants { transverse, axial, .. } = self.bodies[body].pick(lane);
-                Vec3([transverse, transverse, axial])
-            }
-        };
-        q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] / moments.0[k])))
+    /// Moments of inertia of a segment about its own axes, without what air adds to them.
+    fn own_moments(&self, body: usize) -> Vec3<T> {
+        let BodyConstants { transverse, axial, .. } = self.bodies[body];
+        let of_top = [transverse, transverse, axial];
+        let Some((moments, is_rigid)) = self.moments.get(body) else { return Vec3(of_top) };
+        Vec3([0, 1, 2].map(|k| is_rigid.select(moments.0[k], of_top[k])))
     }
 
     /// The inertia across the axis, without what air adds to it.
@@ -187,6 +187,69 @@ impl<T: Real> Multistep<T> {
             put(own, lane, x.0);
         }
         self.goes_on.set_lane(lane, from.goes_on);
+    }
+}
+
+/// What a step knows of those before.
+#[derive(Clone, Debug)]
+pub(super) struct StepsBefore {
+    now: Vec<Spatial<f64>>,
+    earlier: Vec<Spatial<f64>>,
+    over: Vec<Vec3<f64>>,
+    goes_on: f64,
+}
+
+impl Multistep<f64> {
+    /// What the step under way knows of those before.
+    pub(super) fn before(&self) -> StepsBefore {
+        let Self { now, earlier, over, goes_on, .. } = self;
+        StepsBefore { now: now.clone(), earlier: earlier.clone(), over: over.clone(), goes_on: *goes_on }
+    }
+}
+
+impl<T: Real> Multistep<T> {
+    /// Takes it over, as constants.
+    pub(super) fn go_back(&mut self, before: &StepsBefore) {
+        let of = |x: Vec3<f64>| Vec3([T::splat(x.0[0]), T::splat(x.0[1]), T::splat(x.0[2])]);
+        let lists = [(&mut self.now, &before.now), (&mut self.earlier, &before.earlier)];
+        for (own, from) in lists.into_iter().flat_map(|(own, from)| own.iter_mut().zip(from)) {
+            *own = Spatial { linear: of(from.linear), angular: of(from.angular) };
+        }
+        for (own, from) in self.over.iter_mut().zip(&before.over) {
+            *own = of(*from);
+        }
+        self.goes_on = T::splat(before.goes_on);
+    }
+}
+
+impl<const D: usize> Multistep<Dual<D>> {
+    /// Lets a segment's moments of inertia across and about its axis change along a direction.
+    pub(super) fn seed_inertia(&mut self, index: usize, k: usize, transverse: f64, axial: f64) {
+        let own = &mut self.bodies[index];
+        (own.transverse.slope[k], own.axial.slope[k]) = (transverse, axial);
+    }
+
+    /// Lets a number of a segment's state change along a direction.
+    pub(super) fn seed_state(&mut self, group: Group, index: usize, k: usize, [linear, angular]: &[Vector3<f64>; 2]) {
+        let spatial = match group {
+            Group::Now => &mut self.now[index],
+            Group::Earlier => &mut self.earlier[index],
+            _ => return set_slope(&mut self.over[index], k, linear),
+        };
+        set_slope(&mut spatial.linear, k, linear);
+        set_slope(&mut spatial.angular, k, angular);
+    }
+
+    /// What a segment's state changes by along a direction: `now`, `earlier` and `over`.
+    pub(super) fn state_along(&self, index: usize, k: usize) -> [[Vector3<f64>; 2]; 3] {
+        let zero = Vec3([Dual::splat(0.0); 3]);
+        let over = slope_of(&Spatial { linear: self.over[index], angular: zero }, k);
+        [slope_of(&self.now[index], k), slope_of(&self.earlier[index], k), over]
+    }
+
+    /// Lets a segment's velocity at the start change along a direction.
+    pub(super) fn seed_velocity(&mut self, index: usize, k: usize, by: &Vector3<f64>) {
+        set_slope(&mut self.now[index].linear, k, by);
     }
 }
 
@@ -249,10 +312,10 @@ impl<T: Real> Component<T> {
             let last = last_dt.lane(lane);
             let goes_on = steps.goes_on.lane(lane) >= 0.0 && !steps.held_back && dt <= LARGEST_RATIO * last;
             steps.ratio.set_lane(lane, if goes_on { dt / last } else { 0.0 });
-            for (k, rate) in self.damping.into_iter().enumerate().filter(|(_, rate)| *rate > 0.0) {
-                steps.decay[0][k].set_lane(lane, (-rate * dt).exp());
-                steps.decay[1][k].set_lane(lane, (-rate * last).exp());
-            }
+        }
+        for (k, rate) in self.damping.into_iter().enumerate() {
+            let kept = |over: T| if rate == T::zero() { one } else { (-rate * over).exp() };
+            (steps.decay[0][k], steps.decay[1][k]) = (kept(T::splat(dt)), kept(last_dt));
         }
         let ratio = steps.ratio;
         let scale = one / (one + ratio + ratio);
@@ -275,7 +338,7 @@ impl<T: Real> Component<T> {
             let momentum = steps.inertia(i, q, variable) * cosine;
             for lane in 0..T::LANES {
                 if self.given[i].lane(lane) >= 0.0 {
-                    put(&mut steps.now[i].angular, lane, pick(momentum, lane).0);
+                    copy_lane(&mut steps.now[i].angular, lane, momentum);
                 }
             }
         }
@@ -363,12 +426,33 @@ impl<T: Real> Component<T> {
     pub(super) fn beyond(&self, body: usize, lane: usize) -> Vec3<f64> {
         let Some(steps) = &self.multistep else { return Vec3::zero() };
         let u = pick(self.velocities[body].angular, lane) * (0.5 * self.last_dt.lane(lane));
-        let cosine = (1.0 - u.norm_squared()).max(0.0).sqrt();
         let end = pick_pose(&self.poses[body], lane).q;
-        let middle = Quat { v: u, w: 1.0 + cosine }.normalized().conj() * end;
-        let [now, over] = [steps.now[body].angular, steps.over[body]].map(|momentum| pick(momentum, lane));
-        steps.rate((body, lane), end, now) - steps.rate((body, lane), middle, over)
+        let momenta = [steps.now[body].angular, steps.over[body]].map(|momentum| pick(momentum, lane));
+        further(pick(steps.own_moments(body), lane), u, end, momenta)
     }
+
+    /// Velocity of a segment at the end of the last step [m/s, rad/s].
+    pub(super) fn velocity_at_end(&self, body: usize) -> Spatial<T> {
+        let Spatial { linear, angular } = self.velocities[body];
+        let over_step = rate(angular, self.last_dt);
+        let Some(steps) = &self.multistep else { return Spatial { linear, angular: over_step } };
+        let (u, end) = (angular * (self.last_dt * T::splat(0.5)), self.poses[body].q);
+        let further = further(steps.own_moments(body), u, end, [steps.now[body].angular, steps.over[body]]);
+        Spatial { linear: steps.now[body].linear, angular: over_step + further }
+    }
+}
+
+/// What the rate at the end of a step, which turned by about `2 u` to `end`, is beyond that over it: with the angular `momenta`
+/// at its end and over it, and the `moments` of inertia.
+fn further<T: Real>(moments: Vec3<T>, u: Vec3<T>, end: Quat<T>, momenta: [Vec3<T>; 2]) -> Vec3<T> {
+    let one = T::splat(1.0);
+    let cosine = (one - u.norm_squared()).max(T::zero()).sqrt();
+    let middle = Quat { v: u, w: one + cosine }.normalized().conj() * end;
+    let rate = |q: Quat<T>, momentum: Vec3<T>| {
+        let own = q.rotate_back(momentum);
+        q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] / moments.0[k])))
+    };
+    rate(end, momenta[0]) - rate(middle, momenta[1])
 }
 
 /// What `I phi` leaves out of a body's change of discrete momentum (times the step's length) as it is turned by `phi` after

@@ -31,8 +31,8 @@ impl<T: Real> Component<T> {
         let half = T::splat(0.5 * dt);
         // Before the first step there is none: velocities are taken as those of a step like this one.
         let last_half = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt * T::splat(0.5), half);
-        let decay = self.damping.map(|rate| T::splat(if rate > 0.0 { (-rate * dt).exp() } else { 1.0 }));
         let one = T::splat(1.0);
+        let decay = self.damping.map(|rate| if rate == T::zero() { one } else { (-rate * h).exp() });
         // Forces act for this long on the velocity over the step; dt with Euler's rule.
         let share = self.multistep.as_ref().map_or(one, |steps| steps.share());
         let pushed = self.effective * share;

@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use rod::{JointForce, State};
 
-use super::lanes::{get, get_quat, pick, put, vec3};
+use super::lanes::{copy_lane, get, get_quat, pick, put, vec3};
 use super::{Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -16,15 +16,17 @@ use crate::kernel::math::Vec3;
 
 /// The solver's variable that stands for a `rate` [rad/s] in a step of `dt` [s]. Beyond half a turn a step no sine tells
 /// it; the variable goes on with the slope 2 / pi then, by which a prediction knows it.
-fn variable(rate: Vec3<f64>, dt: f64) -> Vec3<f64> {
-    let half = (0.5 * dt * rate.norm_squared().sqrt()).min(FRAC_PI_2);
-    rate * if half > 0.0 { half.sin() / half } else { 1.0 }
+fn variable<T: Real>(rate: Vec3<T>, dt: f64) -> Vec3<T> {
+    let (half, most) = (rate.norm_squared().sqrt() * T::splat(0.5 * dt), T::splat(FRAC_PI_2));
+    let half = (half - most).select(most, half);
+    rate * (-half).select(T::splat(1.0), half.sin() / half)
 }
 
 /// The rate [rad/s] for which `variable` stands after a step of `dt` [s]: the inverse of [`variable`].
-fn rate(variable: Vec3<f64>, dt: f64) -> Vec3<f64> {
-    let sine = (0.5 * dt * variable.norm_squared().sqrt()).min(1.0);
-    variable * if sine > 0.0 { sine.asin() / sine } else { 1.0 }
+pub(super) fn rate<T: Real>(variable: Vec3<T>, dt: T) -> Vec3<T> {
+    let (sine, one) = (variable.norm_squared().sqrt() * (dt * T::splat(0.5)), T::splat(1.0));
+    let sine = (sine - one).select(one, sine);
+    variable * (-sine).select(one, sine.asin() / sine)
 }
 
 impl<T: Real> Component<T> {
@@ -113,10 +115,10 @@ impl<T: Real> Component<T> {
     /// one under way where the rate was given since.
     pub(super) fn variable(&self, body: usize, last_half: T) -> (Vec3<T>, T) {
         let (mut w, mut half) = (self.velocities[body].angular, last_half);
+        let given = variable(w, self.dt);
         for lane in 0..T::LANES {
             if self.given[body].lane(lane) >= 0.0 {
-                let given = variable(pick(w, lane), self.dt);
-                put(&mut w, lane, given.0);
+                copy_lane(&mut w, lane, given);
                 half.set_lane(lane, 0.5 * self.dt);
             }
         }

@@ -10,12 +10,12 @@ use crate::tangent::elimination::Elimination;
 use crate::tangent::{BodyEquation, Equations, JointEquation, curvature};
 
 #[inline(always)]
-fn vector(x: Vec3<f64>) -> Vector3<f64> {
+pub(super) fn vector(x: Vec3<f64>) -> Vector3<f64> {
     Vector3::from(x.0)
 }
 
 #[inline(always)]
-fn matrix([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]: [[f64; 3]; 3]) -> Matrix3<f64> {
+pub(super) fn matrix([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, yx, yy, yz, zx, zy, zz)
 }
 
@@ -73,10 +73,8 @@ impl Component<f64> {
         }
         let mass = 1.0 / terms.inverse_mass;
         let turning = matrix(self.turning(i, constants.world_inertia(terms.axis) * share).full());
-        // What the evaluation has multiplied by its M^-1.
-        let asked = self.momentum[i];
-        let angular = terms.inverse_inertia.inverse().apply(asked.angular);
-        BodyEquation { mass: mass * share, turning, defect: [vector(asked.linear * mass), vector(angular)] }
+        let defect = self.defect(i);
+        BodyEquation { mass: mass * share, turning, defect: [vector(defect.linear), vector(defect.angular)] }
     }
 
     /// The inertia's share of a body's block of K.
@@ -103,8 +101,7 @@ impl Component<f64> {
         let (own, coupling) = curvature::of_bend_twist(kappa, world.angular);
         bodies[a].turning += matrix((own + curvature::of_force(world.linear, arms[0])).full());
         bodies[b].turning += matrix((own + curvature::of_force(-world.linear, arms[1])).full());
-        // The right-hand side of the dual system has J M^-1 g in it.
-        let rhs = terms.to_world(terms.rhs, frame).plus(system.constraint_change(j, &self.momentum), 1.0);
+        let rhs = self.missed(j);
         JointEquation {
             length: terms.length,
             arms: arms.map(vector),

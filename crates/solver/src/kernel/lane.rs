@@ -8,6 +8,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 /// A real number or a small vector of them, with lane-wise arithmetic.
 pub trait Real:
     Copy
+    + PartialEq
     + Send
     + Sync
     + 'static
@@ -27,8 +28,19 @@ pub trait Real:
     fn lane(self, lane: usize) -> f64;
     /// Sets the value of one lane.
     fn set_lane(&mut self, lane: usize, value: f64);
+    /// Takes one lane over from another, with all that it carries.
+    #[inline(always)]
+    fn copy_lane(&mut self, lane: usize, from: Self) {
+        self.set_lane(lane, from.lane(lane));
+    }
     /// Square root.
     fn sqrt(self) -> Self;
+    /// Exponential.
+    fn exp(self) -> Self;
+    /// Sine.
+    fn sin(self) -> Self;
+    /// Inverse of the sine, in [-pi / 2, pi / 2].
+    fn asin(self) -> Self;
     /// Magnitude.
     fn abs(self) -> Self;
     /// The larger of two; `other` where `self` is not a number.
@@ -59,6 +71,18 @@ impl Real for f64 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        f64::sin(self)
+    }
+    #[inline(always)]
+    fn asin(self) -> Self {
+        f64::asin(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -161,6 +185,18 @@ impl<const N: usize> Real for Lanes<N> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         self.zip(self, |a, _| a.sqrt())
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.zip(self, |a, _| a.exp())
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.zip(self, |a, _| a.sin())
+    }
+    #[inline(always)]
+    fn asin(self) -> Self {
+        self.zip(self, |a, _| a.asin())
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -283,6 +319,18 @@ impl<T: Real> Real for Both<T> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self([self.0[0].sqrt(), self.0[1].sqrt()])
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Self([self.0[0].exp(), self.0[1].exp()])
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        Self([self.0[0].sin(), self.0[1].sin()])
+    }
+    #[inline(always)]
+    fn asin(self) -> Self {
+        Self([self.0[0].asin(), self.0[1].asin()])
     }
     #[inline(always)]
     fn abs(self) -> Self {

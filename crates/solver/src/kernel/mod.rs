@@ -2,6 +2,7 @@
 
 pub(crate) mod block;
 pub mod dispatch;
+pub mod dual;
 pub mod lane;
 pub mod math;
 mod spatial;

@@ -19,6 +19,7 @@ pub mod curvature;
 pub mod elimination;
 mod far;
 mod halves;
+pub mod jacobian;
 mod node;
 mod problem;
 mod series;

@@ -1,0 +1,481 @@
+//! A component beside itself in dual numbers: what a step's equations change by, and how bodies follow.
+
+use nalgebra::{Matrix3, Vector3};
+use rod::{Air, Model};
+
+use super::multistep::StepsBefore;
+use super::tangent::{matrix, vector};
+use super::{BodyPose, Component, Members};
+use crate::derivative::{AirVariation, JointVariation, SegmentVariation, Variation};
+use crate::formulation::Formulation;
+use crate::kernel::Spatial;
+use crate::kernel::dual::Dual;
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Vec3};
+use crate::step::Interval;
+
+impl<T: Real> Component<T> {
+    /// `-g` of a body that is not held, at the last evaluation: impulse times dt [kg m] and angular impulse times dt [kg m^2].
+    #[inline(always)]
+    pub(super) fn defect(&self, i: usize) -> Spatial<T> {
+        let terms = &self.system.bodies[i];
+        // What the evaluation has multiplied by its M^-1.
+        let asked = self.momentum[i];
+        let mass = T::splat(1.0) / terms.inverse_mass;
+        Spatial { linear: asked.linear * mass, angular: terms.inverse_inertia.inverse().apply(asked.angular) }
+    }
+
+    /// `-(C + alpha~ lambda)` of a joint at the last evaluation, in world rows.
+    #[inline(always)]
+    pub(super) fn missed(&self, j: usize) -> Spatial<T> {
+        let (system, terms) = (&self.system, &self.system.joints[j]);
+        // The right-hand side of the dual system has J M^-1 g in it.
+        terms.to_world(terms.rhs, system.frame(j)).plus(system.constraint_change(j, &self.momentum), T::splat(1.0))
+    }
+
+    /// Whether a body is held, or an anchor.
+    pub(crate) fn is_still(&self, body: usize) -> bool {
+        self.bodies[body].free.lane(0) == 0.0
+    }
+
+    /// Whether something moves a body that is held.
+    pub(crate) fn is_moved(&self, body: usize) -> bool {
+        self.moved.iter().any(|moved| moved.is_of(0, body))
+    }
+
+    /// The prediction of a step, for which forces are set.
+    pub(crate) fn predict_step(&mut self, Interval { time, dt }: Interval) {
+        if self.has_air() {
+            self.evaluate_drag(time, dt);
+        }
+        self.predict(time, dt, Formulation::Newton);
+    }
+
+    /// [`Component::evaluate`] of formulation `newton`.
+    pub(crate) fn evaluate_step(&mut self) {
+        self.pulls_hold = false;
+        self.evaluate(Formulation::Newton);
+    }
+
+    /// Ends a step that is solved.
+    pub(crate) fn end_solved_step(&mut self) {
+        self.update_velocities(Formulation::Newton, T::splat(1.0));
+    }
+}
+
+impl Component<f64> {
+    /// Puts a step's solution in its place.
+    pub(crate) fn place(&mut self, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
+        self.poses.copy_from_slice(poses);
+        self.lambda.copy_from_slice(lambda);
+    }
+}
+
+fn dual<const D: usize>(x: Vec3<f64>) -> Vec3<Dual<D>> {
+    Vec3([Dual::splat(x.0[0]), Dual::splat(x.0[1]), Dual::splat(x.0[2])])
+}
+
+fn slope<const D: usize>(x: Vec3<Dual<D>>, k: usize) -> Vec3<f64> {
+    Vec3([x.0[0].slope[k], x.0[1].slope[k], x.0[2].slope[k]])
+}
+
+fn value<const D: usize>(x: Vec3<Dual<D>>) -> Vec3<f64> {
+    Vec3([x.0[0].value, x.0[1].value, x.0[2].value])
+}
+
+/// Sets the slope of a vector along a direction.
+pub(crate) fn set_slope<const D: usize>(x: &mut Vec3<Dual<D>>, k: usize, by: &Vector3<f64>) {
+    for (own, by) in x.0.iter_mut().zip(by) {
+        own.slope[k] = *by;
+    }
+}
+
+/// The slope of a spatial vector along a direction.
+pub(crate) fn slope_of<const D: usize>(x: &Spatial<Dual<D>>, k: usize) -> [Vector3<f64>; 2] {
+    [vector(slope(x.linear, k)), vector(slope(x.angular, k))]
+}
+
+/// A constant pose.
+fn constant<const D: usize>(pose: &BodyPose<f64>) -> BodyPose<Dual<D>> {
+    BodyPose { x: dual(pose.x), q: Quat { v: dual(pose.q.v), w: Dual::splat(pose.q.w) } }
+}
+
+/// Lets a pose change along a direction, by a shift and a turn in world axes.
+pub(crate) fn move_along<const D: usize>(pose: &mut BodyPose<Dual<D>>, k: usize, [shift, turn]: &[Vector3<f64>; 2]) {
+    set_slope(&mut pose.x, k, shift);
+    let half = turn * 0.5;
+    let (v, w) = (vector(value(pose.q.v)), pose.q.w.value);
+    set_slope(&mut pose.q.v, k, &(half * w + half.cross(&v)));
+    pose.q.w.slope[k] = -half.dot(&v);
+}
+
+/// How a pose changes along a direction: the inverse of [`move_along`].
+pub(crate) fn movement_along<const D: usize>(pose: &BodyPose<Dual<D>>, k: usize) -> [Vector3<f64>; 2] {
+    let of = Quat { v: slope(pose.q.v, k), w: pose.q.w.slope[k] };
+    let turn = of * Quat { v: value(pose.q.v), w: pose.q.w.value }.conj();
+    [vector(slope(pose.x, k)), vector(turn.v * 2.0)]
+}
+
+impl<const D: usize> Component<Dual<D>> {
+    /// Puts a step's solution in its place, as constants.
+    pub(crate) fn place_constant(&mut self, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
+        for (own, pose) in self.poses.iter_mut().zip(poses) {
+            *own = constant(pose);
+        }
+        for (own, lambda) in self.lambda.iter_mut().zip(lambda) {
+            *own = Spatial { linear: dual(lambda.linear), angular: dual(lambda.angular) };
+        }
+    }
+
+    /// What `-g` of a body changes by along a direction; zero where it is held.
+    pub(crate) fn defect_along(&self, defects: &[Spatial<Dual<D>>], i: usize, k: usize) -> [Vector3<f64>; 2] {
+        if self.is_still(i) { [Vector3::zeros(); 2] } else { slope_of(&defects[i], k) }
+    }
+
+    /// `-g` of all bodies (not a number where one is held) and what all joints miss.
+    pub(crate) fn right_hand_sides(&self, bodies: &mut Vec<Spatial<Dual<D>>>, joints: &mut Vec<Spatial<Dual<D>>>) {
+        bodies.clear();
+        bodies.extend((0..self.segments).map(|i| self.defect(i)));
+        joints.clear();
+        joints.extend((0..self.lambda.len()).map(|j| self.missed(j)));
+    }
+
+    /// Lets multipliers change along a direction, by a force and a torque times dt^2 in world rows.
+    pub(crate) fn transmit_along(&mut self, j: usize, k: usize, world: &[Vector3<f64>; 2]) {
+        let [force, torque] = world.map(|x| dual(Vec3(x.into())));
+        let rows = self.system.joints[j]
+            .multipliers_from_world(Spatial { linear: force, angular: torque }, self.system.frame(j));
+        let own = &mut self.lambda[j];
+        set_slope(&mut own.linear, k, &vector(value(rows.linear)));
+        set_slope(&mut own.angular, k, &vector(value(rows.angular)));
+    }
+}
+
+impl Component<Dual<3>> {
+    /// What [`crate::tangent::jacobian::Jacobian::new`] asks for: evaluates at the poses and multipliers of `from`, all bodies
+    /// turned alike about the three axes.
+    pub(crate) fn turn_all(
+        &mut self,
+        from: &Component<f64>,
+        bodies: &mut Vec<Matrix3<f64>>,
+        joints: &mut Vec<Matrix3<f64>>,
+    ) {
+        self.mirror(from);
+        self.place_constant(&from.poses, &from.lambda);
+        for pose in &mut self.poses {
+            for k in 0..3 {
+                let mut axis = Vector3::zeros();
+                axis[k] = 1.0;
+                move_along(pose, k, &[Vector3::zeros(), axis]);
+            }
+        }
+        self.evaluate_step();
+        let columns = |x: Vec3<Dual<3>>| matrix([0, 1, 2].map(|r| x.0[r].slope));
+        bodies.clear();
+        joints.clear();
+        for i in 0..self.poses.len() {
+            bodies.push(if self.is_still(i) { Matrix3::zeros() } else { columns(self.defect(i).angular) });
+        }
+        for j in 0..self.lambda.len() {
+            joints.push(columns(self.missed(j).linear));
+        }
+    }
+
+    /// Takes over as constants what a step has said for an evaluation.
+    fn mirror(&mut self, from: &Component<f64>) {
+        (self.time, self.dt, self.effective) = (from.time, from.dt, Dual::splat(from.effective));
+        for (own, from) in self.predicted.iter_mut().zip(&from.predicted) {
+            *own = constant(from);
+        }
+        for (own, from) in self.start.iter_mut().zip(&from.start) {
+            *own = constant(from);
+        }
+        for (own, from) in self.bodies.iter_mut().zip(&from.bodies) {
+            own.inverse_mass = Dual::splat(from.inverse_mass);
+            own.transverse = Dual::splat(from.transverse);
+        }
+        for (own, from) in self.system.joints.iter_mut().zip(&from.system.joints) {
+            own.shear = Dual::splat(from.shear);
+            own.stretch_extra = Dual::splat(from.stretch_extra);
+            own.bend = Dual::splat(from.bend);
+            own.twist_extra = Dual::splat(from.twist_extra);
+        }
+        let extras = |own: &mut [Dual<3>], from: &[f64]| {
+            own.iter_mut().zip(from).for_each(|(own, from)| *own = Dual::splat(*from));
+        };
+        extras(&mut self.system.bend_extra, &from.system.bend_extra);
+        extras(&mut self.system.shear_extra, &from.system.shear_extra);
+        for (own, from) in self.beyond.damped.iter_mut().zip(&from.beyond.damped) {
+            own.rest_darboux = dual(from.rest_darboux);
+            own.gap = dual(from.gap);
+        }
+        for (own, from) in self.loads.iter_mut().zip(&from.loads) {
+            (own.force, own.torque) = (dual(from.force), dual(from.torque));
+        }
+    }
+}
+
+impl<const D: usize> Component<Dual<D>> {
+    /// Lets constants change along a direction.
+    pub(crate) fn seed_constants(&mut self, members: &Members, model: &Model, k: usize, variation: &Variation) {
+        for (i, &index) in members.segments.iter().enumerate() {
+            self.seed_segment(i, k, &variation.segments[index]);
+            let segment = &model.segments[index];
+            let (Some(drag), Some(air), None) = (&mut self.drag, &model.air, &segment.body) else { continue };
+            drag.seed(i, k, segment.radius * segment.length, air, &variation.air);
+        }
+        for (j, &index) in members.joints.iter().enumerate() {
+            self.seed_joint(j, k, &variation.joints[index]);
+        }
+        for (own, rate) in self.damping.iter_mut().zip(variation.damping) {
+            own.slope[k] = rate;
+        }
+    }
+
+    /// Lets the inertia of a segment change along a direction.
+    pub(crate) fn seed_segment(&mut self, i: usize, k: usize, variation: &SegmentVariation) {
+        if self.is_still(i) {
+            return;
+        }
+        let transverse = 0.5 * (variation.inertia.x + variation.inertia.y);
+        let constants = &mut self.bodies[i];
+        let inverse = constants.inverse_mass.value;
+        constants.inverse_mass.slope[k] = -variation.mass * inverse * inverse;
+        constants.transverse.slope[k] = transverse;
+        constants.axial.slope[k] = variation.inertia.z;
+        if let Some(steps) = &mut self.multistep {
+            steps.seed_inertia(i, k, transverse, variation.inertia.z);
+        }
+        if let Some(drag) = &mut self.drag {
+            drag.seed_inertia(i, k, variation.mass, transverse);
+        }
+    }
+
+    /// Lets a joint change along a direction.
+    pub(crate) fn seed_joint(&mut self, j: usize, k: usize, variation: &JointVariation) {
+        let own = &mut self.joints[j];
+        set_slope(&mut own.rest_darboux, k, &variation.rest_darboux);
+        own.stretch.slope[k] = variation.stretch_compliance;
+        own.shear.slope[k] = variation.shear_compliance;
+        own.bend.slope[k] = variation.bend_compliance;
+        own.twist.slope[k] = variation.twist_compliance;
+        self.beyond.seed(self.joints.len(), j, k, variation);
+        self.beyond.prepare(&mut self.system);
+    }
+
+    /// Lets a body begin with other pose and velocities along a direction.
+    pub(crate) fn seed_start(&mut self, i: usize, k: usize, pose: [Vector3<f64>; 2], velocity: [Vector3<f64>; 2]) {
+        self.seed_pose(i, k, pose);
+        set_slope(&mut self.velocities[i].linear, k, &velocity[0]);
+        set_slope(&mut self.velocities[i].angular, k, &velocity[1]);
+        if let Some(steps) = &mut self.multistep {
+            steps.seed_velocity(i, k, &velocity[0]);
+        }
+    }
+
+    /// Lets a pose change along a direction.
+    pub(crate) fn seed_pose(&mut self, i: usize, k: usize, movement: [Vector3<f64>; 2]) {
+        move_along(&mut self.poses[i], k, &movement);
+    }
+
+    /// Lets loads, gravity and wind change along a direction: after forces have been set for a step.
+    pub(crate) fn seed_forces(&mut self, k: usize, variation: &Variation) {
+        set_slope(&mut self.gravity, k, &variation.gravity);
+        for load in &mut self.loads {
+            let [force, torque] = &variation.loads[load.index];
+            set_slope(&mut load.force, k, force);
+            set_slope(&mut load.torque, k, torque);
+        }
+        if let Some(drag) = &mut self.drag {
+            set_slope(&mut drag.breeze, k, &variation.air.wind);
+        }
+    }
+
+    /// What a free segment's velocity at the end of the last step changes by along a direction [m/s, rad/s].
+    pub(crate) fn velocity_along(&self, body: usize, k: usize) -> [Vector3<f64>; 2] {
+        slope_of(&self.velocity_at_end(body), k)
+    }
+}
+
+/// What a step begins with.
+#[derive(Clone, Debug)]
+pub(crate) struct Begin {
+    poses: Vec<BodyPose<f64>>,
+    velocities: Vec<Spatial<f64>>,
+    given: Vec<f64>,
+    has_given: bool,
+    last_dt: f64,
+    last_effective: f64,
+    steps: Option<StepsBefore>,
+}
+
+/// Numbers of which the state of a free body consists, six at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Group {
+    /// The pose: shift and turn.
+    Pose,
+    /// Velocities over the last step.
+    Velocity,
+    /// Velocity and angular momentum at the end of the last step.
+    Now,
+    /// The same one step earlier.
+    Earlier,
+    /// The discrete momentum over the last step.
+    Over,
+}
+
+impl Group {
+    /// All but the pose; only the first without a memory of several steps.
+    pub(crate) const STATE: [Self; 4] = [Self::Velocity, Self::Now, Self::Earlier, Self::Over];
+}
+
+impl Component<f64> {
+    /// What the step under way, which has not ended yet, began with.
+    pub(crate) fn begin(&self) -> Begin {
+        Begin {
+            poses: self.start.clone(),
+            velocities: self.velocities.clone(),
+            given: self.given.clone(),
+            has_given: self.has_given,
+            last_dt: self.last_dt,
+            last_effective: self.last_effective,
+            steps: self.multistep.as_ref().map(|steps| steps.before()),
+        }
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// Goes back to where a step began, as constants.
+    pub(crate) fn begin_at(&mut self, begin: &Begin) {
+        let of = |x: Vec3<f64>| Vec3([T::splat(x.0[0]), T::splat(x.0[1]), T::splat(x.0[2])]);
+        for (own, pose) in self.poses.iter_mut().zip(&begin.poses) {
+            *own = BodyPose { x: of(pose.x), q: Quat { v: of(pose.q.v), w: T::splat(pose.q.w) } };
+        }
+        for (own, from) in self.velocities.iter_mut().zip(&begin.velocities) {
+            *own = Spatial { linear: of(from.linear), angular: of(from.angular) };
+        }
+        for (own, from) in self.given.iter_mut().zip(&begin.given) {
+            *own = T::splat(*from);
+        }
+        self.has_given = begin.has_given;
+        self.last_dt = T::splat(begin.last_dt);
+        self.last_effective = T::splat(begin.last_effective);
+        if let (Some(own), Some(from)) = (&mut self.multistep, &begin.steps) {
+            own.go_back(from);
+        }
+    }
+
+    /// Whether steps know of those before.
+    pub(crate) fn has_steps(&self) -> bool {
+        self.multistep.is_some()
+    }
+}
+
+fn unit(k: usize) -> [Vector3<f64>; 2] {
+    let mut out = [Vector3::zeros(); 2];
+    out[k / 3][k % 3] = 1.0;
+    out
+}
+
+impl Component<Dual<6>> {
+    /// Lets the numbers of a group change, each along a direction, of the bodies that `is_seeded` says.
+    pub(crate) fn seed_group(&mut self, group: Group, is_seeded: impl Fn(usize) -> bool) {
+        let along = |x: &mut Spatial<Dual<6>>, k: usize| {
+            let [linear, angular] = unit(k);
+            set_slope(&mut x.linear, k, &linear);
+            set_slope(&mut x.angular, k, &angular);
+        };
+        for i in (0..self.poses.len()).filter(|&i| is_seeded(i)) {
+            for k in 0..6 {
+                match group {
+                    Group::Pose => move_along(&mut self.poses[i], k, &unit(k)),
+                    Group::Velocity => along(&mut self.velocities[i], k),
+                    Group::Now | Group::Earlier | Group::Over => {
+                        if let Some(steps) = self.multistep.as_mut().filter(|_| i < self.segments) {
+                            steps.seed_state(group, i, k, &unit(k));
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// What the state of a body at the end of a step changes by along a direction, but for its pose: lists of [`Group::STATE`].
+    pub(crate) fn ended_along(&self, i: usize, k: usize) -> [[Vector3<f64>; 2]; 4] {
+        let zero = [Vector3::zeros(); 2];
+        let [now, earlier, over] = self.multistep.as_ref().map_or([zero; 3], |steps| steps.state_along(i, k));
+        [slope_of(&self.velocities[i], k), now, earlier, over]
+    }
+
+    /// Lets masses and the moments of inertia across and about the axes change by so much, along the first three directions.
+    pub(crate) fn seed_inertias(&mut self, by: f64) {
+        for i in 0..self.segments {
+            let inertia = [Vector3::zeros(), Vector3::new(by, by, 0.0), Vector3::z() * by];
+            for (k, inertia) in inertia.into_iter().enumerate() {
+                let mass = if k == 0 { by } else { 0.0 };
+                self.seed_segment(i, k, &SegmentVariation { mass, inertia });
+            }
+        }
+    }
+
+    /// Lets gravity and the rates of damping change by so much, along the first five directions.
+    pub(crate) fn seed_gravity_and_damping(&mut self, by: f64) {
+        for k in 0..3 {
+            self.gravity.0[k].slope[k] = by;
+        }
+        for (k, rate) in self.damping.iter_mut().enumerate() {
+            rate.slope[3 + k] = by;
+        }
+    }
+
+    /// Lets the air's density, its two drag coefficients and its velocity change by so much.
+    pub(crate) fn seed_air(&mut self, members: &Members, model: &Model, air: &Air, by: f64) {
+        let Some(drag) = &mut self.drag else { return };
+        let of = [[by, 0.0, 0.0], [0.0, by, 0.0], [0.0, 0.0, by]];
+        for (i, &index) in members.segments.iter().enumerate() {
+            let segment = &model.segments[index];
+            let profile = if segment.body.is_some() { 0.0 } else { segment.radius * segment.length };
+            for (k, [density, normal_drag, tangential_drag]) in of.into_iter().enumerate() {
+                let wind = Vector3::zeros();
+                drag.seed(i, k, profile, air, &AirVariation { density, normal_drag, tangential_drag, wind });
+            }
+        }
+        for k in 0..3 {
+            drag.breeze.0[k].slope[3 + k] = by;
+        }
+    }
+
+    /// Lets force and torque change of the load of each segment that comes as its `rank`th; returns loads with their segments.
+    pub(crate) fn seed_loads(&mut self, rank: usize) -> Vec<(usize, usize)> {
+        let mut seeded = Vec::new();
+        let mut counts = vec![0; self.segments];
+        for load in &mut self.loads {
+            let count = &mut counts[load.body];
+            *count += 1;
+            if *count != rank + 1 {
+                continue;
+            }
+            for k in 0..6 {
+                let [force, torque] = unit(k);
+                set_slope(&mut load.force, k, &force);
+                set_slope(&mut load.torque, k, &torque);
+            }
+            if self.bodies[load.body].free.value != 0.0 {
+                seeded.push((load.index, load.body));
+            }
+        }
+        if counts.iter().all(|&count| count <= rank) { Vec::new() } else { seeded }
+    }
+
+    /// Makes loads and gravity constants.
+    pub(crate) fn still_forces(&mut self) {
+        for x in &mut self.gravity.0 {
+            x.slope = [0.0; 6];
+        }
+        for load in &mut self.loads {
+            for x in load.force.0.iter_mut().chain(&mut load.torque.0) {
+                x.slope = [0.0; 6];
+            }
+        }
+    }
+}

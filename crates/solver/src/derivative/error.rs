@@ -1,0 +1,44 @@
+//! Why there is no derivative.
+
+use thiserror::Error;
+
+use crate::simulation::SimulationError;
+use crate::step::Status;
+
+/// Why there is no derivative.
+#[derive(Debug, Error)]
+pub enum DerivativeError {
+    /// The simulation cannot start, or go on.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// Something that is not differentiated.
+    #[error("derivatives know no {0}")]
+    Unknown(&'static str),
+    /// A formulation whose steps are not solved to the end.
+    #[error("derivatives need formulation newton, whose steps are solved to the end")]
+    Formulation,
+    /// A step that is not solved.
+    #[error("step {step} has no derivative: {}", .status.name())]
+    Step {
+        /// The step, from 1.
+        step: usize,
+        /// How it ended.
+        status: Status,
+    },
+    /// A step whose equations are singular where it ends, as at a fold.
+    #[error("step {step} has no derivative: its equations are singular")]
+    Singular {
+        /// The step, from 1.
+        step: usize,
+    },
+    /// A list of a variation that does not fit the model.
+    #[error("a variation with {found} {what}, but there are {expected}")]
+    Size {
+        /// What the list holds.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        expected: usize,
+    },
+}

@@ -1,0 +1,24 @@
+//! Derivatives of a whole run in formulation `newton`.
+//!
+//! A step solves F(p', lambda'; p, v, theta) = 0. What it changes by with what it began with, and with parameters theta, is what
+//! the kernels themselves say when they are run on dual numbers ([`crate::kernel::dual`]); how poses and multipliers answer
+//! takes the factor of the step's whole Jacobian ([`crate::tangent::jacobian`]). [`Forward`] carries derivatives along a few
+//! directions with the motion; [`Recording`] goes back through all steps, with the transposed factor, for the derivative of one
+//! number with respect to everything.
+
+mod adjoint;
+mod error;
+mod forward;
+mod parameter;
+mod record;
+mod replay;
+mod seed;
+mod variation;
+
+pub use adjoint::{Recording, Wanted};
+pub use error::DerivativeError;
+pub use forward::Forward;
+pub use parameter::{Parameter, Rods};
+pub use variation::{AirVariation, HeldVariation, JointVariation, SegmentVariation, StateVariation, Variation};
+
+pub(crate) use record::Substep;

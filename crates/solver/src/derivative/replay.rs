@@ -1,0 +1,73 @@
+//! Goes through a connected set's steps once more: what their equations are where they are solved.
+
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+use rod::{Model, State};
+
+use super::{DerivativeError, Substep};
+use crate::component::{Component, Members};
+use crate::integrator::Integrator;
+use crate::kernel::dual::Dual;
+use crate::tangent::Equations;
+use crate::tangent::jacobian::{Factor, Jacobian};
+use crate::topology::Topology;
+
+/// A connected set beside itself, and the Jacobian of its last step.
+pub(super) struct Replay {
+    pub(super) component: Component<f64>,
+    /// For how the equations change where all bodies are turned alike.
+    turned: Component<Dual<3>>,
+    columns: (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>),
+    equations: Equations,
+    pub(super) topology: Arc<Topology>,
+    pub(super) factor: Factor,
+}
+
+/// Components of the same set, at its start.
+pub(super) fn component<T: crate::kernel::lane::Real>(
+    model: &Model,
+    state: &State,
+    integrator: Integrator,
+    (members, topology): (&Members, &Arc<Topology>),
+) -> Component<T> {
+    let mut component = Component::new(model, state, topology.clone(), &[members]);
+    component.integrate_by(integrator);
+    component
+}
+
+impl Replay {
+    /// At the start of a run.
+    ///
+    /// # Errors
+    /// If there are too many loops.
+    pub(super) fn new(
+        model: &Model,
+        state: &State,
+        integrator: Integrator,
+        set: (&Members, &Arc<Topology>),
+    ) -> Result<Self, DerivativeError> {
+        Ok(Self {
+            component: component(model, state, integrator, set),
+            turned: component(model, state, integrator, set),
+            columns: (Vec::new(), Vec::new()),
+            equations: Equations::default(),
+            factor: Factor::new(set.1).ok_or(DerivativeError::Unknown("rods that form so many loops"))?,
+            topology: set.1.clone(),
+        })
+    }
+
+    /// Begins a step and puts its solution in its place: returns the Jacobian there, which the factor is of; `None` where it is
+    /// singular.
+    pub(super) fn linearise(&mut self, substep: &Substep) -> Option<Jacobian> {
+        let Self { component, turned, columns: (bodies, joints), equations, topology, factor } = self;
+        component.set_forces(substep.interval.time + substep.interval.dt);
+        component.predict_step(substep.interval);
+        component.place(&substep.poses, &substep.lambda);
+        component.evaluate_step();
+        component.gather(equations, 1.0);
+        turned.turn_all(component, bodies, joints);
+        let jacobian = Jacobian::new(topology, equations, (bodies, joints));
+        factor.factor(&jacobian).then_some(jacobian)
+    }
+}

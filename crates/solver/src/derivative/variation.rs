@@ -1,0 +1,229 @@
+//! A change of all that a run depends on; and, as a gradient, the derivative with respect to it.
+
+use nalgebra::Vector3;
+use rod::{Body, InnerDamping, Model};
+
+use super::DerivativeError;
+
+/// A small change of all that a run depends on, or the derivative of a number with respect to each entry: see
+/// [`Variation::dot`]. Lists have an entry for each joint, segment or load of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variation {
+    /// Of joints.
+    pub joints: Vec<JointVariation>,
+    /// Of segments.
+    pub segments: Vec<SegmentVariation>,
+    /// Of loads at all times: force [N] and torque [N m].
+    pub loads: Vec<[Vector3<f64>; 2]>,
+    /// Of gravity at all times [m/s^2].
+    pub gravity: Vector3<f64>,
+    /// Of the rates of [`rod::Damping`], linear and angular [1/s].
+    pub damping: [f64; 2],
+    /// Of the air.
+    pub air: AirVariation,
+    /// Of the first state. Fixed segments that nothing moves stay where they are put.
+    pub start: StateVariation,
+    /// Of bodies that are held, at the ends of all steps, beyond that of the first state. What is not listed does not change.
+    pub held: Vec<HeldVariation>,
+}
+
+/// A change of a [`rod::Joint`], number by number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointVariation {
+    /// Of [`rod::Joint::rest_darboux`].
+    pub rest_darboux: Vector3<f64>,
+    /// Of [`rod::Joint::stretch_compliance`].
+    pub stretch_compliance: f64,
+    /// Of [`rod::Joint::shear_compliance`].
+    pub shear_compliance: f64,
+    /// Of [`rod::Joint::shear_extra`].
+    pub shear_extra: f64,
+    /// Of [`rod::Joint::bend_compliance`].
+    pub bend_compliance: f64,
+    /// Of [`rod::Joint::bend_extra`].
+    pub bend_extra: f64,
+    /// Of [`rod::Joint::twist_compliance`].
+    pub twist_compliance: f64,
+    /// Of [`rod::Joint::inner_damping`].
+    pub inner_damping: InnerDamping,
+}
+
+impl Default for JointVariation {
+    fn default() -> Self {
+        Self {
+            rest_darboux: Vector3::zeros(),
+            stretch_compliance: 0.0,
+            shear_compliance: 0.0,
+            shear_extra: 0.0,
+            bend_compliance: 0.0,
+            bend_extra: 0.0,
+            twist_compliance: 0.0,
+            inner_damping: InnerDamping::NONE,
+        }
+    }
+}
+
+impl JointVariation {
+    /// All its numbers, those of [`JointVariation::of_numbers`].
+    pub(crate) fn numbers(&self) -> [f64; 12] {
+        let InnerDamping { bending, twist, stretch } = self.inner_damping;
+        [
+            self.rest_darboux.x,
+            self.rest_darboux.y,
+            self.rest_darboux.z,
+            self.stretch_compliance,
+            self.shear_compliance,
+            self.shear_extra,
+            self.bend_compliance,
+            self.bend_extra,
+            self.twist_compliance,
+            bending,
+            twist,
+            stretch,
+        ]
+    }
+
+    /// From all its numbers.
+    pub(crate) fn of_numbers(x: &[f64; 12]) -> Self {
+        Self {
+            rest_darboux: Vector3::new(x[0], x[1], x[2]),
+            stretch_compliance: x[3],
+            shear_compliance: x[4],
+            shear_extra: x[5],
+            bend_compliance: x[6],
+            bend_extra: x[7],
+            twist_compliance: x[8],
+            inner_damping: InnerDamping { bending: x[9], twist: x[10], stretch: x[11] },
+        }
+    }
+}
+
+/// A change of a segment's inertia.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SegmentVariation {
+    /// Of its mass [kg].
+    pub mass: f64,
+    /// Of its moments of inertia about its axes d1, d2 and d3 [kg m^2]; of a segment of a rod, whose first two are the same, the
+    /// change of that is the mean of their changes.
+    pub inertia: Vector3<f64>,
+}
+
+/// A change of the [`rod::Air`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AirVariation {
+    /// Of its density [kg/m^3].
+    pub density: f64,
+    /// Of the drag coefficient across the axes.
+    pub normal_drag: f64,
+    /// Of that along the axes.
+    pub tangential_drag: f64,
+    /// Of its velocity, everywhere and at all times [m/s].
+    pub wind: Vector3<f64>,
+}
+
+/// A change of a state, one entry a segment; or the derivative of a number with respect to it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StateVariation {
+    /// Of positions [m].
+    pub positions: Vec<Vector3<f64>>,
+    /// Of orientations: rotation vectors in world axes [rad], `q' = exp(turn) q`.
+    pub turns: Vec<Vector3<f64>>,
+    /// Of velocities [m/s].
+    pub velocities: Vec<Vector3<f64>>,
+    /// Of angular velocities [rad/s].
+    pub angular_velocities: Vec<Vector3<f64>>,
+}
+
+impl StateVariation {
+    /// None, of so many segments.
+    pub fn zero(segments: usize) -> Self {
+        let zero = || vec![Vector3::zeros(); segments];
+        Self { positions: zero(), turns: zero(), velocities: zero(), angular_velocities: zero() }
+    }
+
+    fn lists(&self) -> [(&'static str, &Vec<Vector3<f64>>); 4] {
+        [
+            ("positions", &self.positions),
+            ("turns", &self.turns),
+            ("velocities", &self.velocities),
+            ("angular velocities", &self.angular_velocities),
+        ]
+    }
+
+    /// Sum of the products of all entries.
+    pub fn dot(&self, other: &Self) -> f64 {
+        self.lists().iter().zip(other.lists()).map(|((_, a), (_, b))| sum(a, b)).sum()
+    }
+
+    pub(super) fn check(&self, expected: usize) -> Result<(), DerivativeError> {
+        self.lists().iter().try_for_each(|(what, list)| check(what, list.len(), expected))
+    }
+}
+
+/// A change of where a held body is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldVariation {
+    /// A fixed segment or an anchor.
+    pub body: Body,
+    /// At the end of each step, from the first: shift [m] and turn in world axes [rad]. Between two steps it is in proportion,
+    /// at the start zero, and it stays as it is after the last.
+    pub poses: Vec<[Vector3<f64>; 2]>,
+}
+
+fn sum(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+}
+
+fn check(what: &'static str, found: usize, expected: usize) -> Result<(), DerivativeError> {
+    if found == expected { Ok(()) } else { Err(DerivativeError::Size { what, found, expected }) }
+}
+
+impl Variation {
+    /// None.
+    pub fn zero(model: &Model) -> Self {
+        Self {
+            joints: vec![JointVariation::default(); model.joints.len()],
+            segments: vec![SegmentVariation::default(); model.segments.len()],
+            loads: vec![[Vector3::zeros(); 2]; model.loads.len()],
+            gravity: Vector3::zeros(),
+            damping: [0.0; 2],
+            air: AirVariation::default(),
+            start: StateVariation::zero(model.segments.len()),
+            held: Vec::new(),
+        }
+    }
+
+    /// Sum of the products of all entries: of a gradient with a variation, by how much the number changes. Held bodies count
+    /// where both list them.
+    pub fn dot(&self, other: &Self) -> f64 {
+        let joint = |(a, b): (&JointVariation, &JointVariation)| -> f64 {
+            a.numbers().iter().zip(b.numbers()).map(|(a, b)| a * b).sum()
+        };
+        let segment = |(a, b): (&SegmentVariation, &SegmentVariation)| a.mass * b.mass + a.inertia.dot(&b.inertia);
+        let pair = |(a, b): (&[Vector3<f64>; 2], &[Vector3<f64>; 2])| sum(a, b);
+        let held = |own: &HeldVariation| -> f64 {
+            let same = other.held.iter().filter(|held| held.body == own.body);
+            same.flat_map(|held| own.poses.iter().zip(&held.poses).map(pair)).sum()
+        };
+        let [linear, angular] = self.damping;
+        self.joints.iter().zip(&other.joints).map(joint).sum::<f64>()
+            + self.segments.iter().zip(&other.segments).map(segment).sum::<f64>()
+            + self.loads.iter().zip(&other.loads).map(pair).sum::<f64>()
+            + self.gravity.dot(&other.gravity)
+            + linear * other.damping[0]
+            + angular * other.damping[1]
+            + self.air.density * other.air.density
+            + self.air.normal_drag * other.air.normal_drag
+            + self.air.tangential_drag * other.air.tangential_drag
+            + self.air.wind.dot(&other.air.wind)
+            + self.start.dot(&other.start)
+            + self.held.iter().map(held).sum::<f64>()
+    }
+
+    pub(super) fn check(&self, model: &Model) -> Result<(), DerivativeError> {
+        check("joints", self.joints.len(), model.joints.len())?;
+        check("segments", self.segments.len(), model.segments.len())?;
+        check("loads", self.loads.len(), model.loads.len())?;
+        self.start.check(model.segments.len())
+    }
+}
