@@ -207,6 +207,7 @@ impl RunArgs {
             snapshot,
             formats: &self.export,
             probes: &scene.probes,
+            table: None,
             rods,
         })
     }
@@ -282,11 +283,16 @@ pub(crate) struct StaticArgs {
     /// in many more solves).
     #[arg(long, default_value_t = StaticMethod::default())]
     pub(crate) method: StaticMethod,
+    /// Follow the equilibrium along what the scene drives, its changing loads and changing gravity, over the time of its run:
+    /// where it becomes unstable, and where it folds back, so that a rod driven further would snap. For chains, trees and rings
+    /// that are joined to one another, without air and torques as loads.
+    #[arg(long)]
+    pub(crate) along: bool,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value = "1e-9", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
-    /// this folder. What an earlier run wrote there is removed, other files stay.
+    /// this folder; with --along all equilibria of the way, path.csv, and probes.csv if the scene has probes. What an earlier run wrote there is removed, other files stay.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

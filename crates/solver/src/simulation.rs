@@ -61,6 +61,9 @@ pub enum SimulationError {
     /// Rods that form more loops than one where only one is known.
     #[error("{0} needs rods that form chains, trees and single rings, and these form more loops")]
     Loops(&'static str),
+    /// A path of equilibria that is not known.
+    #[error("a path of equilibria needs {0}")]
+    Path(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),

@@ -7,6 +7,7 @@
 mod flow;
 mod newton;
 mod params;
+pub mod path;
 
 use rod::{Model, State};
 

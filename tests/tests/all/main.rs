@@ -15,6 +15,7 @@ mod inner_damping;
 mod invariance;
 mod modes;
 mod needs;
+mod paths;
 mod rest_rotation;
 mod sections;
 mod stability;
