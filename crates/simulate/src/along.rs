@@ -1,6 +1,5 @@
 //! `simulate static SCENE --along`: the equilibria along what a scene drives and loads.
 
-use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
@@ -46,8 +45,8 @@ struct Line {
 /// What changes over time of a scene, as columns and their values at a time [s].
 fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
     let mut out = Vec::new();
-    let mut vector = |name: String, unit: &str, value: Vector3<f64>| {
-        out.extend(["x", "y", "z"].iter().zip(&value).map(|(axis, &x)| (format!("{name}_{axis}_{unit}"), x)));
+    let mut vector = |name: String, unit: &str, value: [f64; 3]| {
+        out.extend(["x", "y", "z"].iter().zip(value).map(|(axis, x)| (format!("{name}_{axis}_{unit}"), x)));
     };
     for change in &model.changes {
         let (name, unit) = match change.of {
@@ -55,15 +54,14 @@ fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
             Changing::Force(i) => (format!("load_{i}_force"), "n"),
             Changing::Torque(i) => (format!("load_{i}_torque"), "n_m"),
         };
-        vector(name, unit, change.track.at(time));
+        vector(name, unit, change.track.at(time).into());
     }
     for (i, driven) in model.motions.iter().enumerate() {
         let shift = driven.at(time).pose.position - driven.at(0.0).pose.position;
-        vector(format!("motion_{i}_shift"), "m", shift);
+        vector(format!("motion_{i}_shift"), "m", shift.into());
     }
-    let turned = |(i, driven): (usize, &rod::Driven)| {
-        (format!("motion_{i}_turn_rad"), driven.carried.motion.turned(0.0, time))
-    };
+    let turned =
+        |(i, driven): (usize, &rod::Driven)| (format!("motion_{i}_turn_rad"), driven.carried.motion.turned(0.0, time));
     out.extend(model.motions.iter().enumerate().map(turned));
     out
 }
@@ -71,7 +69,8 @@ fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
 /// Follows the scene's equilibria, writes what was asked for, and prints a report.
 pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
     let scene = begun(&args.rest)?;
-    let wanted = args.out.as_deref().map(|out| Wanted { probes: &scene.probes, table: Some(PATH), ..Wanted::plain(out) });
+    let wanted =
+        args.out.as_deref().map(|out| Wanted { probes: &scene.probes, table: Some(PATH), ..Wanted::plain(out) });
     let joints = wanted.as_ref().filter(|wanted| wanted.keeps_forces()).map_or(0, |_| scene.model.joints.len());
     let open = |wanted| Files::open(wanted, &scene, scene.run.dt, joints, 0.0);
     let mut files = wanted.map(open).transpose().context("--out")?;
@@ -158,7 +157,9 @@ fn print(report: &Report) -> Result<()> {
         "until" => say!("followed to the end, {end} s"),
         "start" => say!("the way led back to the start, {end} s"),
         "points" => say!("NOT followed to the end: given up at {end} s after so many equilibria"),
-        "lost" => say!("NOT followed to the end: no equilibrium close by at {end} s; something jumps there, or is led too far"),
+        "lost" => say!(
+            "NOT followed to the end: no equilibrium close by at {end} s; something jumps there, or is led too far"
+        ),
         _ => say!("NO equilibrium found to begin with"),
     }?;
     Ok(())

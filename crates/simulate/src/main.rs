@@ -2,6 +2,7 @@
 
 mod along;
 mod apart;
+mod branches;
 mod choice;
 mod cli;
 mod coarse;

@@ -12,7 +12,7 @@ use crate::Outcome;
 use crate::cli::{RestArgs, StaticArgs};
 use crate::files::{Files, Wanted, Written};
 use crate::numbers::{energy_scale, number, share, unless_noise};
-use crate::{along, scenes};
+use crate::{along, branches, scenes};
 use terminal::say;
 
 #[derive(Serialize)]
@@ -76,7 +76,11 @@ pub(crate) fn params(args: &StaticArgs) -> StaticParams {
 
 /// Finds the equilibrium, or several, as the arguments ask.
 pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
-    if args.along { along::follow(args) } else { relax(args) }
+    match (args.along, args.branches) {
+        (true, _) => along::follow(args),
+        (_, true) => branches::find(args),
+        _ => relax(args),
+    }
 }
 
 /// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.

@@ -64,6 +64,9 @@ pub enum SimulationError {
     /// A path of equilibria that is not known.
     #[error("a path of equilibria needs {0}")]
     Path(&'static str),
+    /// Several equilibria of what is not known.
+    #[error("the search for several equilibria needs {0}")]
+    Branches(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),

@@ -3,6 +3,7 @@
 mod auto;
 mod bdf2;
 mod bodies;
+mod branches;
 mod cables;
 mod capstan;
 mod contact;

@@ -5,7 +5,7 @@
 //! would make them ([`Shift`]): steps go down in energy, and turns are limited. A small step along which
 //! the energy curves down goes on that far, and so an unstable equilibrium is left at once.
 
-pub(super) mod shift;
+mod shift;
 mod wind;
 
 use nalgebra::Matrix3;

@@ -12,7 +12,7 @@ use rod::{JointForce, Model, State};
 
 use crate::component::{Component, Members, split};
 use crate::simulation::{SimulationError, without_contacts};
-use crate::statics::{StaticParams, StaticParamsError, StaticReport, equilibrium};
+use crate::statics::{StaticParams, StaticParamsError, StaticReport, equilibrium, is_windy};
 use crate::tangent::elimination::Elimination;
 
 use course::Course;
@@ -127,7 +127,7 @@ pub struct PathReport {
 ///
 /// # Errors
 /// If the model, the state or a parameter is not valid, and [`SimulationError::Path`] if nothing changes over time, if sets of
-/// rods change that are not joined, or if the model has what a path does not know: contacts, air, torques as loads, grips with
+/// rods change that are not joined, or if the model has what a path does not know: contacts, wind, torques as loads, grips with
 /// times, several loops.
 pub fn path(
     model: &Model,
@@ -138,8 +138,8 @@ pub fn path(
     model.validate(state)?;
     params.validate()?;
     without_contacts(model, "a path of equilibria")?;
-    if model.air.is_some() {
-        return Err(SimulationError::Path("a scene without air, whose drag has no energy"));
+    if is_windy(model) {
+        return Err(SimulationError::Path("a scene without wind, whose drag has no energy"));
     }
     if model.motions.iter().any(rod::Driven::is_timed) {
         return Err(SimulationError::Path("grips that hold all the time, but some take hold or let go on the way"));
@@ -196,12 +196,12 @@ struct Teller<'a> {
 
 impl Teller<'_> {
     fn tell(&mut self, tracer: &mut Tracer, found: &Found, report: &mut PathReport) {
-        tracer.show(found);
-        tracer.component.store_state(self.state, &self.members, 0);
+        tracer.balance.stand(&found.place, found.place.time);
+        tracer.balance.component.store_state(self.state, &self.members, 0);
         self.state.velocities.fill(nalgebra::Vector3::zeros());
         self.state.angular_velocities.fill(nalgebra::Vector3::zeros());
         let mut forces = vec![JointForce::default(); self.model.joints.len()];
-        tracer.component.store_joint_forces(&mut forces, &self.members, 0);
+        tracer.balance.component.store_joint_forces(&mut forces, &self.members, 0);
         let point = PathPoint { time: found.place.time, length: self.length, unstable: found.unstable };
         (self.each)(&point, self.state, &forces);
         report.points += 1;
@@ -220,16 +220,10 @@ const GOOD: f64 = 6.0;
 const PLACE: f64 = 1e-5;
 
 /// Follows the path from the equilibrium at time 0 at which the tracer stands.
-fn follow(
-    tracer: &mut Tracer,
-    course: &Course,
-    params: &PathParams,
-    teller: &mut Teller<'_>,
-    report: &mut PathReport,
-) {
+fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mut Teller<'_>, report: &mut PathReport) {
     let mut stretch = 0;
     // The first time brings the forces.
-    let Some(first) = tracer.hold(tracer.place(0.0), course.stretch(0), 1.0) else { return };
+    let Some(first) = tracer.hold(tracer.balance.place(0.0), course.stretch(0), 1.0) else { return };
     let Some(mut here) = tracer.hold(first.place, course.stretch(0), 1.0) else { return };
     teller.tell(tracer, &here, report);
     report.end = PathEnd::Points;
@@ -244,7 +238,7 @@ fn follow(
             step *= 0.5;
             continue;
         };
-        if tracer.cosine(&here.direction, &next.direction) < STRAIGHT && step > SHORT * params.longest_step {
+        if tracer.balance.dot(&here.direction, &next.direction) < STRAIGHT && step > SHORT * params.longest_step {
             step *= 0.5;
             continue;
         }
@@ -268,7 +262,7 @@ fn follow(
         let good = step * (GOOD / next.iterations as f64).clamp(0.5, 2.0);
         if next.unstable != here.unstable {
             let [before, after] = locate(tracer, &here, &next, share * step, [begin, end], PLACE * params.longest_step);
-            teller.length += tracer.distance(&here.place, &after.place);
+            teller.length += tracer.balance.distance(&here.place, &after.place);
             let turns = before.direction.time * after.direction.time < 0.0;
             report.events.push(PathEvent {
                 kind: if turns { PathEventKind::Fold } else { PathEventKind::Bifurcation },
@@ -277,14 +271,14 @@ fn follow(
                 unstable: [before.unstable, after.unstable],
             });
             let goes_on = after.unstable != next.unstable;
-            let far = tracer.distance(&after.place, &next.place) > 0.0;
+            let far = tracer.balance.distance(&after.place, &next.place) > 0.0;
             here = after;
             teller.tell(tracer, &here, report);
             if goes_on || !far {
                 continue;
             }
         }
-        teller.length += tracer.distance(&here.place, &next.place);
+        teller.length += tracer.balance.distance(&here.place, &next.place);
         step = good.min(params.longest_step);
         here = next;
         teller.tell(tracer, &here, report);
@@ -305,14 +299,7 @@ fn follow(
 }
 
 /// The two equilibria between which the first change of signs lies on a step from `here` to `next`.
-fn locate(
-    tracer: &mut Tracer,
-    here: &Found,
-    next: &Found,
-    step: f64,
-    stretch: [f64; 2],
-    accuracy: f64,
-) -> [Found; 2] {
+fn locate(tracer: &mut Tracer, here: &Found, next: &Found, step: f64, stretch: [f64; 2], accuracy: f64) -> [Found; 2] {
     let (mut before, mut after) = (here.clone(), next.clone());
     let (mut low, mut high) = (0.0, step);
     while high - low > accuracy {

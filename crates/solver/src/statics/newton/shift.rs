@@ -2,11 +2,9 @@
 
 use super::{Descent, Wind};
 use crate::component::Component;
-use crate::kernel::Spatial;
-use crate::tangent::Equations;
 
 /// Less than this, over the scale of forces, is none.
-pub(in crate::statics) const LEAST: f64 = 1e-7;
+const LEAST: f64 = 1e-7;
 /// The largest that the least becomes.
 const MOST_LEAST: f64 = 1e-6;
 /// The first that is tried where it does not go without. A tension as large as the largest force would outdo any push.
@@ -32,27 +30,21 @@ pub(super) struct Shift {
     rejected: usize,
 }
 
-/// The scale of forces [N]: ten times the force of bending, B / L^2 of the softest joint over the `total` length [m], and the
-/// sum of the weights.
-pub(in crate::statics) fn scale(equations: &Equations, total: f64, weights: &[Spatial<f64>]) -> f64 {
-    let bending = equations.joints.iter().map(|joint| {
-        let compliance = joint.compliance[1].trace() / 3.0;
-        1.0 / (compliance * joint.length * total * total)
-    });
-    let softest = bending.fold(f64::INFINITY, f64::min);
-    let bending = if softest.is_finite() { 10.0 * softest } else { 0.0 };
-    let weight: f64 = weights.iter().map(|force| force.linear.norm_squared().sqrt()).sum();
-    (bending + weight).max(f64::MIN_POSITIVE)
-}
-
 impl Shift {
     pub(super) fn new(component: &mut Component<f64>, descent: &mut Descent, wind: &Wind, is_held: bool) -> Self {
         let total: f64 = descent.lengths.iter().sum();
         component.evaluate_equilibrium(&wind.forces);
         component.gather(&mut descent.equations, 1.0);
+        let bending = descent.equations.joints.iter().map(|joint| {
+            let compliance = joint.compliance[1].trace() / 3.0;
+            1.0 / (compliance * joint.length * total * total)
+        });
         let least = if is_held { 0.0 } else { LEAST };
-        let scale = scale(&descent.equations, total, &wind.forces);
-        Self { scale, total, least, last: least, tried: least, down: GROWTH, rejected: 0 }
+        let softest = bending.fold(f64::INFINITY, f64::min);
+        let bending = if softest.is_finite() { 10.0 * softest } else { 0.0 };
+        let weight: f64 = wind.forces.iter().map(|force| force.linear.norm_squared().sqrt()).sum();
+        let scale = bending + weight;
+        Self { scale: scale.max(f64::MIN_POSITIVE), total, least, last: least, tried: least, down: GROWTH, rejected: 0 }
     }
 
     /// The one to try first.
