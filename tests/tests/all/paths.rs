@@ -73,7 +73,8 @@ fn greenhills_column_buckles_where_he_says() {
 }
 
 /// Michell (1889): a straight rod bent to a circle, whose ends are turned against each other, leaves its plane at the twist
-/// `2 pi sqrt(3) B / C`. The grip at its ends takes nothing but its motions as a whole.
+/// `2 pi sqrt(3) B / C`. The grip at its ends is not quite as stiff as a joint: a small imperfection, with which the path turns back
+/// there, as that of the bent ring does.
 #[test]
 fn michells_ring_leaves_its_plane_where_he_says() {
     let errors = [100, 200].map(|segments| {
@@ -88,32 +89,39 @@ fn michells_ring_leaves_its_plane_where_he_says() {
         let rod =
             assembly.rod(&RodSpec { rest: RestShape::Straight, ..RodSpec::new(nodes, beam.radius, beam.material) });
         assembly.clamp_start(&rod).clamp_end(&rod);
-        let (mut model, state) = assembly.finish();
+        let (mut model, mut state) = assembly.finish();
         let tangent = model.anchors[1].orientation * Vector3::z();
         moved(&mut model, 1, &[(0.0, Vector3::zeros(), Vector3::zeros()), (1.0, Vector3::zeros(), tangent * 18.0)]);
-        let (report, _, states) = followed(&model, &state, 1.0);
-        assert_eq!(report.end, PathEnd::Until);
-        let [event] = report.events[..] else { panic!("{:?}", report.events) };
-        assert_eq!((event.kind, event.unstable[0]), (PathEventKind::Bifurcation, 0));
-        let state = &states[event.point];
-        let aside = state.positions.iter().map(|x| x.z.abs()).fold(0.0, f64::max);
-        assert!(aside < 1e-3, "{aside}");
+        let mut aside = Vec::new();
+        let mut each = |_: &PathPoint, state: &State, _: &[rod::JointForce]| {
+            aside.push(state.positions.iter().map(|x| x.z.abs()).fold(0.0, f64::max));
+        };
+        let params = PathParams { most_points: 450, ..PathParams::until(1.0) };
+        let report = path(&model, &mut state, &params, &mut each).unwrap();
+        let event = report.events[0];
+        println!("{} solves, {event:?}, aside {:e}", report.solves, aside[event.point]);
+        assert_eq!(event.unstable[0], 0);
+        assert!(aside[event.point - 20] < 1e-3 && *aside.last().unwrap() > 1e-2);
         event.time * 18.0 / theory - 1.0
     });
     println!("{errors:?}");
-    assert!(errors[1].abs() < 1e-3 && errors[1].abs() < 0.3 * errors[0].abs());
+    assert!(errors[1].abs() < 1e-3 && errors[1].abs() < errors[0].abs());
 }
 
-/// Share of its length by which the strip below is pushed together.
-const PUSHED: f64 = 1e-3;
+/// Share of its length by which the strip below is pushed together: between the first and the second load of buckling.
+const PUSHED: f64 = 1.6e-3;
 
-/// A flat strip, pushed together and bent to -y. Its start turns to that side, to `-most` [rad] at time 1, then to the other one.
+/// Thickness of the strip [m], of length 1.
+const THICKNESS: f64 = 0.0175;
+
+/// A strip that gives way along its axis, pushed together and bent to -y. Its start turns to that side, to `-most` [rad] at time 1,
+/// then to the other one.
 fn strip(segments: usize, most: f64) -> (Model, State) {
     let beam = Beam::rubber(segments);
     let mut assembly = Assembly::new(Vector3::zeros());
-    let sections = vec![Section::Rectangle { width: 0.05, height: 0.002 }];
+    let sections = vec![Section::Rectangle { width: 0.1, height: THICKNESS }];
     let spec = beam.spec(Vector3::zeros(), Vector3::x());
-    let rod = assembly.rod(&RodSpec { sections, d1: Some(Vector3::z()), ..spec });
+    let rod = assembly.rod(&RodSpec { sections, d1: Some(Vector3::z()), stretch: Stretch::Physical, ..spec });
     assembly.clamp_start(&rod).clamp_end(&rod);
     let (mut model, mut state) = assembly.finish();
     model.anchors[1].position.x -= PUSHED;
@@ -126,10 +134,10 @@ fn strip(segments: usize, most: f64) -> (Model, State) {
     (model, state)
 }
 
-/// Angle over the root of the share by which a shallow strip is pushed together at the fold: of all
-/// `w'''' + k^2 w'' = 0`, `w(0) = w(1) = w'(1) = 0`, `w'(0) = angle` with `int w'^2 = 2` the largest angle (Gomez, Moulton and
-/// Vella 2017: 1.7818).
+/// Angle of the fold [rad]: the largest of all shallow shapes `w'''' + k^2 w'' = 0`, `w(0) = w(1) = w'(1) = 0`, `w'(0) = angle`
+/// whose push is `k^2 I / A + int w'^2 / 2`, with k between the load of the strip's arch, 2 pi, and that of the straight strip.
 fn fold_of_shallow_strip() -> f64 {
+    let radius_squared = THICKNESS * THICKNESS / 12.0;
     let angle = |k: f64| {
         // w = a + b x + c sin(k x) + d cos(k x), with w'(0) = 1.
         let (sin, cos) = k.sin_cos();
@@ -152,22 +160,22 @@ fn fold_of_shallow_strip() -> f64 {
             -k * sin,
         );
         let [_, b, c, d]: [f64; 4] = matrix.lu().solve(&nalgebra::Vector4::new(0.0, 0.0, 1.0, 0.0)).unwrap().into();
-        let steps = 2000;
+        let steps = 1000;
         let slope = |x: f64| b + c * k * (k * x).cos() - d * k * (k * x).sin();
         let squared: f64 =
-            (0..steps).map(|i| slope((i as f64 + 0.5) / steps as f64).powi(2)).sum::<f64>() / steps as f64;
-        (2.0 / squared).sqrt()
+            (0..steps).map(|i| slope((f64::from(i) + 0.5) / f64::from(steps)).powi(2)).sum::<f64>() / f64::from(steps);
+        (2.0 * (PUSHED - k * k * radius_squared) / squared).sqrt()
     };
-    // Between the two loads k = 2 pi and 2 * 4.4934 of buckling.
-    (1..2000).map(|i| angle(TAU + (8.9868 - TAU) * i as f64 / 2000.0)).fold(0.0, f64::max)
+    let last = (PUSHED / radius_squared).sqrt();
+    assert!(last > TAU && last < 8.98, "{last}");
+    (1..2000).map(|i| angle(TAU + (last - TAU) * f64::from(i) / 2000.0)).fold(0.0, f64::max)
 }
 
-/// A strip between two clamps, one of which turns, snaps through: its path has two folds, mirror images of each other.
+/// A strip between two clamps, one of which turns, snaps through: its path has two folds, mirror images of each other, and a
+/// part between them that is unstable.
 #[test]
 fn a_strip_snaps_through_at_two_folds() {
-    let theory = fold_of_shallow_strip();
-    assert!((theory - 1.7818).abs() < 1e-4, "{theory}");
-    let most = 0.1;
+    let (theory, most) = (fold_of_shallow_strip(), 0.08);
     let errors = [25, 50, 100].map(|segments| {
         let (model, state) = strip(segments, most);
         let (report, points, _) = followed(&model, &state, 3.0);
@@ -178,16 +186,19 @@ fn a_strip_snaps_through_at_two_folds() {
         let angle = |time: f64| (time - 2.0) * most;
         assert!((angle(first.time) + angle(second.time)).abs() < 1e-5 * angle(first.time), "{report:?}");
         assert_eq!(points.last().map(|point| point.time), Some(3.0));
-        angle(first.time) / PUSHED.sqrt() / theory - 1.0
+        angle(first.time) / theory - 1.0
     });
-    println!("against the theory of shallow strips: {errors:?}");
-    assert!(errors[2].abs() < 2e-3 && errors[2].abs() < 0.3 * errors[0].abs(), "{errors:?}");
+    println!("against the theory of shallow strips, {theory} rad: {errors:?}");
+    // Shapes that are not quite shallow differ by terms of the order of the push.
+    assert!(errors[2].abs() < 4e-3 && errors[2].abs() < errors[0].abs(), "{errors:?}");
+    let [coarse, fine] = [errors[0] - errors[1], errors[1] - errors[2]];
+    assert!((coarse / fine / 4.0 - 1.0).abs() < 0.15, "of second order: {errors:?}");
 }
 
 /// Driven up and down in small steps, each from the equilibrium before, the strip jumps where the path has its folds.
 #[test]
 fn steps_of_the_load_jump_at_the_folds() {
-    let most = 0.1;
+    let most = 0.08;
     let (mut model, state) = strip(25, most);
     let (report, _, states) = followed(&model, &state, 3.0);
     let [first, second] = report.events[..] else { panic!("{:?}", report.events) };
