@@ -67,8 +67,10 @@ const SAME_ENERGY: f64 = 1e-8;
 const SEARCHES: usize = 6;
 /// Turn by which an unstable equilibrium is left [rad].
 const ASIDE: f64 = 0.1;
+/// What is unstable in more directions than this is not told: rods that are crushed along their axes.
+const MOST_UNSTABLE: usize = 8;
 /// By how many nudges the tangent must be stiffer, or softer, for a motion without resistance to be seen.
-const NEUTRAL: f64 = 30.0;
+const NEUTRAL: f64 = 4.0;
 
 /// Looks for the equilibria of a model whose rods are one set, from `state` as it is at time 0. Not all of them are found.
 ///
@@ -105,7 +107,7 @@ pub fn branches(model: &Model, state: &State, params: &BranchParams) -> Result<B
     let balance = Balance::new(component, elimination, 1.0);
     let mut search = Search { model, members, topology, balance, state, params: *params, known: Vec::new(), solves: 0 };
     search.run();
-    let mut branches: Vec<Branch> = search.known.into_iter().filter_map(|(_, branch)| branch).collect();
+    let mut branches: Vec<Branch> = search.known.into_iter().filter_map(|known| known.branch).collect();
     branches.sort_by(|a, b| a.energy.total_cmp(&b.energy));
     Ok(Branches { branches, solves: search.solves })
 }
@@ -118,9 +120,16 @@ struct Search<'a> {
     balance: Balance,
     state: State,
     params: BranchParams,
-    /// All places that were found; without a branch those that are one with another by a motion without resistance.
-    known: Vec<(Place, Option<Branch>)>,
+    known: Vec<Known>,
     solves: usize,
+}
+
+/// An equilibrium that was found.
+struct Known {
+    place: Place,
+    unstable: usize,
+    /// `None` where it is not told: one with another by a motion without resistance, or unstable in too many directions.
+    branch: Option<Branch>,
 }
 
 impl Search<'_> {
@@ -143,9 +152,8 @@ impl Search<'_> {
         // Unstable ones are left to both sides, those that come up on the way too.
         let mut next = 0;
         while next < self.known.len() && !self.is_over() {
-            let (place, branch) = &self.known[next];
-            if branch.as_ref().is_some_and(|branch| branch.unstable > 0) {
-                let place = place.clone();
+            if self.known[next].unstable > 0 {
+                let place = self.known[next].place.clone();
                 for side in [ASIDE, -ASIDE] {
                     let start = self.bent(&place, side);
                     self.descend(&start);
@@ -156,7 +164,7 @@ impl Search<'_> {
     }
 
     fn is_over(&self) -> bool {
-        let found = self.known.iter().filter(|(_, branch)| branch.is_some()).count();
+        let found = self.known.iter().filter(|known| known.branch.is_some()).count();
         found >= self.params.most || self.solves >= self.params.rest.max_steps
     }
 
@@ -230,8 +238,8 @@ impl Search<'_> {
 
     /// By how much the logarithm of the deflation grows along a step.
     fn slope(&self, place: &Place, step: &Direction) -> f64 {
-        let of = |(known, _): &(Place, Option<Branch>)| {
-            let way = known.to(place);
+        let of = |known: &Known| {
+            let way = known.place.to(place);
             let squared = self.balance.dot(&way, &way).max(f64::MIN_POSITIVE);
             -2.0 * self.balance.dot(&way, step) / (squared * (1.0 + squared))
         };
@@ -247,7 +255,7 @@ impl Search<'_> {
             [1.0, NEUTRAL, -NEUTRAL].map(|nudge| self.balance.step(&place, nudge).map(|(_, unstable)| unstable));
         self.solves += 4;
         let [Some(unstable), Some(stiffer), Some(softer)] = counts else { return false };
-        if self.known.iter().any(|(known, _)| self.balance.distance(known, &place) < SAME) {
+        if self.known.iter().any(|known| self.balance.distance(&known.place, &place) < SAME) {
             return false;
         }
         let neutral = stiffer != softer;
@@ -262,8 +270,10 @@ impl Search<'_> {
                 && branch.unstable == unstable
                 && (branch.energy - energy).abs() <= SAME_ENERGY * scale
         };
-        let is_told = self.known.iter().filter_map(|(_, branch)| branch.as_ref()).any(is_one);
-        self.known.push((place, (!is_told).then_some(Branch { state, energy, unstable, neutral })));
+        let is_told = self.known.iter().filter_map(|known| known.branch.as_ref()).any(is_one);
+        let tells = !is_told && unstable <= MOST_UNSTABLE;
+        let branch = tells.then_some(Branch { state, energy, unstable, neutral });
+        self.known.push(Known { place, unstable, branch });
         true
     }
 }
