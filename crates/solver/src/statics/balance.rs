@@ -9,7 +9,7 @@ use crate::tangent::Equations;
 use crate::tangent::elimination::Elimination;
 
 /// What is more than rounding errors, as a share of the scale of forces.
-const NUDGE: f64 = 5e-6;
+const NUDGE: f64 = 1e-7;
 
 /// Poses, forces and a time [s].
 #[derive(Clone, Debug)]

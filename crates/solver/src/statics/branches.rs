@@ -70,7 +70,7 @@ const ASIDE: f64 = 0.1;
 /// What is unstable in more directions than this is not told: rods that are crushed along their axes.
 const MOST_UNSTABLE: usize = 8;
 /// By how many nudges the tangent must be stiffer, or softer, for a motion without resistance to be seen.
-const NEUTRAL: f64 = 4.0;
+const NEUTRAL: f64 = 30.0;
 
 /// Looks for the equilibria of a model whose rods are one set, from `state` as it is at time 0. Not all of them are found.
 ///

@@ -11,8 +11,8 @@ use crate::tangent::elimination::Elimination;
 const ITERATIONS: usize = 12;
 /// Largest shift [lengths of the rods] and turn [rad] of an iteration.
 const LARGEST: f64 = 0.5;
-/// Where corrections this small do not shrink, they are rounding errors.
-const ROUNDING: f64 = 1e-6;
+/// Where corrections this small do not shrink, they are rounding errors, or a drift that next to nothing resists.
+const DRIFT: f64 = 1e-3;
 /// Half the time over which rates are taken, as a share of the path's.
 const RATE: f64 = 1e-5;
 
@@ -63,8 +63,8 @@ impl Tracer {
                 return None;
             }
             place = place.moved(&change, 1.0);
-            let is_rounding = iterations > 2 && size < ROUNDING && size > 0.5 * before;
-            if size <= self.tolerance || is_rounding {
+            let drifts = iterations > 2 && size < DRIFT && size > 0.5 * before;
+            if size <= self.tolerance || drifts {
                 let length = balance.dot(&rate, &rate).sqrt();
                 let towards = across.map_or(sign, |along| balance.dot(along, &rate));
                 let direction = rate.scaled(towards.signum() / length);
