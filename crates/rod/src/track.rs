@@ -66,6 +66,11 @@ impl Track {
         Self { interpolation: self.interpolation, knots: self.knots.iter().map(turned).collect() }
     }
 
+    /// Times at which it is given [s], ascending.
+    pub fn times(&self) -> impl Iterator<Item = f64> {
+        self.knots.iter().map(|knot| knot.time)
+    }
+
     /// The vector at `time` [s].
     pub fn at(&self, time: f64) -> Vector3<f64> {
         let next = self.knots.partition_point(|knot| knot.time <= time + 1e-14 * time.abs());

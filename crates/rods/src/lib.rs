@@ -30,7 +30,8 @@
 //!    [`scene`] reads them from a scene file or takes a builtin scene. A [`Model`](state::Model) holds what stays the same, a
 //!    [`State`](state::State) what moves. Both are plain data.
 //! 2. **A motion or an equilibrium.** [`Simulation::step`](simulation::Simulation::step) advances by a time step;
-//!    [`statics::equilibrium`] finds an equilibrium instead, [`statics::modes`] how a model vibrates about it.
+//!    [`statics::equilibrium`] finds an equilibrium instead, [`statics::branches`] several, [`statics::path`] those along what
+//!    is driven, [`statics::modes`] how a model vibrates about one.
 //! 3. **What came of it.** [`Simulation::store`](simulation::Simulation::store) copies positions, orientations and
 //!    velocities into a state, [`Simulation::store_joint_forces`](simulation::Simulation::store_joint_forces) what each
 //!    joint transmits. [`measure`](state::measure) has energies, momenta and lengths.
@@ -128,9 +129,11 @@ pub mod simulation {
     pub use solver::step::{Status, StepParams};
 }
 
-/// The equilibrium that a state relaxes to.
+/// The equilibrium that a state relaxes to, several of them, and those along what is driven.
 pub mod statics {
     pub use solver::modes::{Mode, Modes, modes};
+    pub use solver::statics::branches::{Branch, BranchParams, Branches, branches};
+    pub use solver::statics::path::{PathEnd, PathEvent, PathEventKind, PathParams, PathPoint, PathReport, path};
     pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 

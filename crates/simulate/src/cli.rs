@@ -225,6 +225,7 @@ impl RunArgs {
             snapshot,
             formats: &self.export,
             probes: &scene.probes,
+            table: None,
             rods,
         })
     }
@@ -300,11 +301,21 @@ pub(crate) struct StaticArgs {
     /// in many more solves).
     #[arg(long, default_value_t = StaticMethod::default())]
     pub(crate) method: StaticMethod,
+    /// Follow the equilibrium along what the scene drives, its changing loads and changing gravity, over the time of its run:
+    /// where it becomes unstable, and where it folds back, so that a rod driven further would snap. For chains, trees and rings
+    /// that are joined to one another, without wind and torques as loads.
+    #[arg(long, conflicts_with_all = ["branches", "method"])]
+    pub(crate) along: bool,
+    /// Look for several equilibria of what is held: both branches of a twist, mirror images, unstable ones between them; the
+    /// lowest energy first. Not all of them are found. For one set of joined rods, without wind and torques as loads.
+    #[arg(long, conflicts_with_all = ["method", "keep_unstable"])]
+    pub(crate) branches: bool,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value = "1e-9", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
-    /// this folder. What an earlier run wrote there is removed, other files stay.
+    /// this folder; with --along all equilibria of the way, path.csv, and probes.csv if the scene has probes; with
+    /// --branches each equilibrium, at the times 1, 2 and so on. What an earlier run wrote there is removed, other files stay.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -23,6 +23,8 @@ const SNAPSHOTS: &str = "snapshots.svg";
 pub(crate) const OBSTACLES: &str = "obstacles.csv";
 const SUMMARY: &str = "summary.json";
 const PROBES: &str = "probes.csv";
+/// Of equilibria along a course.
+pub(crate) const PATH: &str = "path.csv";
 const CONTACTS: &str = "contacts.csv";
 const CONTACT_COLUMNS: &str = "frame,time_s,segment,other,x_m,y_m,z_m,normal_x,normal_y,normal_z,\
                                force_x_n,force_y_n,force_z_n,slip_x_m,slip_y_m,slip_z_m";
@@ -45,6 +47,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) formats: &'a [Format],
     /// Where quantities are read.
     pub(crate) probes: &'a [Probe],
+    /// A table of a static analysis, which is written at its end.
+    pub(crate) table: Option<&'static str>,
     /// The rods that are drawn and tabulated, by number; `None`: all.
     pub(crate) rods: Option<Vec<usize>>,
 }
@@ -60,6 +64,7 @@ impl Wanted<'_> {
             snapshot: false,
             formats: &[],
             probes: &[],
+            table: None,
             rods: None,
         }
     }
@@ -84,7 +89,7 @@ impl Wanted<'_> {
         let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
         let of_formats = self.formats.iter().flat_map(|format| format.outputs().iter().copied());
-        let tables = [CENTRELINE].into_iter().chain(of_probes).chain(of_contacts).chain(of_formats);
+        let tables = [CENTRELINE].into_iter().chain(self.table).chain(of_probes).chain(of_contacts).chain(of_formats);
         let beside = [SNAPSHOTS].into_iter().chain(of_snapshot).chain(of_plots).chain(of_view).chain(tables);
         [TRAJECTORY].into_iter().chain(beside).chain([SUMMARY]).collect()
     }

@@ -1,6 +1,8 @@
 //! `simulate`: elastic rods on the command line. See `simulate --help`.
 
+mod along;
 mod apart;
+mod branches;
 mod choice;
 mod cli;
 mod coarse;
@@ -90,7 +92,7 @@ fn main() -> ExitCode {
         Some(Command::List) => list::list(),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Export(args)) => exports::export(&args),
-        Some(Command::Static(args)) => statics::relax(&args),
+        Some(Command::Static(args)) => statics::find(&args),
         Some(Command::Modes(args)) => modes::find(&args),
     };
     match result {

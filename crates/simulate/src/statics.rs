@@ -12,7 +12,7 @@ use crate::Outcome;
 use crate::cli::{RestArgs, StaticArgs};
 use crate::files::{Files, Wanted, Written};
 use crate::numbers::{energy_scale, number, share, unless_noise};
-use crate::scenes;
+use crate::{along, branches, scenes};
 use terminal::say;
 
 #[derive(Serialize)]
@@ -64,17 +64,31 @@ pub(crate) fn tell<T: Serialize>(
     Ok(())
 }
 
-/// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
-pub(crate) fn relax(args: &StaticArgs) -> Result<Outcome> {
-    let scene = begun(&args.rest)?;
-    let wanted = args.out.as_deref().map(Wanted::plain);
-    let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;
-    let params = StaticParams {
+/// What the arguments ask of an equilibrium.
+pub(crate) fn params(args: &StaticArgs) -> StaticParams {
+    StaticParams {
         method: args.method,
         leave_unstable: !args.rest.keep_unstable,
         tolerance: args.tolerance,
         ..StaticParams::default()
-    };
+    }
+}
+
+/// Finds the equilibrium, or several, as the arguments ask.
+pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
+    match (args.along, args.branches) {
+        (true, _) => along::follow(args),
+        (_, true) => branches::find(args),
+        _ => relax(args),
+    }
+}
+
+/// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
+fn relax(args: &StaticArgs) -> Result<Outcome> {
+    let scene = begun(&args.rest)?;
+    let wanted = args.out.as_deref().map(Wanted::plain);
+    let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;
+    let params = params(args);
     let mut state = scene.state.clone();
     let begin = Instant::now();
     let found = equilibrium(&scene.model, &mut state, &params).with_context(|| scene.name.clone())?;

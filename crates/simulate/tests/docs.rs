@@ -100,3 +100,36 @@ fn every_file_and_every_column_is_documented() {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
     }
 }
+
+/// The columns of the way's table, those of what changes among them, and what its report has.
+#[test]
+fn the_table_of_a_way_is_documented() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("column.toml");
+    let text = r#"
+gravity_over_time = { times_s = [0, 1], values_m_s2 = [[0, 0, 0], [0, 0, -4]] }
+[run]
+dt_s = 0.01
+steps = 100
+[[rods]]
+radius_m = 0.01
+youngs_modulus_pa = 1e7
+density_kg_m3 = 1000
+clamp = ["start-face"]
+shape.straight = { direction = [0, 0, 1], length_m = 1, segments = 10 }
+"#;
+    fs::write(&scene, text).expect("a scene");
+    let (scene, out) = (scene.to_str().expect("UTF-8"), folder.path().join("out"));
+    let output = run(&["static", scene, "--along", "--json", "--out", out.to_str().expect("UTF-8")]);
+    let (code, report, _) = texts(&output);
+    assert_eq!(code, Some(0));
+    let report: Value = serde_json::from_str(report).expect("JSON");
+    for key in keys(&report).into_iter().chain(keys(&report["events"][0])) {
+        assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
+    }
+    let table = read(&out, "path.csv");
+    let header: Vec<&str> = table.lines().next().expect("a header").split(',').collect();
+    assert_named("`path.csv`", header[..5].iter().copied());
+    assert_eq!(header[5..], ["gravity_x_m_s2", "gravity_y_m_s2", "gravity_z_m_s2"]);
+    assert_eq!(report["points"], table.lines().count() - 1);
+}

@@ -91,6 +91,20 @@ fn flags() {
             "net-on-sphere: static analysis knows no contacts, but the model has some (between segments: yes, obstacles: 1)"
                 .to_owned(),
         ),
+        (
+            "static heavy-cantilever --along",
+            "heavy-cantilever: a path of equilibria needs something that changes over time: a motion, a load or gravity"
+                .to_owned(),
+        ),
+        (
+            "static net-on-sphere --branches",
+            "net-on-sphere: the search for several equilibria knows no contacts, but the model has some (between segments: yes, obstacles: 1)"
+                .to_owned(),
+        ),
+        (
+            "static tree-10 --branches",
+            "tree-10: the search for several equilibria needs a scene without wind, whose drag has no energy".to_owned(),
+        ),
         ("--end-to-end", learned("--end-to-end", "the default")),
         ("--planar --guess zero", learned("--planar", "zero")),
         ("--data x --guess frozen --solver cg", "--data needs the guess knn, but asked for: frozen".to_owned()),

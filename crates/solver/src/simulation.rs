@@ -62,6 +62,12 @@ pub enum SimulationError {
     /// Rods that form more loops than one where only one is known.
     #[error("{0} needs rods that form chains, trees and single rings, and these form more loops")]
     Loops(&'static str),
+    /// A path of equilibria that is not known.
+    #[error("a path of equilibria needs {0}")]
+    Path(&'static str),
+    /// Several equilibria of what is not known.
+    #[error("the search for several equilibria needs {0}")]
+    Branches(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),

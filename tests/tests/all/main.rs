@@ -3,6 +3,7 @@
 mod auto;
 mod bdf2;
 mod bodies;
+mod branches;
 mod cables;
 mod capstan;
 mod contact;
@@ -15,6 +16,7 @@ mod inner_damping;
 mod invariance;
 mod modes;
 mod needs;
+mod paths;
 mod rest_rotation;
 mod sections;
 mod stability;

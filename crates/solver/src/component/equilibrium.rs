@@ -17,11 +17,23 @@ impl Component<f64> {
         self.bodies[segment].length
     }
 
+    /// Whether what is held, a load or gravity changes over time.
+    pub(crate) fn changes(&self) -> bool {
+        self.has_motions() || !self.changing.is_empty()
+    }
+
+    /// Makes what is held, loads and gravity those of `time` [s].
+    pub(crate) fn go_to(&mut self, time: f64) {
+        self.place(time);
+        self.set_forces(time);
+    }
+
     /// Prepares for [`Component::evaluate_equilibrium`]; multipliers begin with zero, poses stay.
     pub(crate) fn begin_equilibrium(&mut self) {
         let poses = self.poses.clone();
         self.predict(0.0, 1.0, Formulation::Xpbd);
         self.poses.copy_from_slice(&poses);
+        self.last_effective = self.effective;
         self.pushed = vec![Spatial::zero(); poses.len()];
     }
 

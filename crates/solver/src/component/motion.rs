@@ -195,6 +195,18 @@ impl<T: Real> Component<T> {
         }
     }
 
+    /// Whether anything moves by itself.
+    pub(super) fn has_motions(&self) -> bool {
+        !self.moved.is_empty()
+    }
+
+    /// Puts what moves by itself to its place at `time` [s].
+    pub(super) fn place(&mut self, time: f64) {
+        for Moved { lane, body, motion } in &self.moved {
+            copy_pose(&mut self.poses[*body], *lane, &motion.at(time).0, 0);
+        }
+    }
+
     /// Gives what moves by itself the velocities with which it goes on from the step under way, in the lanes where
     /// `active` >= 0.
     pub(super) fn follow_velocities(&mut self, active: T) {

@@ -23,7 +23,7 @@ use wind::Wind;
 
 /// Share of the inertia that is left [1/s^2]: what moves by e in 10^4 s counts as at rest. Where nothing is held, whatever moves
 /// a set as a whole meets no other resistance; then it is more than rounding errors.
-const INERTIA: [f64; 2] = [1e-8, 1e-5];
+pub(super) const INERTIA: [f64; 2] = [1e-8, 1e-5];
 /// Largest turn of a segment in one step, and of one segment against its neighbour [rad]: whole turns must not be lost.
 const LARGEST_TURN: f64 = 2.0;
 const LARGEST_BEND: f64 = 1.0;

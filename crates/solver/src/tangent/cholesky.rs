@@ -1,4 +1,4 @@
-//! Factors `L D L^T` of symmetric positive 6 x 6 matrices.
+//! Factors `L D L^T` of symmetric 6 x 6 matrices.
 
 // Rows and columns are numbered as in the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -15,8 +15,8 @@ pub(super) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Factors a matrix; `None` where it is not positive.
-    pub(super) fn new(matrix: &Stiffness<f64>) -> Option<Self> {
+    /// Factors a matrix; `None` where it is not positive, or where it is to be left as it is and has no factor.
+    pub(super) fn new(matrix: &Stiffness<f64>, is_left: bool) -> Option<Self> {
         let mut a = [[0.0; 6]; 6];
         let (translation, turning) = (matrix.translation.full(), matrix.turning.full());
         for r in 0..3 {
@@ -29,7 +29,7 @@ impl Cholesky {
         let (mut lower, mut pivots) = ([[0.0; 6]; 6], [0.0; 6]);
         for k in 0..6 {
             let pivot = a[k][k];
-            if !(pivot > 0.0 && pivot.is_finite()) {
+            if !((pivot > 0.0 || (is_left && pivot < 0.0)) && pivot.is_finite()) {
                 return None;
             }
             pivots[k] = pivot;

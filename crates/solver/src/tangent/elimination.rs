@@ -78,6 +78,17 @@ impl Elimination {
     /// Solves the equations; returns whether it could. It cannot where a joint without compliance holds two bodies to each
     /// other that are both held, and where numbers are not finite.
     pub fn solve(&mut self, equations: &Equations) -> bool {
+        self.solve_with(equations, false).is_some()
+    }
+
+    /// Solves the equations as they are, mending nothing. Returns how many eigenvalues have another sign than at a minimum
+    /// of the energy: the directions in which it curves down. `None` where the matrix has no factor in this order of the
+    /// bodies: it is singular, or next to it.
+    pub fn solve_as_it_is(&mut self, equations: &Equations) -> Option<usize> {
+        self.solve_with(equations, true)
+    }
+
+    fn solve_with(&mut self, equations: &Equations, is_left: bool) -> Option<usize> {
         let Self { topology, memory, corrections, multipliers, mended } = self;
         corrections.fill(Vector6::zeros());
         let solved = vectorized(
@@ -85,15 +96,17 @@ impl Elimination {
             || match memory {
                 Memory::Tree(sweep, halves) => {
                     let problem = Problem { topology, far: None, equations };
-                    halves.solve(sweep, &problem, corrections, multipliers).then_some(sweep.mended)
+                    sweep.is_left = is_left;
+                    halves.solve(sweep, &problem, corrections, multipliers).then_some([sweep.mended, sweep.wrong])
                 }
                 Memory::Ring(sweep, far) => {
                     let problem = Problem { topology, far: Some(*far), equations };
-                    sweep.solve(&problem, corrections, multipliers).then_some(sweep.mended)
+                    sweep.is_left = is_left;
+                    sweep.solve(&problem, corrections, multipliers).then_some([sweep.mended, sweep.wrong])
                 }
             },
         );
-        *mended = solved.unwrap_or(0);
-        solved.is_some()
+        *mended = solved.map_or(0, |[mended, _]| mended);
+        solved.map(|[_, wrong]| wrong)
     }
 }

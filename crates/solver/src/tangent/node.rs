@@ -213,6 +213,16 @@ impl<T: Real, const M: usize> Factor<T, M> {
         self.parts[0].is_positive() & self.parts[1].is_positive()
     }
 
+    /// Whether no pivot vanishes or is not a number, in all lanes.
+    pub(super) fn is_regular(&self) -> bool {
+        self.parts.iter().all(Series::is_regular)
+    }
+
+    /// Negative pivots, in all lanes.
+    pub(super) fn negative(&self) -> usize {
+        self.parts.iter().map(Series::negative).sum()
+    }
+
     /// The outer body's movement (dx, dphi) and what the joint transmits, in world rows, for a movement of the inner body.
     #[inline(always)]
     pub(super) fn solve(&self, terms: &Terms<T>, inner: Spatial<T>, numbers: &[T; M]) -> [Spatial<T>; 2] {

@@ -159,6 +159,21 @@ impl<T: Real, const M: usize> Series<T, M> {
         positive
     }
 
+    /// Reciprocals of the pivots, of all lanes.
+    fn reciprocals(&self) -> impl Iterator<Item = f64> {
+        self.inverse.into_iter().flat_map(|inverse| (0..T::LANES).map(move |lane| inverse.lane(lane)))
+    }
+
+    /// Whether no pivot vanishes or is not a number.
+    pub(super) fn is_regular(&self) -> bool {
+        self.reciprocals().all(f64::is_finite)
+    }
+
+    /// Negative pivots.
+    pub(super) fn negative(&self) -> usize {
+        self.reciprocals().filter(|&inverse| inverse < 0.0).count()
+    }
+
     /// A row's reciprocal of its pivot.
     #[inline(always)]
     pub(super) fn weight(&self, k: usize) -> T {

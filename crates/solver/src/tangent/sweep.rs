@@ -30,6 +30,10 @@ pub(super) struct Sweep<const M: usize> {
     roots: Vec<[[f64; M]; 6]>,
     /// Bodies that had to be made heavier.
     pub(super) mended: usize,
+    /// Whether what is not at a minimum is left as it is.
+    pub(super) is_left: bool,
+    /// Then, the eigenvalues whose sign is not that of a minimum.
+    pub(super) wrong: usize,
 }
 
 impl<const M: usize> Sweep<M> {
@@ -41,6 +45,8 @@ impl<const M: usize> Sweep<M> {
             factors: vec![Factor::zero(); nodes],
             roots: Vec::with_capacity(topology.bodies()),
             mended: 0,
+            is_left: false,
+            wrong: 0,
         }
     }
 
@@ -66,7 +72,7 @@ impl<const M: usize> Sweep<M> {
 
     #[inline(always)]
     pub(super) fn begin(&mut self, problem: &Problem<'_>) {
-        self.mended = 0;
+        (self.mended, self.wrong) = (0, 0);
         self.roots.clear();
         if let Some(far) = problem.far {
             self.left[far] = problem.fresh(far as u32);
@@ -133,13 +139,20 @@ impl<const M: usize> Sweep<M> {
         let mut next = 0.0;
         for trial in 0..TRIALS {
             let (factor, added) = Factor::new(terms, &outer.stiffness, &forces);
-            if factor.is_positive() {
+            let is_positive = factor.is_positive();
+            if is_positive || (self.is_left && factor.is_regular()) {
                 self.mended += usize::from(trial > 0);
+                if !is_positive {
+                    self.wrong += factor.negative();
+                }
                 if M > 1 {
                     self.change_far(problem, &factor, terms, &forces);
                 }
                 self.factors[k] = factor;
                 return Some(added);
+            }
+            if self.is_left {
+                return None;
             }
             if trial == 0 {
                 next = first_shift(problem.equations.bodies[node.outer as usize].mass, length, &outer.stiffness);
@@ -159,9 +172,10 @@ impl<const M: usize> Sweep<M> {
         let mut left = self.left[body as usize];
         let mut next = first_shift(problem.equations.bodies[body as usize].mass, length, &left.stiffness);
         for trial in 0..TRIALS {
-            if let Some(factor) = Cholesky::new(&left.stiffness) {
+            if let Some(factor) = Cholesky::new(&left.stiffness, self.is_left) {
                 self.mended += usize::from(trial > 0);
                 let (rows, pivots) = factor.forward(&left.forces);
+                self.wrong += pivots.iter().filter(|&&pivot| pivot < 0.0).count();
                 if let Some(far) = problem.far.filter(|&far| far != body as usize) {
                     for (row, pivot) in rows.iter().zip(pivots) {
                         take_row_off(&mut self.left[far], row, 1.0 / pivot);
@@ -169,6 +183,9 @@ impl<const M: usize> Sweep<M> {
                 }
                 self.roots.push(factor.backward(rows));
                 return true;
+            }
+            if self.is_left {
+                return false;
             }
             left.stiffness = heavier(&left.stiffness, next, length);
             next *= SHIFT_GROWTH;

@@ -1,0 +1,166 @@
+//! `simulate static SCENE --along`: the equilibria along what a scene drives and loads.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Error, Result};
+use export::TableWriter;
+use rod::{Changing, JointForce, Model, State, measure};
+use scene::Scene;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use solver::statics::path::{PathEnd, PathEvent, PathParams, PathPoint, path};
+
+use crate::Outcome;
+use crate::cli::StaticArgs;
+use crate::files::{Files, PATH, Wanted};
+use crate::numbers::number;
+use crate::statics::{begun, params, tell};
+use terminal::say;
+
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    segments: usize,
+    /// Whether the path was followed to its end.
+    converged: bool,
+    end: &'static str,
+    end_time_s: f64,
+    points: usize,
+    linear_solves: usize,
+    wall_s: f64,
+    events: Vec<Line>,
+}
+
+#[derive(Serialize)]
+struct Line {
+    kind: String,
+    time_s: f64,
+    point: usize,
+    unstable_before: usize,
+    unstable_after: usize,
+    values: Map<String, Value>,
+}
+
+/// What changes over time of a scene, as columns and their values at a time [s].
+fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
+    let mut out = Vec::new();
+    let mut vector = |name: String, unit: &str, value: [f64; 3]| {
+        out.extend(["x", "y", "z"].iter().zip(value).map(|(axis, x)| (format!("{name}_{axis}_{unit}"), x)));
+    };
+    for change in &model.changes {
+        let (name, unit) = match change.of {
+            Changing::Gravity => ("gravity".to_owned(), "m_s2"),
+            Changing::Force(i) => (format!("load_{i}_force"), "n"),
+            Changing::Torque(i) => (format!("load_{i}_torque"), "n_m"),
+        };
+        vector(name, unit, change.track.at(time).into());
+    }
+    for (i, driven) in model.motions.iter().enumerate() {
+        let shift = driven.at(time).pose.position - driven.at(0.0).pose.position;
+        vector(format!("motion_{i}_shift"), "m", shift.into());
+    }
+    let turned =
+        |(i, driven): (usize, &rod::Driven)| (format!("motion_{i}_turn_rad"), driven.carried.motion.turned(0.0, time));
+    out.extend(model.motions.iter().enumerate().map(turned));
+    out
+}
+
+/// Follows the scene's equilibria, writes what was asked for, and prints a report.
+pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
+    let scene = begun(&args.rest)?;
+    let wanted =
+        args.out.as_deref().map(|out| Wanted { probes: &scene.probes, table: Some(PATH), ..Wanted::plain(out) });
+    let joints = wanted.as_ref().filter(|wanted| wanted.keeps_forces()).map_or(0, |_| scene.model.joints.len());
+    let open = |wanted| Files::open(wanted, &scene, scene.run.dt, joints, 0.0);
+    let mut files = wanted.map(open).transpose().context("--out")?;
+    let until = scene.run.dt * scene.run.steps as f64;
+    let params = PathParams { rest: params(args), ..PathParams::until(until) };
+    let mut rows: Vec<String> = Vec::new();
+    let mut refused: Option<Error> = None;
+    let mut end_time_s = 0.0;
+    let mut model = scene.model.clone();
+    let mut each = |point: &PathPoint, state: &State, forces: &[JointForce]| {
+        end_time_s = point.time;
+        let Some(files) = files.as_mut().filter(|_| refused.is_none()) else { return };
+        model.set_time(point.time);
+        let energy = measure::energy(&model, state).total();
+        let PathPoint { time, length, unstable } = point;
+        let of_course = values(&scene.model, *time).into_iter().map(|(_, x)| format!(",{x:?}"));
+        let frame = rows.len() + 1;
+        rows.push(format!("{frame},{time:?},{length:?},{unstable},{energy:?}{}", of_course.collect::<String>()));
+        refused = files.writer.push(state, &forces[..joints], *time).err().map(Error::from);
+    };
+    let begin = Instant::now();
+    let mut state = scene.state.clone();
+    let found = path(&scene.model, &mut state, &params, &mut each).with_context(|| scene.name.clone())?;
+    let line = |event: &PathEvent| Line {
+        kind: event.kind.to_string(),
+        time_s: event.time,
+        point: event.point,
+        unstable_before: event.unstable[0],
+        unstable_after: event.unstable[1],
+        values: values(&scene.model, event.time).into_iter().map(|(name, x)| (name, x.into())).collect(),
+    };
+    let report = Report {
+        scene: scene.name.clone(),
+        segments: scene.state.len(),
+        converged: matches!(found.end, PathEnd::Until | PathEnd::Start),
+        end: match found.end {
+            PathEnd::Until => "until",
+            PathEnd::Start => "start",
+            PathEnd::Points => "points",
+            PathEnd::Lost => "lost",
+            PathEnd::NoStart => "no-start",
+        },
+        end_time_s,
+        points: found.points,
+        linear_solves: found.solves,
+        wall_s: begin.elapsed().as_secs_f64(),
+        events: found.events.iter().map(line).collect(),
+    };
+    let table = |directory: &Path| write_table(directory, &scene, &rows);
+    let closed = files.map(|files| files.close(&scene, &report, refused, table).context("--out")).transpose();
+    tell(&report, args.rest.json, closed, print)?;
+    Ok(if report.converged { Outcome::Done } else { Outcome::NotConverged })
+}
+
+fn write_table(directory: &Path, scene: &Scene, rows: &[String]) -> Result<()> {
+    let of_course = values(&scene.model, 0.0).into_iter().map(|(name, _)| format!(",{name}"));
+    let header = format!("frame,time_s,length,unstable,energy_j{}", of_course.collect::<String>());
+    let mut table = TableWriter::create(&directory.join(PATH), &header)?;
+    table.add(|writer| rows.iter().try_for_each(|row| writeln!(writer, "{row}")))?;
+    Ok(table.finish()?)
+}
+
+fn print(report: &Report) -> Result<()> {
+    say!(
+        "{}: {} equilibria along the way, {} linear solves in {} s",
+        report.scene,
+        report.points,
+        report.linear_solves,
+        number(report.wall_s)
+    )?;
+    for Line { kind, time_s, unstable_before, unstable_after, values, .. } in &report.events {
+        say!("{kind} at {} s: unstable directions {unstable_before} before, {unstable_after} after", number(*time_s))?;
+        let told = values.iter().filter_map(|(name, x)| x.as_f64().filter(|x| *x != 0.0).map(|x| (name, x)));
+        let told: Vec<String> = told.take(8).map(|(name, x)| format!("{name} = {}", number(x))).collect();
+        if !told.is_empty() {
+            say!("  {}", told.join(", "))?;
+        }
+    }
+    if report.events.is_empty() {
+        say!("no fold and no bifurcation")?;
+    }
+    let end = number(report.end_time_s);
+    match report.end {
+        "until" => say!("followed to the end, {end} s"),
+        "start" => say!("the way led back to the start, {end} s"),
+        "points" => say!("NOT followed to the end: given up at {end} s after so many equilibria"),
+        "lost" => say!(
+            "NOT followed to the end: no equilibrium close by at {end} s; something jumps there, or is led too far"
+        ),
+        _ => say!("NO equilibrium found to begin with"),
+    }?;
+    Ok(())
+}
