@@ -23,7 +23,8 @@ pub struct ContactParams {
     pub far: f64,
     /// Outer iterations after which a contact's normal is taken between its last one and the new one, so that normals which
     /// jump to and fro come to rest. Larger: steps with jumping normals take longer. Smaller: normals lag behind from
-    /// earlier on.
+    /// earlier on. In a formulation with momentum residual friction's bounds, too, lag by an iteration from there on; from
+    /// twice as many on they stay, and contacts that are nearer than half their tolerance are taken as they are.
     pub settle_after: usize,
     /// How exact the direction of sliding friction is, relative to the slip of the step. Larger: fewer iterations.
     pub sliding: f64,

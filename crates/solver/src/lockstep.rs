@@ -225,7 +225,7 @@ impl Lockstep {
         self.each(|set| {
             let ConnectedSet { component, projector, counters, .. } = set;
             if !set.takes_part && set.attempt.residuals.worst() <= set.attempt.target {
-                component.dlambda.fill(Spatial::zero());
+                component.rest(formulation);
                 return;
             }
             match projector {

@@ -31,6 +31,16 @@ impl<T: Real> Component<T> {
         }
     }
 
+    /// Asks for no correction but what `pushes` do, as if the last evaluation had left nothing to solve. In formulations
+    /// without momentum residual nothing but the linear system's solution moves the bodies.
+    pub(crate) fn rest(&mut self, formulation: Formulation) {
+        self.dlambda.fill(Spatial::zero());
+        if formulation.momentum() {
+            self.momentum.fill(Spatial::zero());
+            self.system.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
+        }
+    }
+
     /// Takes what `pushes` will do to the joints into the right-hand sides of the linear system, so that its solution
     /// answers it: `b -= J M^-1 pushes`.
     pub(crate) fn answer_pushes(&mut self) {

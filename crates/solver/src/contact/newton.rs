@@ -3,13 +3,14 @@
 //!
 //! The equations are those of Alart and Curnier (1991), `z = project(z - w / compliance)` with the cone at the current
 //! normal impulse: semi-smooth, so that the derivative of whichever branch holds serves. A line search on the sum of their
-//! squares accepts a step only where it lowers that sum.
+//! squares accepts a step only where it lowers that sum. Where bounds of friction stay, the problem is that of a minimum (but
+//! for contacts that have just come), and what a step must lower is the energy: sums of squares have minima of their own at kinks.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
-use super::problem::{Problem, Row, length, natural_residual};
+use super::problem::{Bound, Problem, Row, Unknown, length, natural_residual};
 use crate::contact_params::ContactParams;
 use crate::snapshot::Tape;
 
@@ -18,8 +19,9 @@ pub(crate) struct Newton {
     /// Contacts that press, and the index of each among them.
     pressing: Vec<u32>,
     place: Vec<u32>,
-    /// Gaps and slips of all contacts.
+    /// Gaps and slips of all contacts, and those at the start of an iteration.
     w: Vec<Row>,
+    w_before: Vec<Row>,
     /// Impulses at the start of an iteration, and the step from there.
     before: Vec<Row>,
     step: Vec<Row>,
@@ -41,6 +43,7 @@ impl Default for Newton {
             pressing: Vec::new(),
             place: Vec::new(),
             w: Vec::new(),
+            w_before: Vec::new(),
             before: Vec::new(),
             step: Vec::new(),
             matrix: Vec::new(),
@@ -70,6 +73,7 @@ impl Newton {
         if self.damping == 0.0 {
             self.damping = params.newton_damping_start;
         }
+        let is_minimum = problem.unknowns().iter().any(|unknown| matches!(unknown.friction, Bound::Lagged(_)));
         let mut now = self.measure(problem);
         for _ in 0..params.newton_iterations {
             if now.largest <= tolerance {
@@ -80,16 +84,24 @@ impl Newton {
             }
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
+            self.w_before.clone_from(&self.w);
             let mut part = 1.0;
             let mut next = None;
             for _ in 0..params.newton_halvings {
                 for (k, (before, step)) in self.before.iter().zip(&self.step).enumerate() {
                     let mut force = [0, 1, 2].map(|k| before[k] + part * step[k]);
                     force[0] = force[0].max(0.0);
+                    if is_minimum {
+                        force = problem.unknowns()[k].friction.within(force);
+                    }
                     problem.set_force(k, force);
                 }
                 let merit = self.measure(problem);
-                if merit.squares < (1.0 - SUFFICIENT * part) * now.squares {
+                let is_lower = match is_minimum {
+                    true => self.energy_change(problem) < 0.0,
+                    false => merit.squares < (1.0 - SUFFICIENT * part) * now.squares,
+                };
+                if is_lower {
                     next = Some(merit);
                     break;
                 }
@@ -115,6 +127,15 @@ impl Newton {
         now.largest <= tolerance
     }
 
+    /// By how much the energy `c z + z W z / 2` has changed in this iteration: its slope is w.
+    fn energy_change(&self, problem: &Problem) -> f64 {
+        let contacts = problem.unknowns().iter().zip(&self.before).zip(self.w.iter().zip(&self.w_before));
+        let of = |((unknown, before), (w, w_before)): ((&Unknown, &Row), (&Row, &Row))| -> f64 {
+            (0..3).map(|k| (unknown.force[k] - before[k]) * (w[k] + w_before[k])).sum()
+        };
+        0.5 * contacts.map(of).sum::<f64>()
+    }
+
     fn measure(&mut self, problem: &mut Problem) -> Merit {
         self.w.clear();
         let mut merit = Merit { squares: 0.0, largest: 0.0 };
@@ -138,7 +159,8 @@ impl Newton {
         self.step.clear();
         for (k, unknown) in problem.unknowns().iter().enumerate() {
             let [normal, _] = problem.compliance(k);
-            let presses = normal > 0.0 && unknown.force[0] - self.w[k][0] / normal > 0.0;
+            let pressed = unknown.force[0] - self.w[k][0] / normal;
+            let presses = normal > 0.0 && (pressed > 0.0 || unknown.friction.exists(0.0));
             self.place.push(if presses { self.pressing.len() as u32 } else { u32::MAX });
             // Contacts that do not press lose their impulse.
             self.step.push(if presses { [0.0; 3] } else { unknown.force.map(|x| -x) });
@@ -170,9 +192,9 @@ impl Newton {
             let rhs = &mut rhs[3 * i..3 * i + 3];
             rhs.copy_from_slice(&rows.rhs);
             for (other, block) in problem.row(k as usize) {
-                // The normal row goes through W as it is.
+                // The normal row goes through W as it is, or not at all.
                 let product = |r: usize, c: usize| match r {
-                    0 => block[0][c],
+                    0 => rows.through[0][0] * block[0][c],
                     _ => {
                         rows.through[r][0] * block[0][c]
                             + rows.through[r][1] * block[1][c]
@@ -233,9 +255,16 @@ impl Rows {
         let (z, friction) = (problem.unknowns()[k].force, problem.unknowns()[k].friction);
         let [normal, across] = problem.compliance(k);
         let mut rows = Rows { own: [[0.0; 3]; 3], through: [[0.0; 3]; 3], rhs: [-w[0], 0.0, 0.0] };
-        rows.through[0][0] = 1.0;
-        rows.own[0][0] = damping * normal;
-        if friction.at_rest == 0.0 || across <= 0.0 {
+        let pressed = z[0] - w[0] / normal;
+        if pressed > 0.0 {
+            rows.through[0][0] = 1.0;
+            rows.own[0][0] = damping * normal;
+        } else {
+            // It loses its normal impulse, and rubs as long as friction's bound stays.
+            rows.own[0][0] = normal;
+            rows.rhs[0] = -normal * z[0];
+        }
+        if !friction.exists(f64::INFINITY) || across <= 0.0 {
             rows.own[1][1] = normal;
             rows.own[2][2] = normal;
             return rows;
@@ -243,16 +272,15 @@ impl Rows {
         // The normal impulse at which the cone is taken is the one that the contact itself would answer with.
         let q = [z[1] - w[1] / across, z[2] - w[2] / across];
         let length = length(q);
-        let pressed = z[0] - w[0] / normal;
-        if length <= friction.at_rest * pressed {
+        if length <= friction.at_rest(pressed) {
             rows.through = [rows.through[0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
             rows.own[1][1] = damping * across;
             rows.own[2][2] = damping * across;
-            rows.rhs = w.map(|w| -w);
+            rows.rhs = [rows.rhs[0], -w[1], -w[2]];
             return rows;
         }
         let d = [q[0] / length, q[1] / length];
-        let radius = (friction.sliding * pressed).min(length);
+        let radius = friction.sliding(pressed).min(length);
         for a in 0..2 {
             for b in 0..2 {
                 let unit = if a == b { 1.0 } else { 0.0 };
@@ -261,8 +289,8 @@ impl Rows {
                 rows.through[1 + a][1 + b] = turning;
             }
             // The cone follows the normal impulse and the gap.
-            rows.own[1 + a][0] = -across * friction.sliding * d[a];
-            rows.through[1 + a][0] = across / normal * friction.sliding * d[a];
+            rows.own[1 + a][0] = -across * friction.slope() * d[a];
+            rows.through[1 + a][0] = across / normal * friction.slope() * d[a];
             rows.rhs[1 + a] = -across * (z[1 + a] - radius * d[a]);
         }
         rows

@@ -17,6 +17,56 @@ use crate::kernel::dispatch::vectorized;
 pub(crate) type Row = [f64; 3];
 pub(crate) type Block3 = [Row; 3];
 
+/// What friction is at most.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Bound {
+    /// Coulomb's law: a share of the normal impulse, whatever it comes to.
+    Coulomb(Friction),
+    /// So much [N s^2], at rest and sliding: a share of an earlier normal impulse. The problem is that of a minimum then.
+    Lagged([f64; 2]),
+}
+
+impl Bound {
+    /// Whether there is friction at such a normal impulse.
+    pub(crate) fn exists(self, normal: f64) -> bool {
+        match self {
+            Bound::Coulomb(friction) => friction.at_rest > 0.0 && normal > 0.0,
+            Bound::Lagged([at_rest, _]) => at_rest > 0.0,
+        }
+    }
+
+    /// At rest, at such a normal impulse.
+    pub(crate) fn at_rest(self, normal: f64) -> f64 {
+        match self {
+            Bound::Coulomb(friction) => friction.at_rest * normal,
+            Bound::Lagged([at_rest, _]) => at_rest,
+        }
+    }
+
+    /// While the surfaces slide, at such a normal impulse.
+    pub(crate) fn sliding(self, normal: f64) -> f64 {
+        match self {
+            Bound::Coulomb(friction) => friction.sliding * normal,
+            Bound::Lagged([_, sliding]) => sliding,
+        }
+    }
+
+    /// An impulse with no more friction than there may be.
+    pub(crate) fn within(self, [normal, x, y]: Row) -> Row {
+        let (size, most) = (length([x, y]), self.sliding(normal));
+        let share = if size > most { most / size } else { 1.0 };
+        [normal, x * share, y * share]
+    }
+
+    /// The derivative of [`Bound::sliding`].
+    pub(crate) fn slope(self) -> f64 {
+        match self {
+            Bound::Coulomb(friction) => friction.sliding,
+            Bound::Lagged(_) => 0.0,
+        }
+    }
+}
+
 /// What a sweep knows of a contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unknown {
@@ -26,8 +76,8 @@ pub(crate) struct Unknown {
     pub(crate) before: Row,
     /// Gap less its target, and slip, if the impulse stays as it was before [m].
     pub(crate) free: Row,
-    /// Coulomb friction.
-    pub(crate) friction: Friction,
+    /// What friction is at most.
+    pub(crate) friction: Bound,
     /// Length by which errors are measured [m].
     pub(crate) scale: f64,
 }
@@ -192,9 +242,9 @@ impl Problem {
 }
 
 /// The impulse of one contact whose gap and slip are `w` at `old`.
-fn local(d: &Block3, old: Row, w: Row, friction: Friction) -> Row {
+fn local(d: &Block3, old: Row, w: Row, friction: Bound) -> Row {
     let normal = (old[0] - w[0] / d[0][0]).max(0.0);
-    if friction.at_rest == 0.0 || normal == 0.0 {
+    if !friction.exists(normal) {
         return [normal, 0.0, 0.0];
     }
     let dn = normal - old[0];
@@ -205,12 +255,12 @@ fn local(d: &Block3, old: Row, w: Row, friction: Friction) -> Row {
         old[1] - (d[2][2] * slip[0] - d[1][2] * slip[1]) / determinant,
         old[2] - (d[1][1] * slip[1] - d[2][1] * slip[0]) / determinant,
     ];
-    if length(stuck) <= friction.at_rest * normal {
+    if length(stuck) <= friction.at_rest(normal) {
         return [normal, stuck[0], stuck[1]];
     }
     let step = 1.0 / largest_eigenvalue(d);
     let [x, y] = [old[1] - slip[0] * step, old[2] - slip[1] * step];
-    let (size, most) = (length([x, y]), friction.sliding * normal);
+    let (size, most) = (length([x, y]), friction.sliding(normal));
     // Smaller than the cone of sliding: it is about to stick.
     let k = if size > most { most / size } else { 1.0 };
     [normal, x * k, y * k]
@@ -242,16 +292,16 @@ fn largest_eigenvalue(d: &Block3) -> f64 {
 }
 
 /// How far an impulse is from answering gap and slip `w`, as lengths along the normal and across.
-pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Friction) -> [f64; 2] {
+pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Bound) -> [f64; 2] {
     let [cn, ct] = compliance;
     if cn <= 0.0 {
         return [0.0; 2];
     }
     let normal = (force[0] - w[0] / cn).max(0.0);
-    let across = if ct > 0.0 && friction.at_rest > 0.0 {
+    let across = if ct > 0.0 && friction.exists(f64::INFINITY) {
         let [x, y] = [force[1] - w[1] / ct, force[2] - w[2] / ct];
         let size = length([x, y]);
-        let most = if size <= friction.at_rest * normal { size } else { (friction.sliding * normal).min(size) };
+        let most = if size <= friction.at_rest(normal) { size } else { friction.sliding(normal).min(size) };
         let k = if size > most { most / size } else { 1.0 };
         length([x * k - force[1], y * k - force[2]]) * ct
     } else {

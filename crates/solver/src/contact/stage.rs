@@ -30,6 +30,11 @@ use crate::step::{Interval, StepParams};
 /// touch in the second.
 const IMPACT: u32 = 2;
 
+/// Share of the contacts' tolerance below which errors stay as they are, from twice [`ContactParams::settle_after`] on where
+/// the momentum residual is solved for: to answer them takes large impulses where contacts hold each other, and would move
+/// the bodies for ever.
+const GOOD: f64 = 0.5;
+
 /// What a contact that presses leaves to the one between the same places later.
 struct Remembered {
     key: Key,
@@ -211,6 +216,7 @@ impl Stage {
         self.evaluate(components, Poses::Start, counters);
         for contact in &mut self.contacts {
             contact.guess = contact.guess.map(|x| x * scale);
+            contact.bound = None;
             contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
             contact.target = 0.0;
         }
@@ -389,7 +395,7 @@ impl Stage {
             };
             let mut free = contact.local(contact.relative(correction) + contact.slip);
             free[0] += contact.gap - contact.target;
-            free
+            [0, 1, 2].map(|k| free[k] - contact.left[k])
         };
         if self.detector.has_meshes() {
             let sector = |contact: &Contact| self.detector.sector(contact, components);
@@ -404,7 +410,7 @@ impl Stage {
             let before = contact.local(contact.impulse);
             let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
             self.active.push(index as u32);
-            let (friction, scale) = (contact.friction, contact.radius.min(self.unit));
+            let (friction, scale) = (contact.bound(), contact.radius.min(self.unit));
             self.problem.push(Unknown { force, before, free, friction, scale });
         }
     }
@@ -430,9 +436,15 @@ impl Stage {
         self.evaluate(components, poses, counters);
         let fall = 0.5 * self.slow * self.dt.powi(2);
         self.unit = if fall > 0.0 { fall / tolerance } else { f64::INFINITY };
+        // The momentum residual sees each change of an impulse.
+        let after = |iterations: usize| formulation.momentum() && iteration >= iterations;
+        let (settles, rests) = (after(self.params.settle_after), after(2 * self.params.settle_after));
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
-            contact.residual = 0.0;
+            (contact.residual, contact.left) = (0.0, [0.0; 3]);
+            if settles && (!rests || contact.bound.is_none()) {
+                contact.keep_bound();
+            }
             if contact.doubled && contact.impulse == Vec3::zero() {
                 continue;
             }
@@ -440,13 +452,16 @@ impl Stage {
             w[0] = contact.gap - contact.target;
             contact.residual = if contact.compliance[0] > 0.0 {
                 let force = contact.local(contact.impulse);
-                let [normal, across] = natural_residual(contact.compliance, force, w, contact.friction);
+                let [normal, across] = natural_residual(contact.compliance, force, w, contact.bound());
                 // Where surfaces slide far, the direction of friction need not be nearer than this.
                 let slip = contact.slip.norm_squared().sqrt() * (self.params.sliding / tolerance);
                 normal.max(across / (slip / contact.radius).max(1.0))
             } else {
                 (-w[0]).max(0.0)
             } / contact.radius.min(self.unit);
+            if rests && contact.residual <= GOOD * tolerance {
+                contact.left = contact.unanswered(w);
+            }
             worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
         }
         if formulation.momentum() {

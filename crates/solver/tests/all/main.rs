@@ -16,6 +16,7 @@ mod materials;
 mod meshes;
 mod moving_obstacles;
 mod multistep;
+mod newton_contacts;
 mod overlap;
 mod own_forces;
 mod prescribed;

@@ -3,11 +3,14 @@
 use crate::common::*;
 use nalgebra::Vector3;
 use rod::{Assembly, Model, RodSpec, State, shape};
+use solver::component::Members;
 use solver::formulation::{Formulation, Tangent};
+use solver::guess::GuessKind;
 use solver::integrator::Integrator;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
+use solver::topology::Topology;
 
 fn settings_of(tangent: Tangent, integrator: Integrator) -> Settings {
     let step = StepParams {
@@ -48,6 +51,61 @@ fn exact_steps_are_those_of_the_positive_matrix_in_fewer_iterations() {
                 assert!((a - b).norm() < 1e-6, "{name} {integrator}: {a} {b}");
             }
         }
+    }
+}
+
+/// At the end of a step each iteration leaves the square of what the one before has left, and a small share of it: the part of
+/// the inertia that is not symmetric is left out of the tangent. The positive matrix leaves about half.
+#[test]
+fn residuals_fall_nearly_quadratically_at_the_end_of_a_step() {
+    const SHARE: f64 = 2e-3;
+    const ROUNDING: f64 = 1e-13;
+    for (name, (model, state), dt) in [("helix", helix(50), DT), ("tree", tree(), 0.25 * DT), ("ring", ring(), DT)] {
+        let usual = settings_of(Tangent::Exact, Integrator::Euler);
+        // Steps with a cap on their iterations leave what these leave.
+        let mut capped = usual;
+        (capped.step.relative_tolerance, capped.step.absolute_tolerance, capped.step.max_halvings) = (0.0, 0.0, 0);
+        let mut simulation = Simulation::new(&model, &state, &usual, None).unwrap();
+        let mut start = state.clone();
+        for step in 0..10 {
+            simulation.step(dt).unwrap();
+            simulation.store(&mut start);
+            let left = [1, 2, 3, 4].map(|iterations| {
+                capped.step.max_iterations = iterations;
+                let mut once = Simulation::new(&model, &start, &capped, None).unwrap();
+                once.step(dt).unwrap();
+                let counters = once.counters();
+                counters.worst_stretch.max(counters.worst_bend).max(counters.worst_momentum)
+            });
+            for pair in left.windows(2) {
+                let most = pair[0] * pair[0] + SHARE * pair[0] + ROUNDING;
+                assert!(pair[1] <= most, "{name}, step {step}: {left:?}");
+            }
+        }
+    }
+}
+
+/// Iterations a step to 1e-6 from the default start; the slack rod is thrown at its clamp.
+#[test]
+fn few_iterations_are_enough() {
+    let slack = {
+        let (model, mut state) = rod(2.0, 40, 0.005, material(1e6, 1000.0));
+        state.velocities.iter_mut().skip(1).for_each(|velocity| *velocity = Vector3::new(-4.0, 1.0, 0.0));
+        (model, state)
+    };
+    for (name, (model, state), most) in [("helix", helix(50), 3.5), ("ring", ring(), 4.0), ("slack rod", slack, 8.0)] {
+        let step = StepParams { formulation: Formulation::Newton, tangent: Tangent::Exact, ..StepParams::DEFAULT };
+        let kind = GuessKind::StepAdaptive;
+        let build = |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);
+        let settings = Settings { step, solver: SolverKind::Direct };
+        let mut simulation = Simulation::new(&model, &state, &settings, Some(&build)).unwrap();
+        const STEPS: u64 = 50;
+        for step in 0..STEPS {
+            let status = simulation.step(DT).unwrap().status;
+            assert_eq!(status, Status::Converged, "{name}, step {step}");
+        }
+        let mean = simulation.counters().iterations as f64 / STEPS as f64;
+        assert!(mean <= most, "{name}: {mean} iterations a step");
     }
 }
 

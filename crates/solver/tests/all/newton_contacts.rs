@@ -1,0 +1,70 @@
+//! Formulation `newton` where bodies can touch.
+
+use crate::common::*;
+use nalgebra::Vector3;
+use rod::{Assembly, Contacts, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
+use solver::formulation::Formulation;
+use solver::linear::solvers::SolverKind;
+use solver::simulation::Simulation;
+use solver::step::Status;
+
+/// Two cantilevers side by side, one much softer than the other.
+fn cantilevers() -> (Model, State) {
+    let mut assembly = Assembly::new(GRAVITY);
+    for (k, modulus) in [1e4, 1e8].into_iter().enumerate() {
+        let nodes = shape::straight(Vector3::y() * k as f64, Vector3::x(), 1.0, 20);
+        let rod = assembly.rod(&RodSpec::new(nodes, 0.01, material(modulus, 1000.0)));
+        assembly.fix(rod.start);
+    }
+    assembly.finish()
+}
+
+/// A set that is at its tolerance stays there while another one goes on: what does not touch moves as if nothing could.
+#[test]
+fn what_does_not_touch_moves_as_if_nothing_could() {
+    let (mut model, state) = cantilevers();
+    let mut settings = settings(Formulation::Newton, SolverKind::Direct);
+    settings.step.max_halvings = 0;
+    let run = |model: &Model| {
+        let mut simulation = Simulation::new(model, &state, &settings, None).unwrap();
+        for step in 0..50 {
+            assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "step {step}");
+        }
+        let mut end = state.clone();
+        simulation.store(&mut end);
+        (end, simulation.counters().iterations)
+    };
+    let (free, _) = run(&model);
+    model.contacts.between_segments = Some(Surface::default());
+    let (watched, _) = run(&model);
+    for (a, b) in free.positions.iter().zip(&watched.positions) {
+        assert!((a - b).norm() < 1e-5, "{a} {b}");
+    }
+}
+
+/// A helix that falls onto the ground: its turns come to lie on each other, nearly parallel, and hold each other by friction.
+fn falling_helix() -> (Model, State) {
+    let mut assembly = Assembly::new(GRAVITY);
+    let nodes = shape::helix(Vector3::new(0.5, 0.0, 0.75), 0.5, 0.5, 2.5, 50);
+    assembly.rod(&RodSpec::new(nodes, 0.05, material(1e6, 100.0)));
+    let (mut model, state) = assembly.finish();
+    let surface = Surface { friction: Friction::new(0.3), ..Surface::default() };
+    let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    let obstacles = vec![Obstacle::new(ground, surface)];
+    model.contacts = Contacts { obstacles, between_segments: Some(surface), ..Contacts::default() };
+    (model, state)
+}
+
+#[test]
+fn turns_of_a_helix_that_lie_on_each_other_converge() {
+    let (model, state) = falling_helix();
+    let mut simulation =
+        Simulation::new(&model, &state, &settings(Formulation::Newton, SolverKind::Direct), None).unwrap();
+    // In the last of these steps two turns touch.
+    for step in 0..13 {
+        assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "step {step}");
+    }
+    let counters = simulation.counters();
+    assert!(counters.deepest_penetration < 1e-3 && counters.worst_contact < 1e-3, "{counters:?}");
+    assert!(counters.contact_solves > 0);
+}
