@@ -1,0 +1,238 @@
+//! The fit: Gauss-Newton with Levenberg and Marquardt's damping on a Huber loss over all recordings.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use solver::simulation::SimulationError;
+
+use crate::cable::Cable;
+use crate::parameter::{Parameter, Parameters};
+use crate::predict::{Prediction, TOGETHER, together};
+use crate::recording::Recording;
+
+/// How to search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// What is searched for; all else is held where the search begins.
+    pub free: Vec<Parameter>,
+    /// Frames from the start that count, one number a stage: few first, which lead to the basin.
+    pub stages: Vec<usize>,
+    /// Most iterations of a stage.
+    pub iterations: usize,
+    /// Distance of a coordinate [m] from which on it counts linearly and no longer squared.
+    pub huber: f64,
+    /// Steps from frame to frame.
+    pub steps: usize,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self { free: Parameter::ALL.to_vec(), stages: vec![100, 250, 500], iterations: 8, huber: 5e-3, steps: 1 }
+    }
+}
+
+/// Where a search is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iteration {
+    /// Index of the stage.
+    pub stage: usize,
+    /// Iterations of this stage that are done.
+    pub iteration: usize,
+    /// Mean Huber loss of a coordinate of a free marker [m^2].
+    pub loss: f64,
+    /// The best parameters of this stage so far.
+    pub parameters: Parameters,
+}
+
+/// What a recording says near some parameters: loss, its gradient and Gauss and Newton's matrix by the free coordinates, all
+/// sums over coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Normal {
+    /// Sum of the Huber loss [m^2].
+    pub loss: f64,
+    /// Coordinates that count.
+    pub count: usize,
+    /// Half the gradient of twice the loss.
+    pub gradient: DVector<f64>,
+    /// J^T W J.
+    pub matrix: DMatrix<f64>,
+}
+
+/// A fit's end.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The best parameters.
+    pub parameters: Parameters,
+    /// Those of [`Search::free`].
+    pub free: Vec<Parameter>,
+    /// What each recording says there, by all of its frames of the last stage.
+    pub normals: Vec<Normal>,
+    /// Whether it was stopped before its end.
+    pub stopped: bool,
+}
+
+/// Difference of a coordinate for derivatives of whole runs.
+const DIFFERENCE: f64 = 1e-3;
+/// Longest way of a coordinate in an iteration.
+const LONGEST: f64 = 1.0;
+/// A stage ends where the loss falls by less than this part of it.
+const ENOUGH: f64 = 1e-4;
+/// Most trials of an iteration, each with more damping.
+const TRIALS: usize = 5;
+
+/// Searches for the parameters of a cable from `start`, on rayon's threads, with the same bits on any number of them. `watch` is
+/// told after each iteration where the search is, and says whether to go on.
+///
+/// # Errors
+/// If a model is not valid.
+pub fn fit(
+    recordings: &[Recording],
+    cables: &[Cable],
+    start: &Parameters,
+    search: &Search,
+    watch: &mut dyn FnMut(&Iteration) -> bool,
+) -> Result<Fit, SimulationError> {
+    let mut best = *start;
+    let mut damping = 1e-2;
+    let mut stopped = false;
+    let mut normals = Vec::new();
+    for (stage, &frames) in search.stages.iter().enumerate() {
+        normals = linearised(recordings, cables, &best, search, frames)?;
+        for iteration in 0..search.iterations {
+            let sum = total(&normals);
+            let mut trial = None;
+            for _ in 0..TRIALS {
+                let next = stepped(&best, &sum, damping, &search.free);
+                let loss = loss(recordings, cables, &next, search, frames)?;
+                if loss < sum.loss {
+                    trial = Some((next, loss));
+                    damping = (damping * 0.2).max(1e-6);
+                    break;
+                }
+                damping = (damping * 8.0).min(1e6);
+            }
+            let Some((next, loss)) = trial else { break };
+            best = next;
+            normals = linearised(recordings, cables, &best, search, frames)?;
+            let report = Iteration { stage, iteration: iteration + 1, loss: loss / sum.count as f64, parameters: best };
+            stopped = !watch(&report);
+            if stopped || sum.loss - loss < ENOUGH * sum.loss {
+                break;
+            }
+        }
+        if stopped {
+            break;
+        }
+    }
+    Ok(Fit { parameters: best, free: search.free.clone(), normals, stopped })
+}
+
+/// Where damped Gauss-Newton leads from `parameters`.
+fn stepped(parameters: &Parameters, sum: &Normal, damping: f64, free: &[Parameter]) -> Parameters {
+    let mut matrix = sum.matrix.clone();
+    let mean = matrix.trace() / free.len() as f64;
+    for k in 0..free.len() {
+        matrix[(k, k)] += damping * matrix[(k, k)] + 1e-9 * mean;
+    }
+    let way = matrix.cholesky().map_or_else(|| DVector::zeros(free.len()), |factor| factor.solve(&-&sum.gradient));
+    let share = (LONGEST / way.amax()).min(1.0);
+    let mut next = *parameters;
+    for (k, &parameter) in free.iter().enumerate() {
+        next[parameter] = parameter.value(parameter.coordinate(parameters[parameter]) + share * way[k]);
+    }
+    next
+}
+
+/// The sum of what all recordings say, in their order.
+pub fn total(normals: &[Normal]) -> Normal {
+    let size = normals.first().map_or(0, |normal| normal.gradient.len());
+    let zero = Normal { loss: 0.0, count: 0, gradient: DVector::zeros(size), matrix: DMatrix::zeros(size, size) };
+    normals.iter().fold(zero, |mut sum, normal| {
+        sum.loss += normal.loss;
+        sum.count += normal.count;
+        sum.gradient += &normal.gradient;
+        sum.matrix += &normal.matrix;
+        sum
+    })
+}
+
+/// Loss over all recordings.
+fn loss(
+    recordings: &[Recording],
+    cables: &[Cable],
+    parameters: &Parameters,
+    search: &Search,
+    frames: usize,
+) -> Result<f64, SimulationError> {
+    let chunks: Result<Vec<Vec<Prediction>>, _> =
+        cables.par_chunks(TOGETHER).map(|cables| together(cables, parameters, frames, search.steps)).collect();
+    let predictions = chunks?.into_iter().flatten();
+    Ok(recordings.iter().zip(predictions).map(|(real, predicted)| normal(real, &predicted, &[], search.huber).loss).sum())
+}
+
+/// What each recording says near `parameters`, its derivatives by differences of whole runs.
+fn linearised(
+    recordings: &[Recording],
+    cables: &[Cable],
+    parameters: &Parameters,
+    search: &Search,
+    frames: usize,
+) -> Result<Vec<Normal>, SimulationError> {
+    let chunk = |(recordings, cables): (&[Recording], &[Cable])| -> Result<Vec<Normal>, SimulationError> {
+        // The run itself, and one beside it for each free parameter.
+        let runs: Result<Vec<_>, _> = (0..=search.free.len())
+            .into_par_iter()
+            .map(|run| {
+                let mut beside = *parameters;
+                if let Some(&parameter) = run.checked_sub(1).map(|k| &search.free[k]) {
+                    beside[parameter] = parameter.value(parameter.coordinate(parameters[parameter]) + DIFFERENCE);
+                }
+                together(cables, &beside, frames, search.steps)
+            })
+            .collect();
+        let runs = runs?;
+        let of = |(k, recording): (usize, &Recording)| {
+            let beside: Vec<&Prediction> = runs[1..].iter().map(|run| &run[k]).collect();
+            normal(recording, &runs[0][k], &beside, search.huber)
+        };
+        Ok(recordings.iter().enumerate().map(of).collect())
+    };
+    let chunks: Result<Vec<_>, _> =
+        recordings.par_chunks(TOGETHER).zip(cables.par_chunks(TOGETHER)).map(chunk).collect();
+    Ok(chunks?.into_iter().flatten().collect())
+}
+
+/// What a recording says of a prediction and those `beside` it, one for each free parameter.
+fn normal(recording: &Recording, predicted: &Prediction, beside: &[&Prediction], huber: f64) -> Normal {
+    let size = beside.len();
+    let mut normal =
+        Normal { loss: 0.0, count: 0, gradient: DVector::zeros(size), matrix: DMatrix::zeros(size, size) };
+    let mut slope = vec![0.0; size];
+    for (frame, markers) in predicted.markers.iter().enumerate() {
+        let real = &recording.markers[frame][recording.free()];
+        for (marker, (here, real)) in markers.iter().zip(real).enumerate() {
+            for axis in 0..3 {
+                let residual = here[axis] - real[axis];
+                if real[axis].is_nan() {
+                    continue;
+                }
+                // What is no number is as far off as anything can be.
+                let far = if residual.is_nan() { 1.0 } else { residual.abs() };
+                normal.count += 1;
+                let weight = if far <= huber { 1.0 } else { huber / far };
+                normal.loss += if far <= huber { 0.5 * far * far } else { huber * (far - 0.5 * huber) };
+                for (slope, beside) in slope.iter_mut().zip(beside) {
+                    let change = (beside.markers[frame][marker][axis] - here[axis]) / DIFFERENCE;
+                    *slope = if change.is_finite() { change } else { 0.0 };
+                }
+                for a in 0..size {
+                    normal.gradient[a] += weight * slope[a] * far.copysign(residual);
+                    for b in 0..=a {
+                        normal.matrix[(a, b)] += weight * slope[a] * slope[b];
+                    }
+                }
+            }
+        }
+    }
+    normal.matrix.fill_upper_triangle_with_lower_triangle();
+    normal
+}

@@ -1,0 +1,12 @@
+//! Identifies real cables: from recordings of markers between two grips to the numbers of a rod that moves as they do.
+//!
+//! A [`Recording`](recording::Recording) is read from a file. A [`Cable`](cable::Cable) is what a prediction may know of it: its
+//! first two frames and its grips. [`predict`](predict::predict) simulates cables with some [`Parameters`](parameter::Parameters).
+
+pub mod cable;
+pub mod fit;
+pub mod metric;
+pub mod parameter;
+pub mod predict;
+pub mod recording;
+pub mod spline;
