@@ -20,6 +20,8 @@ pub const GRAVITY: f64 = 9.81;
 pub const RADIUS: f64 = 0.004;
 /// See [`RADIUS`].
 pub const DENSITY: f64 = 1000.0;
+/// Mass per length of the rods [kg/m].
+const LINE_DENSITY: f64 = DENSITY * PI * RADIUS * RADIUS;
 /// Density of the air [kg/m^3], which counts together with the drag alone.
 pub const AIR_DENSITY: f64 = 1.2;
 
@@ -45,8 +47,8 @@ pub struct Cable {
     nodes: [Vec<Vector3<f64>>; 2],
     /// Time from the first frame to the second [s].
     interval: f64,
-    /// Ways of the inner markers of the grips.
-    motions: [Arc<Motion>; 2],
+    /// Ways of the grips, which hold the faces of the rod at their inner markers.
+    motions: Vec<Arc<Motion>>,
     /// Times of the frames [s].
     pub(crate) time: Vec<f64>,
     /// Segments between two markers.
@@ -56,6 +58,9 @@ pub struct Cable {
 impl Cable {
     /// The cable of a recording, with so many segments between two markers.
     ///
+    /// A grip holds the end face of the rod, which lies at its inner marker, at the angle at which the curve through the first
+    /// frame goes through it. From there it turns as the direction from marker to marker does, without a turn about it.
+    ///
     /// # Errors
     /// If the markers of a grip make no motion, because a coordinate is not finite.
     pub fn new(recording: &Recording, parts: usize) -> Result<Self, KeyframeError> {
@@ -64,66 +69,69 @@ impl Cable {
             let all = spline::through(&recording.markers[frame], parts);
             all[parts * (GRIPPED - 1)..=parts * (last + 1 - GRIPPED)].to_vec()
         });
-        let directions = |[from, to]: [usize; 2]| -> Vec<Vector3<f64>> {
-            recording.markers.iter().map(|markers| (markers[to] - markers[from]).normalize()).collect()
-        };
-        let ends = [directions([0, 1]), directions([last - 1, last])];
-        // The frame of the first grip, and from there without twist along the rod to the second.
-        let first = upright(&ends[0][0]);
-        let mut along = first;
-        for pair in nodes[0].windows(2) {
-            along = carried(&along, &(pair[1] - pair[0]).normalize());
+        let time = recording.time.clone();
+        let mut cable = Self { nodes, interval: time[1], motions: Vec::new(), time, parts };
+        let (model, _) = cable.assembly(&Parameters::default()).finish();
+        for (anchor, [inner, outer]) in model.anchors.iter().zip([[GRIPPED - 1, 0], [last + 1 - GRIPPED, last]]) {
+            let motion = grip_motion(recording, inner, outer, anchor.orientation)?;
+            cable.motions.push(Arc::new(motion));
         }
-        let starts = [first, carried(&along, &ends[1][0])];
-        let inner = [GRIPPED - 1, last + 1 - GRIPPED];
-        let motion = |end: usize| grip_motion(recording, inner[end], &ends[end], starts[end]);
-        let motions = [Arc::new(motion(0)?), Arc::new(motion(1)?)];
-        Ok(Self { nodes, interval: recording.time[1], motions, time: recording.time.clone(), parts })
+        Ok(cable)
     }
 
     /// The grips' motions, that of the rod's start first.
-    pub fn motions(&self) -> &[Arc<Motion>; 2] {
+    pub fn motions(&self) -> &[Arc<Motion>] {
         &self.motions
     }
 
     /// The model of the cable with these parameters, and its state in the first frame.
     pub fn model(&self, parameters: &Parameters) -> (Model, State) {
+        let mut assembly = self.assembly(parameters);
+        let springs = springs(parameters);
+        let model = assembly.model_mut();
+        let grips = model.joints.len() - self.motions.len();
+        for (end, motion) in self.motions.iter().enumerate() {
+            model.anchors[end] = motion.at(0.0).pose;
+            model.motions.push(Driven::new(Body::Anchor(end), motion.clone()));
+            model.soften(grips + end, &springs);
+        }
+        assembly.finish()
+    }
+
+    /// The rod, clamped at both faces by grips that stand still.
+    fn assembly(&self, parameters: &Parameters) -> Assembly {
         let of = |parameter| parameters[parameter];
-        let mass = DENSITY * PI * RADIUS.powi(2);
-        let bending = of(Parameter::Bending) * mass;
-        let youngs_modulus = 4.0 * bending / (PI * RADIUS.powi(4));
+        let youngs_modulus = youngs_modulus(parameters);
         let torsion_modulus = 0.5 * of(Parameter::Twist) * youngs_modulus;
         let (x, y) = (of(Parameter::TiltX), of(Parameter::TiltY));
         let mut assembly = Assembly::new(Vector3::new(x.sin(), y.sin(), -1.0).normalize() * GRAVITY);
         assembly.damping(Damping { linear: of(Parameter::OuterDamping), angular: 0.0 });
-        let to_coefficient = DENSITY * PI * RADIUS / AIR_DENSITY;
-        assembly.air(Air {
-            density: AIR_DENSITY,
-            normal_drag: of(Parameter::DragAcross) * to_coefficient,
-            tangential_drag: of(Parameter::DragAlong) * to_coefficient,
-            wind: Wind::steady(Vector3::zeros()),
-        });
-        let starts = [0, 1].map(|end| self.motions[end].at(0.0).pose);
+        let drags = [Parameter::DragAcross, Parameter::DragAlong].map(of);
+        if drags != [0.0; 2] {
+            let [normal_drag, tangential_drag] = drags.map(|drag| drag * DENSITY * PI * RADIUS / AIR_DENSITY);
+            let wind = Wind::steady(Vector3::zeros());
+            assembly.air(Air { density: AIR_DENSITY, normal_drag, tangential_drag, wind });
+        }
         let axis = (self.nodes[0][1] - self.nodes[0][0]).normalize();
         let tau = of(Parameter::InnerDamping);
         let rod = assembly.rod(&RodSpec {
             inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
-            d1: Some(carried(&starts[0].orientation, &axis) * Vector3::x()),
+            d1: Some(upright(&axis) * Vector3::x()),
             rest: RestShape::Uniform(Vector3::new(of(Parameter::Curvature1), of(Parameter::Curvature2), 0.0)),
-            ..RodSpec::new(self.nodes[0].clone(), RADIUS, Material { youngs_modulus, torsion_modulus, density: DENSITY })
+            ..RodSpec::new(
+                self.nodes[0].clone(),
+                RADIUS,
+                Material { youngs_modulus, torsion_modulus, density: DENSITY },
+            )
         });
-        let between = rod.len() - 1;
         assembly.clamp_start(&rod).clamp_end(&rod);
         self.set_velocities(assembly.state_mut());
-        let model = assembly.model_mut();
-        let bend = bending / of(Parameter::Grip);
-        let springs = Springs { force: [f64::INFINITY; 3], moment: [bend, bend, of(Parameter::Twist) * bend] };
-        for end in 0..2 {
-            model.anchors[end] = starts[end];
-            model.motions.push(Driven::new(Body::Anchor(end), self.motions[end].clone()));
-            model.soften(between + end, &springs);
-        }
-        assembly.finish()
+        assembly
+    }
+
+    /// Nodes of the rod in the first frame [m].
+    pub(crate) fn first_nodes(&self) -> &[Vector3<f64>] {
+        &self.nodes[0]
     }
 
     /// The velocities between the first two frames.
@@ -143,19 +151,32 @@ impl Cable {
     }
 }
 
-/// The way of a grip: a marker's, turned as the direction `axes` turns, without a turn about it. It goes on a frame at either
-/// end, so that it is as fast in the first and the last frame as beside them.
+/// Young's modulus [Pa] of a rod of the nominal radius and density.
+pub(crate) fn youngs_modulus(parameters: &Parameters) -> f64 {
+    4.0 * parameters[Parameter::Bending] * LINE_DENSITY / (PI * RADIUS.powi(4))
+}
+
+/// The springs of the grips.
+pub(crate) fn springs(parameters: &Parameters) -> Springs {
+    let bend = parameters[Parameter::Bending] * LINE_DENSITY / parameters[Parameter::Grip];
+    Springs { force: [f64::INFINITY; 3], moment: [bend, bend, parameters[Parameter::Twist] * bend] }
+}
+
+/// The way of a grip: that of its `inner` marker, turned from its `first` orientation as the direction to the `outer` one
+/// turns. It goes on a frame at either end, so that it is as fast in the first and the last frame as beside them.
 fn grip_motion(
     recording: &Recording,
-    marker: usize,
-    axes: &[Vector3<f64>],
-    start: UnitQuaternion<f64>,
+    inner: usize,
+    outer: usize,
+    first: UnitQuaternion<f64>,
 ) -> Result<Motion, KeyframeError> {
-    let mut orientation = start;
-    let mut poses = Vec::with_capacity(axes.len() + 2);
-    for ((time, markers), axis) in recording.time.iter().zip(&recording.markers).zip(axes) {
-        orientation = carried(&orientation, axis);
-        poses.push((*time, Pose { position: markers[marker], orientation }));
+    let (mut orientation, mut before) = (first, None);
+    let mut poses = Vec::with_capacity(recording.frames() + 2);
+    for (time, markers) in recording.time.iter().zip(&recording.markers) {
+        let direction = (markers[outer] - markers[inner]).normalize();
+        orientation = carry(before.as_ref().unwrap_or(&direction), &direction) * orientation;
+        before = Some(direction);
+        poses.push((*time, Pose { position: markers[inner], orientation }));
     }
     let beyond = |[here, next]: [&(f64, Pose); 2]| {
         let turn = next.1.orientation.rotation_to(&here.1.orientation);
@@ -175,12 +196,8 @@ fn carry(from: &Vector3<f64>, to: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(from, to).unwrap_or_else(half_turn)
 }
 
-/// A frame, turned by the smallest rotation that brings its d3 to `axis`.
-fn carried(frame: &UnitQuaternion<f64>, axis: &Vector3<f64>) -> UnitQuaternion<f64> {
-    carry(&(frame * Vector3::z()), axis) * frame
-}
-
-/// The frame of a grip whose d3 is `axis`: the smallest rotation away from one that points down.
+/// The frame whose d3 is `axis`: the smallest rotation away from one that points down.
 fn upright(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
-    carried(&UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI), axis)
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+    carry(&-Vector3::z(), axis) * down
 }

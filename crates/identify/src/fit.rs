@@ -26,7 +26,13 @@ pub struct Search {
 
 impl Default for Search {
     fn default() -> Self {
-        Self { free: Parameter::ALL.to_vec(), stages: vec![100, 250, 500], iterations: 8, huber: 5e-3, steps: 1 }
+        Self {
+            free: Parameter::DEFAULT.to_vec(),
+            stages: vec![100, 250, usize::MAX],
+            iterations: 12,
+            huber: 5e-3,
+            steps: 1,
+        }
     }
 }
 
@@ -71,11 +77,13 @@ pub struct Fit {
 }
 
 /// Difference of a coordinate for derivatives of whole runs.
-const DIFFERENCE: f64 = 1e-3;
+const DIFFERENCE: f64 = 5e-3;
 /// Longest way of a coordinate in an iteration.
 const LONGEST: f64 = 1.0;
 /// A stage ends where the loss falls by less than this part of it.
-const ENOUGH: f64 = 1e-4;
+const ENOUGH: f64 = 1e-3;
+/// Bending stiffnesses [m^4/s^2] from which a search may begin.
+const SCAN: [f64; 4] = [0.005, 0.02, 0.08, 0.3];
 /// Most trials of an iteration, each with more damping.
 const TRIALS: usize = 5;
 
@@ -91,7 +99,7 @@ pub fn fit(
     search: &Search,
     watch: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<Fit, SimulationError> {
-    let mut best = *start;
+    let mut best = begun(recordings, cables, start, search)?;
     let mut damping = 1e-2;
     let mut stopped = false;
     let mut normals = Vec::new();
@@ -126,20 +134,56 @@ pub fn fit(
     Ok(Fit { parameters: best, free: search.free.clone(), normals, stopped })
 }
 
-/// Where damped Gauss-Newton leads from `parameters`.
+/// Where the search begins: at the bending stiffness of a few that fits the first stage best. Stiff and slack cables move
+/// differently, and no derivative leads from one to the other.
+fn begun(
+    recordings: &[Recording],
+    cables: &[Cable],
+    start: &Parameters,
+    search: &Search,
+) -> Result<Parameters, SimulationError> {
+    let mut best = (f64::INFINITY, *start);
+    if let (true, Some(&frames)) = (search.free.contains(&Parameter::Bending), search.stages.first()) {
+        for bending in [start[Parameter::Bending]].into_iter().chain(SCAN) {
+            let mut from = *start;
+            from[Parameter::Bending] = bending;
+            let loss = loss(recordings, cables, &from, search, frames)?;
+            if loss < best.0 {
+                best = (loss, from);
+            }
+        }
+    }
+    Ok(best.1)
+}
+
+/// Where damped Gauss-Newton leads from `parameters`. What would leave its bounds stays there, and the others move without it.
 fn stepped(parameters: &Parameters, sum: &Normal, damping: f64, free: &[Parameter]) -> Parameters {
-    let mut matrix = sum.matrix.clone();
-    let mean = matrix.trace() / free.len() as f64;
-    for k in 0..free.len() {
-        matrix[(k, k)] += damping * matrix[(k, k)] + 1e-9 * mean;
+    let at = |k: usize| free[k].coordinate(parameters[free[k]]);
+    let mut moving: Vec<usize> = (0..free.len()).collect();
+    loop {
+        let mut matrix = sum.matrix.select_rows(&moving).select_columns(&moving);
+        let gradient = sum.gradient.select_rows(&moving);
+        let least = 1e-9 * matrix.trace();
+        for k in 0..moving.len() {
+            matrix[(k, k)] += damping * matrix[(k, k)] + least;
+        }
+        let Some(factor) = matrix.cholesky() else { return *parameters };
+        let way = -factor.solve(&gradient);
+        let is_out = |&k: &usize| {
+            let to = at(moving[k]) + way[k].clamp(-LONGEST, LONGEST);
+            let [least, most] = free[moving[k]].bounds().map(|bound| free[moving[k]].coordinate(bound));
+            (to <= least && at(moving[k]) <= least + 1e-9) || (to >= most && at(moving[k]) >= most - 1e-9)
+        };
+        if let Some(out) = (0..moving.len()).find(is_out) {
+            moving.remove(out);
+            continue;
+        }
+        let mut next = *parameters;
+        for (&k, way) in moving.iter().zip(&way) {
+            next[free[k]] = free[k].value(at(k) + way.clamp(-LONGEST, LONGEST));
+        }
+        return next;
     }
-    let way = matrix.cholesky().map_or_else(|| DVector::zeros(free.len()), |factor| factor.solve(&-&sum.gradient));
-    let share = (LONGEST / way.amax()).min(1.0);
-    let mut next = *parameters;
-    for (k, &parameter) in free.iter().enumerate() {
-        next[parameter] = parameter.value(parameter.coordinate(parameters[parameter]) + share * way[k]);
-    }
-    next
 }
 
 /// The sum of what all recordings say, in their order.
@@ -166,7 +210,11 @@ fn loss(
     let chunks: Result<Vec<Vec<Prediction>>, _> =
         cables.par_chunks(TOGETHER).map(|cables| together(cables, parameters, frames, search.steps)).collect();
     let predictions = chunks?.into_iter().flatten();
-    Ok(recordings.iter().zip(predictions).map(|(real, predicted)| normal(real, &predicted, &[], search.huber).loss).sum())
+    Ok(recordings
+        .iter()
+        .zip(predictions)
+        .map(|(real, predicted)| normal(real, &predicted, &[], search.huber).loss)
+        .sum())
 }
 
 /// What each recording says near `parameters`, its derivatives by differences of whole runs.
@@ -204,8 +252,7 @@ fn linearised(
 /// What a recording says of a prediction and those `beside` it, one for each free parameter.
 fn normal(recording: &Recording, predicted: &Prediction, beside: &[&Prediction], huber: f64) -> Normal {
     let size = beside.len();
-    let mut normal =
-        Normal { loss: 0.0, count: 0, gradient: DVector::zeros(size), matrix: DMatrix::zeros(size, size) };
+    let mut normal = Normal { loss: 0.0, count: 0, gradient: DVector::zeros(size), matrix: DMatrix::zeros(size, size) };
     let mut slope = vec![0.0; size];
     for (frame, markers) in predicted.markers.iter().enumerate() {
         let real = &recording.markers[frame][recording.free()];

@@ -45,9 +45,9 @@ names!(Parameter {
     Grip = "grip",
 });
 
-/// How a parameter is searched for.
+/// Where and how a parameter is searched for.
 struct Range {
-    /// Where the search begins, and what it is held at if it is not searched for.
+    /// Where the search begins.
     start: f64,
     least: f64,
     most: f64,
@@ -61,6 +61,18 @@ enum Scale {
 }
 
 impl Parameter {
+    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell.
+    pub const DEFAULT: [Self; 9] = [
+        Self::Bending,
+        Self::Twist,
+        Self::InnerDamping,
+        Self::OuterDamping,
+        Self::Curvature1,
+        Self::Curvature2,
+        Self::TiltX,
+        Self::TiltY,
+        Self::Grip,
+    ];
     /// Number of parameters.
     pub const COUNT: usize = Self::ALL.len();
 
@@ -95,6 +107,11 @@ impl Parameter {
             Self::TiltX | Self::TiltY => "rad",
             Self::Grip => "m",
         }
+    }
+
+    /// Where searches begin.
+    pub fn start(self) -> f64 {
+        self.range().start
     }
 
     /// The least and the largest value that it may have.
@@ -132,11 +149,11 @@ impl Parameter {
 pub struct Parameters([f64; Parameter::COUNT]);
 
 impl Default for Parameters {
-    /// Where searches begin.
+    /// Where searches begin; without drag.
     fn default() -> Self {
         let mut values = [0.0; Parameter::COUNT];
-        for parameter in Parameter::ALL {
-            values[parameter.index()] = parameter.range().start;
+        for parameter in Parameter::DEFAULT {
+            values[parameter.index()] = parameter.start();
         }
         Self(values)
     }

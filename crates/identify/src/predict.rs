@@ -16,6 +16,9 @@ use crate::parameter::Parameters;
 /// Cables that are simulated together: the lanes of a vector register.
 pub const TOGETHER: usize = 8;
 
+/// Fewest cables that move in lanes.
+const IN_LANES: usize = 3;
+
 /// The free markers of a cable over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
@@ -52,45 +55,66 @@ pub fn predict(
     Ok(chunks?.into_iter().flatten().collect())
 }
 
-/// Predicts a few cables in one simulation, on this thread.
+/// Predicts a few cables on this thread, in one simulation if their frames come at the same times.
 pub(crate) fn together(
     cables: &[Cable],
     parameters: &Parameters,
     frames: usize,
     steps: usize,
 ) -> Result<Vec<Prediction>, SimulationError> {
+    let in_time = |pair: &[Cable]| pair[0].time.iter().zip(&pair[1].time).all(|(a, b)| (a - b).abs() < 1e-9);
+    if !cables.windows(2).all(in_time) {
+        let alone = cables.iter().map(|cable| together(std::slice::from_ref(cable), parameters, frames, steps));
+        return Ok(alone.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect());
+    }
+    let mut markers: Vec<Vec<_>> =
+        cables.iter().map(|cable| Vec::with_capacity(frames.min(cable.time.len()))).collect();
+    let unsolved = watched(cables, parameters, frames, steps, &mut |copy, model, state| {
+        markers[copy].push(cables[copy].marker_nodes().map(|node| end_of(model, state, node)).collect());
+    })?;
+    Ok(markers.into_iter().zip(unsolved).map(|(markers, unsolved)| Prediction { markers, unsolved }).collect())
+}
+
+/// Simulates cables whose frames come at the same times, and shows each of them in each frame to `watch`, with its index. Returns
+/// how many steps of each were not solved.
+pub(crate) fn watched(
+    cables: &[Cable],
+    parameters: &Parameters,
+    frames: usize,
+    steps: usize,
+    watch: &mut dyn FnMut(usize, &Model, &State),
+) -> Result<Vec<usize>, SimulationError> {
     let models: Vec<(Model, State)> = cables.iter().map(|cable| cable.model(parameters)).collect();
-    let step = step_params();
     let copies: Vec<_> = models.iter().map(|(model, state)| (model, state)).collect();
-    let Some((first, _)) = models.first() else { return Ok(Vec::new()) };
-    let choice = choose(first, &step, None);
-    let guess: GuessFactory<'_> = &|model, members, topology| {
-        if cables.len() < 3 { choice.build_guess(model, members, topology) } else { None }
+    let (Some((first, _)), Some(longest)) = (models.first(), cables.iter().max_by_key(|cable| cable.time.len())) else {
+        return Ok(Vec::new());
     };
-    let mut batch = Batch::new(&copies, &Settings { step, solver: choice.solver }, Some(guess))?;
-    let mut predictions: Vec<_> =
-        cables.iter().map(|cable| Prediction { markers: Vec::with_capacity(frames.min(cable.time.len())), unsolved: 0 }).collect();
+    let step = step_params();
+    let choice = choose(first, &step, None);
+    // In lanes nothing has a start of its own.
+    let guess: GuessFactory<'_> = &|model, members, topology| choice.build_guess(model, members, topology);
+    let guess = (cables.len() < IN_LANES).then_some(guess);
+    let mut batch = Batch::new(&copies, &Settings { step, solver: choice.solver }, guess)?;
+    let mut unsolved = vec![0; cables.len()];
     let mut state = State::default();
-    let most = cables.iter().map(|cable| cable.time.len()).max().unwrap_or(0).min(frames);
-    for frame in 0..most {
+    for frame in 0..longest.time.len().min(frames) {
         if frame > 0 {
-            let times: Vec<_> = cables.iter().filter_map(|cable| Some(cable.time.get(frame)? - cable.time[frame - 1])).collect();
-            let dt = times[0] / steps as f64;
+            let dt = (longest.time[frame] - longest.time[frame - 1]) / steps as f64;
             for _ in 0..steps {
                 batch.step(dt)?;
-                for (copy, prediction) in predictions.iter_mut().enumerate() {
-                    prediction.unsolved += usize::from(batch.status(copy) != Status::Converged);
+                for (copy, unsolved) in unsolved.iter_mut().enumerate() {
+                    *unsolved += usize::from(batch.status(copy) != Status::Converged);
                 }
             }
         }
-        for (copy, (cable, prediction)) in cables.iter().zip(&mut predictions).enumerate() {
+        for (copy, cable) in cables.iter().enumerate() {
             if frame < cable.time.len() {
                 batch.store(copy, &mut state);
-                prediction.markers.push(cable.marker_nodes().map(|node| end_of(&models[copy].0, &state, node)).collect());
+                watch(copy, &models[copy].0, &state);
             }
         }
     }
-    Ok(predictions)
+    Ok(unsolved)
 }
 
 /// Where the segment before a node ends.

@@ -27,7 +27,9 @@ pub(super) fn checked(mut recording: Recording) -> Result<Recording, RecordingEr
         return wrong(format!("{frames} frames, but there must be at least {FEWEST_FRAMES}"));
     }
     if count < FEWEST_MARKERS {
-        return wrong(format!("{count} markers, but there must be at least {FEWEST_MARKERS}: two in each grip, one between"));
+        return wrong(format!(
+            "{count} markers, but there must be at least {FEWEST_MARKERS}: two in each grip, one between"
+        ));
     }
     for (frame, pair) in recording.time.windows(2).enumerate() {
         if !(pair[1] > pair[0] && pair[1].is_finite()) {
@@ -65,13 +67,16 @@ fn fill(recording: &mut Recording, marker: usize) -> Result<(), RecordingError> 
     let mut frame = 0;
     while let Some(first) = (frame..lost.len()).find(|&frame| lost[frame]) {
         let fault = |message: String| RecordingError::at(&recording.path, first, marker, message);
-        let (Some(before), Some(after)) = (first.checked_sub(1), (first..lost.len()).find(|&frame| !lost[frame])) else {
+        let (Some(before), Some(after)) = (first.checked_sub(1), (first..lost.len()).find(|&frame| !lost[frame]))
+        else {
             return Err(fault("a marker in a grip is lost at the start or at the end: cut these frames off".into()));
         };
         let [from, to] = [before, after].map(|frame| (recording.time[frame], recording.markers[frame][marker]));
         let gap = to.0 - from.0;
         if gap > LONGEST_GAP {
-            return Err(fault(format!("a marker in a grip is lost for {gap:.3} s, but at most {LONGEST_GAP} s can be filled")));
+            return Err(fault(format!(
+                "a marker in a grip is lost for {gap:.3} s, but at most {LONGEST_GAP} s can be filled"
+            )));
         }
         for frame in before + 1..after {
             let share = (recording.time[frame] - from.0) / gap;
@@ -119,9 +124,8 @@ fn check_distances(recording: &Recording) -> Result<(), RecordingError> {
 /// Takes recordings away whose number of markers or length is not that of most, and says why.
 pub(super) fn drop_strangers(recordings: &mut Vec<Recording>) -> Vec<RecordingError> {
     let mut dropped = Vec::new();
-    let length = |recording: &Recording| -> f64 {
-        recording.markers[0].windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
-    };
+    let length =
+        |recording: &Recording| -> f64 { recording.markers[0].windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum() };
     if recordings.is_empty() {
         return dropped;
     }
@@ -139,7 +143,8 @@ pub(super) fn drop_strangers(recordings: &mut Vec<Recording>) -> Vec<RecordingEr
         let found = length(recording);
         let fits = (found / usual - 1.0).abs() <= SAME_LENGTH;
         if !fits {
-            let message = format!("a cable {found:.3} m long, but most recordings' is {usual:.3} m: other units or markers");
+            let message =
+                format!("a cable {found:.3} m long, but most recordings' is {usual:.3} m: other units or markers");
             dropped.push(RecordingError::new(&recording.path, message));
         }
         fits

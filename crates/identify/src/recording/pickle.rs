@@ -120,7 +120,9 @@ impl<'a> Machine<'a> {
             return Err("a call of what is no function".into());
         };
         match (name.as_str(), arguments.as_slice()) {
-            ("dtype", [Value::Text(name), ..]) => Ok(Value::Type(name.trim_start_matches(['<', '|', '=']).into(), false)),
+            ("dtype", [Value::Text(name), ..]) => {
+                Ok(Value::Type(name.trim_start_matches(['<', '|', '=']).into(), false))
+            }
             ("_reconstruct", _) => Ok(Value::Array(Grid::default())),
             ("scalar", [Value::Type(name, big), Value::Bytes(bytes)]) => match elements(name, *big, bytes)?[..] {
                 [value] => Ok(Value::Number(value)),
@@ -132,7 +134,9 @@ impl<'a> Machine<'a> {
 
     /// Fills what a call has made: an array, or the order of a type's bytes.
     fn build(&mut self) -> Result<Value, String> {
-        let (Value::List(state), built) = (self.pop()?, self.pop()?) else { return Err("a state that is no tuple".into()) };
+        let (Value::List(state), built) = (self.pop()?, self.pop()?) else {
+            return Err("a state that is no tuple".into());
+        };
         match (built, state.as_slice()) {
             (Value::Type(name, _), [_, Value::Text(order), ..]) => {
                 let made = Value::Type(name, order == ">");

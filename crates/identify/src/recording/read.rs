@@ -40,7 +40,10 @@ pub fn files(places: &[PathBuf]) -> Result<Vec<PathBuf>, RecordingError> {
         let is_recording = |path: &PathBuf| path.extension().is_some_and(|end| end == "pkl" || end == "csv");
         let mut found: Vec<_> = entries.into_iter().map(|entry| entry.path()).filter(is_recording).collect();
         if found.is_empty() {
-            return Err(RecordingError::new(place, "there is no recording in this folder (files that end in .pkl or .csv)"));
+            return Err(RecordingError::new(
+                place,
+                "there is no recording in this folder (files that end in .pkl or .csv)",
+            ));
         }
         found.sort();
         all.append(&mut found);
@@ -71,8 +74,11 @@ pub fn read(path: &Path, reading: Reading) -> Result<Recording, RecordingError> 
     let bytes = fs::read(path).map_err(|error| RecordingError::new(path, error.to_string()))?;
     let is_csv = path.extension().is_some_and(|end| end == "csv");
     let wrong = |message: String| RecordingError::new(path, message);
-    let (time, mut markers) =
-        if is_csv { table::read(&bytes, reading).map_err(wrong)? } else { of_grid(&pickle::read(&bytes).map_err(wrong)?, reading).map_err(wrong)? };
+    let (time, mut markers) = if is_csv {
+        table::read(&bytes, reading).map_err(wrong)?
+    } else {
+        of_grid(&pickle::read(&bytes).map_err(wrong)?, reading).map_err(wrong)?
+    };
     markers.iter_mut().flatten().for_each(|marker| *marker *= reading.unit);
     let start = time.first().copied().unwrap_or_default();
     let time = time.into_iter().map(|time| time - start).collect();
@@ -87,9 +93,7 @@ fn of_grid(grid: &Grid, reading: Reading) -> Result<Frames, String> {
     let shape: Vec<usize> = grid.shape.iter().copied().skip_while(|&size| size == 1).collect();
     let value = |index: usize| grid.values[index];
     let (frames, markers, at): (_, _, Box<dyn Fn(usize, usize, usize) -> f64>) = match shape[..] {
-        [frames, 3, markers] => {
-            (frames, markers, Box::new(move |f, m, axis| value((f * 3 + axis) * markers + m)))
-        }
+        [frames, 3, markers] => (frames, markers, Box::new(move |f, m, axis| value((f * 3 + axis) * markers + m))),
         [frames, markers, 3] => (frames, markers, Box::new(move |f, m, axis| value((f * markers + m) * 3 + axis))),
         _ => {
             return Err(format!(

@@ -54,9 +54,11 @@ fn markers(names: &[&str]) -> Result<Vec<([usize; 3], f64)>, String> {
         found.push(([x, other("y")?, other("z")?], unit));
     }
     if found.is_empty() {
-        return Err("the header names no marker: there must be columns NAME_x, NAME_y and NAME_z, with an ending _m, _cm or \
+        return Err(
+            "the header names no marker: there must be columns NAME_x, NAME_y and NAME_z, with an ending _m, _cm or \
                     _mm if they are not metres"
-            .into());
+                .into(),
+        );
     }
     Ok(found)
 }
