@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use crate::cable::Cable;
@@ -14,25 +15,40 @@ use crate::recording::Recording;
 pub struct Search {
     /// What is searched for; all else is held where the search begins.
     pub free: Vec<Parameter>,
-    /// Frames from the start that count, one number a stage: few first, which lead to the basin.
-    pub stages: Vec<usize>,
-    /// Most iterations of a stage.
-    pub iterations: usize,
+    /// What is looked at, one after the other: little first, which leads to the basin.
+    pub stages: Vec<Stage>,
     /// Distance of a coordinate [m] from which on it counts linearly and no longer squared.
     pub huber: f64,
     /// Steps from frame to frame.
     pub steps: usize,
 }
 
+/// A part of the recordings that is looked at until the loss falls no more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stage {
+    /// Frames from the start that count; there may be fewer.
+    pub frames: usize,
+    /// One recording in so many counts.
+    pub every: usize,
+    /// Most iterations.
+    pub iterations: usize,
+}
+
+impl Stage {
+    /// So many frames of every recording.
+    pub const fn of_all(frames: usize, iterations: usize) -> Self {
+        Self { frames, every: 1, iterations }
+    }
+}
+
 impl Default for Search {
     fn default() -> Self {
-        Self {
-            free: Parameter::DEFAULT.to_vec(),
-            stages: vec![100, 250, usize::MAX],
-            iterations: 12,
-            huber: 5e-3,
-            steps: 1,
-        }
+        let stages = vec![
+            Stage { frames: 100, every: 4, iterations: 12 },
+            Stage { frames: usize::MAX, every: 4, iterations: 10 },
+            Stage::of_all(usize::MAX, 3),
+        ];
+        Self { free: Parameter::DEFAULT.to_vec(), stages, huber: 5e-3, steps: 1 }
     }
 }
 
@@ -99,30 +115,25 @@ pub fn fit(
     search: &Search,
     watch: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<Fit, SimulationError> {
-    let mut best = begun(recordings, cables, start, search)?;
+    let parts: Vec<Part<'_>> = search.stages.iter().map(|stage| Part::new(recordings, cables, stage, search)).collect();
+    let mut best = parts.first().map_or(Ok(*start), |part| begun(part, start))?;
     let mut damping = 1e-2;
     let mut stopped = false;
-    let mut normals = Vec::new();
-    for (stage, &frames) in search.stages.iter().enumerate() {
-        normals = linearised(recordings, cables, &best, search, frames)?;
-        for iteration in 0..search.iterations {
-            let sum = total(&normals);
-            let mut trial = None;
+    for (stage, part) in parts.iter().enumerate() {
+        for iteration in 1..=search.stages[stage].iterations {
+            let sum = total(&part.linearised(&best)?);
+            let mut loss = sum.loss;
             for _ in 0..TRIALS {
                 let next = stepped(&best, &sum, damping, &search.free);
-                let loss = loss(recordings, cables, &next, search, frames)?;
-                if loss < sum.loss {
-                    trial = Some((next, loss));
+                let reached = part.loss(&next)?;
+                if reached < loss {
+                    (best, loss) = (next, reached);
                     damping = (damping * 0.2).max(1e-6);
                     break;
                 }
                 damping = (damping * 8.0).min(1e6);
             }
-            let Some((next, loss)) = trial else { break };
-            best = next;
-            normals = linearised(recordings, cables, &best, search, frames)?;
-            let report = Iteration { stage, iteration: iteration + 1, loss: loss / sum.count as f64, parameters: best };
-            stopped = !watch(&report);
+            stopped = !watch(&Iteration { stage, iteration, loss: loss / sum.count as f64, parameters: best });
             if stopped || sum.loss - loss < ENOUGH * sum.loss {
                 break;
             }
@@ -131,23 +142,19 @@ pub fn fit(
             break;
         }
     }
+    let normals = parts.last().map_or(Ok(Vec::new()), |part| part.linearised(&best))?;
     Ok(Fit { parameters: best, free: search.free.clone(), normals, stopped })
 }
 
 /// Where the search begins: at the bending stiffness of a few that fits the first stage best. Stiff and slack cables move
 /// differently, and no derivative leads from one to the other.
-fn begun(
-    recordings: &[Recording],
-    cables: &[Cable],
-    start: &Parameters,
-    search: &Search,
-) -> Result<Parameters, SimulationError> {
+fn begun(part: &Part<'_>, start: &Parameters) -> Result<Parameters, SimulationError> {
     let mut best = (f64::INFINITY, *start);
-    if let (true, Some(&frames)) = (search.free.contains(&Parameter::Bending), search.stages.first()) {
+    if part.search.free.contains(&Parameter::Bending) {
         for bending in [start[Parameter::Bending]].into_iter().chain(SCAN) {
             let mut from = *start;
             from[Parameter::Bending] = bending;
-            let loss = loss(recordings, cables, &from, search, frames)?;
+            let loss = part.loss(&from)?;
             if loss < best.0 {
                 best = (loss, from);
             }
@@ -199,54 +206,54 @@ pub fn total(normals: &[Normal]) -> Normal {
     })
 }
 
-/// Loss over all recordings.
-fn loss(
-    recordings: &[Recording],
-    cables: &[Cable],
-    parameters: &Parameters,
-    search: &Search,
+/// The recordings that a stage looks at.
+struct Part<'a> {
+    recordings: Vec<&'a Recording>,
+    cables: Vec<Cable>,
     frames: usize,
-) -> Result<f64, SimulationError> {
-    let chunks: Result<Vec<Vec<Prediction>>, _> =
-        cables.par_chunks(TOGETHER).map(|cables| together(cables, parameters, frames, search.steps)).collect();
-    let predictions = chunks?.into_iter().flatten();
-    Ok(recordings
-        .iter()
-        .zip(predictions)
-        .map(|(real, predicted)| normal(real, &predicted, &[], search.huber).loss)
-        .sum())
+    search: &'a Search,
 }
 
-/// What each recording says near `parameters`, its derivatives by differences of whole runs.
-fn linearised(
-    recordings: &[Recording],
-    cables: &[Cable],
-    parameters: &Parameters,
-    search: &Search,
-    frames: usize,
-) -> Result<Vec<Normal>, SimulationError> {
-    let chunk = |(recordings, cables): (&[Recording], &[Cable])| -> Result<Vec<Normal>, SimulationError> {
-        // The run itself, and one beside it for each free parameter.
-        let runs: Result<Vec<_>, _> = (0..=search.free.len())
-            .into_par_iter()
-            .map(|run| {
+impl<'a> Part<'a> {
+    fn new(recordings: &'a [Recording], cables: &[Cable], stage: &Stage, search: &'a Search) -> Self {
+        // Of few recordings all count: each fills a lane.
+        let every = stage.every.min(recordings.len() / TOGETHER).max(1);
+        let recordings = recordings.iter().step_by(every).collect();
+        let cables = cables.iter().step_by(every).cloned().collect();
+        Self { recordings, cables, frames: stage.frames, search }
+    }
+
+    /// Loss over all of its recordings.
+    fn loss(&self, parameters: &Parameters) -> Result<f64, SimulationError> {
+        let run = |cables| together(cables, parameters, self.frames, self.search.steps);
+        let chunks: Result<Vec<Vec<Prediction>>, _> = self.cables.par_chunks(TOGETHER).map(run).collect();
+        let predictions = chunks?.into_iter().flatten();
+        let loss = |(real, predicted): (&&Recording, _)| normal(real, &predicted, &[], self.search.huber).loss;
+        Ok(self.recordings.iter().zip(predictions).map(loss).sum())
+    }
+
+    /// What each recording says near `parameters`, its derivatives by differences of whole runs.
+    fn linearised(&self, parameters: &Parameters) -> Result<Vec<Normal>, SimulationError> {
+        let Search { free, huber, steps, .. } = self.search;
+        let chunk = |(recordings, cables): (&[&Recording], &[Cable])| -> Result<Vec<Normal>, SimulationError> {
+            // The run itself, and one beside it for each free parameter.
+            let run = |run: usize| {
                 let mut beside = *parameters;
-                if let Some(&parameter) = run.checked_sub(1).map(|k| &search.free[k]) {
+                if let Some(&parameter) = run.checked_sub(1).map(|k| &free[k]) {
                     beside[parameter] = parameter.value(parameter.coordinate(parameters[parameter]) + DIFFERENCE);
                 }
-                together(cables, &beside, frames, search.steps)
-            })
-            .collect();
-        let runs = runs?;
-        let of = |(k, recording): (usize, &Recording)| {
-            let beside: Vec<&Prediction> = runs[1..].iter().map(|run| &run[k]).collect();
-            normal(recording, &runs[0][k], &beside, search.huber)
+                together(cables, &beside, self.frames, *steps)
+            };
+            let runs = (0..=free.len()).into_par_iter().map(run).collect::<Result<Vec<_>, _>>()?;
+            let of = |(k, recording): (usize, &&Recording)| {
+                let beside: Vec<&Prediction> = runs[1..].iter().map(|run| &run[k]).collect();
+                normal(recording, &runs[0][k], &beside, *huber)
+            };
+            Ok(recordings.iter().enumerate().map(of).collect())
         };
-        Ok(recordings.iter().enumerate().map(of).collect())
-    };
-    let chunks: Result<Vec<_>, _> =
-        recordings.par_chunks(TOGETHER).zip(cables.par_chunks(TOGETHER)).map(chunk).collect();
-    Ok(chunks?.into_iter().flatten().collect())
+        let chunks = self.recordings.par_chunks(TOGETHER).zip(self.cables.par_chunks(TOGETHER)).map(chunk);
+        Ok(chunks.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
 }
 
 /// What a recording says of a prediction and those `beside` it, one for each free parameter.

@@ -31,7 +31,7 @@ struct Cli {
     #[arg(long, num_args = 1..)]
     eval: Vec<PathBuf>,
     /// Takes the parameters from the result.json of another identification instead of searching for them.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["hold", "free", "frames"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["hold", "free"])]
     from: Option<PathBuf>,
     /// The folder to write to.
     #[arg(long, default_value = "out/identify")]
@@ -54,9 +54,6 @@ struct Cli {
     /// Searches for a further parameter: drag-across, drag-along.
     #[arg(long, value_name = "NAME")]
     free: Vec<Parameter>,
-    /// Frames that the stages of the search look at.
-    #[arg(long, value_delimiter = ',')]
-    frames: Option<Vec<usize>>,
     /// Threads; the result is the same on any number.
     #[arg(long, value_parser = threads)]
     threads: Option<usize>,
@@ -139,9 +136,6 @@ fn run(cli: &Cli) -> Result<ExitCode> {
 fn identified(cli: &Cli, train: &Set, resolution: Resolution) -> Result<(CableFile, Parameters, Vec<Known>)> {
     let mut start = Parameters::default();
     let mut search = Search { steps: resolution.steps, ..Search::default() };
-    if let Some(frames) = &cli.frames {
-        search.stages.clone_from(frames);
-    }
     for &parameter in &cli.free {
         if !search.free.contains(&parameter) {
             search.free.push(parameter);
@@ -158,10 +152,13 @@ fn identified(cli: &Cli, train: &Set, resolution: Resolution) -> Result<(CableFi
         bail!("all parameters are held");
     }
     let began = Instant::now();
-    let progress = Progress::new(search.stages.len() * search.iterations, "iterations", cli.quiet)?;
+    let before: Vec<usize> = (0..=search.stages.len())
+        .map(|stage| search.stages[..stage].iter().map(|stage| stage.iterations).sum())
+        .collect();
+    let progress = Progress::new(before[search.stages.len()], "iterations", cli.quiet)?;
     let mut done = 0;
     let fit = fit(&train.recordings, &train.cables, &start, &search, &mut |now| {
-        let reached = now.stage * search.iterations + now.iteration;
+        let reached = before[now.stage] + now.iteration;
         let go_on = progress.advance_by(reached - done);
         done = reached;
         go_on

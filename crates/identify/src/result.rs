@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cable::Resolution;
 use crate::confidence::Known;
+use crate::fit::Stage;
 use crate::parameter::{Parameter, Parameters};
 
 /// All that is needed to predict with a cable, and to repeat its identification.
@@ -22,8 +23,8 @@ pub struct CableFile {
     pub steps: usize,
     /// Distance from which on the loss is linear [m].
     pub huber_m: f64,
-    /// Frames of each stage of the search; the last may be more than there are.
-    pub stages: Vec<usize>,
+    /// The stages of the search.
+    pub stages: Vec<Stage>,
     /// The recordings that it was identified on.
     pub recordings: Vec<String>,
     /// Whether the search was stopped before its end.

@@ -89,7 +89,6 @@ torsion_modulus_pa = {twist:?}
 inner_damping = {{ bending_s = {tau:?}, twist_s = {tau:?} }}
 frame = {{ d1 = {} }}
 rest = {{ darboux_per_m = {} }}
-clamp = [\"start-face\", \"end-face\"]
 
 [rods.shape.polyline]
 nodes_m = [

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use identify::cable::{Cable, Resolution};
 use identify::confidence::known;
-use identify::fit::{Search, fit};
+use identify::fit::{Search, Stage, fit};
 use identify::metric::mean_error;
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::{predict, step_params};
@@ -82,7 +82,8 @@ fn what_a_cable_was_made_with_is_identified_within_its_intervals() {
         Parameter::Curvature1,
         Parameter::TiltX,
     ];
-    let search = Search { free: free.clone(), stages: vec![30, 60], ..Search::default() };
+    let search =
+        Search { free: free.clone(), stages: vec![Stage::of_all(30, 8), Stage::of_all(60, 8)], ..Search::default() };
     let found = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| fit(&recordings, &cables, &Parameters::default(), &search, &mut |_| true).unwrap())
@@ -116,8 +117,7 @@ fn what_no_recording_tells_is_said_to_be_held() {
     start[Parameter::DragAlong] = 0.01;
     let search = Search {
         free: vec![Parameter::Bending, Parameter::DragAlong],
-        stages: vec![20],
-        iterations: 3,
+        stages: vec![Stage::of_all(20, 3)],
         ..Search::default()
     };
     let known = known(&fit(&recordings, &cables, &start, &search, &mut |_| true).unwrap());
@@ -182,7 +182,9 @@ fn a_bad_recording_says_why_and_the_others_go_on() {
     let mut short = good.clone();
     short.time.truncate(2);
     let mut fewer = good.clone();
-    fewer.markers.iter_mut().for_each(|markers| drop(markers.remove(4)));
+    fewer.markers.iter_mut().for_each(|markers| {
+        markers.remove(4);
+    });
     let mut faults = vec![
         ("swapped", csv(&swapped, 1.0), "frame 12, marker 3"),
         ("lost", csv(&lost, 1.0), "frame 0, marker 3"),
