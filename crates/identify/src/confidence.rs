@@ -1,6 +1,7 @@
 //! How well recordings determine the parameters of a cable.
 
 use nalgebra::DMatrix;
+use report::significant;
 
 use crate::fit::{Fit, total};
 use crate::parameter::{Parameter, Parameters};
@@ -15,6 +16,18 @@ pub struct Known {
     /// Where it lies with a confidence of 95 %; `None` where the recordings do not tell, or it was not searched for: it is held
     /// at its value.
     pub interval: Option<[f64; 2]>,
+}
+
+impl Known {
+    /// Its interval with three digits, or why there is none.
+    pub fn told(&self) -> String {
+        let [least, most] = self.parameter.bounds();
+        match self.interval {
+            Some([low, high]) => format!("{} to {}", significant(low, 3), significant(high, 3)),
+            None if self.value == least || self.value == most => "held at its bound".to_owned(),
+            None => "held: not searched for, or not determined".to_owned(),
+        }
+    }
 }
 
 /// Half of a 95 % interval, in standard deviations.

@@ -73,7 +73,7 @@ pub struct Normal {
     pub loss: f64,
     /// Coordinates that count.
     pub count: usize,
-    /// Half the gradient of twice the loss.
+    /// Gradient of the loss.
     pub gradient: DVector<f64>,
     /// J^T W J.
     pub matrix: DMatrix<f64>,
@@ -86,7 +86,7 @@ pub struct Fit {
     pub parameters: Parameters,
     /// Those of [`Search::free`].
     pub free: Vec<Parameter>,
-    /// What each recording says there, by all of its frames of the last stage.
+    /// What each recording of the last stage that was reached says there.
     pub normals: Vec<Normal>,
     /// Whether it was stopped before its end.
     pub stopped: bool,
@@ -118,7 +118,7 @@ pub fn fit(
     let parts: Vec<Part<'_>> = search.stages.iter().map(|stage| Part::new(recordings, cables, stage, search)).collect();
     let mut best = parts.first().map_or(Ok(*start), |part| begun(part, start))?;
     let mut damping = 1e-2;
-    let mut stopped = false;
+    let (mut stopped, mut last) = (false, 0);
     for (stage, part) in parts.iter().enumerate() {
         for iteration in 1..=search.stages[stage].iterations {
             let sum = total(&part.linearised(&best)?);
@@ -138,11 +138,13 @@ pub fn fit(
                 break;
             }
         }
+        last = stage;
         if stopped {
             break;
         }
     }
-    let normals = parts.last().map_or(Ok(Vec::new()), |part| part.linearised(&best))?;
+    // Where the user does not want to wait, the stage that was reached must do.
+    let normals = parts.get(last).map_or(Ok(Vec::new()), |part| part.linearised(&best))?;
     Ok(Fit { parameters: best, free: search.free.clone(), normals, stopped })
 }
 

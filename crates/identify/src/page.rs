@@ -72,8 +72,8 @@ pub fn write(folder: &Path, known: &[Known], sets: &[Predicted<'_>], conditions:
     let numbers = |value: f64| significant(value, 3);
     let row = |known: &Known| -> Vec<Cell> {
         let spread = match known.interval {
-            Some([least, most]) => format!("{} to {}", numbers(least), numbers(most)).into(),
-            None => Cell::muted("held, not determined"),
+            Some(_) => known.told().into(),
+            None => Cell::muted(known.told()),
         };
         vec![known.parameter.name().into(), numbers(known.value).into(), spread, known.parameter.unit().into()]
     };
@@ -195,12 +195,8 @@ fn frame(time: f64, state: &State) -> Frame<'_> {
 /// A table of parameters for the terminal.
 pub fn lines(known: &[Known]) -> String {
     let line = |known: &Known| {
-        let Known { parameter, value, interval } = known;
-        let spread = match interval {
-            Some([least, most]) => format!("{} to {}", significant(*least, 3), significant(*most, 3)),
-            None => "held, the recordings do not tell".to_owned(),
-        };
-        format!("{:<14} {:>10} {:<8} {spread}", parameter.name(), significant(*value, 4), parameter.unit())
+        let Known { parameter, value, .. } = *known;
+        format!("{:<14} {:>10} {:<8} {}", parameter.name(), significant(value, 4), parameter.unit(), known.told())
     };
     let shown = known.iter().filter(|known| known.value != 0.0 || Parameter::DEFAULT.contains(&known.parameter));
     shown.map(line).collect::<Vec<_>>().join("\n")

@@ -91,16 +91,19 @@ pub(super) type Frames = (Vec<f64>, Vec<Vec<Vector3<f64>>>);
 /// The frames of a grid.
 fn of_grid(grid: &Grid, reading: Reading) -> Result<Frames, String> {
     let shape: Vec<usize> = grid.shape.iter().copied().skip_while(|&size| size == 1).collect();
-    let value = |index: usize| grid.values[index];
-    let (frames, markers, at): (_, _, Box<dyn Fn(usize, usize, usize) -> f64>) = match shape[..] {
-        [frames, 3, markers] => (frames, markers, Box::new(move |f, m, axis| value((f * 3 + axis) * markers + m))),
-        [frames, markers, 3] => (frames, markers, Box::new(move |f, m, axis| value((f * markers + m) * 3 + axis))),
+    // How far apart markers and axes lie.
+    let (frames, markers, [by_marker, by_axis]) = match shape[..] {
+        [frames, 3, markers] => (frames, markers, [1, markers]),
+        [frames, markers, 3] => (frames, markers, [3, 1]),
         _ => {
             return Err(format!(
                 "an array of the shape {:?}, but it must be (frames, 3, markers) or (frames, markers, 3)",
                 grid.shape
             ));
         }
+    };
+    let at = |frame: usize, marker: usize, axis: usize| {
+        grid.values[frame * 3 * markers + marker * by_marker + axis * by_axis]
     };
     let time = (0..frames).map(|frame| frame as f64 / reading.rate).collect();
     let marker = |f, m| Vector3::new(at(f, m, 0), at(f, m, 1), at(f, m, 2));
