@@ -1,0 +1,18 @@
+//! Identifies real cables: from recordings of markers between two grips to the numbers of a rod that moves as they do.
+//!
+//! A [`Recording`](recording::Recording) is read from a file. A [`Cable`](cable::Cable) is what a prediction may know of it: its
+//! first two frames and its grips. [`predict`](predict::predict) simulates cables with some [`Parameters`](parameter::Parameters).
+//! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
+//! [`CableFile`](result::CableFile), a [`scene`], and a [`page`].
+
+pub mod cable;
+pub mod confidence;
+pub mod fit;
+pub mod metric;
+pub mod page;
+pub mod parameter;
+pub mod predict;
+pub mod recording;
+pub mod result;
+pub mod scene;
+pub mod spline;

@@ -1,0 +1,174 @@
+//! What is identified of a cable: numbers, global for all its recordings.
+
+use std::ops::{Index, IndexMut};
+
+use names::names;
+
+/// A number of a cable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Parameter {
+    /// Bending stiffness over mass per length, EI / (rho A) [m^4/s^2]. Markers tell ratios to the mass alone.
+    Bending,
+    /// Stiffness of twist over that of bending, GJ / EI.
+    Twist,
+    /// Relaxation time of bending and twist (Kelvin-Voigt) [s].
+    InnerDamping,
+    /// Rate at which velocities decay [1/s].
+    OuterDamping,
+    /// Drag across the axis: deceleration over the square of the velocity [1/m].
+    DragAcross,
+    /// Drag along the axis: deceleration over the square of the velocity [1/m].
+    DragAlong,
+    /// Curvature at rest about d1 [1/m].
+    Curvature1,
+    /// Curvature at rest about d2 [1/m].
+    Curvature2,
+    /// Tilt of the recordings' vertical towards x [rad].
+    TiltX,
+    /// Tilt of the recordings' vertical towards y [rad].
+    TiltY,
+    /// Compliance of the grips: length of cable [m] that would bend and twist as much.
+    Grip,
+}
+
+names!(Parameter {
+    Bending = "bending",
+    Twist = "twist",
+    InnerDamping = "inner-damping",
+    OuterDamping = "outer-damping",
+    DragAcross = "drag-across",
+    DragAlong = "drag-along",
+    Curvature1 = "curvature-1",
+    Curvature2 = "curvature-2",
+    TiltX = "tilt-x",
+    TiltY = "tilt-y",
+    Grip = "grip",
+});
+
+/// Where and how a parameter is searched for.
+struct Range {
+    /// Where the search begins.
+    start: f64,
+    least: f64,
+    most: f64,
+    /// Whether its logarithm is searched for; else it is measured in this unit.
+    scale: Scale,
+}
+
+enum Scale {
+    Logarithm,
+    Unit(f64),
+}
+
+impl Parameter {
+    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell.
+    pub const DEFAULT: [Self; 9] = [
+        Self::Bending,
+        Self::Twist,
+        Self::InnerDamping,
+        Self::OuterDamping,
+        Self::Curvature1,
+        Self::Curvature2,
+        Self::TiltX,
+        Self::TiltY,
+        Self::Grip,
+    ];
+    /// Number of parameters.
+    pub const COUNT: usize = Self::ALL.len();
+
+    fn range(self) -> Range {
+        use Scale::{Logarithm, Unit};
+        match self {
+            Self::Bending => Range { start: 0.02, least: 1e-5, most: 100.0, scale: Logarithm },
+            Self::Twist => Range { start: 0.7, least: 0.01, most: 100.0, scale: Logarithm },
+            Self::InnerDamping => Range { start: 0.02, least: 1e-4, most: 10.0, scale: Logarithm },
+            Self::OuterDamping => Range { start: 0.3, least: 1e-3, most: 100.0, scale: Logarithm },
+            Self::DragAcross => Range { start: 0.1, least: 1e-3, most: 100.0, scale: Logarithm },
+            Self::DragAlong => Range { start: 0.01, least: 1e-3, most: 100.0, scale: Logarithm },
+            Self::Curvature1 | Self::Curvature2 => Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) },
+            Self::TiltX | Self::TiltY => Range { start: 0.0, least: -0.3, most: 0.3, scale: Unit(0.1) },
+            Self::Grip => Range { start: 0.01, least: 1e-4, most: 0.5, scale: Logarithm },
+        }
+    }
+
+    /// Where it stands among all.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Bending => "m^4/s^2",
+            Self::Twist => "1",
+            Self::InnerDamping => "s",
+            Self::OuterDamping => "1/s",
+            Self::DragAcross | Self::DragAlong | Self::Curvature1 | Self::Curvature2 => "1/m",
+            Self::TiltX | Self::TiltY => "rad",
+            Self::Grip => "m",
+        }
+    }
+
+    /// Where searches begin.
+    pub fn start(self) -> f64 {
+        self.range().start
+    }
+
+    /// The least and the largest value that it may have.
+    pub fn bounds(self) -> [f64; 2] {
+        let Range { least, most, .. } = self.range();
+        [least, most]
+    }
+
+    /// The number that is searched for: the logarithm of `value`, or the value in its unit of search.
+    pub fn coordinate(self, value: f64) -> f64 {
+        match self.range().scale {
+            Scale::Logarithm => value.ln(),
+            Scale::Unit(unit) => value / unit,
+        }
+    }
+
+    /// The value of a coordinate, within the bounds.
+    pub fn value(self, coordinate: f64) -> f64 {
+        let Range { least, most, scale, .. } = self.range();
+        let value = match scale {
+            Scale::Logarithm => coordinate.exp(),
+            Scale::Unit(unit) => coordinate * unit,
+        };
+        value.clamp(least, most)
+    }
+
+    /// Whether its logarithm is searched for, so that its spread is a factor.
+    pub fn is_logarithmic(self) -> bool {
+        matches!(self.range().scale, Scale::Logarithm)
+    }
+}
+
+/// A value for each parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters([f64; Parameter::COUNT]);
+
+impl Default for Parameters {
+    /// Where searches begin; without drag.
+    fn default() -> Self {
+        let mut values = [0.0; Parameter::COUNT];
+        for parameter in Parameter::DEFAULT {
+            values[parameter.index()] = parameter.start();
+        }
+        Self(values)
+    }
+}
+
+impl Index<Parameter> for Parameters {
+    type Output = f64;
+
+    fn index(&self, parameter: Parameter) -> &f64 {
+        &self.0[parameter.index()]
+    }
+}
+
+impl IndexMut<Parameter> for Parameters {
+    fn index_mut(&mut self, parameter: Parameter) -> &mut f64 {
+        &mut self.0[parameter.index()]
+    }
+}

@@ -1,0 +1,101 @@
+//! Recordings: markers on a cable over time.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+mod check;
+mod grid;
+mod pickle;
+mod read;
+mod table;
+
+pub use read::{Reading, files, read, read_all};
+
+/// Markers at each end of a cable that its grips hold, and that are given to a prediction over all time.
+pub const GRIPPED: usize = 2;
+
+/// Markers along one cable over time. A marker that was lost in a frame has the coordinates NaN there; those in the grips and
+/// those of the first two frames are never lost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The file.
+    pub path: PathBuf,
+    /// Times of the frames [s], increasing, the first of them 0.
+    pub time: Vec<f64>,
+    /// Positions [m]: `markers[frame][marker]`, in the order along the cable.
+    pub markers: Vec<Vec<Vector3<f64>>>,
+}
+
+impl Recording {
+    /// Its name: the file's, without its ending.
+    pub fn name(&self) -> String {
+        self.path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Markers along the cable.
+    pub fn count(&self) -> usize {
+        self.markers.first().map_or(0, Vec::len)
+    }
+
+    /// The markers that are to be predicted: all but those in the grips.
+    pub fn free(&self) -> std::ops::Range<usize> {
+        GRIPPED..self.count() - GRIPPED
+    }
+
+    /// The same, its first `frames` alone.
+    pub fn first(&self, frames: usize) -> Self {
+        let frames = frames.min(self.frames());
+        Self { path: self.path.clone(), time: self.time[..frames].to_vec(), markers: self.markers[..frames].to_vec() }
+    }
+}
+
+/// What is wrong with a recording: one sentence that begins with the file.
+#[derive(Debug, Error)]
+#[error("{}: {place}{message}", .path.display())]
+pub struct RecordingError {
+    /// The file.
+    pub path: PathBuf,
+    /// Where in it.
+    pub place: Place,
+    /// What is wrong, and what is allowed.
+    pub message: String,
+}
+
+/// A place in a recording, both counted from 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// The frame.
+    pub frame: Option<usize>,
+    /// The marker.
+    pub marker: Option<usize>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.frame, self.marker) {
+            (None, None) => Ok(()),
+            (Some(frame), None) => write!(f, "frame {frame}: "),
+            (None, Some(marker)) => write!(f, "marker {marker}: "),
+            (Some(frame), Some(marker)) => write!(f, "frame {frame}, marker {marker}: "),
+        }
+    }
+}
+
+impl RecordingError {
+    pub(crate) fn new(path: &Path, message: impl Into<String>) -> Self {
+        Self { path: path.to_owned(), place: Place::default(), message: message.into() }
+    }
+
+    pub(crate) fn at(path: &Path, frame: usize, marker: usize, message: impl Into<String>) -> Self {
+        let place = Place { frame: Some(frame), marker: Some(marker) };
+        Self { path: path.to_owned(), place, message: message.into() }
+    }
+}

@@ -1,0 +1,164 @@
+//! What a recording must be to be of use.
+
+use nalgebra::Vector3;
+
+use super::{GRIPPED, Recording, RecordingError};
+
+/// Fewest frames: two give the velocities at the start.
+const FEWEST_FRAMES: usize = 3;
+/// Fewest markers: those in the grips, and one to be predicted.
+const FEWEST_MARKERS: usize = 2 * GRIPPED + 1;
+/// Lengths of cables [m].
+const LENGTHS: [f64; 2] = [0.05, 20.0];
+/// How far a distance of neighbours may be from its median, in mean distances along the cable: markers shake, cables hardly
+/// stretch.
+const FARTHEST: f64 = 0.5;
+/// Longest gap of a marker in a grip that is filled by a line [s].
+const LONGEST_GAP: f64 = 0.1;
+/// How far the length of a recording's cable may be from that of most, as a part of it.
+const SAME_LENGTH: f64 = 0.15;
+
+/// The recording with the gaps of its grips filled, if it is sound.
+pub(super) fn checked(mut recording: Recording) -> Result<Recording, RecordingError> {
+    let path = recording.path.clone();
+    let wrong = |message: String| Err(RecordingError::new(&path, message));
+    let (frames, count) = (recording.frames(), recording.count());
+    if frames < FEWEST_FRAMES {
+        return wrong(format!("{frames} frames, but there must be at least {FEWEST_FRAMES}"));
+    }
+    if count < FEWEST_MARKERS {
+        return wrong(format!(
+            "{count} markers, but there must be at least {FEWEST_MARKERS}: two in each grip, one between"
+        ));
+    }
+    for (frame, pair) in recording.time.windows(2).enumerate() {
+        if !(pair[1] > pair[0] && pair[1].is_finite()) {
+            return wrong(format!("frame {}: time {} s, but it must be later than {} s", frame + 1, pair[1], pair[0]));
+        }
+    }
+    for (frame, markers) in recording.markers.iter().enumerate() {
+        for (marker, position) in markers.iter().enumerate() {
+            if position.iter().any(|x| x.is_infinite()) {
+                return Err(RecordingError::at(&path, frame, marker, "a coordinate is infinite"));
+            }
+        }
+    }
+    for marker in (0..GRIPPED).chain(count - GRIPPED..count) {
+        fill(&mut recording, marker)?;
+    }
+    for frame in 0..2 {
+        if let Some(marker) = recording.markers[frame].iter().position(is_lost) {
+            let message = "it is lost, but the first two frames say how the cable starts: cut them off";
+            return Err(RecordingError::at(&path, frame, marker, message));
+        }
+    }
+    check_distances(&recording)?;
+    Ok(recording)
+}
+
+/// Whether a marker was lost.
+fn is_lost(position: &Vector3<f64>) -> bool {
+    position.iter().any(|x| x.is_nan())
+}
+
+/// Fills the gaps of a marker by lines.
+fn fill(recording: &mut Recording, marker: usize) -> Result<(), RecordingError> {
+    let lost: Vec<bool> = recording.markers.iter().map(|markers| is_lost(&markers[marker])).collect();
+    let mut frame = 0;
+    while let Some(first) = (frame..lost.len()).find(|&frame| lost[frame]) {
+        let fault = |message: String| RecordingError::at(&recording.path, first, marker, message);
+        let (Some(before), Some(after)) = (first.checked_sub(1), (first..lost.len()).find(|&frame| !lost[frame]))
+        else {
+            return Err(fault("a marker in a grip is lost at the start or at the end: cut these frames off".into()));
+        };
+        let [from, to] = [before, after].map(|frame| (recording.time[frame], recording.markers[frame][marker]));
+        let gap = to.0 - from.0;
+        if gap > LONGEST_GAP {
+            return Err(fault(format!(
+                "a marker in a grip is lost for {gap:.3} s, but at most {LONGEST_GAP} s can be filled"
+            )));
+        }
+        for frame in before + 1..after {
+            let share = (recording.time[frame] - from.0) / gap;
+            recording.markers[frame][marker] = from.1 + (to.1 - from.1) * share;
+        }
+        frame = after;
+    }
+    Ok(())
+}
+
+/// Refuses other units, and markers that swap or jump.
+fn check_distances(recording: &Recording) -> Result<(), RecordingError> {
+    let distance = |markers: &[Vector3<f64>], marker: usize| (markers[marker + 1] - markers[marker]).norm();
+    let medians: Vec<f64> = (0..recording.count() - 1)
+        .map(|marker| median(recording.markers.iter().map(|markers| distance(markers, marker)).collect()))
+        .collect();
+    let length: f64 = medians.iter().sum();
+    if !(LENGTHS[0]..=LENGTHS[1]).contains(&length) {
+        let [least, most] = LENGTHS;
+        let message = format!("a cable {length} m long, but it must be {least} to {most} m: say the unit (--unit-m)");
+        return Err(RecordingError::new(&recording.path, message));
+    }
+    let mean = length / medians.len() as f64;
+    for (marker, median) in medians.iter().enumerate() {
+        if *median < 1e-3 * mean {
+            let message = format!("it lies where marker {} does", marker + 1);
+            return Err(RecordingError::at(&recording.path, 0, marker, message));
+        }
+    }
+    for (frame, markers) in recording.markers.iter().enumerate() {
+        for (marker, &usual) in medians.iter().enumerate() {
+            let found = distance(markers, marker);
+            if (found - usual).abs() > FARTHEST * mean {
+                let message = format!(
+                    "{found:.4} m to marker {}, but mostly {usual:.4} m: markers swapped, or one jumps",
+                    marker + 1
+                );
+                return Err(RecordingError::at(&recording.path, frame, marker, message));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Takes recordings away whose number of markers or length is not that of most, and says why.
+pub(super) fn drop_strangers(recordings: &mut Vec<Recording>) -> Vec<RecordingError> {
+    let mut dropped = Vec::new();
+    let length =
+        |recording: &Recording| -> f64 { recording.markers[0].windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum() };
+    if recordings.is_empty() {
+        return dropped;
+    }
+    let count = median(recordings.iter().map(|recording| recording.count() as f64).collect()) as usize;
+    recordings.retain(|recording| {
+        let fits = recording.count() == count;
+        if !fits {
+            let message = format!("{} markers, but most recordings have {count}", recording.count());
+            dropped.push(RecordingError::new(&recording.path, message));
+        }
+        fits
+    });
+    let usual = median(recordings.iter().map(length).collect());
+    recordings.retain(|recording| {
+        let found = length(recording);
+        let fits = (found / usual - 1.0).abs() <= SAME_LENGTH;
+        if !fits {
+            let message =
+                format!("a cable {found:.3} m long, but most recordings' is {usual:.3} m: other units or markers");
+            dropped.push(RecordingError::new(&recording.path, message));
+        }
+        fits
+    });
+    dropped
+}
+
+/// The middle one of the numbers that are known; NaN where there is none.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.retain(|value| !value.is_nan());
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        count if count % 2 == 1 => values[count / 2],
+        count => 0.5 * (values[count / 2 - 1] + values[count / 2]),
+    }
+}
