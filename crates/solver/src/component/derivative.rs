@@ -63,14 +63,6 @@ impl<T: Real> Component<T> {
     }
 }
 
-impl Component<f64> {
-    /// Puts a step's solution in its place.
-    pub(crate) fn place(&mut self, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
-        self.poses.copy_from_slice(poses);
-        self.lambda.copy_from_slice(lambda);
-    }
-}
-
 fn dual<const D: usize>(x: Vec3<f64>) -> Vec3<Dual<D>> {
     Vec3([Dual::splat(x.0[0]), Dual::splat(x.0[1]), Dual::splat(x.0[2])])
 }

@@ -24,7 +24,7 @@ impl Component<f64> {
 
     /// Makes what is held, loads and gravity those of `time` [s].
     pub(crate) fn go_to(&mut self, time: f64) {
-        self.place(time);
+        self.place_moved(time);
         self.set_forces(time);
     }
 

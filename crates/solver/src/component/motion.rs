@@ -201,7 +201,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Puts what moves by itself to its place at `time` [s].
-    pub(super) fn place(&mut self, time: f64) {
+    pub(super) fn place_moved(&mut self, time: f64) {
         for Moved { lane, body, motion } in &self.moved {
             copy_pose(&mut self.poses[*body], *lane, &motion.at(time).0, 0);
         }

@@ -131,7 +131,7 @@ impl Component<f64> {
         self.pulls_hold = false;
     }
 
-    /// Puts poses and multipliers back to where a step began.
+    /// Puts poses and multipliers to where they have been.
     pub(crate) fn go_back_to(&mut self, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
         self.poses.copy_from_slice(poses);
         self.lambda.copy_from_slice(lambda);

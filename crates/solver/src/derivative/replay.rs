@@ -63,7 +63,7 @@ impl Replay {
         let Self { component, turned, columns: (bodies, joints), equations, topology, factor } = self;
         component.set_forces(substep.interval.time + substep.interval.dt);
         component.predict_step(substep.interval);
-        component.place(&substep.poses, &substep.lambda);
+        component.go_back_to(&substep.poses, &substep.lambda);
         component.evaluate_step();
         component.gather(equations, 1.0);
         turned.turn_all(component, bodies, joints);
