@@ -336,7 +336,7 @@ impl Contact {
     /// Friction is at most what it is at the normal impulse that there is now, until this is asked again.
     pub(crate) fn keep_bound(&mut self) {
         let normal = self.impulse.dot(self.normal);
-        self.bound = (normal > 0.0).then(|| [self.friction.at_rest * normal, self.friction.sliding * normal]);
+        self.bound = (normal > 0.0).then_some([self.friction.at_rest * normal, self.friction.sliding * normal]);
     }
 
     /// What of gap and slip `w` the impulse there is does not answer, in the contact's frame [m]: with so much less it would be

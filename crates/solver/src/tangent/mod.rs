@@ -11,9 +11,10 @@
 //! The last part of K is how forces and torques of joints change as bodies turn. It couples the two bodies of a joint, so
 //! that `J K^-1 J^T` would fill: bodies and joints are eliminated together ([`elimination`]), which stays regular however
 //! small compliances are. K is symmetric where g is the gradient of an energy. What is not is
-//! left out: a part of the inertia that is of first order in the turn from the predicted pose, BDF2's gyroscopic share (half of which would couple tilts
-//! of an axis to the spin about it, which is light, as the whole does not), and how frames turn in which stretch is measured
-//! (of first order in the strain, and in what inner damping of stretch remembers of it). So convergence is nearly quadratic.
+//! left out: a part of the inertia that is of first order in the turn from the predicted pose, BDF2's gyroscopic share (half
+//! of which would couple tilts of an axis to the spin about it, which is light, as the whole does not), and how frames turn in
+//! which stretch is measured (of first order in the strain, and in what inner damping of stretch remembers of it). So
+//! convergence is nearly quadratic.
 
 mod cholesky;
 pub mod curvature;
