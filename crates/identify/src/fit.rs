@@ -277,8 +277,9 @@ fn normal(recording: &Recording, predicted: &Prediction, beside: &[&Prediction],
                 let weight = if far <= huber { 1.0 } else { huber / far };
                 normal.loss += if far <= huber { 0.5 * far * far } else { huber * (far - 0.5 * huber) };
                 for (slope, beside) in slope.iter_mut().zip(beside) {
-                    let change = (beside.markers[frame][marker][axis] - here[axis]) / DIFFERENCE;
-                    *slope = if change.is_finite() { change } else { 0.0 };
+                    // Where the run beside goes over to another shape there is no derivative.
+                    let change = beside.markers[frame][marker][axis] - here[axis];
+                    *slope = if change.abs() < huber { change / DIFFERENCE } else { 0.0 };
                 }
                 for a in 0..size {
                     normal.gradient[a] += weight * slope[a] * far.copysign(residual);
