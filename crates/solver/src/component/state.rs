@@ -143,8 +143,8 @@ mod tests {
     fn rates_and_their_variables_say_the_same() {
         let axis = Vec3([0.48, -0.6, 0.64]);
         let dt = 0.02;
-        assert_eq!(variable(Vec3::zero(), dt), Vec3::zero());
-        assert_eq!(rate(Vec3::zero(), dt), Vec3::zero());
+        assert_eq!(variable(Vec3::<f64>::zero(), dt), Vec3::zero());
+        assert_eq!(rate(Vec3::<f64>::zero(), dt), Vec3::zero());
         for angle in [1e-12, 0.1, 1.0, 2.0, 3.1, 3.2, 20.0] {
             let own = variable(axis * (angle / dt), dt);
             let sine = 0.5 * dt * own.norm_squared().sqrt();

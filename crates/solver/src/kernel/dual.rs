@@ -1,5 +1,8 @@
 //! Dual numbers: a value with its derivatives along some directions, so that a kernel differentiates itself.
 
+// Slopes are numbered as in the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::lane::Real;
