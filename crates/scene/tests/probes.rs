@@ -12,8 +12,7 @@ fn text(more: &str) -> String {
                 shape.straight = { length_m = 1, segments = 10 }\n\
                 [[rods]]\nname = \"o\"\nshape.ring = { radius_m = 1, segments = 8 }\n\
                 [[rods]]\nname = \"one\"\nshape.straight = { start_m = [0, 5, 0], length_m = 1, segments = 1 }\n";
-    let body = "[[bodies]]\nname = \"w\"\nmass_kg = 1\nshape.sphere = { radius_m = 0.1 }\nposition_m = [0, 9, 0]\n";
-    format!("{more}\n{rods}{body}")
+    format!("{more}\n{rods}")
 }
 
 fn probe(keys: &str) -> Result<Probe, String> {
@@ -71,7 +70,9 @@ fn mistakes_are_named_with_their_key() {
     for (keys, expected) in [
         (format!("rod = \"b\"\nsegment = 0\n{quantities}"), "probes[0].rod = \"b\", but it must be the name of a rod"),
         (
-            format!("rod = \"w\"\nsegment = 0\n{quantities}"),
+            format!(
+                "rod = \"w\"\nsegment = 0\n{quantities}\n[[bodies]]\nname = \"w\"\nmass_kg = 1\nshape.sphere = {{ radius_m = 0.1 }}"
+            ),
             "probes[0].rod: `w` is a rigid body, but a probe reads a place of a rod: name a rod that is joined to it",
         ),
         (format!("rod = \"a\"\n{quantities}"), "probes[0]: give either `at` or `segment`"),
