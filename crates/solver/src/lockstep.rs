@@ -368,7 +368,7 @@ impl Steps for Lockstep {
 
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
         for set in &mut self.sets {
-            let is_kept = !status.is_stuck() && !(may_stay(status, params) && set.is_torn());
+            let is_kept = !(status.is_stuck() || may_stay(status, params) && set.is_torn());
             count_step(&set.attempt, 0, is_kept, &mut set.counters);
         }
         // Contacts alone may be what has not converged.

@@ -206,7 +206,7 @@ impl Standing {
         self.pose.position + self.pose.orientation * place
     }
 
-    fn from_world(&self, place: &Vector3<f64>) -> Vector3<f64> {
+    fn own_place(&self, place: &Vector3<f64>) -> Vector3<f64> {
         self.pose.orientation.inverse() * (place - self.pose.position)
     }
 
@@ -221,7 +221,7 @@ impl Standing {
         if !self.is_near(&((capsule.start + capsule.end) * 0.5), half + capsule.radius) {
             return f64::INFINITY;
         }
-        let [start, end] = [capsule.start, capsule.end].map(|place| self.from_world(&place));
+        let [start, end] = [capsule.start, capsule.end].map(|place| self.own_place(&place));
         let (own, capsule) = (self.parts(), Capsule { start, end, ..*capsule });
         let mut least = f64::INFINITY;
         own.face_tree()
@@ -238,7 +238,7 @@ impl Standing {
     /// open and that they pierce.
     fn depth(&self, other: &Self) -> f64 {
         let (of, within) = (self.parts(), other.parts());
-        let place = |own: &Vector3<f64>| other.from_world(&self.to_world(own));
+        let place = |own: &Vector3<f64>| other.own_place(&self.to_world(own));
         let inside = |place: Vector3<f64>| if within.encloses(&place) { within.distance(&place) } else { 0.0 };
         // How deep a place is that both enclose.
         let in_both = |own: Vector3<f64>| if of.encloses(&own) { inside(place(&own)) } else { 0.0 };
