@@ -230,7 +230,7 @@ impl<'a> Part<'a> {
         let run = |cables| together(cables, parameters, self.frames, self.search.steps);
         let chunks: Result<Vec<Vec<Prediction>>, _> = self.cables.par_chunks(TOGETHER).map(run).collect();
         let predictions = chunks?.into_iter().flatten();
-        let loss = |(real, predicted): (&&Recording, _)| normal(real, &predicted, &[], self.search.huber).loss;
+        let loss = |(real, predicted): (&&Recording, _)| normal(real, &predicted, &[], &[], self.search.huber).loss;
         Ok(self.recordings.iter().zip(predictions).map(loss).sum())
     }
 
@@ -242,14 +242,16 @@ impl<'a> Part<'a> {
             let run = |run: usize| {
                 let mut beside = *parameters;
                 if let Some(&parameter) = run.checked_sub(1).map(|k| &free[k]) {
-                    beside[parameter] = parameter.value(parameter.coordinate(parameters[parameter]) + DIFFERENCE);
+                    let at = parameter.coordinate(parameters[parameter]);
+                    beside[parameter] = parameter.value(at + difference(parameter, parameters));
                 }
                 together(cables, &beside, self.frames, *steps)
             };
+            let differences: Vec<f64> = free.iter().map(|&of| difference(of, parameters)).collect();
             let runs = (0..=free.len()).into_par_iter().map(run).collect::<Result<Vec<_>, _>>()?;
             let of = |(k, recording): (usize, &&Recording)| {
                 let beside: Vec<&Prediction> = runs[1..].iter().map(|run| &run[k]).collect();
-                normal(recording, &runs[0][k], &beside, *huber)
+                normal(recording, &runs[0][k], &beside, &differences, *huber)
             };
             Ok(recordings.iter().enumerate().map(of).collect())
         };
@@ -258,8 +260,21 @@ impl<'a> Part<'a> {
     }
 }
 
-/// What a recording says of a prediction and those `beside` it, one for each free parameter.
-fn normal(recording: &Recording, predicted: &Prediction, beside: &[&Prediction], huber: f64) -> Normal {
+/// By how much the coordinate of a parameter is changed for derivatives: back where forth would leave its bounds.
+fn difference(parameter: Parameter, parameters: &Parameters) -> f64 {
+    let most = parameter.coordinate(parameter.bounds()[1]);
+    if parameter.coordinate(parameters[parameter]) + DIFFERENCE > most { -DIFFERENCE } else { DIFFERENCE }
+}
+
+/// What a recording says of a prediction and those `beside` it, one for each free parameter, whose coordinates differ by
+/// `differences`.
+fn normal(
+    recording: &Recording,
+    predicted: &Prediction,
+    beside: &[&Prediction],
+    differences: &[f64],
+    huber: f64,
+) -> Normal {
     let size = beside.len();
     let mut normal = Normal { loss: 0.0, count: 0, gradient: DVector::zeros(size), matrix: DMatrix::zeros(size, size) };
     let mut slope = vec![0.0; size];
@@ -276,10 +291,10 @@ fn normal(recording: &Recording, predicted: &Prediction, beside: &[&Prediction],
                 normal.count += 1;
                 let weight = if far <= huber { 1.0 } else { huber / far };
                 normal.loss += if far <= huber { 0.5 * far * far } else { huber * (far - 0.5 * huber) };
-                for (slope, beside) in slope.iter_mut().zip(beside) {
+                for ((slope, beside), difference) in slope.iter_mut().zip(beside).zip(differences) {
                     // Where the run beside goes over to another shape there is no derivative.
                     let change = beside.markers[frame][marker][axis] - here[axis];
-                    *slope = if change.abs() < huber { change / DIFFERENCE } else { 0.0 };
+                    *slope = if change.abs() < huber { change / difference } else { 0.0 };
                 }
                 for a in 0..size {
                     normal.gradient[a] += weight * slope[a] * far.copysign(residual);

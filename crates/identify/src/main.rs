@@ -81,17 +81,23 @@ struct Set {
 
 impl Set {
     fn read(name: &'static str, places: &[PathBuf], reading: Reading, segments: usize) -> Result<Self> {
-        let (recordings, faults) = read_all(&files(places)?, reading);
+        let (read, faults) = read_all(&files(places)?, reading);
         for fault in &faults {
             complain(format_args!("{fault}"));
+        }
+        let (mut recordings, mut cables) = (Vec::new(), Vec::new());
+        for recording in read {
+            match Cable::new(&recording, segments) {
+                Ok(cable) => {
+                    cables.push(cable);
+                    recordings.push(recording);
+                }
+                Err(error) => complain(format_args!("{}: {error}", recording.path.display())),
+            }
         }
         if recordings.is_empty() {
             bail!("none of the recordings to {} is of use", if name == "train" { "identify" } else { "predict" });
         }
-        let cable = |recording: &Recording| {
-            Cable::new(recording, segments).map_err(|error| anyhow!("{}: {error}", recording.path.display()))
-        };
-        let cables = recordings.iter().map(cable).collect::<Result<_>>()?;
         Ok(Self { name, recordings, cables })
     }
 
@@ -116,6 +122,7 @@ fn run(cli: &Cli) -> Result<ExitCode> {
         places => Set::read(name, places, reading, resolution.segments).map(Some),
     };
     let (train, eval) = (read("train", &cli.recordings)?, read("eval", &cli.eval)?);
+    std::fs::create_dir_all(&cli.out).with_context(|| format!("--out: cannot create {}", cli.out.display()))?;
     let (file, parameters, known) = match (earlier, &train) {
         (Some(file), _) => {
             let parameters = file.parameters().map_err(|message| anyhow!(message))?;
@@ -176,6 +183,8 @@ fn identified(cli: &Cli, train: &Set, resolution: Resolution) -> Result<(CableFi
         seconds: began.elapsed().as_secs_f64(),
         errors_m: Default::default(),
     };
+    // What was searched for is kept, whatever becomes of the predictions.
+    file.write(&cli.out.join("result.json"))?;
     Ok((file, fit.parameters, known))
 }
 
@@ -220,7 +229,6 @@ fn write(
         }
         all.push((predictions, errors));
     }
-    std::fs::create_dir_all(&cli.out).with_context(|| format!("cannot create {}", cli.out.display()))?;
     file.write(&cli.out.join("result.json"))?;
     let shown: Vec<Predicted> =
         sets.iter().zip(&all).map(|(set, (predictions, _))| set.predicted(predictions)).collect();
@@ -235,10 +243,15 @@ fn write(
         };
         play("worst.html", worst)?;
         play("median.html", median)?;
-        let written =
-            scene::write(&cli.out.join("scene"), &set.cables[median], &set.recordings[median].name(), parameters)?;
+        let written = scene::write(
+            &cli.out.join("scene"),
+            &set.cables[median],
+            &set.recordings[median].name(),
+            parameters,
+            steps,
+        )?;
         say!("scene of {}: {}", set.recordings[median].name(), written.display())?;
     }
     say!("page: {}", page.display())?;
-    Ok(if file.stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS })
+    Ok(if file.stopped && cli.from.is_none() { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS })
 }

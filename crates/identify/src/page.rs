@@ -33,7 +33,7 @@ impl Predicted<'_> {
         self.recordings.iter().zip(self.predictions).map(|(real, predicted)| mean_error(real, predicted)).collect()
     }
 
-    /// Mean error over time: times [s] and errors [m] of a coordinate of a free marker.
+    /// Mean error over time: times [s] and errors [cm] of a coordinate of a free marker.
     fn over_time(&self) -> Vec<(f64, f64)> {
         let frames = self.predictions.iter().map(|prediction| prediction.markers.len()).max().unwrap_or(0);
         let time = |frame: usize| self.recordings.iter().find_map(|recording| recording.time.get(frame).copied());
@@ -41,7 +41,7 @@ impl Predicted<'_> {
         (0..frames).zip(errors).filter_map(|(frame, error)| Some((time(frame)?, error * 100.0))).collect()
     }
 
-    /// Mean error of each free marker [m].
+    /// Mean error of each free marker [cm].
     fn by_marker(&self) -> Vec<(f64, f64)> {
         let free = self.recordings.first().map_or(0..0, Recording::free);
         free.clone().map(|marker| (marker as f64, 100.0 * self.mean(|_, at| at + free.start == marker))).collect()

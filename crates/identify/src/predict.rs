@@ -62,8 +62,12 @@ pub(crate) fn together(
     frames: usize,
     steps: usize,
 ) -> Result<Vec<Prediction>, SimulationError> {
-    let in_time = |pair: &[Cable]| pair[0].time.iter().zip(&pair[1].time).all(|(a, b)| (a - b).abs() < 1e-9);
-    if !cables.windows(2).all(in_time) {
+    let longest = cables.iter().max_by_key(|cable| cable.time.len());
+    let in_time = |with: &Cable| {
+        let own = |cable: &Cable| cable.time.iter().zip(&with.time).all(|(a, b)| (a - b).abs() < 1e-9);
+        cables.iter().all(own)
+    };
+    if !longest.is_none_or(in_time) {
         let alone = cables.iter().map(|cable| together(std::slice::from_ref(cable), parameters, frames, steps));
         return Ok(alone.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect());
     }
@@ -103,7 +107,8 @@ pub(crate) fn watched(
             for _ in 0..steps {
                 batch.step(dt)?;
                 for (copy, unsolved) in unsolved.iter_mut().enumerate() {
-                    *unsolved += usize::from(batch.status(copy) != Status::Converged);
+                    let counts = frame < cables[copy].time.len();
+                    *unsolved += usize::from(counts && batch.status(copy) > Status::ConvergedInSubsteps);
                 }
             }
         }

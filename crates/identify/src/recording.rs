@@ -49,12 +49,6 @@ impl Recording {
     pub fn free(&self) -> std::ops::Range<usize> {
         GRIPPED..self.count() - GRIPPED
     }
-
-    /// The same, its first `frames` alone.
-    pub fn first(&self, frames: usize) -> Self {
-        let frames = frames.min(self.frames());
-        Self { path: self.path.clone(), time: self.time[..frames].to_vec(), markers: self.markers[..frames].to_vec() }
-    }
 }
 
 /// What is wrong with a recording: one sentence that begins with the file.

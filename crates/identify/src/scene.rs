@@ -15,17 +15,23 @@ use crate::parameter::{Parameter, Parameters};
 const GRIPS: [(&str, &str); 2] = [("start-face", "grip-start.csv"), ("end-face", "grip-end.csv")];
 
 /// Writes `folder/cable.toml` and the tables of its grips, and returns the scene's path. Run with `--formulation newton
-/// --integrator bdf2` it moves as the prediction does.
+/// --integrator bdf2` it moves as the prediction with so many `steps` a frame does, if the frames come at even times.
 ///
 /// # Errors
 /// If the system refuses.
-pub fn write(folder: &Path, cable: &Cable, name: &str, parameters: &Parameters) -> Result<PathBuf, ExportError> {
+pub fn write(
+    folder: &Path,
+    cable: &Cable,
+    name: &str,
+    parameters: &Parameters,
+    steps: usize,
+) -> Result<PathBuf, ExportError> {
     std::fs::create_dir_all(folder).map_err(ExportError::io("create the directory", folder))?;
     for ((_, file), motion) in GRIPS.iter().zip(cable.motions()) {
         write_atomically(&folder.join(file), |out| out.write_all(table(motion, &cable.time).as_bytes()))?;
     }
     let path = folder.join("cable.toml");
-    let text = text(cable, name, parameters);
+    let text = text(cable, name, parameters, steps);
     write_atomically(&path, |out| out.write_all(text.as_bytes()))?;
     Ok(path)
 }
@@ -42,10 +48,10 @@ fn table(motion: &Motion, time: &[f64]) -> String {
 }
 
 /// The scene.
-fn text(cable: &Cable, name: &str, parameters: &Parameters) -> String {
+fn text(cable: &Cable, name: &str, parameters: &Parameters, per_frame: usize) -> String {
     let (model, state) = cable.model(parameters);
-    let (first, steps) = (&model.joints[0], cable.time.len() - 1);
-    let dt = cable.time[steps] / steps as f64;
+    let (first, steps) = (&model.joints[0], per_frame * (cable.time.len() - 1));
+    let dt = cable.time[cable.time.len() - 1] / steps as f64;
     let nodes: Vec<_> = cable.first_nodes().iter().map(list).collect();
     let d1 = state.orientations[0] * Vector3::x();
     let [bend, twist] = moduli(parameters);
@@ -53,7 +59,7 @@ fn text(cable: &Cable, name: &str, parameters: &Parameters) -> String {
     let mut text = String::new();
     let _ = write!(
         text,
-        "description = {:?}
+        "description = {}
 gravity_m_s2 = {}
 
 [run]
@@ -64,9 +70,9 @@ steps = {steps}
 linear_per_s = {:?}
 
 ",
-        format!(
+        toml::Value::String(format!(
             "The cable of the recording {name}, driven by its grips: run it with --formulation newton --integrator bdf2."
-        ),
+        )),
         list(&model.gravity),
         model.damping.linear,
     );

@@ -131,7 +131,7 @@ fn the_scene_moves_as_the_prediction_does() {
     let recordings = recorded(&truth(), 1, 30, 0.0);
     let cables = cables(&recordings);
     let folder = tempfile::tempdir().unwrap();
-    let path = identify::scene::write(folder.path(), &cables[0], "synthetic-0", &truth()).unwrap();
+    let path = identify::scene::write(folder.path(), &cables[0], "synthetic-0", &truth(), 1).unwrap();
     let scene = scene::load(&path).unwrap();
     let settings = Settings { step: step_params(), ..Settings::default() };
     let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();

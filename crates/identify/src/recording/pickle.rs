@@ -23,6 +23,23 @@ enum Value {
 
 /// Most lists within lists; recordings have three or four.
 const DEEPEST: usize = 8;
+const TOO_DEEP: &str = "lists within lists that are too deep";
+
+impl Value {
+    /// How many lists stand within each other.
+    fn depth(&self) -> usize {
+        match self {
+            Value::List(values) => 1 + values.iter().map(Value::depth).max().unwrap_or(0),
+            _ => 0,
+        }
+    }
+}
+
+/// A list of these values.
+fn listed(values: Vec<Value>) -> Result<Value, String> {
+    let list = Value::List(values);
+    if list.depth() > DEEPEST { Err(TOO_DEEP.into()) } else { Ok(list) }
+}
 
 /// Reads the grid of numbers that `bytes` hold: nested lists, numpy's arrays and scalars.
 ///
@@ -33,7 +50,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Grid, String> {
     let value = machine.run().map_err(|message| format!("no pickle of numbers: byte {}: {message}", machine.at))?;
     let mut grid = Grid::default();
     flatten(&value, 0, &mut grid)?;
-    Ok(grid)
+    Grid::new(grid.shape, grid.values)
 }
 
 struct Machine<'a> {
@@ -95,16 +112,19 @@ impl<'a> Machine<'a> {
                 },
                 b'a' | b'e' => {
                     let values = if operation == b'a' { vec![self.pop()?] } else { self.since_mark()? };
+                    if values.iter().any(|value| value.depth() >= DEEPEST) {
+                        return Err(TOO_DEEP.into());
+                    }
                     let Some(Value::List(list)) = self.stack.last_mut() else {
                         return Err("something is added to what is no list".into());
                     };
                     list.extend(values);
                     continue;
                 }
-                b't' | b'l' => Value::List(self.since_mark()?),
+                b't' | b'l' => listed(self.since_mark()?)?,
                 0x85..=0x87 => {
                     let first = self.stack.len().checked_sub(usize::from(operation - 0x84)).ok_or("an empty stack")?;
-                    Value::List(self.stack.split_off(first))
+                    listed(self.stack.split_off(first))?
                 }
                 b'R' => self.call()?,
                 b'b' => self.build()?,
@@ -227,7 +247,6 @@ impl<'a> Machine<'a> {
 /// Appends the numbers of `value`, which stands `depth` lists deep, to `grid`, all of whose lists must be alike.
 fn flatten(value: &Value, depth: usize, grid: &mut Grid) -> Result<(), String> {
     match value {
-        _ if depth > DEEPEST => Err("lists within lists that are too deep".into()),
         Value::Number(number) if depth == grid.shape.len() => {
             grid.values.push(*number);
             Ok(())
@@ -281,6 +300,9 @@ mod tests {
             (b"\x80\x04cos\nsystem\n\x8c\x02ls\x85R.", "system"),
             (b"\x80\x04]\x94(]\x94K\x01a]\x94(K\x01K\x02ee.", "lengths"),
             (b"hello", "byte"),
+            // A list of arrays, of (1, 1) and of (1).
+            (b"\x80\x04]\x94(]\x94]\x94K\x01aa]\x94K\x01ae.", "depths"),
+            (&[&b"K\x01"[..], &[0x85; 100_000], b"."].concat(), "too deep"),
         ] {
             let error = read(bytes).unwrap_err();
             assert!(error.contains(reason), "{error}");

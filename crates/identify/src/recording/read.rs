@@ -65,8 +65,8 @@ pub fn read_all(paths: &[PathBuf], reading: Reading) -> (Vec<Recording>, Vec<Rec
     (good, bad)
 }
 
-/// Reads and checks a recording: a pickle (`.pkl`) of shape (frames, 3, markers), (frames, markers, 3) or (frames, 3 markers),
-/// or a CSV file with a header. Metres, seconds, z up.
+/// Reads and checks a recording: a pickle (`.pkl`) of shape (frames, 3, markers) or (frames, markers, 3), or a CSV file with a
+/// header. Metres, seconds, z up.
 ///
 /// # Errors
 /// With the file, and the frame and the marker where there is one to blame.

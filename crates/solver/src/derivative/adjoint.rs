@@ -51,6 +51,8 @@ pub struct Recording {
     simulation: Simulation,
     sets: Vec<Set>,
     steps: usize,
+    /// The step that was not solved, after which there is nothing to go back through.
+    failed: Option<(usize, Status)>,
 }
 
 struct Set {
@@ -114,19 +116,21 @@ impl Recording {
             Ok(Set { members, replay, dual, colours, kept: Vec::new() })
         });
         let sets = sets.collect::<Result<_, DerivativeError>>()?;
-        Ok(Self { model: model.clone(), simulation, sets, steps: 0 })
+        Ok(Self { model: model.clone(), simulation, sets, steps: 0, failed: None })
     }
 
     /// Advances by `dt` [s].
     ///
     /// # Errors
-    /// If `dt` is not finite and positive, or the step does not converge: there is no gradient then.
+    /// If `dt` is not finite and positive, or the step does not converge, or one before has not: there is no gradient then.
     pub fn step(&mut self, dt: f64) -> Result<StepReport, DerivativeError> {
+        self.check()?;
         let begin = self.simulation.time();
         let report = self.simulation.step(dt)?;
         self.steps += 1;
         if report.status > Status::ConvergedInSubsteps {
-            return Err(DerivativeError::Step { step: self.steps, status: report.status });
+            self.failed = Some((self.steps, report.status));
+            self.check()?;
         }
         let step = self.steps - 1;
         for (members, substeps) in self.simulation.take_substeps() {
@@ -138,6 +142,11 @@ impl Recording {
             set.kept.extend(kept);
         }
         Ok(report)
+    }
+
+    /// Whether all steps were solved.
+    fn check(&self) -> Result<(), DerivativeError> {
+        self.failed.map_or(Ok(()), |(step, status)| Err(DerivativeError::Step { step, status }))
     }
 
     /// Number of steps so far.
@@ -159,13 +168,14 @@ impl Recording {
     /// in any order. Of what is not wanted the gradient is zero. It lists all bodies that are held.
     ///
     /// # Errors
-    /// If a list has another size than the model, or names a step that has not been taken; or if the equations of a step are
-    /// singular.
+    /// If a list has another size than the model, or names a step that has not been taken; if a step did not converge, or its
+    /// equations are singular.
     pub fn backward(
         &mut self,
         objective: &[(usize, StateVariation)],
         wanted: Wanted,
     ) -> Result<Variation, DerivativeError> {
+        self.check()?;
         for (step, of) in objective {
             of.check(self.model.segments.len())?;
             if *step > self.steps {
@@ -201,15 +211,13 @@ impl Set {
         let mut step = steps;
         self.add_objective(objective, step, &mut bars);
         let kept = std::mem::take(&mut self.kept);
-        for kept in kept.iter().rev() {
+        let walked: Result<(), DerivativeError> = kept.iter().rev().try_for_each(|kept| {
             while step > kept.step + 1 {
                 step -= 1;
                 self.add_objective(objective, step, &mut bars);
             }
-            let at_held = self.step_back(model, kept, wanted, &mut bars, out);
-            let Some(at_held) = at_held else {
-                return Err(DerivativeError::Singular { step: kept.step + 1 });
-            };
+            let singular = DerivativeError::Singular { step: kept.step + 1 };
+            let at_held = self.step_back(model, kept, wanted, &mut bars, out).ok_or(singular)?;
             for ((&body, pose), poses) in held.iter().zip(at_held).zip(&mut held_poses) {
                 let mut add = |step: usize, share: f64| (0..2).for_each(|k| poses[step][k] += pose[k] * share);
                 add(kept.step, kept.share);
@@ -218,8 +226,10 @@ impl Set {
                 }
                 self.add_base(body, pose, out);
             }
-        }
+            Ok(())
+        });
         self.kept = kept;
+        walked?;
         while step > 0 {
             step -= 1;
             self.add_objective(objective, step, &mut bars);

@@ -140,7 +140,9 @@ impl Search<'_> {
             starts.extend([1.0, -1.0].map(|turns| self.twisted(&start, turns)));
         }
         for start in &starts {
-            self.descend(start);
+            if !self.is_over() {
+                self.descend(start);
+            }
         }
         for start in &starts {
             for _ in 0..SEARCHES {
@@ -203,7 +205,8 @@ impl Search<'_> {
     fn descend(&mut self, start: &Place) {
         self.balance.stand(start, 0.0);
         let Some(memory) = newton::fits(&self.balance.component, &self.topology) else { return };
-        let params = StaticParams { leave_unstable: true, ..self.params.rest };
+        let max_steps = self.params.rest.max_steps.saturating_sub(self.solves);
+        let params = StaticParams { leave_unstable: true, max_steps, ..self.params.rest };
         let report = newton::descend(&mut self.balance.component, memory, &params);
         self.solves += report.steps;
         if report.converged {
@@ -215,7 +218,7 @@ impl Search<'_> {
     /// Newton's method away from all that is known; whether that came to something new.
     fn deflate(&mut self, start: &Place) -> bool {
         let mut place = start.clone();
-        for _ in 0..ITERATIONS {
+        for iteration in 0..ITERATIONS {
             self.solves += 1;
             let Some((own, _)) = self.balance.step(&place, 1.0) else { return false };
             let size = self.balance.size(&own);
@@ -225,7 +228,13 @@ impl Search<'_> {
             let stretched = 1.0 / (1.0 - self.slope(&place, &own));
             let share = stretched.signum() * stretched.abs().min(LARGEST / size);
             if size <= self.params.rest.tolerance {
-                return self.add(place);
+                let is_new = self.add(place.clone());
+                if is_new || iteration > 0 {
+                    return is_new;
+                }
+                // The start is an equilibrium that is known: the search begins beside it.
+                place = self.bent(&place, ASIDE);
+                continue;
             }
             let mut step = own;
             step.dp.iter_mut().for_each(|dp| *dp = Spatial::zero().plus(*dp, share));
