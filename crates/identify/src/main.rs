@@ -172,6 +172,13 @@ fn identified(cli: &Cli, train: &Set, resolution: Resolution) -> Result<(CableFi
     })?;
     progress.finish();
     let known = known(&fit);
+    if train.recordings.len() <= fit.free.len() {
+        say!(
+            "no intervals: {} parameters need more recordings than {} for them",
+            fit.free.len(),
+            train.recordings.len()
+        )?;
+    }
     let file = CableFile {
         parameters: values(&known),
         segments: resolution.segments,

@@ -30,6 +30,9 @@ const TURN: f64 = 0.3;
 struct Report {
     scene: String,
     segments: usize,
+    /// Whether there is air, whose force stays as it is at rest.
+    #[serde(skip)]
+    in_air: bool,
     converged: bool,
     stable: Option<bool>,
     wall_s: f64,
@@ -62,6 +65,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
     let report = Report {
         scene: scene.name.clone(),
         segments: scene.state.len(),
+        in_air: scene.model.air.is_some(),
         converged: found.equilibrium.converged,
         stable: found.equilibrium.stable,
         wall_s: begin.elapsed().as_secs_f64(),
@@ -126,8 +130,13 @@ fn swing<'a>(rest: &'a State, mode: &'a Mode) -> impl Iterator<Item = State> + '
 }
 
 fn print(report: &Report) -> Result<()> {
-    let at_rest = if report.converged { "about the equilibrium" } else { "NO equilibrium found: about the last state" };
-    say!("{}: {} modes {at_rest}, in {} s", report.scene, report.modes.len(), number(report.wall_s))?;
+    let at_rest = if report.converged { "the equilibrium" } else { "the last state, as NO equilibrium was found" };
+    say!("{}: {} modes about {at_rest}, in {} s", report.scene, report.modes.len(), number(report.wall_s))?;
+    if report.in_air {
+        say!(
+            "the wind's force stays as it is at rest, however the rods move: what grows here may be at rest in the wind"
+        )?;
+    }
     if report.stable == Some(false) {
         say!("the equilibrium is unstable")?;
     }

@@ -8,7 +8,7 @@
 mod damping;
 mod krylov;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use rod::{Model, State};
 
 use self::krylov::{Field, Masses, Pair};
@@ -86,7 +86,8 @@ const ITERATIONS: usize = 3;
 /// changes no frequency; a wind's force stays as it is at rest.
 ///
 /// # Errors
-/// As [`equilibrium`], and [`SimulationError::Loops`] where rods form more than one loop.
+/// As [`equilibrium`], and [`SimulationError::Loops`] where rods form more than one loop, [`SimulationError::Torques`] where
+/// torques are loads.
 pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticParams) -> Result<Modes, SimulationError> {
     without_contacts(model, "modal analysis")?;
     let equilibrium = equilibrium(model, state, params)?;
@@ -97,6 +98,9 @@ pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticPara
         component.hold_still();
         component.stop_inner_damping();
         let solver = SolverKind::Direct.build(model, &members, &topology)?;
+        if component.has_torques() {
+            return Err(SimulationError::Torques);
+        }
         let elimination = Elimination::new(&topology).ok_or(SimulationError::Loops("modal analysis"))?;
         let rest = component.poses.clone();
         let masses: Vec<_> = (0..rest.len()).map(|i| component.mass_and_inertia(i)).collect();
@@ -143,7 +147,11 @@ impl Problem {
                 continue;
             }
             let count = count.min(6 * masses.iter().flatten().count());
-            found = krylov::largest(&mut |x| self.solved(x).0, masses, count)
+            if count == 0 {
+                break;
+            }
+            let known = if masses.iter().all(Option::is_some) { self.free_movements() } else { Vec::new() };
+            found = krylov::largest(&mut |x| self.solved(x).0, masses, count, known)
                 .into_iter()
                 .map(|pair| ((1.0 / pair.value - 1.0) / (step * step), pair))
                 .collect();
@@ -186,6 +194,20 @@ impl Problem {
             }
         }
         elimination.solve(equations) && elimination.mended == 0
+    }
+
+    /// Shifts along the axes and turns about them of all bodies as one.
+    fn free_movements(&self) -> Vec<Field> {
+        let of = |k: usize| {
+            let axis = Vector3::ith(k % 3, 1.0);
+            let of = |pose: &BodyPose<f64>| {
+                let place = Vector3::from(pose.x.0);
+                let (shift, turn) = if k < 3 { (axis, Vector3::zeros()) } else { (axis.cross(&place), axis) };
+                Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+            };
+            self.rest.iter().map(of).collect()
+        };
+        (0..6).map(of).collect()
     }
 
     /// `(M + h^2 K)^-1 x`, and what the joints transmit then, in world rows.

@@ -68,6 +68,9 @@ pub enum SimulationError {
     /// Several equilibria of what is not known.
     #[error("the search for several equilibria needs {0}")]
     Branches(&'static str),
+    /// Modes under torques that turn with nothing: they have no energy, and so the tangent is not symmetric.
+    #[error("modal analysis needs loads without torques, which have no energy")]
+    Torques,
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),

@@ -161,6 +161,35 @@ fn a_straight_column_beyond_its_load_has_a_negative_square() {
     }
 }
 
+/// A count that ends among the free movements, or just beyond them, hides none of them.
+#[test]
+fn few_modes_of_a_free_beam_are_the_free_movements() {
+    let beam = thin(40);
+    for count in [4, 6, 7, 8] {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        assembly.rod(&beam.spec(Vector3::zeros(), Vector3::new(1.0, 2.0, -1.0)));
+        let found = found(assembly.finish(), count);
+        let free = found.iter().filter(|mode| mode.squared.abs() < 1e-6 * bending(&beam, &FREE)[0].powi(2)).count();
+        assert_eq!(free, count.min(6), "of {count}");
+    }
+}
+
+#[test]
+fn what_cannot_move_has_no_modes_and_torques_are_refused() {
+    let beam = thin(5);
+    let (mut assembly, rod) = beam.cantilever(Vector3::zeros());
+    for segment in rod {
+        assembly.fix(segment);
+    }
+    let (model, mut state) = assembly.finish();
+    assert!(modes(&model, &mut state, 3, &StaticParams::default()).unwrap().modes.is_empty());
+    let (mut assembly, rod) = beam.cantilever(Vector3::zeros());
+    assembly.load(beam.end_load(&rod, Vector3::zeros(), Vector3::y() * 1e-6));
+    let (model, mut state) = assembly.finish();
+    let error = modes(&model, &mut state, 3, &StaticParams::default()).unwrap_err();
+    assert!(error.to_string().contains("torques"), "{error}");
+}
+
 /// Drag is left out, and not taken for mass.
 #[test]
 fn a_stiff_beam_has_its_frequencies_in_wind_too() {

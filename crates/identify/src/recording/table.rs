@@ -6,13 +6,21 @@ use super::read::{Frames, Reading};
 
 /// Reads a table with the columns `t` or `time_s` (none: `reading` says how many frames a second) and `NAME_x`, `NAME_y`,
 /// `NAME_z` for each marker, in the order along the cable; an ending `_m`, `_cm` or `_mm` says the unit. An empty cell, or NaN,
-/// is a marker that was lost. Other columns are left out.
+/// is a marker that was lost. No other columns are known.
 pub(super) fn read(bytes: &[u8], reading: Reading) -> Result<Frames, String> {
     let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
     let header = table.headers().map_err(|error| error.to_string())?.clone();
     let names: Vec<&str> = header.iter().collect();
     let time_column = names.iter().position(|name| ["t", "time", "time_s", "t_s"].contains(name));
     let columns = markers(&names)?;
+    let is_read =
+        |column: &usize| time_column == Some(*column) || columns.iter().any(|(axes, _)| axes.contains(column));
+    if let Some(strange) = (0..names.len()).find(|column| !is_read(column)) {
+        return Err(format!(
+            "the column {:?} is neither a time (time_s, or t) nor a coordinate (NAME_x, NAME_y, NAME_z)",
+            names[strange]
+        ));
+    }
     let (mut time, mut markers) = (Vec::new(), Vec::new());
     for (frame, row) in table.records().enumerate() {
         let row = row.map_err(|error| format!("frame {frame}: {error}"))?;

@@ -103,11 +103,17 @@ impl Space<'_> {
     }
 }
 
-/// The `count` largest eigenvalues, the largest first; `operator` gives `A x` for `M x`.
-pub(super) fn largest(operator: &mut dyn FnMut(&Field) -> Field, masses: &Masses, count: usize) -> Vec<Pair> {
+/// The `count` largest eigenvalues, the largest first; `operator` gives `A x` for `M x`. An eigenvalue is found as often as it
+/// is there if that is not more often than a round adds vectors, or if the vectors `known` span its own.
+pub(super) fn largest(
+    operator: &mut dyn FnMut(&Field) -> Field,
+    masses: &Masses,
+    count: usize,
+    known: Vec<Field>,
+) -> Vec<Pair> {
     let mut space = Space { masses, basis: Vec::new(), images: Vec::new() };
-    let room = 3 * count + 4 * BLOCK;
-    let mut next: Vec<Field> = (0..BLOCK).map(|k| start(k, masses)).collect();
+    let room = 3 * count + 4 * BLOCK + known.len();
+    let mut next: Vec<Field> = known.into_iter().chain((0..BLOCK).map(|k| start(k, masses))).collect();
     for round in 0..ROUNDS {
         let before = space.basis.len();
         next.drain(..).for_each(|x| space.add(x, operator));
