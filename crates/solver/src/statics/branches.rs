@@ -21,7 +21,7 @@ use crate::topology::Topology;
 /// How equilibria are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BranchParams {
-    /// When an equilibrium counts as found. Its steps are the most linear solves of the whole search.
+    /// When an equilibrium counts as found. Its steps are the most linear solves of all searches together.
     pub rest: StaticParams,
     /// Most equilibria.
     pub most: usize,
@@ -72,7 +72,8 @@ const MOST_UNSTABLE: usize = 8;
 /// By how many nudges the tangent must be stiffer, or softer, for a motion without resistance to be seen.
 const NEUTRAL: f64 = 30.0;
 
-/// Looks for the equilibria of a model whose rods are one set, from `state` as it is at time 0. Not all of them are found.
+/// Looks for the equilibria of a model whose rods are one set, from `state` as it is at time 0. Not all of them are found, and
+/// fewer where the state is at rest already, as nothing leads away from it then.
 ///
 /// # Errors
 /// If the model, the state or a parameter is not valid, and [`SimulationError::Branches`] for several sets of rods that are
@@ -218,7 +219,7 @@ impl Search<'_> {
     /// Newton's method away from all that is known; whether that came to something new.
     fn deflate(&mut self, start: &Place) -> bool {
         let mut place = start.clone();
-        for iteration in 0..ITERATIONS {
+        for _ in 0..ITERATIONS {
             self.solves += 1;
             let Some((own, _)) = self.balance.step(&place, 1.0) else { return false };
             let size = self.balance.size(&own);
@@ -228,13 +229,7 @@ impl Search<'_> {
             let stretched = 1.0 / (1.0 - self.slope(&place, &own));
             let share = stretched.signum() * stretched.abs().min(LARGEST / size);
             if size <= self.params.rest.tolerance {
-                let is_new = self.add(place.clone());
-                if is_new || iteration > 0 {
-                    return is_new;
-                }
-                // The start is an equilibrium that is known: the search begins beside it.
-                place = self.bent(&place, ASIDE);
-                continue;
+                return self.add(place);
             }
             let mut step = own;
             step.dp.iter_mut().for_each(|dp| *dp = Spatial::zero().plus(*dp, share));
