@@ -11,6 +11,7 @@ use rod::{Model, Part, Probe};
 use scene::Scene;
 use serde::Serialize;
 use solver::simulation::{ContactForce, Touched};
+use view::Recorder;
 
 use crate::going_on::{SNAPSHOT, hash_of_segments};
 use crate::plots;
@@ -137,6 +138,17 @@ struct Incomplete {
     frames_computed: usize,
     /// Names of what was not written.
     missing: Vec<String>,
+}
+
+/// Writes what the player knows of a run, and the page that plays it.
+///
+/// # Errors
+/// If the disk does not take it.
+pub(crate) fn write_player(directory: &Path, player: Recorder) -> Result<()> {
+    let run = player.finish();
+    view::write_run(&directory.join(RUN), &run)?;
+    view::write_page(&directory.join(PAGE), &[run])?;
+    Ok(())
 }
 
 impl<'a> Files<'a> {

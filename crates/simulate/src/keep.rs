@@ -9,7 +9,7 @@ use solver::simulation::{ContactForce, Simulation};
 use solver::snapshot::Snapshot;
 use view::{Frame, Recorder};
 
-use crate::files::{self, Files, Wanted, Written};
+use crate::files::{Files, Wanted, Written, write_player};
 use crate::going_on::write_snapshot;
 use crate::plots;
 use crate::sample::{Sample, Sampler};
@@ -133,9 +133,7 @@ impl<'a> Keep<'a> {
                 plots::write(directory, samples, conditions)?;
             }
             if let Some(player) = player {
-                let run = player.finish();
-                view::write_run(&directory.join(files::RUN), &run)?;
-                view::write_page(&directory.join(files::PAGE), &[run])?;
+                write_player(directory, player)?;
             }
             Ok(())
         })

@@ -14,8 +14,9 @@ use view::{Frame, Recorder};
 
 use crate::Outcome;
 use crate::cli::ModesArgs;
-use crate::files::{Files, PAGE, RUN};
+use crate::files::{Files, write_player};
 use crate::numbers::number;
+use crate::sample::length;
 use crate::statics::{begun, tell};
 use terminal::say;
 
@@ -85,14 +86,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
             files.writer.push(&state, &[], time)
         };
         let refused = frames.enumerate().try_for_each(&mut push).err().map(Error::from);
-        let play = |directory: &Path| {
-            if let Some(player) = player {
-                let run = player.finish();
-                view::write_run(&directory.join(RUN), &run)?;
-                view::write_page(&directory.join(PAGE), &[run])?;
-            }
-            Ok(())
-        };
+        let play = |directory: &Path| player.map_or(Ok(()), |player| write_player(directory, player));
         closed = files.close(&scene, &report, refused, play).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
@@ -108,13 +102,12 @@ fn player(scene: &Scene, dt: f64) -> Recorder {
 
 /// What the player is told of a state.
 fn frame<'a>(scene: &Scene, state: &'a State, time: f64) -> Frame<'a> {
-    let length = |state: &State| measure::rod_lengths(&scene.model, state).iter().sum::<f64>();
     Frame {
         time,
         state,
         forces: &[],
         energy: measure::energy(&scene.model, state).total(),
-        length_ratio: length(state) / length(&scene.state),
+        length_ratio: length(&scene.model, state) / length(&scene.model, &scene.state),
         iterations: 0.0,
     }
 }

@@ -64,6 +64,7 @@ impl Sampler {
     }
 }
 
-fn length(model: &Model, state: &State) -> f64 {
+/// Length of all rods together [m].
+pub(crate) fn length(model: &Model, state: &State) -> f64 {
     measure::rod_lengths(model, state).iter().sum()
 }

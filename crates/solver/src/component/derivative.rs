@@ -63,10 +63,6 @@ impl<T: Real> Component<T> {
     }
 }
 
-fn dual<const D: usize>(x: Vec3<f64>) -> Vec3<Dual<D>> {
-    Vec3([Dual::splat(x.0[0]), Dual::splat(x.0[1]), Dual::splat(x.0[2])])
-}
-
 fn slope<const D: usize>(x: Vec3<Dual<D>>, k: usize) -> Vec3<f64> {
     Vec3([x.0[0].slope[k], x.0[1].slope[k], x.0[2].slope[k]])
 }
@@ -85,11 +81,6 @@ pub(crate) fn set_slope<const D: usize>(x: &mut Vec3<Dual<D>>, k: usize, by: &Ve
 /// The slope of a spatial vector along a direction.
 pub(crate) fn slope_of<const D: usize>(x: &Spatial<Dual<D>>, k: usize) -> [Vector3<f64>; 2] {
     [vector(slope(x.linear, k)), vector(slope(x.angular, k))]
-}
-
-/// A constant pose.
-fn constant<const D: usize>(pose: &BodyPose<f64>) -> BodyPose<Dual<D>> {
-    BodyPose { x: dual(pose.x), q: Quat { v: dual(pose.q.v), w: Dual::splat(pose.q.w) } }
 }
 
 /// Lets a pose change along a direction, by a shift and a turn in world axes.
@@ -112,10 +103,10 @@ impl<const D: usize> Component<Dual<D>> {
     /// Puts a step's solution in its place, as constants.
     pub(crate) fn place_constant(&mut self, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
         for (own, pose) in self.poses.iter_mut().zip(poses) {
-            *own = constant(pose);
+            *own = BodyPose::splat(pose);
         }
         for (own, lambda) in self.lambda.iter_mut().zip(lambda) {
-            *own = Spatial { linear: dual(lambda.linear), angular: dual(lambda.angular) };
+            *own = Spatial::splat(*lambda);
         }
     }
 
@@ -134,7 +125,7 @@ impl<const D: usize> Component<Dual<D>> {
 
     /// Lets multipliers change along a direction, by a force and a torque times dt^2 in world rows.
     pub(crate) fn transmit_along(&mut self, j: usize, k: usize, world: &[Vector3<f64>; 2]) {
-        let [force, torque] = world.map(|x| dual(Vec3(x.into())));
+        let [force, torque] = world.map(|x| Vec3::splat(Vec3(x.into())));
         let rows = self.system.joints[j]
             .multipliers_from_world(Spatial { linear: force, angular: torque }, self.system.frame(j));
         let own = &mut self.lambda[j];
@@ -156,9 +147,7 @@ impl Component<Dual<3>> {
         self.place_constant(&from.poses, &from.lambda);
         for pose in &mut self.poses {
             for k in 0..3 {
-                let mut axis = Vector3::zeros();
-                axis[k] = 1.0;
-                move_along(pose, k, &[Vector3::zeros(), axis]);
+                move_along(pose, k, &[Vector3::zeros(), Vector3::ith(k, 1.0)]);
             }
         }
         self.evaluate_step();
@@ -177,10 +166,10 @@ impl Component<Dual<3>> {
     fn mirror(&mut self, from: &Component<f64>) {
         (self.time, self.dt, self.effective) = (from.time, from.dt, Dual::splat(from.effective));
         for (own, from) in self.predicted.iter_mut().zip(&from.predicted) {
-            *own = constant(from);
+            *own = BodyPose::splat(from);
         }
         for (own, from) in self.start.iter_mut().zip(&from.start) {
-            *own = constant(from);
+            *own = BodyPose::splat(from);
         }
         for (own, from) in self.bodies.iter_mut().zip(&from.bodies) {
             own.inverse_mass = Dual::splat(from.inverse_mass);
@@ -198,11 +187,11 @@ impl Component<Dual<3>> {
         extras(&mut self.system.bend_extra, &from.system.bend_extra);
         extras(&mut self.system.shear_extra, &from.system.shear_extra);
         for (own, from) in self.beyond.damped.iter_mut().zip(&from.beyond.damped) {
-            own.rest_darboux = dual(from.rest_darboux);
-            own.gap = dual(from.gap);
+            own.rest_darboux = Vec3::splat(from.rest_darboux);
+            own.gap = Vec3::splat(from.gap);
         }
         for (own, from) in self.loads.iter_mut().zip(&from.loads) {
-            (own.force, own.torque) = (dual(from.force), dual(from.torque));
+            (own.force, own.torque) = (Vec3::splat(from.force), Vec3::splat(from.torque));
         }
     }
 }
@@ -213,7 +202,7 @@ impl<const D: usize> Component<Dual<D>> {
         for (i, &index) in members.segments.iter().enumerate() {
             self.seed_segment(i, k, &variation.segments[index]);
             let segment = &model.segments[index];
-            let (Some(drag), Some(air), None) = (&mut self.drag, &model.air, &segment.body) else { continue };
+            let (Some(drag), Some(air)) = (&mut self.drag, &model.air) else { continue };
             drag.seed(i, k, segment.radius * segment.length, air, &variation.air);
         }
         for (j, &index) in members.joints.iter().enumerate() {
@@ -339,12 +328,11 @@ impl Component<f64> {
 impl<T: Real> Component<T> {
     /// Goes back to where a step began, as constants.
     pub(crate) fn begin_at(&mut self, begin: &Begin) {
-        let of = |x: Vec3<f64>| Vec3([T::splat(x.0[0]), T::splat(x.0[1]), T::splat(x.0[2])]);
         for (own, pose) in self.poses.iter_mut().zip(&begin.poses) {
-            *own = BodyPose { x: of(pose.x), q: Quat { v: of(pose.q.v), w: T::splat(pose.q.w) } };
+            *own = BodyPose::splat(pose);
         }
         for (own, from) in self.velocities.iter_mut().zip(&begin.velocities) {
-            *own = Spatial { linear: of(from.linear), angular: of(from.angular) };
+            *own = Spatial::splat(*from);
         }
         for (own, from) in self.given.iter_mut().zip(&begin.given) {
             *own = T::splat(*from);
@@ -426,7 +414,7 @@ impl Component<Dual<6>> {
         let of = [[by, 0.0, 0.0], [0.0, by, 0.0], [0.0, 0.0, by]];
         for (i, &index) in members.segments.iter().enumerate() {
             let segment = &model.segments[index];
-            let profile = if segment.body.is_some() { 0.0 } else { segment.radius * segment.length };
+            let profile = segment.radius * segment.length;
             for (k, [density, normal_drag, tangential_drag]) in of.into_iter().enumerate() {
                 let wind = Vector3::zeros();
                 drag.seed(i, k, profile, air, &AirVariation { density, normal_drag, tangential_drag, wind });
@@ -456,7 +444,7 @@ impl Component<Dual<6>> {
                 seeded.push((load.index, load.body));
             }
         }
-        if counts.iter().all(|&count| count <= rank) { Vec::new() } else { seeded }
+        seeded
     }
 
     /// Makes loads and gravity constants.

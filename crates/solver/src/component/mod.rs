@@ -51,6 +51,13 @@ pub struct BodyPose<T> {
     pub q: Quat<T>,
 }
 
+impl<T: Real> BodyPose<T> {
+    /// The same pose in every lane.
+    pub(crate) fn splat(pose: &BodyPose<f64>) -> Self {
+        Self { x: Vec3::splat(pose.x), q: Quat::splat(pose.q) }
+    }
+}
+
 /// What stays the same of a body; in air its inertia is that of the step under way.
 #[derive(Clone, Copy, Debug)]
 struct BodyConstants<T> {

@@ -210,13 +210,12 @@ impl Multistep<f64> {
 impl<T: Real> Multistep<T> {
     /// Takes it over, as constants.
     pub(super) fn go_back(&mut self, before: &StepsBefore) {
-        let of = |x: Vec3<f64>| Vec3([T::splat(x.0[0]), T::splat(x.0[1]), T::splat(x.0[2])]);
         let lists = [(&mut self.now, &before.now), (&mut self.earlier, &before.earlier)];
         for (own, from) in lists.into_iter().flat_map(|(own, from)| own.iter_mut().zip(from)) {
-            *own = Spatial { linear: of(from.linear), angular: of(from.angular) };
+            *own = Spatial::splat(*from);
         }
         for (own, from) in self.over.iter_mut().zip(&before.over) {
-            *own = of(*from);
+            *own = Vec3::splat(*from);
         }
         self.goes_on = T::splat(before.goes_on);
     }

@@ -7,14 +7,14 @@
 use nalgebra::{Vector3, Vector6};
 use rod::{Body, InnerDamping, Model, State};
 
-use super::forward::{check, six, solved};
+use super::forward::six;
 use super::replay::{Replay, component};
+use super::run::{Passed, Run};
 use super::{DerivativeError, HeldVariation, JointVariation, StateVariation, Substep, Variation};
-use crate::component::{Component, Group, Members, slope_of, split};
+use crate::component::{Component, Group, Members, slope_of};
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::simulation::{Settings, Simulation, StepReport};
-use crate::step::Status;
 use crate::tangent::jacobian::{Field, Jacobian, split as parts};
 use crate::topology::Topology;
 
@@ -48,11 +48,8 @@ impl Wanted {
 /// Steps are solved as those of [`super::Forward`]. A step of a segment takes about 500 bytes.
 pub struct Recording {
     model: Model,
-    simulation: Simulation,
+    run: Run,
     sets: Vec<Set>,
-    steps: usize,
-    /// The step that was not solved, after which there is nothing to go back through.
-    failed: Option<(usize, Status)>,
 }
 
 struct Set {
@@ -61,15 +58,7 @@ struct Set {
     dual: Component<Dual<WIDTH>>,
     /// Colours of bodies where joints have inner damping, else the same of all.
     colours: Vec<usize>,
-    kept: Vec<Kept>,
-}
-
-/// An accepted step, or a part of one.
-struct Kept {
-    substep: Substep,
-    /// Of which step, from 0, and how much of it is over at its end.
-    step: usize,
-    share: f64,
+    kept: Vec<Passed>,
 }
 
 /// Derivatives of the number with respect to a set's state between two steps, one entry a body.
@@ -102,21 +91,16 @@ impl Recording {
     /// # Errors
     /// If the formulation is not `newton`, the simulation cannot start, or the model has what is not differentiated.
     pub fn new(model: &Model, state: &State, settings: &Settings) -> Result<Self, DerivativeError> {
-        let settings = solved(model, settings)?;
-        check(model)?;
-        let mut simulation = Simulation::new(model, state, &settings, None)?;
-        simulation.record_substeps();
-        let sets = split(model).into_iter().map(|(members, topology)| {
-            let topology = std::sync::Arc::new(topology);
-            let (integrator, set) = (settings.step.integrator, (&members, &topology));
-            let replay = Replay::new(model, state, integrator, set)?;
-            let dual = component(model, state, integrator, set);
+        let (run, sets) = Run::new(model, state, settings)?;
+        let with_dual = |(members, replay): (Members, Replay)| {
+            let topology = &replay.topology;
+            let dual = component(model, state, settings.step.integrator, (&members, topology));
             let is_damped = members.joints.iter().any(|&j| model.joints[j].inner_damping != InnerDamping::NONE);
-            let colours = if is_damped { colours(&topology) } else { vec![0; topology.bodies()] };
-            Ok(Set { members, replay, dual, colours, kept: Vec::new() })
-        });
-        let sets = sets.collect::<Result<_, DerivativeError>>()?;
-        Ok(Self { model: model.clone(), simulation, sets, steps: 0, failed: None })
+            let colours = if is_damped { colours(topology) } else { vec![0; topology.bodies()] };
+            Set { members, replay, dual, colours, kept: Vec::new() }
+        };
+        let sets = sets.into_iter().map(with_dual).collect();
+        Ok(Self { model: model.clone(), run, sets })
     }
 
     /// Advances by `dt` [s].
@@ -124,44 +108,28 @@ impl Recording {
     /// # Errors
     /// If `dt` is not finite and positive, or the step does not converge, or one before has not: there is no gradient then.
     pub fn step(&mut self, dt: f64) -> Result<StepReport, DerivativeError> {
-        self.check()?;
-        let begin = self.simulation.time();
-        let report = self.simulation.step(dt)?;
-        self.steps += 1;
-        if report.status > Status::ConvergedInSubsteps {
-            self.failed = Some((self.steps, report.status));
-            self.check()?;
-        }
-        let step = self.steps - 1;
-        for (members, substeps) in self.simulation.take_substeps() {
-            let Some(set) = self.sets.iter_mut().find(|set| set.members == *members) else { continue };
-            let kept = substeps.into_iter().map(|substep| {
-                let share = (substep.interval.time + substep.interval.dt - begin) / dt;
-                Kept { substep, step, share }
-            });
-            set.kept.extend(kept);
-        }
-        Ok(report)
-    }
-
-    /// Whether all steps were solved.
-    fn check(&self) -> Result<(), DerivativeError> {
-        self.failed.map_or(Ok(()), |(step, status)| Err(DerivativeError::Step { step, status }))
+        let Self { run, sets, .. } = self;
+        run.step(dt, &mut |members, passed| {
+            if let Some(set) = sets.iter_mut().find(|set| set.members == *members) {
+                set.kept.extend(passed);
+            }
+            Some(())
+        })
     }
 
     /// Number of steps so far.
     pub fn steps(&self) -> usize {
-        self.steps
+        self.run.steps
     }
 
     /// The simulation itself, for what one reads off it.
     pub fn simulation(&self) -> &Simulation {
-        &self.simulation
+        &self.run.simulation
     }
 
     /// Copies poses and velocities to `state`, which must be of the model's size.
     pub fn store(&self, state: &mut State) {
-        self.simulation.store(state);
+        self.run.simulation.store(state);
     }
 
     /// The gradient of a number whose derivatives with respect to states are given: after so many steps (0: the first state),
@@ -175,16 +143,16 @@ impl Recording {
         objective: &[(usize, StateVariation)],
         wanted: Wanted,
     ) -> Result<Variation, DerivativeError> {
-        self.check()?;
+        self.run.check()?;
         for (step, of) in objective {
             of.check(self.model.segments.len())?;
-            if *step > self.steps {
-                return Err(DerivativeError::Size { what: "steps", found: *step, expected: self.steps });
+            if *step > self.run.steps {
+                return Err(DerivativeError::Size { what: "steps", found: *step, expected: self.run.steps });
             }
         }
         let mut out = Variation::zero(&self.model);
         for set in &mut self.sets {
-            set.backward(&self.model, objective, wanted, self.steps, &mut out)?;
+            set.backward(&self.model, objective, wanted, self.run.steps, &mut out)?;
         }
         Ok(out)
     }
@@ -289,7 +257,7 @@ impl Set {
     fn step_back(
         &mut self,
         model: &Model,
-        kept: &Kept,
+        kept: &Passed,
         wanted: Wanted,
         bars: &mut Bars,
         out: &mut Variation,
@@ -314,7 +282,6 @@ impl Set {
         self.replay.factor.solve(&jacobian, &mut field, true);
         let held = self.of_held(&jacobian, &field, bars);
 
-        let work = Work { field: &field };
         let mut poses = vec![NONE; bodies];
         let most = self.colours.iter().max().map_or(0, |most| most + 1);
         let is_damped = most > 1;
@@ -324,7 +291,7 @@ impl Set {
             self.dual.seed_group(Group::Pose, |body| colours[body] == colour);
             let (defects, missed) = self.evaluate(substep);
             for &body in free.iter().filter(|&&body| colours[body] == colour) {
-                let own = self.ended(body, bars) + work.of_body(body, &defects);
+                let own = self.ended(body, bars) + work_of_body(&field, body, &defects);
                 poses[body] = parts(&own);
             }
             if is_damped {
@@ -333,7 +300,7 @@ impl Set {
                     else {
                         continue;
                     };
-                    let [shift, turn] = parts(&work.of_joint(j, &missed));
+                    let [shift, turn] = parts(&work_of_joint(&field, j, &missed));
                     poses[body][0] += shift;
                     poses[body][1] += turn;
                 }
@@ -347,11 +314,11 @@ impl Set {
             let (defects, _) = self.evaluate(substep);
             let mut own = vec![NONE; bodies];
             for &body in &free {
-                own[body] = parts(&(self.ended(body, bars) + work.of_body(body, &defects)));
+                own[body] = parts(&(self.ended(body, bars) + work_of_body(&field, body, &defects)));
             }
             groups.push(own);
         }
-        self.parameters(model, substep, wanted, &work, bars, &free, out);
+        self.parameters(model, substep, wanted, &field, bars, &free, out);
         *bars = Bars { poses, groups, told: vec![NONE; bodies] };
         Some(held)
     }
@@ -398,7 +365,7 @@ impl Set {
         model: &Model,
         substep: &Substep,
         wanted: Wanted,
-        work: &Work<'_>,
+        field: &Field,
         bars: &Bars,
         free: &[usize],
         out: &mut Variation,
@@ -412,14 +379,14 @@ impl Set {
                 for (j, &index) in self.members.joints.iter().enumerate() {
                     let own = &mut out.joints[index];
                     let mut numbers = own.numbers();
-                    let change = work.of_joint(j, &missed);
+                    let change = work_of_joint(field, j, &missed);
                     (0..WIDTH).for_each(|k| numbers[half * WIDTH + k] += change[k]);
                     *own = JointVariation::of_numbers(&numbers);
                 }
             }
         }
         let along = |set: &mut Self, body: usize, defects: &[Spatial<Dual<WIDTH>>]| {
-            set.ended(body, bars) + work.of_body(body, defects)
+            set.ended(body, bars) + work_of_body(field, body, defects)
         };
         if wanted.segments {
             self.begin(substep);
@@ -489,19 +456,14 @@ impl Set {
     }
 }
 
-/// What the answer of a step does with changes of its equations.
-struct Work<'a> {
-    field: &'a Field,
+/// What the answer of a step does with changes of a body's equations.
+fn work_of_body(field: &Field, body: usize, defects: &[Spatial<Dual<WIDTH>>]) -> Vector6<f64> {
+    Vector6::from_fn(|k, _| product(&parts(&field.bodies[body]), &slope_of(&defects[body], k)))
 }
 
-impl Work<'_> {
-    fn of_body(&self, body: usize, defects: &[Spatial<Dual<WIDTH>>]) -> Vector6<f64> {
-        Vector6::from_fn(|k, _| product(&parts(&self.field.bodies[body]), &slope_of(&defects[body], k)))
-    }
-
-    fn of_joint(&self, joint: usize, missed: &[Spatial<Dual<WIDTH>>]) -> Vector6<f64> {
-        Vector6::from_fn(|k, _| product(&parts(&self.field.joints[joint]), &slope_of(&missed[joint], k)))
-    }
+/// The same of a joint's equations.
+fn work_of_joint(field: &Field, joint: usize, missed: &[Spatial<Dual<WIDTH>>]) -> Vector6<f64> {
+    Vector6::from_fn(|k, _| product(&parts(&field.joints[joint]), &slope_of(&missed[joint], k)))
 }
 
 fn product(a: &Pair, b: &Pair) -> f64 {

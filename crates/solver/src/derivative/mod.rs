@@ -12,6 +12,7 @@ mod forward;
 mod parameter;
 mod record;
 mod replay;
+mod run;
 mod seed;
 mod variation;
 

@@ -9,6 +9,11 @@ use super::lane::{Both, Real};
 pub struct Vec3<T>(pub [T; 3]);
 
 impl<T: Real> Vec3<T> {
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat(x: Vec3<f64>) -> Self {
+        Self([T::splat(x.0[0]), T::splat(x.0[1]), T::splat(x.0[2])])
+    }
     /// The zero vector.
     #[inline(always)]
     pub fn zero() -> Self {
@@ -104,6 +109,11 @@ pub struct Quat<T> {
 }
 
 impl<T: Real> Quat<T> {
+    /// The same quaternion in every lane.
+    #[inline(always)]
+    pub fn splat(q: Quat<f64>) -> Self {
+        Self { v: Vec3::splat(q.v), w: T::splat(q.w) }
+    }
     /// No rotation.
     #[inline(always)]
     pub fn identity() -> Self {

@@ -15,6 +15,12 @@ pub struct Spatial<T> {
 }
 
 impl<T: Real> Spatial<T> {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat(x: Spatial<f64>) -> Self {
+        Self { linear: Vec3::splat(x.linear), angular: Vec3::splat(x.angular) }
+    }
+
     /// Zero.
     #[inline(always)]
     pub fn zero() -> Self {

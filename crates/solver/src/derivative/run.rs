@@ -1,0 +1,117 @@
+//! A run that derivatives are taken of: its simulation, and the steps that its connected sets are taken through.
+
+use std::sync::Arc;
+
+use rod::{Model, State};
+
+use super::replay::Replay;
+use super::{DerivativeError, Substep};
+use crate::component::{Members, split};
+use crate::formulation::Tangent;
+use crate::linear::solvers::SolverKind;
+use crate::simulation::{Settings, Simulation, StepReport};
+use crate::step::{Status, StepParams};
+use crate::tangent::elimination::Elimination;
+
+/// A simulation in formulation `newton` whose steps are solved to the end.
+pub(super) struct Run {
+    pub(super) simulation: Simulation,
+    /// Steps so far.
+    pub(super) steps: usize,
+    /// The step that was not solved, after which there are no derivatives.
+    failed: Option<(usize, Status)>,
+}
+
+/// An accepted step of a connected set, or a part of one.
+pub(super) struct Passed {
+    pub(super) substep: Substep,
+    /// Of which step, from 0, and how much of it is over at its end.
+    pub(super) step: usize,
+    pub(super) share: f64,
+}
+
+/// Settings with which steps are solved to the end.
+fn solved(model: &Model, settings: &Settings) -> Result<Settings, DerivativeError> {
+    if !settings.step.formulation.momentum() {
+        return Err(DerivativeError::Formulation);
+    }
+    let exact = split(model).iter().all(|(_, topology)| Elimination::new(topology).is_some());
+    let step = StepParams {
+        relative_tolerance: settings.step.relative_tolerance.min(1e-10),
+        absolute_tolerance: settings.step.absolute_tolerance.min(1e-12),
+        tangent: if exact { Tangent::Exact } else { Tangent::Positive },
+        ..settings.step
+    };
+    // Sets with more loops than one know no exact tangent; none may be stepped in lanes.
+    let solver = if exact { settings.solver } else { SolverKind::Sparse };
+    Ok(Settings { step, solver })
+}
+
+/// Refuses what is not differentiated.
+fn check(model: &Model) -> Result<(), DerivativeError> {
+    let refuse = |is_there: bool, what| if is_there { Err(DerivativeError::Unknown(what)) } else { Ok(()) };
+    refuse(!model.contacts.is_empty(), "contacts")?;
+    refuse(model.motions.iter().any(|driven| driven.is_timed()), "grips that take hold or let go on the way")?;
+    refuse(model.segments.iter().any(|segment| segment.body.is_some()), "rigid bodies")?;
+    refuse(model.air.as_ref().is_some_and(|air| air.wind.has_gusts()), "gusts")
+}
+
+impl Run {
+    /// A run from `state`, and what goes through the steps of each connected set once more.
+    ///
+    /// # Errors
+    /// If the formulation is not `newton`, the simulation cannot start, or the model has what is not differentiated.
+    pub(super) fn new(
+        model: &Model,
+        state: &State,
+        settings: &Settings,
+    ) -> Result<(Self, Vec<(Members, Replay)>), DerivativeError> {
+        let settings = solved(model, settings)?;
+        check(model)?;
+        let mut simulation = Simulation::new(model, state, &settings, None)?;
+        simulation.record_substeps();
+        let replay = |(members, topology)| {
+            let replay = Replay::new(model, state, settings.step.integrator, (&members, &Arc::new(topology)))?;
+            Ok((members, replay))
+        };
+        let sets = split(model).into_iter().map(replay).collect::<Result<_, DerivativeError>>()?;
+        Ok((Self { simulation, steps: 0, failed: None }, sets))
+    }
+
+    /// Whether all steps were solved.
+    ///
+    /// # Errors
+    /// With the step that was not.
+    pub(super) fn check(&self) -> Result<(), DerivativeError> {
+        self.failed.map_or(Ok(()), |(step, status)| Err(DerivativeError::Step { step, status }))
+    }
+
+    /// Advances by `dt` [s], and hands `each` what every set has passed through; `None` is returned where that has singular
+    /// equations.
+    ///
+    /// # Errors
+    /// If `dt` is not finite and positive, a step does not converge, now or before, or its equations are singular.
+    pub(super) fn step(
+        &mut self,
+        dt: f64,
+        each: &mut dyn FnMut(&Members, &mut dyn Iterator<Item = Passed>) -> Option<()>,
+    ) -> Result<StepReport, DerivativeError> {
+        self.check()?;
+        let begin = self.simulation.time();
+        let report = self.simulation.step(dt)?;
+        self.steps += 1;
+        if report.status > Status::ConvergedInSubsteps {
+            self.failed = Some((self.steps, report.status));
+            self.check()?;
+        }
+        let step = self.steps - 1;
+        for (members, substeps) in self.simulation.take_substeps() {
+            let mut passed = substeps.into_iter().map(|substep| {
+                let share = (substep.interval.time + substep.interval.dt - begin) / dt;
+                Passed { substep, step, share }
+            });
+            each(members, &mut passed).ok_or(DerivativeError::Singular { step: step + 1 })?;
+        }
+        Ok(report)
+    }
+}
