@@ -131,7 +131,7 @@ pub mod simulation {
 
 /// The equilibrium that a state relaxes to, several of them, and those along what is driven.
 pub mod statics {
-    pub use solver::modes::{Mode, Modes, modes};
+    pub use solver::modes::{Mode, Modes, modes, modes_telling};
     pub use solver::statics::branches::{Branch, BranchParams, Branches, branches};
     pub use solver::statics::path::{PathEnd, PathEvent, PathEventKind, PathParams, PathPoint, PathReport, path};
     pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};

@@ -15,20 +15,16 @@ use crate::Outcome;
 use crate::cli::StaticArgs;
 use crate::files::{Files, PATH, Wanted};
 use crate::numbers::number;
-use crate::statics::{begun, params, tell};
-use terminal::say;
+use crate::statics::{Sought, begun, params, tell};
+use terminal::{Progress, say};
 
 #[derive(Serialize)]
 struct Report {
-    scene: String,
-    segments: usize,
-    /// Whether the path was followed to its end.
-    converged: bool,
+    #[serde(flatten)]
+    sought: Sought,
     end: &'static str,
     end_time_s: f64,
     points: usize,
-    linear_solves: usize,
-    wall_s: f64,
     events: Vec<Line>,
 }
 
@@ -80,9 +76,13 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
     let mut refused: Option<Error> = None;
     let mut end_time_s = 0.0;
     let mut model = scene.model.clone();
+    let (progress, mut shown) = (Progress::new(scene.run.steps, "steps", args.rest.json)?, 0);
     let mut each = |point: &PathPoint, state: &State, forces: &[JointForce]| {
         end_time_s = point.time;
-        let Some(files) = files.as_mut().filter(|_| refused.is_none()) else { return };
+        let done = (point.time / scene.run.dt) as usize;
+        progress.advance_by(done.saturating_sub(shown));
+        shown = shown.max(done);
+        let Some(files) = files.as_mut() else { return !progress.stopped() };
         model.set_time(point.time);
         let energy = measure::energy(&model, state).total();
         let PathPoint { time, length, unstable } = point;
@@ -90,10 +90,12 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
         let frame = rows.len() + 1;
         rows.push(format!("{frame},{time:?},{length:?},{unstable},{energy:?}{}", of_course.collect::<String>()));
         refused = files.writer.push(state, &forces[..joints], *time).err().map(Error::from);
+        refused.is_none() && !progress.stopped()
     };
     let begin = Instant::now();
     let mut state = scene.state.clone();
     let found = path(&scene.model, &mut state, &params, &mut each).with_context(|| scene.name.clone())?;
+    progress.finish();
     let line = |event: &PathEvent| Line {
         kind: event.kind.to_string(),
         time_s: event.time,
@@ -103,26 +105,27 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
         values: values(&scene.model, event.time).into_iter().map(|(name, x)| (name, x.into())).collect(),
     };
     let report = Report {
-        scene: scene.name.clone(),
-        segments: scene.state.len(),
-        converged: matches!(found.end, PathEnd::Until | PathEnd::Start),
+        sought: Sought::new(&scene, matches!(found.end, PathEnd::Until | PathEnd::Start), found.solves, begin),
         end: match found.end {
             PathEnd::Until => "until",
             PathEnd::Start => "start",
             PathEnd::Points => "points",
+            PathEnd::Stopped => "stopped",
             PathEnd::Lost => "lost",
             PathEnd::NoStart => "no-start",
         },
         end_time_s,
         points: found.points,
-        linear_solves: found.solves,
-        wall_s: begin.elapsed().as_secs_f64(),
         events: found.events.iter().map(line).collect(),
     };
     let table = |directory: &Path| write_table(directory, &scene, &rows);
     let closed = files.map(|files| files.close(&scene, &report, refused, table).context("--out")).transpose();
     tell(&report, args.rest.json, closed, print)?;
-    Ok(if report.converged { Outcome::Done } else { Outcome::NotConverged })
+    Ok(match found.end {
+        PathEnd::Stopped => Outcome::Interrupted,
+        _ if report.sought.converged => Outcome::Done,
+        _ => Outcome::NotConverged,
+    })
 }
 
 fn write_table(directory: &Path, scene: &Scene, rows: &[String]) -> Result<()> {
@@ -136,10 +139,10 @@ fn write_table(directory: &Path, scene: &Scene, rows: &[String]) -> Result<()> {
 fn print(report: &Report) -> Result<()> {
     say!(
         "{}: {} equilibria along the way, {} linear solves in {} s",
-        report.scene,
+        report.sought.scene,
         report.points,
-        report.linear_solves,
-        number(report.wall_s)
+        report.sought.linear_solves,
+        number(report.sought.wall_s)
     )?;
     for Line { kind, time_s, unstable_before, unstable_after, values, .. } in &report.events {
         say!("{kind} at {} s: unstable directions {unstable_before} before, {unstable_after} after", number(*time_s))?;
@@ -157,6 +160,7 @@ fn print(report: &Report) -> Result<()> {
         "until" => say!("followed to the end, {end} s"),
         "start" => say!("the way led back to the start, {end} s"),
         "points" => say!("NOT followed to the end: given up at {end} s after so many equilibria"),
+        "stopped" => say!("stopped at {end} s"),
         "lost" => say!(
             "NOT followed to the end: no equilibrium close by at {end} s; something jumps there, or is led too far"
         ),

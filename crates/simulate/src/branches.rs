@@ -10,17 +10,13 @@ use crate::Outcome;
 use crate::cli::StaticArgs;
 use crate::files::{Files, Wanted};
 use crate::numbers::{energy_scale, number, unless_noise};
-use crate::statics::{begun, params, tell};
+use crate::statics::{Sought, begun, params, tell};
 use terminal::say;
 
 #[derive(Serialize)]
 struct Report {
-    scene: String,
-    segments: usize,
-    /// Whether any was found.
-    converged: bool,
-    linear_solves: usize,
-    wall_s: f64,
+    #[serde(flatten)]
+    sought: Sought,
     branches: Vec<Line>,
     #[serde(skip)]
     energy_scale_j: f64,
@@ -50,11 +46,7 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
         neutral,
     };
     let report = Report {
-        scene: scene.name.clone(),
-        segments: scene.state.len(),
-        converged: !found.branches.is_empty(),
-        linear_solves: found.solves,
-        wall_s: begin.elapsed().as_secs_f64(),
+        sought: Sought::new(&scene, !found.branches.is_empty(), found.solves, begin),
         branches: found.branches.iter().map(line).collect(),
         energy_scale_j: energy_scale(&scene.model, &scene.state),
     };
@@ -65,16 +57,16 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
         closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
-    Ok(if report.converged { Outcome::Done } else { Outcome::NotConverged })
+    Ok(if report.sought.converged { Outcome::Done } else { Outcome::NotConverged })
 }
 
 fn print(report: &Report) -> Result<()> {
     let count = report.branches.len();
     say!(
         "{}: {count} equilibria found in {} linear solves and {} s; there may be more",
-        report.scene,
-        report.linear_solves,
-        number(report.wall_s)
+        report.sought.scene,
+        report.sought.linear_solves,
+        number(report.sought.wall_s)
     )?;
     for (k, Line { energy_j, unstable, neutral, .. }) in report.branches.iter().enumerate() {
         let kind = match unstable {

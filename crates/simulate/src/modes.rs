@@ -8,7 +8,7 @@ use anyhow::{Context, Error, Result};
 use rod::{State, measure};
 use scene::Scene;
 use serde::Serialize;
-use solver::modes::{Mode, modes};
+use solver::modes::{Mode, modes_telling};
 use solver::statics::StaticParams;
 use view::{Frame, Recorder};
 
@@ -17,8 +17,8 @@ use crate::cli::ModesArgs;
 use crate::files::{Files, write_player};
 use crate::numbers::number;
 use crate::sample::length;
-use crate::statics::{begun, tell};
-use terminal::say;
+use crate::statics::{Sought, begun, tell};
+use terminal::{Progress, say};
 
 /// Frames in which a shape swings once.
 const FRAMES: usize = 24;
@@ -29,14 +29,12 @@ const TURN: f64 = 0.3;
 
 #[derive(Serialize)]
 struct Report {
-    scene: String,
-    segments: usize,
+    #[serde(flatten)]
+    sought: Sought,
     /// Whether there is air, whose force stays as it is at rest.
     #[serde(skip)]
     in_air: bool,
-    converged: bool,
     stable: Option<bool>,
-    wall_s: f64,
     modes: Vec<Line>,
 }
 
@@ -56,7 +54,15 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
     let mut scene = begun(&args.rest)?;
     let params = StaticParams { leave_unstable: !args.rest.keep_unstable, ..StaticParams::default() };
     let begin = Instant::now();
-    let found = modes(&scene.model, &mut scene.state, args.count, &params).with_context(|| scene.name.clone())?;
+    let (progress, mut shown) = (Progress::new(args.count, "modes", args.rest.json)?, 0);
+    let mut told = |found: usize| {
+        let goes_on = progress.advance_by(found.saturating_sub(shown));
+        shown = shown.max(found);
+        goes_on
+    };
+    let found = modes_telling(&scene.model, &mut scene.state, args.count, &params, &mut told);
+    let found = found.with_context(|| scene.name.clone())?;
+    let interrupted = progress.finish();
     let line = |mode: &Mode| Line {
         frequency_hz: mode.frequency(),
         squared_rad2_s2: mode.squared,
@@ -64,12 +70,9 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         residual: mode.residual,
     };
     let report = Report {
-        scene: scene.name.clone(),
-        segments: scene.state.len(),
+        sought: Sought::new(&scene, found.equilibrium.converged, found.equilibrium.steps, begin),
         in_air: scene.model.air.is_some(),
-        converged: found.equilibrium.converged,
         stable: found.equilibrium.stable,
-        wall_s: begin.elapsed().as_secs_f64(),
         modes: found.modes.iter().map(line).collect(),
     };
     let mut closed = Ok(None);
@@ -90,7 +93,11 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         closed = files.close(&scene, &report, refused, play).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
-    Ok(if report.converged { Outcome::Done } else { Outcome::NotConverged })
+    Ok(match report.sought.converged {
+        _ if interrupted => Outcome::Interrupted,
+        true => Outcome::Done,
+        false => Outcome::NotConverged,
+    })
 }
 
 /// A player's run that has the equilibrium.
@@ -123,8 +130,14 @@ fn swing<'a>(rest: &'a State, mode: &'a Mode) -> impl Iterator<Item = State> + '
 }
 
 fn print(report: &Report) -> Result<()> {
-    let at_rest = if report.converged { "the equilibrium" } else { "the last state, as NO equilibrium was found" };
-    say!("{}: {} modes about {at_rest}, in {} s", report.scene, report.modes.len(), number(report.wall_s))?;
+    let at_rest =
+        if report.sought.converged { "the equilibrium" } else { "the last state, as NO equilibrium was found" };
+    say!(
+        "{}: {} modes about {at_rest}, in {} s",
+        report.sought.scene,
+        report.modes.len(),
+        number(report.sought.wall_s)
+    )?;
     if report.in_air {
         say!(
             "the wind's force stays as it is at rest, however the rods move: what grows here may be at rest in the wind"

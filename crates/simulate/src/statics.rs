@@ -1,11 +1,13 @@
 //! `simulate static`: the equilibrium that a scene relaxes to.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::{Context, Error, Result};
 use rod::measure;
 use scene::Scene;
 use serde::Serialize;
+use solver::simulation::{ContactForce, Touched};
 use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
@@ -15,13 +17,35 @@ use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::{along, branches, scenes};
 use terminal::say;
 
+/// What every report of something at rest has.
+#[derive(Serialize)]
+pub(crate) struct Sought {
+    pub(crate) scene: String,
+    pub(crate) segments: usize,
+    /// Whether what was looked for was found.
+    pub(crate) converged: bool,
+    /// Linear solves, over all connected sets.
+    pub(crate) linear_solves: usize,
+    pub(crate) wall_s: f64,
+}
+
+impl Sought {
+    /// That of a search that began at this time.
+    pub(crate) fn new(scene: &Scene, converged: bool, linear_solves: usize, begin: Instant) -> Self {
+        let wall_s = begin.elapsed().as_secs_f64();
+        Self { scene: scene.name.clone(), segments: scene.state.len(), converged, linear_solves, wall_s }
+    }
+}
+
 #[derive(Serialize)]
 struct Report {
-    scene: String,
-    segments: usize,
-    converged: bool,
-    /// Linear solves, over all connected sets.
-    linear_solves: usize,
+    #[serde(flatten)]
+    sought: Sought,
+    /// Loops in which a wind's drag stays as it is, and the most linear solves of one; missing without wind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wind_loops: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    most_solves_in_loop: Option<usize>,
     /// Whether the energy is at a minimum; missing where that is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     stable: Option<bool>,
@@ -30,13 +54,28 @@ struct Report {
     tolerance: f64,
     /// none, steady, or frozen: a wind that changes in time, as it is at time 0.
     wind: &'static str,
-    wall_s: f64,
+    /// What presses on segments; missing without obstacles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contacts: Option<Vec<Press>>,
+    /// Whether obstacles have friction, which is left out.
+    #[serde(skip)]
+    left_out_friction: bool,
     energy_start_j: f64,
     energy_end_j: f64,
     #[serde(skip)]
     energy_scale_j: f64,
     /// End face of the last segment of each rod [m].
     tips_m: Vec<[f64; 3]>,
+}
+
+/// A segment that an obstacle bears.
+#[derive(Serialize)]
+struct Press {
+    segment: usize,
+    rod: usize,
+    obstacle: usize,
+    place_m: [f64; 3],
+    force_n: [f64; 3],
 }
 
 /// The scene whose equilibrium is looked for, with the state in which the search begins.
@@ -96,11 +135,19 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
         let last = segments.end - 1;
         (state.positions[last] + state.axis(last) * (0.5 * scene.model.segments[last].length)).into()
     };
+    let press = |contact: &ContactForce| {
+        let Touched::Obstacle(obstacle) = contact.other else { return None };
+        let (segment, place_m, force_n) = (contact.segment, contact.place.into(), contact.force.into());
+        Some(Press { segment, rod: scene.model.segments[segment].rod, obstacle, place_m, force_n })
+    };
+    let obstacles = &scene.model.contacts.obstacles;
+    let in_loops = found.loops > 0 && scene.model.air.is_some();
     let report = Report {
-        scene: scene.name.clone(),
-        segments: state.len(),
-        converged: found.converged,
-        linear_solves: found.steps,
+        sought: Sought::new(&scene, found.converged, found.steps, begin),
+        wind_loops: in_loops.then_some(found.loops),
+        most_solves_in_loop: in_loops.then_some(found.most_in_loop),
+        contacts: (!obstacles.is_empty()).then(|| found.contacts.iter().filter_map(press).collect()),
+        left_out_friction: obstacles.iter().any(|obstacle| obstacle.surface.friction.at_rest > 0.0),
         stable: found.stable,
         last_movement: found.movement,
         tolerance: args.tolerance,
@@ -109,7 +156,6 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
             Some(air) if air.wind.is_steady() => "steady",
             Some(_) => "frozen",
         },
-        wall_s: begin.elapsed().as_secs_f64(),
         energy_start_j: measure::energy(&scene.model, &scene.state).total(),
         energy_end_j: measure::energy(&scene.model, &state).total(),
         energy_scale_j: energy_scale(&scene.model, &state),
@@ -125,20 +171,29 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
 }
 
 fn print(report: &Report) -> Result<()> {
-    let status = if report.converged { "equilibrium found" } else { "NO equilibrium found" };
+    let status = if report.sought.converged { "equilibrium found" } else { "NO equilibrium found" };
     let last = share(report.last_movement);
     say!(
         "{}: {status} after {} linear solves in {} s\n\
          in the last one no segment moved by more than {last} of its length, or turned by more than {last} rad",
-        report.scene,
-        report.linear_solves,
-        number(report.wall_s)
+        report.sought.scene,
+        report.sought.linear_solves,
+        number(report.sought.wall_s)
     )?;
+    if let (Some(loops), Some(most)) = (report.wind_loops, report.most_solves_in_loop) {
+        say!("in {loops} loops with the air's force held as it is, of at most {most} linear solves each")?;
+    }
     if let Some(stable) = report.stable {
         say!("stable: {}", if stable { "yes" } else { "no" })?;
     }
     if report.wind == "frozen" {
         say!("in the wind as it is at time 0; it changes later, and so nothing stays at rest in it")?;
+    }
+    if let Some(contacts) = &report.contacts {
+        print_contacts(contacts)?;
+        if report.left_out_friction {
+            say!("without the obstacles' friction")?;
+        }
     }
     let scale = report.energy_start_j.abs().max(report.energy_end_j.abs()).max(report.energy_scale_j);
     let [start, end] = [report.energy_start_j, report.energy_end_j].map(|energy| number(unless_noise(energy, scale)));
@@ -147,6 +202,25 @@ fn print(report: &Report) -> Result<()> {
     for (k, tip) in report.tips_m.iter().enumerate().take(10) {
         let [x, y, z] = tip.map(|x| number(unless_noise(x, size)));
         say!("tip of rod {k}: ({x}, {y}, {z}) m")?;
+    }
+    Ok(())
+}
+
+/// Says what bears what: the sum of the forces of each obstacle on each rod.
+fn print_contacts(contacts: &[Press]) -> Result<()> {
+    let mut sums: BTreeMap<(usize, usize), (usize, [f64; 3])> = BTreeMap::new();
+    for Press { rod, obstacle, force_n, .. } in contacts {
+        let (places, sum) = sums.entry((*obstacle, *rod)).or_default();
+        *places += 1;
+        sum.iter_mut().zip(force_n).for_each(|(sum, force)| *sum += force);
+    }
+    if sums.is_empty() {
+        say!("no obstacle bears anything")?;
+    }
+    for ((obstacle, rod), (places, sum)) in sums.iter().take(10) {
+        let size = sum.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let [x, y, z] = sum.map(|x| number(unless_noise(x, size)));
+        say!("obstacle {obstacle} presses on rod {rod} at {places} places: ({x}, {y}, {z}) N")?;
     }
     Ok(())
 }

@@ -88,7 +88,7 @@ fn flags() {
         ),
         (
             "static net-on-sphere",
-            "net-on-sphere: static analysis knows no contacts, but the model has some (between segments: yes, obstacles: 1)"
+            "net-on-sphere: static analysis knows contacts with planes, spheres and capsules, but none between segments"
                 .to_owned(),
         ),
         (

@@ -89,6 +89,21 @@ const ITERATIONS: usize = 3;
 /// As [`equilibrium`], and [`SimulationError::Loops`] where rods form more than one loop, [`SimulationError::Torques`] where
 /// torques are loads.
 pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticParams) -> Result<Modes, SimulationError> {
+    modes_telling(model, state, count, params, &mut |_| true)
+}
+
+/// [`modes`], which tells how many of a connected set's modes are found so far, again and again, and is told whether to go on:
+/// where not, it leaves out what is not found.
+///
+/// # Errors
+/// As [`modes`].
+pub fn modes_telling(
+    model: &Model,
+    state: &mut State,
+    count: usize,
+    params: &StaticParams,
+    tell: &mut dyn FnMut(usize) -> bool,
+) -> Result<Modes, SimulationError> {
     without_contacts(model, "modal analysis")?;
     let equilibrium = equilibrium(model, state, params)?;
     let mut modes = Vec::new();
@@ -105,7 +120,7 @@ pub fn modes(model: &Model, state: &mut State, count: usize, params: &StaticPara
         let rest = component.poses.clone();
         let masses: Vec<_> = (0..rest.len()).map(|i| component.mass_and_inertia(i)).collect();
         let mut problem = Problem { component, solver, elimination, equations: Equations::default(), rest };
-        for (squared, pair) in problem.lowest(&masses, count) {
+        for (squared, pair) in problem.lowest(&masses, count, tell) {
             let mut mode = Mode {
                 squared,
                 damping: problem.damping_ratio(model, &members, &masses, squared, &pair),
@@ -137,7 +152,8 @@ struct Problem {
 impl Problem {
     /// The lowest modes, as omega^2 and the shape. `masses` are mass and inertia of the bodies, without what air adds to them;
     /// `None` where one is held.
-    fn lowest(&mut self, masses: &Masses, count: usize) -> Vec<(f64, Pair)> {
+    fn lowest(&mut self, masses: &Masses, count: usize, tell: &mut dyn FnMut(usize) -> bool) -> Vec<(f64, Pair)> {
+        let mut goes_on = true;
         let mut step = 1.0;
         let mut found = Vec::new();
         for _ in 0..SHIFTS {
@@ -151,7 +167,11 @@ impl Problem {
                 break;
             }
             let known = if masses.iter().all(Option::is_some) { self.free_movements() } else { Vec::new() };
-            found = krylov::largest(&mut |x| self.solved(x).0, masses, count, known)
+            let mut tell = |found: usize| {
+                goes_on = tell(found);
+                goes_on
+            };
+            found = krylov::largest(&mut |x| self.solved(x).0, masses, count, known, &mut tell)
                 .into_iter()
                 .map(|pair| ((1.0 / pair.value - 1.0) / (step * step), pair))
                 .collect();
@@ -159,7 +179,7 @@ impl Problem {
             let slowest = swings.filter(|omega| omega * step > FREE).fold(f64::INFINITY, f64::min);
             let better = if slowest.is_finite() { 1.0 / slowest } else { 100.0 * step };
             let is_unstable = found.first().is_some_and(|(squared, _)| squared * step * step < -FREE * FREE);
-            if (0.3..3.0).contains(&(better / step)) || is_unstable || better > LONGEST {
+            if (0.3..3.0).contains(&(better / step)) || is_unstable || better > LONGEST || !goes_on {
                 break;
             }
             step = better;

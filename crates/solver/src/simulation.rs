@@ -71,6 +71,18 @@ pub enum SimulationError {
     /// Modes under torques that turn with nothing: they have no energy, and so the tangent is not symmetric.
     #[error("modal analysis needs loads without torques, which have no energy")]
     Torques,
+    /// Contacts that a static analysis does not know.
+    #[error("static analysis knows contacts with planes, spheres and capsules, but {0}")]
+    StaticContacts(&'static str),
+    /// Forces push what nothing holds.
+    #[error(
+        "an equilibrium needs grips, clamps or fixed segments, but nothing holds the rods of segment {segment}, and their \
+         weight, the loads or the wind drive them off"
+    )]
+    DrivenOff {
+        /// The first of their segments.
+        segment: usize,
+    },
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] crate::linear::solvers::SolverError),

@@ -6,6 +6,7 @@
 
 mod balance;
 pub mod branches;
+mod contact;
 mod flow;
 mod newton;
 mod params;
@@ -13,9 +14,12 @@ pub mod path;
 
 use rod::{Model, State};
 
-use crate::component::{Component, split};
+use crate::component::{Component, Members, split};
+use crate::contact::ContactForce;
 use crate::linear::solvers::SolverKind;
-use crate::simulation::{SimulationError, without_contacts};
+use crate::simulation::SimulationError;
+
+use contact::Contacts;
 
 pub use params::{StaticMethod, StaticParams, StaticParamsError};
 
@@ -24,17 +28,24 @@ pub use params::{StaticMethod, StaticParams, StaticParamsError};
 const MOST_IN_WIND: usize = 300;
 
 /// What the analysis came to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StaticReport {
     /// Whether nothing moves any more.
     pub converged: bool,
     /// Steps (linear solves) taken, over all connected sets.
     pub steps: usize,
+    /// Loops of Newton's method in wind, over all connected sets: in each the drag stays as it was at its beginning. Without air
+    /// one a set.
+    pub loops: usize,
+    /// Most linear solves of any of these loops.
+    pub most_in_loop: usize,
     /// Largest movement in the last step of any connected set.
     pub movement: f64,
     /// Whether the energy is at a minimum, by the signs of the tangent's eigenvalues; in wind, that in the drag as it is there.
     /// What nothing resists counts as stable. `None` where there is no equilibrium, and where the flow found it.
     pub stable: Option<bool>,
+    /// What presses on segments, in the order of the connected sets.
+    pub contacts: Vec<ContactForce>,
 }
 
 /// Brings `state` to equilibrium; velocities are set to zero.
@@ -43,12 +54,12 @@ pub struct StaticReport {
 /// step, so that slack rods in a strong wind may not come to rest here: let them settle in time instead.
 ///
 /// # Errors
-/// If the model, the state or a parameter is not valid, or the model has contacts. Not to converge is no error: see
-/// [`StaticReport::converged`].
+/// If the model, the state or a parameter is not valid, the model has contacts that are not known
+/// ([`SimulationError::StaticContacts`]), or forces push what nothing holds ([`SimulationError::DrivenOff`]). Not to converge is no error: see [`StaticReport::converged`].
 pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, SimulationError> {
     model.validate(state)?;
     params.validate()?;
-    without_contacts(model, "static analysis")?;
+    contact::refuse_unknown(model)?;
     state.velocities.fill(nalgebra::Vector3::zeros());
     state.angular_velocities.fill(nalgebra::Vector3::zeros());
     let mut report = StaticReport { converged: true, stable: Some(true), ..StaticReport::default() };
@@ -61,26 +72,58 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
             component
         };
         let mut component = still();
-        let is_for_newton = !(is_windy(model) && members.segments.len() > MOST_IN_WIND);
+        let mut contacts = Contacts::new(model, &members, &component);
+        if contacts.is_empty() {
+            refuse_driven_off(&component, &members, is_windy(model))?;
+        }
+        let is_for_newton = !contacts.is_empty() || !(is_windy(model) && members.segments.len() > MOST_IN_WIND);
         let newton = (params.method == StaticMethod::Newton && is_for_newton)
             .then(|| newton::fits(&component, &topology))
             .flatten();
-        let mut own =
-            newton.map_or_else(StaticReport::default, |memory| newton::descend(&mut component, memory, params));
-        if !own.converged && own.steps < params.max_steps {
+        if newton.is_none() && !contacts.is_empty() {
+            return Err(SimulationError::StaticContacts(
+                "only of chains, trees and single rings, without torques as loads, by method newton",
+            ));
+        }
+        let descend = |memory| newton::descend(&mut component, memory, &mut contacts, params);
+        let mut own = newton.map_or_else(StaticReport::default, descend);
+        report.contacts.extend(contacts.forces(&members, &component));
+        if !own.converged && own.steps < params.max_steps && contacts.is_empty() {
             component = still();
             let mut solver = SolverKind::Direct.build(model, &members, &topology)?;
             let left = StaticParams { max_steps: params.max_steps - own.steps, ..*params };
             let relaxed = flow::relax(&mut component, solver.as_mut(), &left);
-            own = StaticReport { steps: own.steps + relaxed.steps, ..relaxed };
+            own = StaticReport {
+                steps: own.steps + relaxed.steps,
+                loops: own.loops,
+                most_in_loop: own.most_in_loop,
+                ..relaxed
+            };
         }
         report.converged &= own.converged;
         report.steps += own.steps;
+        report.loops += own.loops;
+        report.most_in_loop = report.most_in_loop.max(own.most_in_loop);
         report.movement = report.movement.max(own.movement);
         report.stable = report.stable.zip(own.stable).map(|(all, own)| all && own);
         component.store_state(state, &members, 0);
     }
     Ok(report)
+}
+
+/// Forces whose sum is less than this share of them are in balance.
+const BALANCED: f64 = 1e-9;
+
+/// Refuses a set that nothing holds and that weight, loads or wind drive off: it has no equilibrium.
+fn refuse_driven_off(component: &Component<f64>, members: &Members, windy: bool) -> Result<(), SimulationError> {
+    if component.system.topology.fixed.contains(&true) {
+        return Ok(());
+    }
+    let [sum, size] = component.resultant();
+    if windy || sum > BALANCED * size {
+        return Err(SimulationError::DrivenOff { segment: members.segments[0] });
+    }
+    Ok(())
 }
 
 /// Whether there is a wind at time 0.

@@ -18,6 +18,7 @@ mod modes;
 mod needs;
 mod paths;
 mod rest_rotation;
+mod resting;
 mod sections;
 mod stability;
 mod starts;

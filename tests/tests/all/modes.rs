@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use acceptance::{Beam, assert_order};
 use nalgebra::Vector3;
 use rod::{Air, Assembly, Damping, InnerDamping, Material, Model, RodSpec, State, Wind, shape};
-use solver::modes::{Mode, modes};
+use solver::modes::{Mode, modes, modes_telling};
 use solver::statics::StaticParams;
 
 /// Thin, so that rotary inertia and shear are nothing.
@@ -199,4 +199,25 @@ fn a_stiff_beam_has_its_frequencies_in_wind_too() {
     let wind = Wind::new(Vector3::new(0.0, 5.0, 0.0), None, None);
     assembly.air(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind });
     assert_near("in wind", &found(assembly.finish(), 4), &bending(&beam, &CANTILEVER), 2, 1e-3);
+}
+
+/// Every round tells how many are found; one that is stopped gives none that is not.
+#[test]
+fn a_search_for_modes_tells_how_far_it_is_and_can_be_stopped() {
+    let beam = thin(50);
+    let of = |rounds: usize| {
+        let (model, mut state) = beam.cantilever(Vector3::zeros()).0.finish();
+        let mut told = Vec::new();
+        let mut tell = |found: usize| {
+            told.push(found);
+            told.len() < rounds
+        };
+        let found = modes_telling(&model, &mut state, 20, &StaticParams::default(), &mut tell).unwrap();
+        (found.modes, told)
+    };
+    let (all, told) = of(usize::MAX);
+    assert_eq!((all.len(), told.last()), (20, Some(&20)));
+    let (some, told) = of(told.len() - 1);
+    assert!(some.len() < 20 && Some(&some.len()) == told.last(), "{} of {told:?}", some.len());
+    assert!(some.iter().all(|mode| mode.residual < 1e-7));
 }

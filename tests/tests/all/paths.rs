@@ -17,6 +17,7 @@ fn followed(model: &Model, state: &State, until: f64) -> (PathReport, Vec<PathPo
     let mut each = |point: &PathPoint, state: &State, _: &[rod::JointForce]| {
         points.push(*point);
         states.push(state.clone());
+        true
     };
     let report = path(model, &mut state.clone(), &PathParams::until(until), &mut each).unwrap();
     println!(
@@ -253,4 +254,43 @@ fn an_imperfect_strut_bends_without_a_bifurcation() {
         assert_eq!(points.last().unwrap().unstable > 0, events > 0);
         assert_eq!(end.x < 0.5, events == 0, "{end}");
     }
+}
+
+/// However long the steps are, one ends beside the bifurcation for some of them: the way goes straight on all the same, and the
+/// bifurcation is the only one.
+#[test]
+fn a_column_stays_straight_whatever_the_steps() {
+    let beam = Beam::rubber(20);
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let rod = assembly.rod(&beam.spec(Vector3::zeros(), Vector3::z()));
+    assembly.clamp_start(&rod);
+    let (mut model, state) = assembly.finish();
+    let values = [(0.0, Vector3::zeros()), (1.0, Vector3::z() * -beam.gravity_for(10.0))];
+    let track = Arc::new(Track::new(&values, Interpolation::Linear).unwrap());
+    model.changes.push(Change { of: Changing::Gravity, track });
+    let mut failed = Vec::new();
+    for k in 0..40 {
+        let longest_step = 0.005 * 1.06_f64.powi(k);
+        let mut end = state.clone();
+        let params = PathParams { longest_step, ..PathParams::until(1.0) };
+        let report = path(&model, &mut end, &params, &mut |_, _, _| true).unwrap();
+        let aside = end.positions.iter().map(|x| x.xy().norm()).fold(0.0, f64::max);
+        if report.end != PathEnd::Until || report.events.len() != 1 || aside > 1e-9 {
+            failed.push((longest_step, report.end, report.events.len(), aside));
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+/// The teller stops the path.
+#[test]
+fn a_path_ends_where_it_is_stopped() {
+    let (model, state, _) = strip(20, 0.1);
+    let mut count = 0;
+    let mut each = |_: &PathPoint, _: &State, _: &[rod::JointForce]| {
+        count += 1;
+        count < 3
+    };
+    let report = path(&model, &mut state.clone(), &PathParams::until(3.0), &mut each).unwrap();
+    assert_eq!((report.end, report.points), (PathEnd::Stopped, 3));
 }

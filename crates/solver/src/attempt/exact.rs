@@ -33,7 +33,11 @@ impl Exact {
     pub(crate) fn new(topology: &Topology) -> Option<Box<Self>> {
         let (bodies, joints) = (topology.bodies(), topology.joints.len());
         Some(Box::new(Self {
-            equations: Equations { bodies: Vec::with_capacity(bodies), joints: Vec::with_capacity(joints) },
+            equations: Equations {
+                bodies: Vec::with_capacity(bodies),
+                joints: Vec::with_capacity(joints),
+                rows: Vec::new(),
+            },
             elimination: Elimination::new(topology)?,
             dp: Vec::with_capacity(bodies),
             poses: Vec::with_capacity(bodies),

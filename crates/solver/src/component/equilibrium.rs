@@ -12,6 +12,18 @@ impl Component<f64> {
         self.loads.iter().any(|load| load.torque != Vec3::zero())
     }
 
+    /// The size of the sum of weights and loads, and the sum of their sizes [N].
+    pub(crate) fn resultant(&self) -> [f64; 2] {
+        let weights = self.bodies[..self.segments].iter().filter(|body| body.free != 0.0);
+        let weights = weights.map(|body| self.gravity * (1.0 / body.inverse_mass));
+        let (mut sum, mut size) = (Vec3::zero(), 0.0);
+        for force in weights.chain(self.loads.iter().map(|load| load.force)) {
+            sum += force;
+            size += force.norm_squared().sqrt();
+        }
+        [sum.norm_squared().sqrt(), size]
+    }
+
     /// Length of a segment [m].
     pub(crate) fn length(&self, segment: usize) -> f64 {
         self.bodies[segment].length

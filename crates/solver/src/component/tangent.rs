@@ -35,8 +35,9 @@ impl Component<f64> {
     }
 
     #[inline(always)]
-    fn gather_all(&self, Equations { bodies, joints }: &mut Equations, share: f64) {
+    fn gather_all(&self, Equations { bodies, joints, rows }: &mut Equations, share: f64) {
         bodies.clear();
+        rows.clear();
         for i in 0..self.poses.len() {
             bodies.push(self.body_equation(i, share));
         }

@@ -104,12 +104,14 @@ impl Space<'_> {
 }
 
 /// The `count` largest eigenvalues, the largest first; `operator` gives `A x` for `M x`. An eigenvalue is found as often as it
-/// is there if that is not more often than a round adds vectors, or if the vectors `known` span its own.
+/// is there if that is not more often than a round adds vectors, or if the vectors `known` span its own. Each round tells how many
+/// are found; where it is not to go on, only these come back.
 pub(super) fn largest(
     operator: &mut dyn FnMut(&Field) -> Field,
     masses: &Masses,
     count: usize,
     known: Vec<Field>,
+    tell: &mut dyn FnMut(usize) -> bool,
 ) -> Vec<Pair> {
     let mut space = Space { masses, basis: Vec::new(), images: Vec::new() };
     let room = 3 * count + 4 * BLOCK + known.len();
@@ -128,13 +130,16 @@ pub(super) fn largest(
             .collect();
         let is_full = space.basis.len() == before;
         let is_found = rests.len() == count && rests.iter().all(|(residual, _)| *residual <= TOLERANCE);
-        if is_found || is_full || round + 1 == ROUNDS {
+        let exact = rests.iter().filter(|(residual, _)| *residual <= TOLERANCE).count();
+        let goes_on = tell(exact);
+        if is_found || is_full || round + 1 == ROUNDS || !goes_on {
             let pair = |((value, shares), (residual, _)): (&(f64, Vec<f64>), &(f64, Field))| Pair {
                 value: *value,
                 vector: space.combined(&space.basis, shares),
                 residual: *residual,
             };
-            return pairs.iter().zip(&rests).map(pair).collect();
+            let kept = |pair: &Pair| goes_on || pair.residual <= TOLERANCE;
+            return pairs.iter().zip(&rests).map(pair).filter(kept).collect();
         }
         if space.basis.len() + BLOCK > room {
             let kept = &pairs[..pairs.len().min(count + 2 * BLOCK)];

@@ -11,6 +11,9 @@ use crate::tangent::elimination::Elimination;
 /// What is more than rounding errors, as a share of the scale of forces.
 const NUDGE: f64 = 1e-7;
 
+/// What forces may lack of balance, as a share of them, and gaps of the whole length, and still be rounding errors.
+const ROUNDING: f64 = 1e-10;
+
 /// Poses, forces and a time [s].
 #[derive(Clone, Debug)]
 pub(super) struct Place {
@@ -55,6 +58,13 @@ impl Place {
             lambda: self.lambda.iter().zip(&along.dlambda).map(|(own, &x)| own.plus(x, share)).collect(),
             time: self.time + along.time * share,
         }
+    }
+
+    /// The place a share of the way to another one, and that way.
+    pub(super) fn towards(&self, other: &Place, share: f64) -> (Self, Direction) {
+        let mut way = self.to(other);
+        way.dlambda = self.lambda.iter().zip(&other.lambda).map(|(&own, &other)| other.plus(own, -1.0)).collect();
+        (self.moved(&way, share), way)
     }
 
     /// The way to another place, as far as poses and time go.
@@ -150,6 +160,18 @@ impl Balance {
         }
         let unstable = self.elimination.solve_as_it_is(&self.equations)?;
         Some((self.solution(0.0), unstable))
+    }
+
+    /// Whether all forces are in balance and all joints closed at the place evaluated last, but for rounding errors.
+    pub(super) fn is_at_rest(&self) -> bool {
+        let Self { equations, component, lengths, total, .. } = self;
+        let sizes = component.lambda.iter().map(|lambda| lambda.linear.norm_squared().sqrt());
+        let force = sizes.fold(self.scale(), f64::max);
+        let bodies = equations.bodies.iter().zip(lengths).filter(|(body, _)| !body.is_held());
+        let balanced = bodies.map(|(body, length)| body.defect[0].norm() + body.defect[1].norm() / length);
+        let closed = equations.joints.iter().map(|joint| joint.rhs[0].norm() / total + joint.rhs[1].norm());
+        let larger = |x: f64, y: f64| if x.is_nan() || x >= y { x } else { y };
+        balanced.fold(0.0, larger) <= ROUNDING * force && closed.fold(0.0, larger) <= ROUNDING
     }
 
     /// The scale of forces [N]: that of bending, B / L^2 of the softest joint, and the sum of the weights.

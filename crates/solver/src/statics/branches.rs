@@ -1,6 +1,6 @@
 //! Several equilibria of what is held in one way: branches of the twist, mirror images, snapped and unsnapped shapes.
 //!
-//! Starts are the state as it is, and the state with a turn of twist more and less. From each Newton's method goes down to an
+//! Starts are the state as it is, bent to either side, and with a turn of twist more and less. From each Newton's method goes down to an
 //! equilibrium; then Newton's method on the equations times `1 / distance^2 + 1` to all that are known does not come to these
 //! again (deflation; Farrell, Birkisson and Funke 2015), which only scales its steps. What it finds is often unstable, and is
 //! left to either side for the stable ones beside it.
@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 use rod::{Model, State, measure};
 
 use super::balance::{Balance, Direction, Place};
+use super::contact::Contacts;
 use super::{StaticParams, StaticParamsError, is_windy, newton};
 use crate::component::{BodyPose, Component, Members, split};
 use crate::kernel::Spatial;
@@ -67,13 +68,14 @@ const SAME_ENERGY: f64 = 1e-8;
 const SEARCHES: usize = 6;
 /// Turn by which an unstable equilibrium is left [rad].
 const ASIDE: f64 = 0.1;
+/// Turn by which the start is bent for more of them [rad].
+const BENT: f64 = 0.5;
 /// What is unstable in more directions than this is not told: rods that are crushed along their axes.
 const MOST_UNSTABLE: usize = 8;
 /// By how many nudges the tangent must be stiffer, or softer, for a motion without resistance to be seen.
 const NEUTRAL: f64 = 30.0;
 
-/// Looks for the equilibria of a model whose rods are one set, from `state` as it is at time 0. Not all of them are found, and
-/// fewer where the state is at rest already, as nothing leads away from it then.
+/// Looks for the equilibria of a model whose rods are one set, from `state` as it is at time 0. Not all of them are found.
 ///
 /// # Errors
 /// If the model, the state or a parameter is not valid, and [`SimulationError::Branches`] for several sets of rods that are
@@ -136,7 +138,8 @@ struct Known {
 impl Search<'_> {
     fn run(&mut self) {
         let start = self.balance.place(0.0);
-        let mut starts = vec![start.clone()];
+        // Nothing leads away from a start at rest: bent to either side it is none.
+        let mut starts = vec![start.clone(), self.bent(&start, BENT), self.bent(&start, -BENT)];
         if self.topology.fixed.iter().filter(|&&fixed| fixed).count() > 1 {
             starts.extend([1.0, -1.0].map(|turns| self.twisted(&start, turns)));
         }
@@ -208,7 +211,7 @@ impl Search<'_> {
         let Some(memory) = newton::fits(&self.balance.component, &self.topology) else { return };
         let max_steps = self.params.rest.max_steps.saturating_sub(self.solves);
         let params = StaticParams { leave_unstable: true, max_steps, ..self.params.rest };
-        let report = newton::descend(&mut self.balance.component, memory, &params);
+        let report = newton::descend(&mut self.balance.component, memory, &mut Contacts::default(), &params);
         self.solves += report.steps;
         if report.converged {
             let place = self.balance.place(0.0);

@@ -10,6 +10,7 @@ mod wind;
 
 use nalgebra::Matrix3;
 
+use super::contact::Contacts;
 use super::{StaticParams, StaticReport};
 use crate::component::{BodyPose, Component, Residuals};
 use crate::kernel::Spatial;
@@ -37,6 +38,10 @@ const DRIFT: f64 = 1e-6;
 const GAP: f64 = 0.1;
 /// Solves after which the method is given up.
 const MOST_SOLVES: usize = 120;
+/// The same with contacts, of which each step may choose others.
+const MOST_WITH_CONTACTS: usize = 1000;
+/// Solves of a step in which others press.
+const MOST_CHOICES: usize = 12;
 /// Unstable equilibria that are left before the method is given up.
 const MOST_PUSHES: usize = 3;
 /// Turn by which an unstable equilibrium is left [rad].
@@ -48,7 +53,14 @@ pub(super) fn fits(component: &Component<f64>, topology: &Topology) -> Option<El
 }
 
 /// Descends to an equilibrium; the report has not converged where none was found.
-pub(super) fn descend(component: &mut Component<f64>, elimination: Elimination, params: &StaticParams) -> StaticReport {
+///
+/// Contacts begin with the forces that they have.
+pub(super) fn descend(
+    component: &mut Component<f64>,
+    elimination: Elimination,
+    contacts: &mut Contacts,
+    params: &StaticParams,
+) -> StaticReport {
     let topology = component.system.topology.clone();
     let is_held = topology.fixed.contains(&true);
     let mut descent = Descent {
@@ -60,26 +72,37 @@ pub(super) fn descend(component: &mut Component<f64>, elimination: Elimination, 
         poses: Vec::new(),
         lambda: Vec::new(),
         report: StaticReport::default(),
-        limit: params.max_steps.min(MOST_SOLVES),
+        limit: params.max_steps.min(if contacts.is_empty() { MOST_SOLVES } else { MOST_WITH_CONTACTS }),
     };
     component.begin_equilibrium();
     let mut wind = Wind::new(component);
     let mut shift = Shift::new(component, &mut descent, &wind, is_held);
-    let mut pushes = 0;
+    let (mut pushes, mut loop_begin) = (0, 0);
     while descent.report.steps < descent.limit {
         let waits = descent.report.steps > 0 && wind.follow(component, descent.report.movement);
+        if descent.report.steps == 0 || (component.has_air() && !waits) {
+            descent.report.loops += 1;
+            loop_begin = descent.report.steps;
+        }
         let residuals = component.evaluate_equilibrium(&wind.forces);
-        let Some(tried) = descent.solve(component, &residuals, &mut shift) else { break };
+        contacts.evaluate(component);
+        let Some(tried) = descent.solve(component, contacts, &residuals, &mut shift) else { break };
         let before = descent.report.movement;
-        descent.step(component, &residuals, &shift, &topology, tried.size);
+        contacts.take(&descent.elimination);
+        let lengthens = !shift.is_least() && contacts.is_empty();
+        let size = tried.size.max(1.0 / contacts.share(&descent.elimination));
+        descent.step(component, &residuals, lengthens, &topology, size);
         let report = &mut descent.report;
+        report.most_in_loop = report.most_in_loop.max(report.steps - loop_begin);
         if report.movement > 0.9 * before && report.movement.max(before) < DRIFT {
             shift.steady();
         }
         if report.movement.is_nan() {
             break;
         }
-        if report.movement > params.tolerance || waits {
+        let is_open =
+            contacts.change > params.tolerance * descent.lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        if report.movement > params.tolerance || is_open || waits {
             continue;
         }
         if shift.is_least() {
@@ -129,7 +152,13 @@ struct Descent {
 impl Descent {
     /// Solves with growing shifts until the signs are right and the turns not far too large; `None` where numbers are not
     /// finite.
-    fn solve(&mut self, component: &Component<f64>, residuals: &Residuals<f64>, shift: &mut Shift) -> Option<Tried> {
+    fn solve(
+        &mut self,
+        component: &Component<f64>,
+        contacts: &mut Contacts,
+        residuals: &Residuals<f64>,
+        shift: &mut Shift,
+    ) -> Option<Tried> {
         if !residuals.check.is_finite() {
             return None;
         }
@@ -138,13 +167,19 @@ impl Descent {
         let mut is_saddle = false;
         shift.begin(component);
         loop {
-            self.report.steps += 1;
-            component.gather(&mut self.equations, self.inertia);
-            for (body, length) in self.equations.bodies.iter_mut().zip(&self.lengths) {
-                body.turning += Matrix3::identity() * (shift.force() * length);
-            }
-            if !self.elimination.solve(&self.equations) {
-                return None;
+            for _ in 0..MOST_CHOICES {
+                self.report.steps += 1;
+                component.gather(&mut self.equations, self.inertia);
+                for (body, length) in self.equations.bodies.iter_mut().zip(&self.lengths) {
+                    body.turning += Matrix3::identity() * (shift.force() * length);
+                }
+                contacts.add(&mut self.equations);
+                if !self.elimination.solve(&self.equations) {
+                    return None;
+                }
+                if !contacts.choose(&self.elimination) {
+                    break;
+                }
             }
             let is_right = self.elimination.mended == 0;
             is_saddle |= !is_right && shift.is_least();
@@ -171,12 +206,12 @@ impl Descent {
         &mut self,
         component: &mut Component<f64>,
         residuals: &Residuals<f64>,
-        shift: &Shift,
+        lengthens: bool,
         topology: &Topology,
         size: f64,
     ) {
         let mut share = size.recip().min(1.0);
-        if !shift.is_least() && (ROUNDING..1.0).contains(&size) && self.curvature(component, topology) < 0.0 {
+        if lengthens && (ROUNDING..1.0).contains(&size) && self.curvature(component, topology) < 0.0 {
             share = size.recip().min((GAP / residuals.stretch).max(1.0));
         }
         component.take_solution(&self.elimination, &mut self.dp);

@@ -100,6 +100,8 @@ pub enum PathEnd {
     Start,
     /// At the most equilibria that were allowed.
     Points,
+    /// Where it was stopped.
+    Stopped,
     /// Where no equilibrium was found close by: at a jump of what is driven, or where joints cannot stay together.
     Lost,
     /// Before it began: the first equilibrium was not found.
@@ -122,8 +124,8 @@ pub struct PathReport {
 }
 
 /// Follows the equilibria of a model from that to which [`equilibrium`] brings `state` at time 0, along the model's motions,
-/// changing loads and changing gravity, on and back in time. `each` is told of every one in turn: where it is, and what its joints transmit;
-/// of the last one `state` is left.
+/// changing loads and changing gravity, on and back in time. `each` is told of every one in turn: where it is, and what its joints
+/// transmit; it returns whether to go on. Of the last one `state` is left.
 ///
 /// # Errors
 /// If the model, the state or a parameter is not valid, and [`SimulationError::Path`] if nothing changes over time, if sets of
@@ -133,7 +135,7 @@ pub fn path(
     model: &Model,
     state: &mut State,
     params: &PathParams,
-    each: &mut dyn FnMut(&PathPoint, &State, &[JointForce]),
+    each: &mut dyn FnMut(&PathPoint, &State, &[JointForce]) -> bool,
 ) -> Result<PathReport, SimulationError> {
     model.validate(state)?;
     params.validate()?;
@@ -147,7 +149,8 @@ pub fn path(
     // What is fixed goes on with the velocities that it has; they are left aside to find the first equilibrium.
     let moving = state.clone();
     let start = equilibrium(model, state, &params.rest)?;
-    let mut report = PathReport { start, points: 0, solves: start.steps, events: Vec::new(), end: PathEnd::NoStart };
+    let (begins_at_rest, solves) = (start.converged, start.steps);
+    let mut report = PathReport { start, points: 0, solves, events: Vec::new(), end: PathEnd::NoStart };
     let mut begins = state.clone();
     for (i, _) in model.segments.iter().enumerate().filter(|(_, segment)| segment.fixed) {
         begins.velocities[i] = moving.velocities[i];
@@ -175,7 +178,7 @@ pub fn path(
     let Some((component, members, elimination)) = changing else {
         return Err(SimulationError::Path("something that changes over time: a motion, a load or gravity"));
     };
-    if !start.converged {
+    if !begins_at_rest {
         return Ok(report);
     }
     let mut tracer = Tracer::new(component, elimination, params);
@@ -190,12 +193,13 @@ struct Teller<'a> {
     model: &'a Model,
     state: &'a mut State,
     members: Members,
-    each: &'a mut dyn FnMut(&PathPoint, &State, &[JointForce]),
+    each: &'a mut dyn FnMut(&PathPoint, &State, &[JointForce]) -> bool,
     length: f64,
 }
 
 impl Teller<'_> {
-    fn tell(&mut self, tracer: &mut Tracer, found: &Found, report: &mut PathReport) {
+    /// Tells of an equilibrium; returns whether to go on, and has said so in the report where not.
+    fn tell(&mut self, tracer: &mut Tracer, found: &Found, report: &mut PathReport) -> bool {
         tracer.balance.stand(&found.place, found.place.time);
         tracer.balance.component.store_state(self.state, &self.members, 0);
         self.state.velocities.fill(nalgebra::Vector3::zeros());
@@ -203,8 +207,12 @@ impl Teller<'_> {
         let mut forces = vec![JointForce::default(); self.model.joints.len()];
         tracer.balance.component.store_joint_forces(&mut forces, &self.members, 0);
         let point = PathPoint { time: found.place.time, length: self.length, unstable: found.unstable };
-        (self.each)(&point, self.state, &forces);
         report.points += 1;
+        let goes_on = (self.each)(&point, self.state, &forces);
+        if !goes_on {
+            report.end = PathEnd::Stopped;
+        }
+        goes_on
     }
 }
 
@@ -212,8 +220,13 @@ impl Teller<'_> {
 const SHORTEST: f64 = 1e-6;
 /// Cosine of the angle that the path turns by in a step at most, unless the step is short.
 const STRAIGHT: f64 = 0.9;
-/// A step so short may turn by more, in the longest one's length.
+/// The longest way of a step beside its length.
+const FAR: f64 = 1.3;
+/// Most halvings of the way with an event: where more would be needed, the path has jumped.
+const MOST_HALVES: usize = 40;
+/// A step so short that turns by more is tried as a longer one, in the longest one's length, and so many times as long.
 const SHORT: f64 = 1e-2;
+const LEAPS: [f64; 4] = [8.0, 16.0, 32.0, 64.0];
 /// Iterations that a step should take.
 const GOOD: f64 = 6.0;
 /// A fold or a bifurcation is found to this share of the longest step.
@@ -225,8 +238,10 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
     // The first time brings the forces.
     let Some(first) = tracer.hold(tracer.balance.place(0.0), course.stretch(0), 1.0) else { return };
     let Some(mut here) = tracer.hold(first.place, course.stretch(0), 1.0) else { return };
-    teller.tell(tracer, &here, report);
     report.end = PathEnd::Points;
+    if !teller.tell(tracer, &here, report) {
+        return;
+    }
     let mut step = 0.25 * params.longest_step;
     while report.points < params.most_points {
         if step < SHORTEST * params.longest_step {
@@ -238,18 +253,27 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             step *= 0.5;
             continue;
         };
-        if tracer.balance.dot(&here.direction, &next.direction) < STRAIGHT && step > SHORT * params.longest_step {
-            step *= 0.5;
-            continue;
+        if !goes_on(tracer, &here, &next, step) {
+            if step > SHORT * params.longest_step {
+                step *= 0.5;
+                continue;
+            }
+            // However short the step, it turns off: beside a bifurcation, which a longer one leaves behind.
+            let leap = LEAPS.into_iter().find_map(|by| {
+                let found = tracer.go(&here, by * step, [begin, end])?;
+                goes_on(tracer, &here, &found, by * step).then_some((by, found))
+            });
+            if let Some((by, found)) = leap {
+                (step, next) = (by * step, found);
+            }
         }
         // A stretch of the course ends: the path stops there, and goes on with what comes next.
-        let mut share = 1.0;
         let leaves = next.place.time > end || next.place.time < begin;
         let forward = next.place.time > end;
         if leaves {
             let limit = if forward { end } else { begin };
             let way = next.place.time - here.place.time;
-            share = ((limit - here.place.time) / way).clamp(0.0, 1.0);
+            let share = ((limit - here.place.time) / way).clamp(0.0, 1.0);
             let sign = if forward { 1.0 } else { -1.0 };
             let mut place = here.place.moved(&here.direction, share * step);
             place.time = limit;
@@ -259,9 +283,12 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             };
             next = landed;
         }
+        let Some(events) = locate(tracer, &here, &next, [begin, end], PLACE * params.longest_step) else {
+            step *= 0.5;
+            continue;
+        };
         let good = step * (GOOD / next.iterations as f64).clamp(0.5, 2.0);
-        if next.unstable != here.unstable {
-            let [before, after] = locate(tracer, &here, &next, share * step, [begin, end], PLACE * params.longest_step);
+        for [before, after] in events {
             teller.length += tracer.balance.distance(&here.place, &after.place);
             let turns = before.direction.time * after.direction.time < 0.0;
             report.events.push(PathEvent {
@@ -270,18 +297,18 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
                 point: report.points,
                 unstable: [before.unstable, after.unstable],
             });
-            let goes_on = after.unstable != next.unstable;
-            let far = tracer.balance.distance(&after.place, &next.place) > 0.0;
             here = after;
-            teller.tell(tracer, &here, report);
-            if goes_on || !far {
-                continue;
+            if !teller.tell(tracer, &here, report) {
+                return;
             }
         }
-        teller.length += tracer.balance.distance(&here.place, &next.place);
+        let way = tracer.balance.distance(&here.place, &next.place);
+        teller.length += way;
         step = good.min(params.longest_step);
         here = next;
-        teller.tell(tracer, &here, report);
+        if way > 0.0 && !teller.tell(tracer, &here, report) {
+            return;
+        }
         if leaves {
             let Some(beyond) = course.beyond(stretch, forward) else {
                 report.end = if forward { PathEnd::Until } else { PathEnd::Start };
@@ -298,18 +325,40 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
     }
 }
 
-/// The two equilibria between which the first change of signs lies on a step from `here` to `next`.
-fn locate(tracer: &mut Tracer, here: &Found, next: &Found, step: f64, stretch: [f64; 2], accuracy: f64) -> [Found; 2] {
-    let (mut before, mut after) = (here.clone(), next.clone());
-    let (mut low, mut high) = (0.0, step);
-    while high - low > accuracy {
-        let middle = 0.5 * (low + high);
-        let Some(found) = tracer.go(here, middle, stretch) else { break };
-        if found.unstable == here.unstable {
-            (low, before) = (middle, found);
-        } else {
-            (high, after) = (middle, found);
+/// Whether a step leads straight on, and not far aside.
+fn goes_on(tracer: &Tracer, here: &Found, next: &Found, step: f64) -> bool {
+    let Tracer { balance, .. } = tracer;
+    balance.dot(&here.direction, &next.direction) >= STRAIGHT
+        && balance.distance(&here.place, &next.place) <= FAR * step
+}
+
+/// The equilibria between which signs change on the way from `here` to `next`, in order, by bisection; the path goes on from
+/// `next`, as beside a bifurcation its direction is lost in rounding errors. `None` where the way jumps from one path to another.
+fn locate(
+    tracer: &mut Tracer,
+    here: &Found,
+    next: &Found,
+    stretch: [f64; 2],
+    accuracy: f64,
+) -> Option<Vec<[Found; 2]>> {
+    let (mut events, mut before) = (Vec::new(), here.clone());
+    while before.unstable != next.unstable {
+        let mut after = next.clone();
+        for _ in 0..MOST_HALVES {
+            if tracer.balance.distance(&before.place, &after.place) <= accuracy {
+                break;
+            }
+            let middle = tracer.between(&before, &after, stretch)?;
+            if middle.unstable == before.unstable {
+                before = middle;
+            } else {
+                after = middle;
+            }
         }
+        if tracer.balance.distance(&before.place, &after.place) > accuracy {
+            return None;
+        }
+        events.push([std::mem::replace(&mut before, after.clone()), after]);
     }
-    [before, after]
+    Some(events)
 }

@@ -37,6 +37,19 @@ pub struct Equations {
     pub bodies: Vec<BodyEquation>,
     /// One entry a joint.
     pub joints: Vec<JointEquation>,
+    /// What contacts add to bodies, in the order of the bodies.
+    pub rows: Vec<BodyRow>,
+}
+
+/// What K has besides of a body alone: `stiffness` times the square of `row . (dx, dphi)`.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyRow {
+    /// The body.
+    pub body: u32,
+    /// Of a shift by 1 m and of a turn by 1 rad.
+    pub row: [f64; 6],
+    /// Its stiffness.
+    pub stiffness: f64,
 }
 
 impl Equations {

@@ -66,8 +66,18 @@ impl Problem<'_> {
     pub(super) fn fresh<const M: usize>(&self, body: u32) -> Left<f64, M> {
         let own = &self.equations.bodies[body as usize];
         let mass = if own.is_held() { 1.0 } else { own.mass };
-        let stiffness = Stiffness::of_parts(Sym3::identity(mass), symmetric(&own.turning));
+        let mut stiffness = Stiffness::of_parts(Sym3::identity(mass), symmetric(&own.turning));
+        if !self.equations.rows.is_empty() {
+            self.add_rows(body, &mut stiffness);
+        }
         Left::new(stiffness, spatial(&own.defect))
+    }
+
+    #[cold]
+    fn add_rows(&self, body: u32, stiffness: &mut Stiffness<f64>) {
+        let rows = &self.equations.rows;
+        let own = rows[rows.partition_point(|row| row.body < body)..].iter().take_while(|row| row.body == body);
+        own.for_each(|row| stiffness.subtract(row.row, -row.stiffness));
     }
 
     #[inline(always)]

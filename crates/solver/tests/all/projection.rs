@@ -239,6 +239,6 @@ fn contacts_are_refused_where_nothing_knows_them() {
     model.contacts.between_segments = Some(rod::Surface::default());
     let params = solver::statics::StaticParams::default();
     let still = solver::statics::equilibrium(&model, &mut state, &params).map(|_| ());
-    let expected = "static analysis knows no contacts, but the model has some (between segments: yes, obstacles: 0)";
+    let expected = "static analysis knows contacts with planes, spheres and capsules, but none between segments";
     assert_eq!(still.unwrap_err().to_string(), expected);
 }

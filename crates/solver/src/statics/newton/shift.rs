@@ -9,8 +9,15 @@ const LEAST: f64 = 1e-7;
 const MOST_LEAST: f64 = 1e-6;
 /// The first that is tried where it does not go without. A tension as large as the largest force would outdo any push.
 const FIRST: f64 = 0.25;
+/// The share of bending in the scale.
+const BENDING: f64 = 10.0;
 /// Growth from one trial to the next.
-const GROWTH: f64 = 4.0;
+const GROWTH: f64 = 8.0;
+/// By what the next step begins with less: at first, and at least after one that had to be made stiffer.
+const DOWN: f64 = 4.0;
+const SLOWEST: f64 = 2.0;
+/// By how much faster that goes after each step that went well at once.
+const FASTER: f64 = 2.0;
 
 /// A force [N]: times its length it is added to the turning stiffness of a segment.
 ///
@@ -37,14 +44,14 @@ impl Shift {
         component.gather(&mut descent.equations, 1.0);
         let bending = descent.equations.joints.iter().map(|joint| {
             let compliance = joint.compliance[1].trace() / 3.0;
-            1.0 / (compliance * joint.length * total * total)
+            joint.length / (compliance * total * total)
         });
         let least = if is_held { 0.0 } else { LEAST };
         let softest = bending.fold(f64::INFINITY, f64::min);
-        let bending = if softest.is_finite() { 10.0 * softest } else { 0.0 };
+        let bending = if softest.is_finite() { BENDING * softest } else { 0.0 };
         let weight: f64 = wind.forces.iter().map(|force| force.linear.norm_squared().sqrt()).sum();
         let scale = bending + weight;
-        Self { scale: scale.max(f64::MIN_POSITIVE), total, least, last: least, tried: least, down: GROWTH, rejected: 0 }
+        Self { scale: scale.max(f64::MIN_POSITIVE), total, least, last: least, tried: least, down: DOWN, rejected: 0 }
     }
 
     /// The one to try first.
@@ -67,7 +74,7 @@ impl Shift {
     /// The one that is tried is taken; the next begins with more where the step was far too large.
     pub(super) fn taken(&mut self, is_far: bool) {
         if !is_far {
-            self.down = if self.rejected == 0 { self.down * GROWTH } else { self.down.sqrt().max(2.0) };
+            self.down = if self.rejected == 0 { self.down * FASTER } else { self.down.sqrt().max(SLOWEST) };
         }
         self.last = if is_far { FIRST.max(self.tried) * self.down } else { self.tried };
     }

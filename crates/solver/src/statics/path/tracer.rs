@@ -11,7 +11,7 @@ use crate::tangent::elimination::Elimination;
 const ITERATIONS: usize = 12;
 /// Largest shift [lengths of the rods] and turn [rad] of an iteration.
 const LARGEST: f64 = 0.5;
-/// Where corrections this small do not shrink, they are rounding errors, or a drift that next to nothing resists.
+/// Corrections this small that do not shrink where forces are in balance are a drift that next to nothing resists.
 const DRIFT: f64 = 1e-3;
 /// Half the time over which rates are taken, as a share of the path's.
 const RATE: f64 = 1e-5;
@@ -45,6 +45,13 @@ impl Tracer {
         self.correct(from.place.moved(&from.direction, step), stretch, Some(&from.direction), 1.0)
     }
 
+    /// The equilibrium half-way between two others of the path.
+    pub(super) fn between(&mut self, a: &Found, b: &Found, stretch: [f64; 2]) -> Option<Found> {
+        let (place, way) = a.place.towards(&b.place, 0.5);
+        let length = self.balance.dot(&way, &way).sqrt();
+        self.correct(place, stretch, Some(&way.scaled(1.0 / length)), 1.0)
+    }
+
     /// The equilibrium near a place, at its time; the path goes on from there in this direction of time.
     pub(super) fn hold(&mut self, place: Place, stretch: [f64; 2], sign: f64) -> Option<Found> {
         self.correct(place, stretch, None, sign)
@@ -54,7 +61,7 @@ impl Tracer {
     fn correct(&mut self, mut place: Place, stretch: [f64; 2], across: Option<&Direction>, sign: f64) -> Option<Found> {
         let mut before = f64::INFINITY;
         for iterations in 1..=ITERATIONS {
-            let (own, rate, unstable) = self.solve(&place, stretch)?;
+            let (own, rate, unstable, is_at_rest) = self.solve(&place, stretch)?;
             let Self { balance, .. } = self;
             let time = across.map_or(0.0, |along| -balance.dot(along, &own) / balance.dot(along, &rate));
             let change = own.plus(&rate, time);
@@ -62,8 +69,10 @@ impl Tracer {
             if size.is_nan() || size > LARGEST {
                 return None;
             }
-            place = place.moved(&change, 1.0);
-            let drifts = iterations > 2 && size < DRIFT && size > 0.5 * before;
+            let drifts = is_at_rest && size < DRIFT && size > 0.5 * before;
+            if !drifts {
+                place = place.moved(&change, 1.0);
+            }
             if size <= self.tolerance || drifts {
                 let length = balance.dot(&rate, &rate).sqrt();
                 let towards = across.map_or(sign, |along| balance.dot(along, &rate));
@@ -76,8 +85,8 @@ impl Tracer {
     }
 
     /// Newton's step at a place and its time, by how much the equilibrium changes in a second, and the directions in which
-    /// the energy curves down.
-    fn solve(&mut self, place: &Place, [begin, end]: [f64; 2]) -> Option<(Direction, Direction, usize)> {
+    /// the energy curves down; and whether the place is at rest.
+    fn solve(&mut self, place: &Place, [begin, end]: [f64; 2]) -> Option<(Direction, Direction, usize, bool)> {
         let Self { balance, .. } = self;
         let half = RATE * balance.span;
         let mut ends = [place.time - half, place.time + half];
@@ -91,6 +100,7 @@ impl Tracer {
             (bodies, joints)
         });
         let (own, unstable) = balance.step(place, 1.0)?;
+        let is_at_rest = balance.is_at_rest();
         let per_second = 1.0 / (ends[1] - ends[0]);
         let rate = |[a, b]: [&[Vector3<f64>; 2]; 2]| [0, 1].map(|part| (b[part] - a[part]) * per_second);
         for (body, ends) in balance.equations.bodies.iter_mut().zip(behind.0.iter().zip(&ahead.0)) {
@@ -102,6 +112,6 @@ impl Tracer {
         balance.elimination.solve_as_it_is(&balance.equations)?;
         let rate = balance.solution(1.0);
         self.solves += 2;
-        Some((own, rate, unstable))
+        Some((own, rate, unstable, is_at_rest))
     }
 }

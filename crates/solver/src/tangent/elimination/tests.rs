@@ -251,7 +251,11 @@ fn a_body_in_an_unstable_place_is_made_heavier() {
     let topology = Topology::new(Vec::new(), vec![false]);
     for _ in 0..20 {
         let (turning, defect) = (positive(rng, 0.1) - Matrix3::identity(), [random(rng), random(rng)]);
-        let equations = Equations { bodies: vec![BodyEquation { mass: 1.0, turning, defect }], joints: Vec::new() };
+        let equations = Equations {
+            bodies: vec![BodyEquation { mass: 1.0, turning, defect }],
+            joints: Vec::new(),
+            rows: Vec::new(),
+        };
         let mut elimination = Elimination::new(&topology).unwrap();
         assert!(elimination.solve(&equations));
         let is_stable = turning.symmetric_eigenvalues().min() > 0.0;
