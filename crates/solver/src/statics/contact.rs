@@ -31,6 +31,8 @@ use crate::tangent::{BodyRow, Equations, curvature};
 const STIFFNESS: f64 = 1e4;
 /// How far what presses may slide in a step, over the distance of the axes.
 const ASIDE: f64 = 0.3;
+/// The share of an axis that is its end.
+const END: f64 = 1e-9;
 /// Axes that are parallel to within this sine squared do not slide along each other.
 const PARALLEL: f64 = 1e-6;
 
@@ -41,6 +43,8 @@ struct Contact {
     obstacle: usize,
     /// The end of the segment's axis that is held off a plane; `None`: the place of it that is nearest.
     end: Option<f64>,
+    /// Whether a neighbour's far end touches in the place of this one's near end.
+    goes_on: bool,
     /// Half the length of the axis, and the radius [m].
     half: f64,
     radius: f64,
@@ -127,6 +131,7 @@ impl Contacts {
                     body,
                     obstacle,
                     end,
+                    goes_on,
                     half,
                     radius,
                     force: 0.0,
@@ -244,10 +249,11 @@ impl Contact {
         let near = closest::segments(&own, &other);
         self.arm = d * (self.half * (2.0 * near.s - 1.0));
         self.distance = near.distance;
-        self.gap = near.distance - radius - self.radius;
+        let is_neighbours = self.goes_on && near.s < END;
+        self.gap = if is_neighbours { f64::INFINITY } else { near.distance - radius - self.radius };
         let across = d.cross(&if d.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() }).normalize();
         self.normal = near.separation.try_normalize(0.0).unwrap_or(across);
-        let within = |share: f64| (1e-9..1.0 - 1e-9).contains(&share);
+        let within = |share: f64| (END..1.0 - END).contains(&share);
         let along = (other[1] - other[0]).try_normalize(0.0);
         self.slides = [within(near.s).then_some(d), along.filter(|_| within(near.t))];
     }

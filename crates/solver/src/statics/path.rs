@@ -222,8 +222,6 @@ const SHORTEST: f64 = 1e-6;
 const STRAIGHT: f64 = 0.9;
 /// The longest way of a step beside its length.
 const FAR: f64 = 1.3;
-/// Most halvings of the way with an event: where more would be needed, the path has jumped.
-const MOST_HALVES: usize = 40;
 /// A step so short that turns by more is tried as a longer one, in the longest one's length, and so many times as long.
 const SHORT: f64 = 1e-2;
 const LEAPS: [f64; 4] = [8.0, 16.0, 32.0, 64.0];
@@ -253,6 +251,7 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             step *= 0.5;
             continue;
         };
+        let mut way = step;
         if !goes_on(tracer, &here, &next, step) {
             if step > SHORT * params.longest_step {
                 step *= 0.5;
@@ -264,7 +263,7 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
                 goes_on(tracer, &here, &found, by * step).then_some((by, found))
             });
             if let Some((by, found)) = leap {
-                (step, next) = (by * step, found);
+                (way, next) = (by * step, found);
             }
         }
         // A stretch of the course ends: the path stops there, and goes on with what comes next.
@@ -272,10 +271,10 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
         let forward = next.place.time > end;
         if leaves {
             let limit = if forward { end } else { begin };
-            let way = next.place.time - here.place.time;
-            let share = ((limit - here.place.time) / way).clamp(0.0, 1.0);
+            let passed = next.place.time - here.place.time;
+            let share = ((limit - here.place.time) / passed).clamp(0.0, 1.0);
             let sign = if forward { 1.0 } else { -1.0 };
-            let mut place = here.place.moved(&here.direction, share * step);
+            let mut place = here.place.moved(&here.direction, share * way);
             place.time = limit;
             let Some(landed) = tracer.hold(place, [begin, end], sign) else {
                 step *= 0.5;
@@ -287,7 +286,7 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             step *= 0.5;
             continue;
         };
-        let good = step * (GOOD / next.iterations as f64).clamp(0.5, 2.0);
+        let good = way * (GOOD / next.iterations as f64).clamp(0.5, 2.0);
         for [before, after] in events {
             teller.length += tracer.balance.distance(&here.place, &after.place);
             let turns = before.direction.time * after.direction.time < 0.0;
@@ -344,21 +343,31 @@ fn locate(
     let (mut events, mut before) = (Vec::new(), here.clone());
     while before.unstable != next.unstable {
         let mut after = next.clone();
-        for _ in 0..MOST_HALVES {
-            if tracer.balance.distance(&before.place, &after.place) <= accuracy {
+        while tracer.balance.distance(&before.place, &after.place) > accuracy {
+            // Where paths meet, there may be none in between that can be told from both.
+            let Some(middle) = tracer.between(&before, &after, stretch) else { break };
+            if !is_in_line(tracer, &before, &after, &middle) {
                 break;
             }
-            let middle = tracer.between(&before, &after, stretch)?;
             if middle.unstable == before.unstable {
                 before = middle;
             } else {
                 after = middle;
             }
         }
-        if tracer.balance.distance(&before.place, &after.place) > accuracy {
+        if ![&before, &after].into_iter().all(|end| is_in_line(tracer, &before, &after, end)) {
             return None;
         }
         events.push([std::mem::replace(&mut before, after.clone()), after]);
     }
     Some(events)
+}
+
+/// Whether the path goes through an equilibrium in the direction from `before` to `after`, and no further off than they are.
+fn is_in_line(tracer: &Tracer, before: &Found, after: &Found, found: &Found) -> bool {
+    let way = before.place.to(&after.place);
+    let Tracer { balance, .. } = tracer;
+    let length = balance.dot(&way, &way).sqrt();
+    balance.dot(&found.direction, &way) >= STRAIGHT * length
+        && balance.distance(&before.place, &found.place) <= FAR * length
 }
