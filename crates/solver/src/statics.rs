@@ -44,7 +44,7 @@ pub struct StaticReport {
     /// Whether the energy is at a minimum, by the signs of the tangent's eigenvalues; in wind, that in the drag as it is there.
     /// What nothing resists counts as stable. `None` where there is no equilibrium, and where the flow found it.
     pub stable: Option<bool>,
-    /// What presses on segments, in the order of the connected sets.
+    /// What presses on segments of sets that are at rest, in the order of the connected sets.
     pub contacts: Vec<ContactForce>,
 }
 
@@ -87,7 +87,9 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
         }
         let descend = |memory| newton::descend(&mut component, memory, &mut contacts, params);
         let mut own = newton.map_or_else(StaticReport::default, descend);
-        report.contacts.extend(contacts.forces(&members, &component));
+        if own.converged {
+            report.contacts.extend(contacts.forces(&members, &component));
+        }
         if !own.converged && own.steps < params.max_steps && contacts.is_empty() {
             component = still();
             let mut solver = SolverKind::Direct.build(model, &members, &topology)?;

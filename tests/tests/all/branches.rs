@@ -54,6 +54,13 @@ fn half_a_turn_has_two_branches_of_the_twist() {
         assert!(stable.len() >= 2);
         let mirror = |x: Vector3<f64>| Vector3::new(x.x, -x.y, x.z);
         assert_mirrored(stable[0], stable[1], 1.0, mirror);
+        // From one at rest, from which nothing leads away, both are found, too.
+        let again = branches(&model, &stable[0].state, &BranchParams::default()).unwrap();
+        let lowest = again.branches.iter().filter(|branch| branch.unstable == 0).take(2);
+        for (branch, known) in lowest.zip([stable[0], stable[1]]) {
+            assert!((branch.energy - known.energy).abs() <= 1e-10 * known.energy.abs(), "{:e}", branch.energy);
+        }
+        assert!(again.branches.iter().filter(|branch| branch.unstable == 0).count() >= 2);
         // They are not one: the cable stands out to one side or to the other.
         let apart = |branch: &Branch| branch.state.orientations[15];
         assert!(apart(stable[0]).angle_to(&apart(stable[1])) > 1.0);

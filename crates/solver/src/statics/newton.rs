@@ -90,7 +90,8 @@ pub(super) fn descend(
         let before = descent.report.movement;
         contacts.take(&descent.elimination);
         let lengthens = !shift.is_least() && contacts.is_empty();
-        let size = tried.size.max(1.0 / contacts.share(&descent.elimination));
+        let share = contacts.share(&descent.elimination);
+        let size = if share < 1.0 { tried.size.max(1.0 / share) } else { tried.size };
         descent.step(component, &residuals, lengthens, &topology, size);
         let report = &mut descent.report;
         report.most_in_loop = report.most_in_loop.max(report.steps - loop_begin);
