@@ -303,7 +303,7 @@ pub(crate) struct StaticArgs {
     pub(crate) method: StaticMethod,
     /// Follow the equilibrium along what the scene drives, its changing loads and changing gravity, over the time of its run:
     /// where it becomes unstable, and where it folds back, so that a rod driven further would snap. For chains, trees and rings
-    /// that are joined to one another, without wind and torques as loads.
+    /// that are joined to one another, without wind and torques as loads. Ctrl-C ends it, and keeps what was found.
     #[arg(long, conflicts_with_all = ["branches", "method"])]
     pub(crate) along: bool,
     /// Look for several equilibria of what is held: both branches of a twist, mirror images, unstable ones between them; the

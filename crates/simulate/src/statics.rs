@@ -54,7 +54,7 @@ struct Report {
     tolerance: f64,
     /// none, steady, or frozen: a wind that changes in time, as it is at time 0.
     wind: &'static str,
-    /// What presses on segments; missing without obstacles.
+    /// What presses on segments at rest; missing without obstacles.
     #[serde(skip_serializing_if = "Option::is_none")]
     contacts: Option<Vec<Press>>,
     /// Whether obstacles have friction, which is left out.
@@ -146,7 +146,7 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
         sought: Sought::new(&scene, found.converged, found.steps, begin),
         wind_loops: in_loops.then_some(found.loops),
         most_solves_in_loop: in_loops.then_some(found.most_in_loop),
-        contacts: (!obstacles.is_empty()).then(|| found.contacts.iter().filter_map(press).collect()),
+        contacts: (found.converged && !obstacles.is_empty()).then(|| found.contacts.iter().filter_map(press).collect()),
         left_out_friction: obstacles.iter().any(|obstacle| obstacle.surface.friction.at_rest > 0.0),
         stable: found.stable,
         last_movement: found.movement,
