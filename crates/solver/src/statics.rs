@@ -76,7 +76,7 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
         if contacts.is_empty() {
             refuse_driven_off(&component, &members, is_windy(model))?;
         }
-        let is_for_newton = !contacts.is_empty() || !(is_windy(model) && members.segments.len() > MOST_IN_WIND);
+        let is_for_newton = !(contacts.is_empty() && is_windy(model) && members.segments.len() > MOST_IN_WIND);
         let newton = (params.method == StaticMethod::Newton && is_for_newton)
             .then(|| newton::fits(&component, &topology))
             .flatten();
