@@ -38,8 +38,12 @@ pub(crate) struct Context {
 impl Context {
     /// Conditions that begin with what a time includes, to which a section adds its own.
     pub(crate) fn conditions(&self, time: &str) -> Conditions {
-        let conditions = Conditions::new("time", time).with("machine", &self.machine).with("threads", "1");
-        conditions.with("networks", &self.library.networks_blake3[..12])
+        self.without_networks(time).with("networks", &self.library.networks_blake3[..12])
+    }
+
+    /// Those of a section that measures no network.
+    pub(crate) fn without_networks(&self, time: &str) -> Conditions {
+        Conditions::new("time", time).with("machine", &self.machine).with("threads", "1")
     }
 }
 

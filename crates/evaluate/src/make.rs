@@ -13,7 +13,7 @@ use crate::cells::{Job, ticks};
 use crate::cli::ReportArgs;
 use crate::context::{Context, Size};
 use crate::library::Library;
-use crate::sections;
+use crate::sections::{self, Place};
 use crate::sources::{IS_DIRTY, REVISION, ROOT};
 
 /// Where a report goes that says nothing else.
@@ -35,12 +35,12 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     tell(format!("looking for what is measured already in {}", args.cells.display()))?;
     // Times are told of one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
-    let mut jobs = sections::jobs(&args.only);
-    let total = jobs.iter_mut().map(|job| job.prepare(&context)).sum::<Result<f64>>().context("--cells")?;
-    let minutes = (total / 60.0).ceil();
-    tell(format!("{} sections; about {minutes:.0} minutes of measuring on one core are left", jobs.len()))?;
+    let mut pages = sections::pages(&args.only);
+    let total = jobs(&mut pages).map(|job| job.prepare(&context)).sum::<Result<f64>>().context("--cells")?;
+    let (minutes, sections) = ((total / 60.0).ceil(), jobs(&mut pages).count());
+    tell(format!("{sections} sections; about {minutes:.0} minutes of measuring on one core are left"))?;
     let progress = Progress::new(ticks(total), "ms", args.quiet)?;
-    for job in &mut jobs {
+    for job in jobs(&mut pages) {
         if !job.run(&context, &progress)? {
             progress.finish();
             tell("stopped; the same command goes on from here".to_owned())?;
@@ -48,14 +48,26 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         }
     }
     progress.finish();
-    let missing = jobs.iter_mut().map(|job| job.missing(&context)).sum::<Result<usize>>().context("--cells")?;
+    let missing = jobs(&mut pages).map(|job| job.missing(&context)).sum::<Result<usize>>().context("--cells")?;
     if missing > 0 {
         tell(format!("this shard is measured, {missing} cells of others are not; the report is made when all are"))?;
         return Ok(Outcome::Done);
     }
-    let file = write(&page(&context, &jobs)?, &out).context("--out")?;
-    tell(format!("wrote {}", file.display()))?;
-    check(&out)
+    let mut outcome = Outcome::Done;
+    for (place, jobs) in &pages {
+        let folder = out.join(place.folder);
+        let file = write(&page(&context, place, jobs)?, &folder).context("--out")?;
+        tell(format!("wrote {}", file.display()))?;
+        if let Outcome::Faulty = check(&folder)? {
+            outcome = Outcome::Faulty;
+        }
+    }
+    Ok(outcome)
+}
+
+/// The sections of all pages.
+fn jobs<'a>(pages: &'a mut [(&'static Place, Vec<Box<dyn Job>>)]) -> impl Iterator<Item = &'a mut Box<dyn Job>> {
+    pages.iter_mut().flat_map(|(_, jobs)| jobs)
 }
 
 /// Refuses to put what was made of sources that no revision has into the place that is committed.
@@ -79,7 +91,7 @@ pub(crate) fn check(directory: &Path) -> Result<Outcome> {
     Ok(if faults.is_empty() { Outcome::Done } else { Outcome::Faulty })
 }
 
-fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
+fn page(context: &Context, place: &Place, jobs: &[Box<dyn Job>]) -> Result<Page> {
     let (mut seconds, mut sections, mut measured) = (0.0, Vec::new(), BTreeMap::new());
     for job in jobs {
         let (provenance, mut section) = (job.provenance(), job.show(context)?);
@@ -88,27 +100,19 @@ fn page(context: &Context, jobs: &[Box<dyn Job>]) -> Result<Page> {
         sections.push(section);
         measured.extend(job.claims(context)?);
     }
-    sections.insert(0, sections::claims::section(context, &measured)?);
+    if place.has_networks {
+        sections.insert(0, sections::claims::section(context, &measured)?);
+    }
     let conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
         .with("revision", REVISION)
         .with("revisions of what was measured", "at the end of each section, with machine and date")
         .with("size", context.size.pick("quick (--quick)", "full"))
         .with("measuring took", format!("{:.0} minutes on one core", seconds / 60.0));
-    let origins = context.library.origins()?.into_iter();
-    let conditions = origins.fold(conditions, |conditions, [name, origin]| conditions.with(name, origin));
-    let lead = LEAD.map(str::to_owned).to_vec();
-    Ok(Page { title: "Elastic rods: what a learned guess is worth".to_owned(), lead, conditions, sections })
+    let origins = if place.has_networks { context.library.origins()? } else { Vec::new() };
+    let conditions = origins.into_iter().fold(conditions, |conditions, [name, origin]| conditions.with(name, origin));
+    let lead = place.lead.iter().map(|&words| words.to_owned()).collect();
+    Ok(Page { title: place.title.to_owned(), lead, conditions, sections })
 }
-
-const LEAD: [&str; 2] = [
-    "Position-based dynamics of stiff Cosserat rods solves a linear system in every outer iteration. COPINGNet predicts \
-     where conjugate gradients should begin. This page holds that guess, and every other way to simulate the same scenes, \
-     against error and run time.",
-    "One command, `cargo run -p evaluate -- report`, measures all but the networks of the ablation, which `train sweep` \
-     trains and measures. Times of a guess include its features, its inference and its guards. Error against run time is \
-     compared at equal error, with the direct solver and Fischer's projection beside; the paper's own comparisons are at \
-     equal tolerance, as each figure says. Every figure and table has a CSV file.",
-];
 
 /// Writes the page and every figure as a file of its own; what an earlier report wrote and this one does not goes.
 pub(crate) fn write(page: &Page, out: &Path) -> Result<PathBuf> {

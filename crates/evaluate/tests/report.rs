@@ -50,6 +50,23 @@ fn a_report_is_whole_names_its_conditions_and_is_kept() {
     assert!(error(&evaluate(folder.path(), &["agree", first, "nowhere"])).contains("nowhere"));
 }
 
+/// Pages are written one by one: that of the sections asked for, in its folder, and no other.
+#[test]
+fn a_page_is_written_when_its_sections_are_asked_for() {
+    let folder = TempDir::new().expect("a folder");
+    make(folder.path());
+    let first = fs::read(folder.path().join("report/index.html")).expect("a page");
+    let sections = ["report", "--quick", "--only", "newton,equilibria,gradients", "--quiet"];
+    let output = evaluate(folder.path(), &sections);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = fs::read_to_string(folder.path().join("report/tangent/index.html")).expect("a page");
+    for part in ["id=\"newton-left\"", "id=\"equilibria-cost\"", "id=\"gradients-ratio\"", "Measured on "] {
+        assert!(page.contains(part), "no {part}");
+    }
+    assert!(!page.contains("networks") && !page.contains("id=\"claims\""));
+    assert_eq!(fs::read(folder.path().join("report/index.html")).expect("a page"), first);
+}
+
 /// What another section's report left goes; a file that no report wrote stays.
 #[test]
 fn only_what_a_report_wrote_is_removed() {

@@ -5,9 +5,12 @@
 
 pub mod ablation;
 pub mod compare;
+pub mod equilibria;
+pub mod gradients;
 pub mod guesses;
 pub mod knot;
 pub mod needs;
+pub mod newton;
 pub mod paper;
 pub mod precision;
 pub mod stages;

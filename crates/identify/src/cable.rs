@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
-    Air, Assembly, Body, Damping, Driven, InnerDamping, Interpolation, KeyframeError, Material, Model, Motion, Pose,
-    RestShape, RodSpec, Springs, State, Wind,
+    Air, Assembly, Body, Carried, Damping, Driven, InnerDamping, Interpolation, KeyframeError, Material, Model, Motion,
+    Pose, RestShape, RodSpec, Springs, State, Wind,
 };
 
 use crate::parameter::{Parameter, Parameters};
@@ -43,12 +43,9 @@ impl Default for Resolution {
 /// What a prediction may know of a recording: its first two frames, and its grips over all time.
 #[derive(Clone, Debug)]
 pub struct Cable {
-    /// Nodes of the rod [m] in the first two frames, from the inner marker of one grip to that of the other.
-    nodes: [Vec<Vector3<f64>>; 2],
-    /// Time from the first frame to the second [s].
-    interval: f64,
-    /// Ways of the grips, which hold the faces of the rod at their inner markers.
-    motions: Vec<Arc<Motion>>,
+    begin: Begin,
+    /// Ways of the grips, which hold the faces of the rod at their inner markers; that of the rod's start first.
+    motions: [Arc<Motion>; 2],
     /// Times of the frames [s].
     pub(crate) time: Vec<f64>,
     /// Segments between two markers.
@@ -59,7 +56,8 @@ impl Cable {
     /// The cable of a recording, with so many segments between two markers.
     ///
     /// A grip holds the end face of the rod, which lies at its inner marker, at the angle at which the curve through the first
-    /// frame goes through it. From there it turns as the direction from marker to marker does, without a turn about it.
+    /// frame goes through it. It turns as the direction from its inner to its outer marker does. Of a turn about that direction the
+    /// markers tell nothing: the grip keeps its heading, and is where the smallest rotation from the vertical takes it.
     ///
     /// # Errors
     /// If the markers of a grip make no motion, because a coordinate is not finite.
@@ -70,32 +68,69 @@ impl Cable {
             all[parts * (GRIPPED - 1)..=parts * (last + 1 - GRIPPED)].to_vec()
         });
         let time = recording.time.clone();
-        let mut cable = Self { nodes, interval: time[1], motions: Vec::new(), time, parts };
-        let (model, _) = cable.assembly(&Parameters::default()).finish();
-        for (anchor, [inner, outer]) in model.anchors.iter().zip([[GRIPPED - 1, 0], [last + 1 - GRIPPED, last]]) {
-            let motion = grip_motion(recording, inner, outer, anchor.orientation)?;
-            cable.motions.push(Arc::new(motion));
-        }
-        Ok(cable)
+        let begin = Begin { nodes, interval: time[1] };
+        let [start, end] = begin.faces();
+        let end = end_frame(&(end * Vector3::z()));
+        let motions = [
+            Arc::new(grip_motion(recording, [GRIPPED - 1, 0], start)?),
+            Arc::new(grip_motion(recording, [last + 1 - GRIPPED, last], end)?),
+        ];
+        Ok(Self { begin, motions, time, parts })
     }
 
-    /// The grips' motions, that of the rod's start first.
-    pub fn motions(&self) -> &[Arc<Motion>] {
-        &self.motions
+    /// By how much the end's grip holds the rod turned about its axis in the first frame [rad], -pi to pi.
+    pub(crate) fn twisted(&self, parameters: &Parameters) -> f64 {
+        let [_, grip] = self.grips(parameters);
+        (self.begin.faces()[1].inverse() * grip.at(0.0).pose.orientation).scaled_axis().z
+    }
+
+    /// What the grips hold, that of the rod's start first.
+    pub fn grips(&self, parameters: &Parameters) -> [Carried; 2] {
+        let [start, end] = self.motions.each_ref().map(|motion| Carried::new(motion.clone()));
+        let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), parameters[Parameter::Roll]);
+        [start, Carried { grip: Pose { orientation: roll, ..end.grip }, ..end }]
     }
 
     /// The model of the cable with these parameters, and its state in the first frame.
     pub fn model(&self, parameters: &Parameters) -> (Model, State) {
-        let mut assembly = self.assembly(parameters);
+        let mut assembly = self.begin.assembly(parameters);
         let springs = springs(parameters);
         let model = assembly.model_mut();
-        let grips = model.joints.len() - self.motions.len();
-        for (end, motion) in self.motions.iter().enumerate() {
-            model.anchors[end] = motion.at(0.0).pose;
-            model.motions.push(Driven::new(Body::Anchor(end), motion.clone()));
-            model.soften(grips + end, &springs);
+        let grips = self.grips(parameters);
+        let joints = model.joints.len() - grips.len();
+        for (end, carried) in grips.into_iter().enumerate() {
+            model.anchors[end] = carried.at(0.0).pose;
+            model.motions.push(Driven { carried, ..Driven::new(Body::Anchor(end), self.motions[end].clone()) });
+            model.soften(joints + end, &springs);
         }
         assembly.finish()
+    }
+
+    /// Nodes of the rod in the first frame [m].
+    pub(crate) fn first_nodes(&self) -> &[Vector3<f64>] {
+        &self.begin.nodes[0]
+    }
+
+    /// Nodes at which the free markers lie.
+    pub(crate) fn marker_nodes(&self) -> impl Iterator<Item = usize> {
+        (1..self.begin.nodes[0].len() / self.parts).map(|marker| marker * self.parts)
+    }
+}
+
+/// How a rod begins.
+#[derive(Clone, Debug)]
+struct Begin {
+    /// Its nodes [m] in the first two frames, from the inner marker of one grip to that of the other.
+    nodes: [Vec<Vector3<f64>>; 2],
+    /// Time from the first frame to the second [s].
+    interval: f64,
+}
+
+impl Begin {
+    /// Orientations of the rod's faces in the first frame, where it is not twisted.
+    fn faces(&self) -> [UnitQuaternion<f64>; 2] {
+        let (model, _) = self.assembly(&Parameters::default()).finish();
+        [0, 1].map(|end| model.anchors[end].orientation)
     }
 
     /// The rod, clamped at both faces by grips that stand still.
@@ -116,7 +151,7 @@ impl Cable {
         let tau = of(Parameter::InnerDamping);
         let rod = assembly.rod(&RodSpec {
             inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
-            d1: Some(upright(&axis) * Vector3::x()),
+            d1: Some(start_frame(&axis) * Vector3::x()),
             rest: RestShape::Uniform(Vector3::new(of(Parameter::Curvature1), of(Parameter::Curvature2), 0.0)),
             ..RodSpec::new(
                 self.nodes[0].clone(),
@@ -129,11 +164,6 @@ impl Cable {
         assembly
     }
 
-    /// Nodes of the rod in the first frame [m].
-    pub(crate) fn first_nodes(&self) -> &[Vector3<f64>] {
-        &self.nodes[0]
-    }
-
     /// The velocities between the first two frames.
     fn set_velocities(&self, state: &mut State) {
         let [now, next] = &self.nodes;
@@ -143,11 +173,6 @@ impl Cable {
             let [from, to] = [before, after].map(|(a, b)| (b - a).normalize());
             state.angular_velocities[i] = carry(&from, &to).scaled_axis() / self.interval;
         }
-    }
-
-    /// Nodes at which the free markers lie.
-    pub(crate) fn marker_nodes(&self) -> impl Iterator<Item = usize> {
-        (1..self.nodes[0].len() / self.parts).map(|marker| marker * self.parts)
     }
 }
 
@@ -162,21 +187,19 @@ pub(crate) fn springs(parameters: &Parameters) -> Springs {
     Springs { force: [f64::INFINITY; 3], moment: [bend, bend, parameters[Parameter::Twist] * bend] }
 }
 
-/// The way of a grip: that of its `inner` marker, turned from its `first` orientation as the direction to the `outer` one
-/// turns. It goes on a frame at either end, so that it is as fast in the first and the last frame as beside them.
+/// The way of a grip: that of its inner marker, turned from its `first` orientation as the smallest rotation from the vertical to
+/// the direction to the outer marker turns. It goes on a frame at either end, so that it is as fast in the first and the last
+/// frame as beside them.
 fn grip_motion(
     recording: &Recording,
-    inner: usize,
-    outer: usize,
+    [inner, outer]: [usize; 2],
     first: UnitQuaternion<f64>,
 ) -> Result<Motion, KeyframeError> {
-    let (mut orientation, mut before) = (first, None);
+    let heading = |markers: &[Vector3<f64>]| carry(&Vector3::z(), &(markers[outer] - markers[inner]).normalize());
+    let held = heading(&recording.markers[0]).inverse() * first;
     let mut poses = Vec::with_capacity(recording.frames() + 2);
     for (time, markers) in recording.time.iter().zip(&recording.markers) {
-        let direction = (markers[outer] - markers[inner]).normalize();
-        orientation = carry(before.as_ref().unwrap_or(&direction), &direction) * orientation;
-        before = Some(direction);
-        poses.push((*time, Pose { position: markers[inner], orientation }));
+        poses.push((*time, Pose { position: markers[inner], orientation: heading(markers) * held }));
     }
     let beyond = |[here, next]: [&(f64, Pose); 2]| {
         let turn = next.1.orientation.rotation_to(&here.1.orientation);
@@ -196,8 +219,15 @@ fn carry(from: &Vector3<f64>, to: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(from, to).unwrap_or_else(half_turn)
 }
 
-/// The frame whose d3 is `axis`: the smallest rotation away from one that points down.
-fn upright(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
+/// The frame of the rod's start whose d3 is `axis`: the smallest rotation away from one that points down, with d1 along x.
+fn start_frame(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
     let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
     carry(&-Vector3::z(), axis) * down
+}
+
+/// The frame of the rod's end whose d3 is `axis`: the smallest rotation away from one that points up, with d1 against x, as a rod
+/// that hangs in the plane of x and z has it without being twisted.
+fn end_frame(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let up = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), PI);
+    carry(&Vector3::z(), axis) * up
 }

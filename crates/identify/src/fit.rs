@@ -26,8 +26,8 @@ pub struct Search {
 /// A part of the recordings that is looked at until the loss falls no more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stage {
-    /// Frames from the start that count; there may be fewer.
-    pub frames: usize,
+    /// Frames from the start that count, of which a recording may have fewer; `None`: all.
+    pub frames: Option<usize>,
     /// One recording in so many counts.
     pub every: usize,
     /// Most iterations.
@@ -37,16 +37,16 @@ pub struct Stage {
 impl Stage {
     /// So many frames of every recording.
     pub const fn of_all(frames: usize, iterations: usize) -> Self {
-        Self { frames, every: 1, iterations }
+        Self { frames: Some(frames), every: 1, iterations }
     }
 }
 
 impl Default for Search {
     fn default() -> Self {
         let stages = vec![
-            Stage { frames: 100, every: 4, iterations: 12 },
-            Stage { frames: usize::MAX, every: 4, iterations: 10 },
-            Stage::of_all(usize::MAX, 3),
+            Stage { frames: Some(100), every: 4, iterations: 12 },
+            Stage { frames: None, every: 4, iterations: 10 },
+            Stage { frames: None, every: 1, iterations: 3 },
         ];
         Self { free: Parameter::DEFAULT.to_vec(), stages, huber: 5e-3, steps: 1 }
     }
@@ -222,7 +222,7 @@ impl<'a> Part<'a> {
         let every = stage.every.min(recordings.len() / TOGETHER).max(1);
         let recordings = recordings.iter().step_by(every).collect();
         let cables = cables.iter().step_by(every).cloned().collect();
-        Self { recordings, cables, frames: stage.frames, search }
+        Self { recordings, cables, frames: stage.frames.unwrap_or(usize::MAX), search }
     }
 
     /// Loss over all of its recordings.

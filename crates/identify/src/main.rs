@@ -171,6 +171,12 @@ fn identified(cli: &Cli, train: &Set, resolution: Resolution) -> Result<(CableFi
         go_on
     })?;
     progress.finish();
+    if fit.stopped {
+        say!(
+            "stopped after {done} of {} iterations: these are the best parameters so far",
+            before[search.stages.len()]
+        )?;
+    }
     let known = known(&fit);
     if train.recordings.len() <= fit.free.len() {
         say!(

@@ -196,7 +196,8 @@ fn frame(time: f64, state: &State) -> Frame<'_> {
 pub fn lines(known: &[Known]) -> String {
     let line = |known: &Known| {
         let Known { parameter, value, .. } = *known;
-        format!("{:<14} {:>10} {:<8} {}", parameter.name(), significant(value, 4), parameter.unit(), known.told())
+        let unit = if parameter.unit() == "1" { "" } else { parameter.unit() };
+        format!("{:<14} {:>10} {:<8} {}", parameter.name(), significant(value, 4), unit, known.told())
     };
     let shown = known.iter().filter(|known| known.value != 0.0 || Parameter::DEFAULT.contains(&known.parameter));
     shown.map(line).collect::<Vec<_>>().join("\n")

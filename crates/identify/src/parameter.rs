@@ -29,6 +29,8 @@ pub enum Parameter {
     TiltY,
     /// Compliance of the grips: length of cable [m] that would bend and twist as much.
     Grip,
+    /// Turn of the end's grip about the rod's axis [rad]. Where it is 0, a rod that hangs in a plane of x and z is not twisted.
+    Roll,
 }
 
 names!(Parameter {
@@ -43,6 +45,7 @@ names!(Parameter {
     TiltX = "tilt-x",
     TiltY = "tilt-y",
     Grip = "grip",
+    Roll = "roll",
 });
 
 /// Where and how a parameter is searched for.
@@ -62,7 +65,7 @@ enum Scale {
 
 impl Parameter {
     /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell.
-    pub const DEFAULT: [Self; 9] = [
+    pub const DEFAULT: [Self; 10] = [
         Self::Bending,
         Self::Twist,
         Self::InnerDamping,
@@ -72,6 +75,7 @@ impl Parameter {
         Self::TiltX,
         Self::TiltY,
         Self::Grip,
+        Self::Roll,
     ];
     /// Number of parameters.
     pub const COUNT: usize = Self::ALL.len();
@@ -88,6 +92,7 @@ impl Parameter {
             Self::Curvature1 | Self::Curvature2 => Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) },
             Self::TiltX | Self::TiltY => Range { start: 0.0, least: -0.3, most: 0.3, scale: Unit(0.1) },
             Self::Grip => Range { start: 0.01, least: 1e-4, most: 0.5, scale: Logarithm },
+            Self::Roll => Range { start: 0.0, least: -6.3, most: 6.3, scale: Unit(1.0) },
         }
     }
 
@@ -104,7 +109,7 @@ impl Parameter {
             Self::InnerDamping => "s",
             Self::OuterDamping => "1/s",
             Self::DragAcross | Self::DragAlong | Self::Curvature1 | Self::Curvature2 => "1/m",
-            Self::TiltX | Self::TiltY => "rad",
+            Self::TiltX | Self::TiltY | Self::Roll => "rad",
             Self::Grip => "m",
         }
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use export::{ExportError, write_atomically};
 use nalgebra::Vector3;
-use rod::Motion;
+use rod::Carried;
 
 use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS};
 use crate::parameter::{Parameter, Parameters};
@@ -27,8 +27,8 @@ pub fn write(
     steps: usize,
 ) -> Result<PathBuf, ExportError> {
     std::fs::create_dir_all(folder).map_err(ExportError::io("create the directory", folder))?;
-    for ((_, file), motion) in GRIPS.iter().zip(cable.motions()) {
-        write_atomically(&folder.join(file), |out| out.write_all(table(motion, &cable.time).as_bytes()))?;
+    for ((_, file), grip) in GRIPS.iter().zip(cable.grips(parameters)) {
+        write_atomically(&folder.join(file), |out| out.write_all(table(&grip, &cable.time).as_bytes()))?;
     }
     let path = folder.join("cable.toml");
     let text = text(cable, name, parameters, steps);
@@ -37,10 +37,10 @@ pub fn write(
 }
 
 /// The way of a grip as a table.
-fn table(motion: &Motion, time: &[f64]) -> String {
+fn table(grip: &Carried, time: &[f64]) -> String {
     let mut text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n".to_owned();
     for &time in time {
-        let pose = motion.at(time).pose;
+        let pose = grip.at(time).pose;
         let (x, q) = (pose.position, pose.orientation);
         let _ = writeln!(text, "{time},{},{},{},{},{},{},{}", x.x, x.y, x.z, q.w, q.i, q.j, q.k);
     }
@@ -106,19 +106,22 @@ nodes_m = [
         nodes.join(",\n    "),
     );
     let springs = springs(parameters);
-    for (at, file) in GRIPS {
+    for ((at, file), roll) in GRIPS.into_iter().zip([0.0, cable.twisted(parameters)]) {
         let _ = write!(
             text,
             "
 [[rods.grips]]
 at = \"{at}\"
 stiffness_n_m_rad = [{:?}, {:?}]
+roll_deg = {:?}
 
 [[rods.motions]]
 at = \"{at}\"
 file = \"{file}\"
 ",
-            springs[0], springs[1],
+            springs[0],
+            springs[1],
+            roll.to_degrees(),
         );
     }
     for (segment, (v, w)) in state.velocities.iter().zip(&state.angular_velocities).enumerate() {

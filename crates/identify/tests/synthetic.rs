@@ -9,7 +9,7 @@ use identify::fit::{Search, Stage, fit};
 use identify::metric::mean_error;
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::{predict, step_params};
-use identify::recording::{Reading, Recording, read, read_all};
+use identify::recording::{Reading, Recording, files, read, read_all};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -175,6 +175,10 @@ fn a_bad_recording_says_why_and_the_others_go_on() {
     let good = recorded(&truth(), 1, 20, 0.0).remove(0);
     let mut swapped = good.clone();
     swapped.markers[12].swap(4, 6);
+    let mut exchanged = good.clone();
+    exchanged.markers.iter_mut().for_each(|markers| markers.swap(4, 5));
+    let mut twice = good.clone();
+    twice.markers.iter_mut().for_each(|markers| markers[6] = markers[3]);
     let mut lost = good.clone();
     lost.markers[0][3].y = f64::NAN;
     let mut gap = good.clone();
@@ -187,6 +191,8 @@ fn a_bad_recording_says_why_and_the_others_go_on() {
     });
     let mut faults = vec![
         ("swapped", csv(&swapped, 1.0), "frame 12, marker 3"),
+        ("exchanged", csv(&exchanged, 1.0), "marker 4: it seems to change places with marker 5"),
+        ("twice", csv(&twice, 1.0), "marker 3: it lies where marker 6 does"),
         ("lost", csv(&lost, 1.0), "frame 0, marker 3"),
         ("gap", csv(&gap, 1.0), "frame 4, marker 1"),
         ("millimetres", csv(&good, 1e-3), "--unit-m"),
@@ -198,6 +204,11 @@ fn a_bad_recording_says_why_and_the_others_go_on() {
     let mut paths: Vec<PathBuf> =
         ["a", "b"].map(|name| written(folder.path(), &format!("{name}.csv"), &csv(&good, 1.0))).into();
     paths.extend(faults.iter().map(|(name, text, _)| written(folder.path(), &format!("{name}.csv"), text)));
+    assert_eq!(
+        files(&[paths.clone(), paths[..2].to_vec()].concat()).unwrap(),
+        paths,
+        "what is named twice is there once"
+    );
     let (read_well, errors) = read_all(&paths, Reading::default());
     assert_eq!(read_well.len(), 2);
     assert!((read_well[0].markers[7][4] - good.markers[7][4]).norm() < 1e-12);

@@ -5,7 +5,7 @@ mod reach;
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Body, Driven, Pose, Springs};
 use toml::Spanned;
 
@@ -159,8 +159,9 @@ impl Grips {
 
     /// Makes the joint of an end face what an entry says: a ball joint, a hinge, springs.
     fn shape(&mut self, builder: &mut Builder, source: &Source, entry: &Spanned<format::Grip>) -> Result<()> {
-        let format::Grip { at, joint, axis, stiffness_n_m, stiffness_n_m_rad, .. } = entry.get_ref();
+        let format::Grip { at, joint, axis, stiffness_n_m, stiffness_n_m_rad, roll_deg, .. } = entry.get_ref();
         let hold = joint.as_ref().map_or(Hold::Rigid, |joint| *joint.get_ref());
+        let roll = roll_deg.as_ref().map(|roll| roll_of(source, roll, entry.get_ref(), hold)).transpose()?;
         if let (Some(axis), true) = (axis, hold != Hold::Hinge) {
             return source.wrong(axis.span(), "goes with `joint = \"hinge\"`");
         }
@@ -182,6 +183,10 @@ impl Grips {
         }
         face.yields = springs.force.iter().all(|stiffness| stiffness.is_finite());
         let (joint, anchor) = (face.joint, face.anchor);
+        if let (Some(roll), true) = (roll_deg, springs.moment[2].is_infinite()) {
+            return source
+                .wrong(roll.span(), "goes with a finite `stiffness_n_m_rad` against twist: else the face would jump");
+        }
         let axis = axis.as_ref().map(|axis| source.direction(axis)).transpose()?;
         let model = builder.assembly.model_mut();
         match hold {
@@ -193,6 +198,10 @@ impl Grips {
             }
         }
         model.soften(joint, &springs);
+        if let Some(roll) = roll {
+            let orientation = &mut model.anchors[anchor].orientation;
+            *orientation *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll);
+        }
         Ok(())
     }
 
@@ -310,6 +319,17 @@ fn stiffness(
         [first, second, third] => Ok([positive(first)?, positive(second)?, positive(third)?]),
         _ => source.wrong(list.span(), &format!("must be {two} or {three}")),
     }
+}
+
+/// By how much [rad] a grip holds its face turned about the rod's axis.
+fn roll_of(source: &Source, roll: &format::Number, own: &format::Grip, hold: Hold) -> Result<f64> {
+    if own.from_s.is_some() || own.until_s.is_some() {
+        return source.wrong(roll.span(), "goes without `from_s` and `until_s`: a grip takes a face as it is then");
+    }
+    if hold != Hold::Rigid || own.stiffness_n_m_rad.is_none() {
+        return source.wrong(roll.span(), "goes with `stiffness_n_m_rad` of a rigid joint");
+    }
+    Ok(source.number(roll, |v| v.abs() < 180.0, "between -180 and 180 [degrees]")?.to_radians())
 }
 
 /// From when until when [s] an entry holds what it names.

@@ -3,9 +3,12 @@
 mod ablation;
 pub(crate) mod claims;
 mod dynamics;
+mod equilibria;
+mod gradients;
 mod knot;
 mod long_term;
 mod needs;
+mod newton;
 mod nrmse;
 pub(crate) mod paper;
 mod performance;
@@ -16,40 +19,91 @@ mod temporal;
 
 use crate::cells::{Cells, Job, Section};
 
+/// A page of the report, written when one of its sections is asked for.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// Its folder in that of the report; empty for the first page.
+    pub(crate) folder: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) lead: &'static [&'static str],
+    /// Whether networks are measured: then the paper's numbers and where the networks come from stand at its head.
+    pub(crate) has_networks: bool,
+}
+
+/// What learned guesses are worth.
+static LEARNED: Place = Place {
+    folder: "",
+    title: "Elastic rods: what a learned guess is worth",
+    lead: &[
+        "Position-based dynamics of stiff Cosserat rods solves a linear system in every outer iteration. COPINGNet predicts \
+         where conjugate gradients should begin. This page holds that guess, and every other way to simulate the same scenes, \
+         against error and run time.",
+        "One command, `cargo run -p evaluate -- report`, measures all but the networks of the ablation, which `train sweep` \
+         trains and measures. Times of a guess include its features, its inference and its guards. Error against run time is \
+         compared at equal error, with the direct solver and Fischer's projection beside; the paper's own comparisons are at \
+         equal tolerance, as each figure says. Every figure and table has a CSV file.",
+    ],
+    has_networks: true,
+};
+
+/// What the exact tangent is worth.
+static EXACT: Place = Place {
+    folder: "tangent",
+    title: "Elastic rods: what the exact tangent is worth",
+    lead: &[
+        "The exact second derivative of a step's energy makes formulation `newton` converge in fewer iterations, finds \
+         equilibria, and gives derivatives of whole runs. This page has what each costs, beside what it replaces.",
+        "One command, `cargo run -p evaluate -- report --only newton,equilibria,gradients`, measures it in minutes. Every figure \
+         and table has a CSV file.",
+    ],
+    has_networks: false,
+};
+
 /// A section on the command line.
 pub(crate) struct Named {
     /// Its name, as a command, too.
     pub(crate) name: &'static str,
     /// What it is.
     pub(crate) about: &'static str,
+    /// Where it stands.
+    page: &'static Place,
     job: fn() -> Box<dyn Job>,
 }
 
-const fn named(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
-    Named { name, about, job }
+const fn learned(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
+    Named { name, about, page: &LEARNED, job }
+}
+
+const fn exact(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
+    Named { name, about, page: &EXACT, job }
 }
 
 fn cells<S: Section + 'static>(section: S) -> Box<dyn Job> {
     Box::new(Cells::new(section))
 }
 
-/// All sections, in the order of the page.
-pub(crate) static SECTIONS: [Named; 11] = [
-    named("precision", "Error against run time", || cells(precision::Precision::default())),
-    named("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
-    named("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),
-    named("temporal", "Iterations over the frames", || cells(temporal::Temporal)),
-    named("long-term", "Length over a long time", || cells(long_term::LongTerm)),
-    named("dynamics", "The supplement's motions", || cells(dynamics::Dynamics)),
-    named("nrmse", "Error over time, guesses against end-to-end predictions", || cells(nrmse::Nrmse)),
-    named("speedups", "Collisions, knot and trees", || cells(speedups::Speedups)),
-    named("knot", "The knot, solved and predicted", || cells(knot::Knot)),
-    named("ablation", "Networks of other sizes", || Box::new(ablation::Ablation::default())),
-    named("stability", "Stiff and extreme cases", || cells(stability::Stability::default())),
+/// All sections, in the order of their pages.
+pub(crate) static SECTIONS: [Named; 14] = [
+    learned("precision", "Error against run time", || cells(precision::Precision::default())),
+    learned("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
+    learned("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),
+    learned("temporal", "Iterations over the frames", || cells(temporal::Temporal)),
+    learned("long-term", "Length over a long time", || cells(long_term::LongTerm)),
+    learned("dynamics", "The supplement's motions", || cells(dynamics::Dynamics)),
+    learned("nrmse", "Error over time, guesses against end-to-end predictions", || cells(nrmse::Nrmse)),
+    learned("speedups", "Collisions, knot and trees", || cells(speedups::Speedups)),
+    learned("knot", "The knot, solved and predicted", || cells(knot::Knot)),
+    learned("ablation", "Networks of other sizes", || Box::new(ablation::Ablation::default())),
+    learned("stability", "Stiff and extreme cases", || cells(stability::Stability::default())),
+    exact("newton", "Steps with the exact tangent", || cells(newton::Newton)),
+    exact("equilibria", "Equilibria by Newton's method", || cells(equilibria::Equilibria)),
+    exact("gradients", "Derivatives of runs", || cells(gradients::Gradients)),
 ];
 
-/// All sections, or those of these names.
-pub(crate) fn jobs(only: &[String]) -> Vec<Box<dyn Job>> {
+/// The pages of all sections, or of those of these names: each with these sections.
+pub(crate) fn pages(only: &[String]) -> Vec<(&'static Place, Vec<Box<dyn Job>>)> {
     let is_asked = |section: &&Named| only.is_empty() || only.iter().any(|name| name == section.name);
-    SECTIONS.iter().filter(is_asked).map(|section| (section.job)()).collect()
+    let asked: Vec<_> = SECTIONS.iter().filter(is_asked).collect();
+    let pages = asked.chunk_by(|section, next| section.page == next.page);
+    pages.map(|own| (own[0].page, own.iter().map(|section| (section.job)()).collect())).collect()
 }

@@ -100,12 +100,7 @@ fn check_distances(recording: &Recording) -> Result<(), RecordingError> {
         return Err(RecordingError::new(&recording.path, message));
     }
     let mean = length / medians.len() as f64;
-    for (marker, median) in medians.iter().enumerate() {
-        if *median < 1e-3 * mean {
-            let message = format!("it lies where marker {} does", marker + 1);
-            return Err(RecordingError::at(&recording.path, 0, marker, message));
-        }
-    }
+    check_order(recording, mean)?;
     for (frame, markers) in recording.markers.iter().enumerate() {
         for (marker, &usual) in medians.iter().enumerate() {
             let found = distance(markers, marker);
@@ -116,6 +111,28 @@ fn check_distances(recording: &Recording) -> Result<(), RecordingError> {
                 );
                 return Err(RecordingError::at(&recording.path, frame, marker, message));
             }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses markers that are one and the same, and neighbours that are told in the wrong order in all frames: a smooth cable is
+/// shorter in its own order than with two neighbours exchanged.
+fn check_order(recording: &Recording, mean: f64) -> Result<(), RecordingError> {
+    let apart =
+        |a: usize, b: usize| median(recording.markers.iter().map(|markers| (markers[a] - markers[b]).norm()).collect());
+    let fault = |marker, message: String| Err(RecordingError::at(&recording.path, 0, marker, message));
+    let count = recording.count();
+    for first in 0..count {
+        if let Some(second) = (first + 1..count).find(|&second| apart(first, second) < 1e-3 * mean) {
+            return fault(first, format!("it lies where marker {second} does, in most frames"));
+        }
+    }
+    for first in 1..count - 2 {
+        let told = apart(first - 1, first) + apart(first + 1, first + 2);
+        let exchanged = apart(first - 1, first + 1) + apart(first, first + 2);
+        if exchanged < told {
+            return fault(first, format!("it seems to change places with marker {} in most frames", first + 1));
         }
     }
     Ok(())

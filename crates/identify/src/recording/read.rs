@@ -1,5 +1,6 @@
 //! Files of recordings.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ impl Default for Reading {
 }
 
 /// All recordings at these places, in the order of their names: files as they are, of folders those that end in `.pkl` or
-/// `.csv`.
+/// `.csv`. What is named twice is there once.
 ///
 /// # Errors
 /// Of the first place that is not there or has none.
@@ -48,6 +49,9 @@ pub fn files(places: &[PathBuf]) -> Result<Vec<PathBuf>, RecordingError> {
         found.sort();
         all.append(&mut found);
     }
+    let mut seen = HashSet::new();
+    // What cannot be found is said when it is read.
+    all.retain(|path| seen.insert(path.canonicalize().unwrap_or_else(|_| path.clone())));
     Ok(all)
 }
 

@@ -47,6 +47,7 @@ pub(crate) struct Grip {
     pub(crate) axis: Option<Vector>,
     pub(crate) stiffness_n_m: Option<Spanned<Vec<Number>>>,
     pub(crate) stiffness_n_m_rad: Option<Spanned<Vec<Number>>>,
+    pub(crate) roll_deg: Option<Number>,
 }
 
 /// What a joint holds.

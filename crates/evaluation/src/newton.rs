@@ -1,0 +1,111 @@
+//! Newton's method in a step: the positive matrix and the exact tangent side by side.
+
+use rod::{Model, State};
+use scene::Scene;
+use serde::{Deserialize, Serialize};
+use solver::auto;
+use solver::component::Members;
+use solver::formulation::{Formulation, Tangent};
+use solver::simulation::{Settings, Simulation, SimulationError};
+use solver::step::StepParams;
+use solver::topology::Topology;
+
+use crate::compare::{self, Entry};
+use crate::precision::reference;
+
+/// Steps of one way before the next has its turn.
+const TURN: usize = 10;
+
+/// What one matrix came to on a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ending {
+    /// Name of the [`Tangent`].
+    pub tangent: String,
+    /// Start of steps, the one that is chosen for the scene.
+    pub guess: String,
+    /// Worst status of any step.
+    pub status: String,
+    /// Outer iterations a step, over all connected sets.
+    pub iterations: f64,
+    /// Median wall time of a step [us].
+    pub step_us: f64,
+    /// What each iteration of a step has left, as [`left`] has it, of the step in the middle of the run.
+    pub left: Vec<f64>,
+}
+
+/// Runs so many steps of a scene with each matrix in turns, to these tolerances. After each turn `progress(steps)` says whether
+/// to go on; `None` if not.
+///
+/// # Errors
+/// If the scene is not valid, or has no exact tangent.
+pub fn measure(
+    Scene { model, state, run, .. }: &Scene,
+    steps: usize,
+    mut progress: impl FnMut(usize) -> bool,
+) -> Result<Option<Vec<Ending>>, SimulationError> {
+    let ways = Tangent::ALL.map(|tangent| {
+        let step = StepParams { formulation: Formulation::Newton, tangent, ..StepParams::DEFAULT };
+        (step, auto::choose(model, &step, None))
+    });
+    let builds = ways.each_ref().map(|(_, choice)| {
+        |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology)
+    });
+    let entries: Vec<_> = ways
+        .iter()
+        .zip(&builds)
+        .map(|((step, choice), build)| Entry {
+            name: step.tangent.name().to_owned(),
+            settings: Settings { step: *step, solver: choice.solver },
+            guess: Some(build),
+        })
+        .collect();
+    let exact = reference::exact_settings(&ways[0].0);
+    let mut done = 0;
+    let comparison = compare::run_in_turns(model, state, (run.dt, steps), (TURN, &exact), &entries, |count| {
+        done += count;
+        progress(count)
+    })?;
+    if done < steps {
+        return Ok(None);
+    }
+    let ending = |(row, (step, choice)): (&compare::EntryRun, &(StepParams, auto::Choice))| {
+        Ok(Ending {
+            tangent: row.name.clone(),
+            guess: choice.guess.to_string(),
+            status: row.status.name().to_owned(),
+            iterations: row.counters.iterations as f64 / steps as f64,
+            step_us: row.median_us.total,
+            left: left(model, state, &Settings { step: *step, solver: choice.solver }, run.dt, steps / 2)?,
+        })
+    };
+    comparison.rows.iter().zip(&ways).map(ending).collect::<Result<_, SimulationError>>().map(Some)
+}
+
+/// Most iterations that [`left`] looks at.
+const ITERATIONS: usize = 12;
+
+/// The residual in scaled units (gaps in segment lengths, angles in radians) after 1, 2, ... iterations of the step after so many,
+/// from the prediction.
+fn left(model: &Model, state: &State, settings: &Settings, dt: f64, steps: usize) -> Result<Vec<f64>, SimulationError> {
+    let mut simulation = Simulation::new(model, state, settings, None)?;
+    for _ in 0..steps {
+        simulation.step(dt)?;
+    }
+    let mut start = state.clone();
+    simulation.store(&mut start);
+    let after = |max_iterations| {
+        // A cap on the iterations, and nothing else that ends them.
+        let step = StepParams {
+            relative_tolerance: 0.0,
+            absolute_tolerance: 0.0,
+            max_halvings: 0,
+            max_iterations,
+            ..settings.step
+        };
+        let mut once = Simulation::new(model, &start, &Settings { step, ..*settings }, None)?;
+        once.step(dt)?;
+        let counters = once.counters();
+        Ok(counters.worst_stretch.max(counters.worst_bend).max(counters.worst_momentum))
+    };
+    (1..=ITERATIONS).map(after).collect()
+}
