@@ -9,6 +9,7 @@ use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::guess::InitialGuess;
+use crate::kernel::dispatch::vectorized;
 use crate::limits::APART;
 use crate::linear::LinearSolver;
 use crate::linear::solvers::{SolverError, SolverKind};
@@ -92,7 +93,11 @@ impl ConnectedSet {
     /// with no forces.
     pub(crate) fn ended(&self, status: Status) -> Status {
         let is_solved = matches!(self.projector, Projector::Solve { .. });
-        if is_solved && self.component.gapes() >= 0.0 { status.max(Status::Apart) } else { status }
+        let gapes = vectorized(
+            #[inline(always)]
+            || self.component.gapes(),
+        );
+        if is_solved && gapes >= 0.0 { status.max(Status::Apart) } else { status }
     }
 
     /// Whether the last attempt leaves joints apart or askew by more than a tenth.
