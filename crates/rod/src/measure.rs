@@ -54,6 +54,7 @@ fn gap_and_axis(model: &Model, state: &State, joint: &Joint) -> (Vector3<f64>, V
 
 /// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's rows ([`Joint::frames`]); zero about axes that it
 /// leaves free.
+#[inline]
 pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
     let [a, b] = joint.frames(model, state);
     let strain = darboux(&a, &b, joint.length) - joint.rest_darboux;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rod::{Body, Pose, State};
 
-use crate::attempt::{Attempt, Exact, attempt, attempt_exactly, count_step, finish};
+use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
@@ -33,8 +33,10 @@ pub(crate) struct ConnectedSet {
     pub(crate) component: Component<f64>,
     pub(crate) members: Members,
     pub(crate) projector: Projector,
-    /// The exact tangent, where steps take it.
+    /// The exact tangent, where steps may take it.
     pub(crate) exact: Option<Box<Exact>>,
+    /// Which iterations take it; `None` where all of them do.
+    pub(crate) tangents: Option<TangentChoice>,
     pub(crate) counters: Counters,
     /// The last attempt at a step.
     pub(crate) attempt: Attempt<f64>,
@@ -55,6 +57,7 @@ impl ConnectedSet {
             members,
             projector,
             exact: None,
+            tangents: None,
             counters: Counters::default(),
             attempt,
             takes_part: true,
@@ -70,8 +73,11 @@ impl ConnectedSet {
         self.status
     }
 
-    /// Shows the guess the end of a step.
+    /// Shows the guess and the choice of the tangent the end of a step.
     pub(crate) fn observe_step(&mut self) {
+        if let Some(tangents) = &mut self.tangents {
+            tangents.end_step();
+        }
         if let Projector::Solve { guess: Some(guess), .. } = &mut self.projector {
             let mut watch = Stopwatch::start();
             guess.observe_step(&self.component);
@@ -114,9 +120,13 @@ impl ConnectedSet {
         self.component.set_velocities(state, &self.members, 0, time);
     }
 
-    /// Shows a tape the component and what its guess has learned; solvers and predictions have no memory.
+    /// Shows a tape the component and what its guess and the choice of its tangent have learned; solvers and predictions have no memory.
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.component.tape(tape);
+        tape.size(usize::from(self.tangents.is_some()));
+        if let Some(tangents) = &mut self.tangents {
+            tangents.tape(tape);
+        }
         match &mut self.projector {
             Projector::Solve { guess: None, .. } => tape.size(0),
             Projector::Solve { guess: Some(guess), .. } => {
@@ -154,6 +164,7 @@ impl ConnectedSet {
             }
             if self.exact.is_some() {
                 self.exact = Exact::new(&topology);
+                self.tangents = self.tangents.take().filter(|_| self.exact.is_some());
             }
             self.component.system.topology = Arc::new(topology);
         }
@@ -164,7 +175,7 @@ impl ConnectedSet {
 
 impl Steps for ConnectedSet {
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
-        let Self { component, projector, exact, counters, .. } = self;
+        let Self { component, projector, exact, tangents, counters, .. } = self;
         let mut none = NoGuess;
         let (solver, guess): (_, &mut dyn StepGuess<f64>) = match projector {
             Projector::Solve { solver, guess: Some(guess) } if guessing => (solver.as_mut(), guess),
@@ -176,7 +187,14 @@ impl Steps for ConnectedSet {
         };
         self.attempt = match exact {
             None => attempt(component, interval, params, solver, guess, counters),
-            Some(exact) => attempt_exactly(component, interval, params, (exact.as_mut(), solver), guess, counters),
+            Some(exact) => attempt_exactly(
+                component,
+                interval,
+                params,
+                (exact.as_mut(), tangents.as_mut(), solver),
+                guess,
+                counters,
+            ),
         };
         self.attempt.status(0)
     }

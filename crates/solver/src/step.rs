@@ -38,7 +38,7 @@ impl StepParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
         formulation: Formulation::XpbdGeometric,
-        tangent: Tangent::Positive,
+        tangent: Tangent::Auto,
         integrator: Integrator::Euler,
         relative_tolerance: 1e-6,
         absolute_tolerance: 1e-9,
