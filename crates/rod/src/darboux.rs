@@ -3,6 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Scalar and vector part of conj(q_a) q_b, flipped to a scalar part >= 0 so that the shorter rotation counts.
+#[inline]
 pub fn relative_rotation(q_a: &UnitQuaternion<f64>, q_b: &UnitQuaternion<f64>) -> (f64, Vector3<f64>) {
     let relative = q_a.conjugate().into_inner() * q_b.into_inner();
     let sign = if relative.w < 0.0 { -1.0 } else { 1.0 };
@@ -12,6 +13,7 @@ pub fn relative_rotation(q_a: &UnitQuaternion<f64>, q_b: &UnitQuaternion<f64>) -
 /// Darboux vector Omega = (2 / l) Im(conj(q_a) q_b) [1/m] in the frame of segment a; `length` l [m] is the joint's.
 ///
 /// Its first two components are the curvatures about d1 and d2, the third is the twist (Kugelstadt et al. 2018).
+#[inline]
 pub fn darboux(q_a: &UnitQuaternion<f64>, q_b: &UnitQuaternion<f64>, length: f64) -> Vector3<f64> {
     relative_rotation(q_a, q_b).1 * (2.0 / length)
 }

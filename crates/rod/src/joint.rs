@@ -16,9 +16,11 @@ impl Joint {
     }
 
     /// The frames between which the Darboux vector is measured, fixed to bodies a and b; the first is that of its rows.
+    #[inline]
     pub fn frames(&self, model: &Model, state: &State) -> [UnitQuaternion<f64>; 2] {
-        let [of_a, of_b] = self.rest_frames;
-        [model.pose(self.a, state).orientation * of_a, model.pose(self.b, state).orientation * of_b]
+        let (a, b) = (model.pose(self.a, state).orientation, model.pose(self.b, state).orientation);
+        let [of_a, of_b] = &self.rest_frames;
+        if self.has_rest_frames() { [a * of_a, b * of_b] } else { [a, b] }
     }
 
     /// Measures the Darboux vector from the joint's rest: its rest frames, which agree there, take the place of its rest
@@ -47,6 +49,7 @@ impl Joint {
     }
 
     /// Whether it is measured from rest frames other than those of its bodies.
+    #[inline]
     pub fn has_rest_frames(&self) -> bool {
         self.rest_frames != [UnitQuaternion::identity(); 2]
     }

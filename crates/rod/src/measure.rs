@@ -27,6 +27,7 @@ impl Energy {
 }
 
 /// `I w` [kg m^2/s] of a segment at orientation `q`, for any world vector `w`.
+#[inline]
 pub(crate) fn apply_inertia(segment: &Segment, q: &UnitQuaternion<f64>, w: &Vector3<f64>) -> Vector3<f64> {
     if let Some(body) = &segment.body {
         return q * (q.inverse() * w).component_mul(&body.inertia);
@@ -38,14 +39,22 @@ pub(crate) fn apply_inertia(segment: &Segment, q: &UnitQuaternion<f64>, w: &Vect
 
 /// Gap C_s [m] between the connectors of a joint.
 pub fn stretch_gap(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
+    gap_and_axis(model, state, joint).0
+}
+
+/// The same, and the axis d3 of body a.
+#[inline(always)]
+fn gap_and_axis(model: &Model, state: &State, joint: &Joint) -> (Vector3<f64>, Vector3<f64>) {
     let (a, b) = (model.pose(joint.a, state), model.pose(joint.b, state));
-    let connector_a = a.position + joint.arm_a(&a.orientation);
-    let connector_b = b.position + joint.arm_b(&b.orientation);
-    connector_a - connector_b
+    let (axis_a, axis_b) = (a.orientation * Vector3::z(), b.orientation * Vector3::z());
+    let connector_a = a.position + joint.arm(&a.orientation, &axis_a, 0);
+    let connector_b = b.position + joint.arm(&b.orientation, &axis_b, 1);
+    (connector_a - connector_b, axis_a)
 }
 
 /// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's rows ([`Joint::frames`]); zero about axes that it
 /// leaves free.
+#[inline]
 pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
     let [a, b] = joint.frames(model, state);
     let strain = darboux(&a, &b, joint.length) - joint.rest_darboux;
@@ -74,12 +83,12 @@ pub fn energy(model: &Model, state: &State) -> Energy {
     }
     let quotient = |value: f64, compliance: f64| if compliance > 0.0 { value / compliance } else { 0.0 };
     for joint in model.joints.iter().filter(|joint| !model.is_open(joint)) {
-        let gap = stretch_gap(model, state, joint);
-        let q_a = model.pose(joint.a, state).orientation;
-        let along = gap.dot(&(q_a * Vector3::z())).powi(2);
+        let (gap, axis) = gap_and_axis(model, state, joint);
+        let along = gap.dot(&axis).powi(2);
         let across = if joint.shear_extra == 0.0 {
             quotient(gap.norm_squared() - along, joint.shear_compliance)
         } else {
+            let q_a = model.pose(joint.a, state).orientation;
             let [first, second] = [Vector3::x(), Vector3::y()].map(|d| gap.dot(&(q_a * d)).powi(2));
             quotient(first, joint.shear_compliance) + quotient(second, joint.shear_compliance + joint.shear_extra)
         };
@@ -129,8 +138,8 @@ pub fn rod_lengths(model: &Model, state: &State) -> Vec<f64> {
         };
         let (a, b) = (rod_of(joint.a), rod_of(joint.b));
         let (Some(rod), true) = (a.or(b), a.is_none() || b.is_none() || a == b) else { continue };
-        let axis = model.pose(joint.a, state).orientation * Vector3::z();
-        lengths[rod] -= stretch_gap(model, state, joint).dot(&axis);
+        let (gap, axis) = gap_and_axis(model, state, joint);
+        lengths[rod] -= gap.dot(&axis);
     }
     lengths
 }

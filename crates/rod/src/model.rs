@@ -174,17 +174,22 @@ pub struct Joint {
 impl Joint {
     /// From the centre of body a, which is oriented so, to its connector [m].
     pub fn arm_a(&self, q_a: &UnitQuaternion<f64>) -> Vector3<f64> {
-        self.arm(q_a, self.offset_a, 0)
+        self.arm(q_a, &(q_a * Vector3::z()), 0)
     }
 
     /// From the centre of body b, which is oriented so, to its connector [m].
     pub fn arm_b(&self, q_b: &UnitQuaternion<f64>) -> Vector3<f64> {
-        self.arm(q_b, self.offset_b, 1)
+        self.arm(q_b, &(q_b * Vector3::z()), 1)
     }
 
-    fn arm(&self, q: &UnitQuaternion<f64>, offset: f64, end: usize) -> Vector3<f64> {
-        let along = q * Vector3::z() * offset;
-        self.mount.map_or(along, |mount| along + q * mount.across[end].push(0.0))
+    /// From the centre of body a (`end` 0) or b (1), which is oriented so and has this axis d3, to its connector [m].
+    #[inline]
+    pub(crate) fn arm(&self, q: &UnitQuaternion<f64>, axis: &Vector3<f64>, end: usize) -> Vector3<f64> {
+        let along = axis * if end == 0 { self.offset_a } else { self.offset_b };
+        match &self.mount {
+            None => along,
+            Some(mount) => along + q * mount.across[end].push(0.0),
+        }
     }
 }
 

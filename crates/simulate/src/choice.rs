@@ -45,7 +45,7 @@ pub(crate) fn way(args: &RunArgs, scene: &Scene, step: &StepParams) -> Result<Wa
     let solver = choice.solver;
     let Some(guess) = args.guess else {
         // Learned starts are from steps of Euler's rule.
-        let learned = || learned_start(scene, step.formulation).filter(|_| step.integrator == Integrator::Euler);
+        let learned = || learned_start(scene, step).filter(|_| step.integrator == Integrator::Euler);
         if let Some((guess, why)) = learned() {
             let reasons = choice.reason_of_solver().into_iter().chain([why]);
             return Ok(Way { solver, guess, choice: None, chosen: Some(reasons.collect::<Vec<_>>().join("; ")) });

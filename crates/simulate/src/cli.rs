@@ -76,8 +76,9 @@ pub(crate) struct SceneArgs {
     /// newton (the integrator's equations in full, the most accurate of them, and slower).
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
-    /// Which matrix newton iterates with: positive, exact (fewer iterations, where joints are bent far from rest; for chains,
-    /// trees and rings without contacts). The motion is the same to the tolerance.
+    /// Which matrix newton iterates with: auto (of the other two the one that takes a rod less work, found out step by step),
+    /// positive, exact (fewer iterations, where joints are bent far from rest; for chains, trees and rings without contacts).
+    /// The motion is the same to the tolerance.
     #[arg(long, default_value_t = Tangent::default())]
     pub(crate) tangent: Tangent,
     /// How the motion goes on from step to step: euler (robust; long steps damp swings and waves), bdf2 (of second order:

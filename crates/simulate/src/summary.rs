@@ -207,7 +207,7 @@ impl Summary {
         };
         let Self { formulation, solver, guess, .. } = self;
         let tangent = match self.tangent {
-            "positive" => String::new(),
+            "auto" => String::new(),
             other => format!(", tangent {other}"),
         };
         let integrator = match self.integrator {

@@ -105,11 +105,13 @@ fn every_builtin_scene_runs_with_bdf2_which_the_summary_names() {
 fn the_exact_tangent_is_named_by_the_summary() {
     let flags = ["helix", "--steps", "2", "--formulation", "newton", "--tangent"];
     let with = |tangent| [&flags[..], &[tangent]].concat();
-    for (tangent, named) in [("exact", "formulation newton, tangent exact, solver"), ("positive", "newton, solver")] {
+    let named =
+        ["exact", "positive"].map(|tangent| (tangent, format!("formulation newton, tangent {tangent}, solver")));
+    for (tangent, named) in named.into_iter().chain([("auto", "newton, solver".to_owned())]) {
         assert_eq!(json(&with(tangent))["tangent"], tangent);
         let output = run(&with(tangent));
         let (_, out, _) = texts(&output);
-        assert!(out.contains(named), "{out}");
+        assert!(out.contains(&named), "{out}");
     }
 }
 

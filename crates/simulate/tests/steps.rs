@@ -14,6 +14,8 @@ fn the_network_of_the_program_saves_outer_iterations_and_leaves_the_motion_alone
                 scene,
                 "--formulation",
                 "newton",
+                "--tangent",
+                "positive",
                 "--dt",
                 dt,
                 "--steps",

@@ -1,6 +1,7 @@
 //! One attempt at a step: Algorithm 1 (paper, section 3) for one connected set of segments, or for several in lanes.
 
 mod exact;
+mod tangent_choice;
 
 use crate::component::{Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
@@ -12,6 +13,7 @@ use crate::start::{Start, StepGuess};
 use crate::step::{Interval, Status, StepParams};
 
 pub(crate) use exact::{Exact, attempt_exactly};
+pub(crate) use tangent_choice::TangentChoice;
 
 /// A step converges where an iteration leaves less than this of the residual.
 const CONVERGING: f64 = 0.9;

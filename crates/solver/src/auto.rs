@@ -11,6 +11,8 @@
 //!   parabola while contacts press: their impulses are part of the start.
 //! - **Where segments can touch each other and the tolerance is loose, steps start at the prediction.** Such contacts
 //!   come and go, and what a start continues is of those of the last steps.
+//! - **`newton` iterates with the exact tangent or with the positive matrix**, whichever takes a set less work
+//!   ([`Tangent::Auto`]). In lanes it is the positive one.
 //! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of
 //!   a linear solve is no use to a direct solver.
 //!
@@ -79,7 +81,7 @@ pub fn choose(model: &Model, step: &StepParams, asked: Option<SolverKind>) -> Ch
     let mut alone = 0;
     for alike in split_alike(model) {
         census.add(&alike.topology, alike.sets.len());
-        if solver == SolverKind::Direct && !touches && step.tangent == Tangent::Positive && alike.fill_lanes() {
+        if solver == SolverKind::Direct && !touches && step.tangent != Tangent::Exact && alike.fill_lanes() {
             lanes.extend(alike.sets.iter().filter_map(|members| members.segments.first()));
         } else {
             alone += alike.sets.len();

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use rod::{Body, Pose, State};
 
-use crate::attempt::{Attempt, Exact, attempt, attempt_exactly, count_step, finish};
+use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::guess::InitialGuess;
+use crate::kernel::dispatch::vectorized;
 use crate::limits::APART;
 use crate::linear::LinearSolver;
 use crate::linear::solvers::{SolverError, SolverKind};
@@ -32,8 +33,10 @@ pub(crate) struct ConnectedSet {
     pub(crate) component: Component<f64>,
     pub(crate) members: Members,
     pub(crate) projector: Projector,
-    /// The exact tangent, where steps take it.
+    /// The exact tangent, where steps may take it.
     pub(crate) exact: Option<Box<Exact>>,
+    /// Which iterations take it; `None` where all of them do.
+    pub(crate) tangents: Option<TangentChoice>,
     pub(crate) counters: Counters,
     /// The last attempt at a step.
     pub(crate) attempt: Attempt<f64>,
@@ -54,6 +57,7 @@ impl ConnectedSet {
             members,
             projector,
             exact: None,
+            tangents: None,
             counters: Counters::default(),
             attempt,
             takes_part: true,
@@ -69,8 +73,11 @@ impl ConnectedSet {
         self.status
     }
 
-    /// Shows the guess the end of a step.
+    /// Shows the guess and the choice of the tangent the end of a step.
     pub(crate) fn observe_step(&mut self) {
+        if let Some(tangents) = &mut self.tangents {
+            tangents.end_step();
+        }
         if let Projector::Solve { guess: Some(guess), .. } = &mut self.projector {
             let mut watch = Stopwatch::start();
             guess.observe_step(&self.component);
@@ -92,7 +99,11 @@ impl ConnectedSet {
     /// with no forces.
     pub(crate) fn ended(&self, status: Status) -> Status {
         let is_solved = matches!(self.projector, Projector::Solve { .. });
-        if is_solved && self.component.gapes() >= 0.0 { status.max(Status::Apart) } else { status }
+        let gapes = vectorized(
+            #[inline(always)]
+            || self.component.gapes(),
+        );
+        if is_solved && gapes >= 0.0 { status.max(Status::Apart) } else { status }
     }
 
     /// Whether the last attempt leaves joints apart or askew by more than a tenth.
@@ -109,9 +120,13 @@ impl ConnectedSet {
         self.component.set_velocities(state, &self.members, 0, time);
     }
 
-    /// Shows a tape the component and what its guess has learned; solvers and predictions have no memory.
+    /// Shows a tape the component and what its guess and the choice of its tangent have learned; solvers and predictions have no memory.
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.component.tape(tape);
+        tape.size(usize::from(self.tangents.is_some()));
+        if let Some(tangents) = &mut self.tangents {
+            tangents.tape(tape);
+        }
         match &mut self.projector {
             Projector::Solve { guess: None, .. } => tape.size(0),
             Projector::Solve { guess: Some(guess), .. } => {
@@ -149,6 +164,7 @@ impl ConnectedSet {
             }
             if self.exact.is_some() {
                 self.exact = Exact::new(&topology);
+                self.tangents = self.tangents.take().filter(|_| self.exact.is_some());
             }
             self.component.system.topology = Arc::new(topology);
         }
@@ -159,7 +175,7 @@ impl ConnectedSet {
 
 impl Steps for ConnectedSet {
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
-        let Self { component, projector, exact, counters, .. } = self;
+        let Self { component, projector, exact, tangents, counters, .. } = self;
         let mut none = NoGuess;
         let (solver, guess): (_, &mut dyn StepGuess<f64>) = match projector {
             Projector::Solve { solver, guess: Some(guess) } if guessing => (solver.as_mut(), guess),
@@ -171,7 +187,14 @@ impl Steps for ConnectedSet {
         };
         self.attempt = match exact {
             None => attempt(component, interval, params, solver, guess, counters),
-            Some(exact) => attempt_exactly(component, interval, params, (exact.as_mut(), solver), guess, counters),
+            Some(exact) => attempt_exactly(
+                component,
+                interval,
+                params,
+                (exact.as_mut(), tangents.as_mut(), solver),
+                guess,
+                counters,
+            ),
         };
         self.attempt.status(0)
     }

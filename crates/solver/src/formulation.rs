@@ -33,15 +33,18 @@ impl Formulation {
 /// Which matrix formulation `newton` iterates with. The solution is the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tangent {
-    /// Positive definite: how the torques of joints change as segments turn is left out, but for the stiffness of pulls.
+    /// That of the other two which takes less work, found out step by step: each connected set counts the iterations of both.
+    /// Sets without an exact tangent, those in lanes, and those with another solver than the direct one take the positive one.
     #[default]
+    Auto,
+    /// Positive definite: how the torques of joints change as segments turn is left out, but for the stiffness of pulls.
     Positive,
     /// The exact one ([`crate::tangent`]), on chains, trees and rings without contacts: fewer iterations, each of which costs
     /// about a third more.
     Exact,
 }
 
-names!(Tangent { Positive = "positive", Exact = "exact" });
+names!(Tangent { Auto = "auto", Positive = "positive", Exact = "exact" });
 
 /// How contacts enter an outer iteration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -13,6 +13,7 @@ use crate::contact::{ContactForce, PairFilter, Shape, Stage, TooManyContacts};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
+use crate::kernel::dispatch::vectorized;
 use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::{SolverError, SolverKind};
 use crate::retry::{self, Steps};
@@ -183,7 +184,10 @@ impl Lockstep {
             let ConnectedSet { component, projector, counters, .. } = set;
             if let (true, Projector::Solve { solver, .. }) = (set.takes_part, projector) {
                 let mut watch = Stopwatch::start();
-                component.answer_pushes();
+                vectorized(
+                    #[inline(always)]
+                    || component.answer_pushes(),
+                );
                 let has_start = solver.uses_start();
                 let info = solver.solve(&component.system, has_start, &mut component.dlambda);
                 component.drop_free();

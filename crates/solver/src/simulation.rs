@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use rod::{Body, Carried, Changing, JointForce, Model, ModelError, State};
 use thiserror::Error;
 
-use crate::attempt::Exact;
+use crate::attempt::{Exact, TangentChoice};
 use crate::component::{Alike, Component, Members, has_loose, split, split_alike};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{PairFilter, refuse_overlaps};
@@ -230,6 +230,10 @@ impl Simulation {
         if exact {
             exact_tangent_of(model, settings)?;
         }
+        let may_be_exact = settings.step.tangent == Tangent::Auto
+            && settings.step.formulation.momentum()
+            && settings.solver == SolverKind::Direct
+            && !touches;
         let grouping = settings.solver == SolverKind::Direct && !touches && !exact;
         let mut pieces = Vec::new();
         let mut singles = Vec::new();
@@ -256,9 +260,12 @@ impl Simulation {
                 component.integrate_by(settings.step.integrator);
                 let solver = settings.solver.build(model, &members, &alike.topology)?;
                 let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess });
-                if exact {
-                    let tangent = Exact::new(&alike.topology);
-                    set.exact = Some(tangent.ok_or(SimulationError::Tangent("rods with at most one loop a set"))?);
+                if exact || may_be_exact {
+                    set.exact = Exact::new(&alike.topology);
+                    set.tangents = (!exact && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
+                }
+                if exact && set.exact.is_none() {
+                    return Err(SimulationError::Tangent("rods with at most one loop a set"));
                 }
                 singles.push(set);
             }

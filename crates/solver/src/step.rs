@@ -11,7 +11,8 @@ use crate::integrator::Integrator;
 pub struct StepParams {
     /// Equations to solve.
     pub formulation: Formulation,
-    /// Matrix of formulation `newton`.
+    /// Matrix of formulation `newton`. The default is the positive one, with which a rod has the same bits in lanes and alone;
+    /// programs take [`Tangent::Auto`].
     pub tangent: Tangent,
     /// How the motion goes on from step to step.
     pub integrator: Integrator,

@@ -3,7 +3,7 @@
 //! An iteration tries the whole step of [`crate::tangent`], then halves of it, and takes the first that leaves less of the
 //! residual. Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
 
-use super::{Attempt, begin, evaluate, may_go_on, solve, update};
+use super::{Attempt, TangentChoice, begin, evaluate, may_go_on, solve, update};
 use crate::component::{BodyPose, Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
@@ -88,12 +88,13 @@ impl Exact {
     }
 }
 
-/// [`super::attempt`] with the exact tangent, for formulation `newton`; `solver` solves with the positive matrix.
+/// [`super::attempt`] with the exact tangent, for formulation `newton`; `solver` solves with the positive matrix, where the
+/// tangent is of no use and where the choice is left to work that says so.
 pub(crate) fn attempt_exactly(
     component: &mut Component<f64>,
     interval: Interval,
     params: &StepParams,
-    (exact, solver): (&mut Exact, &mut dyn LinearSolver),
+    (exact, mut tangents, solver): (&mut Exact, Option<&mut TangentChoice>, &mut dyn LinearSolver),
     guess: &mut dyn StepGuess<f64>,
     counters: &mut Counters,
 ) -> Attempt<f64> {
@@ -106,7 +107,12 @@ pub(crate) fn attempt_exactly(
             break;
         }
         before = now;
-        attempt.residuals = exact.iterate(component, &attempt.residuals, counters).unwrap_or_else(|| {
+        let is_exact = tangents.as_ref().is_none_or(|tangents| tangents.is_exact());
+        let found = if is_exact { exact.iterate(component, &attempt.residuals, counters) } else { None };
+        if let Some(tangents) = &mut tangents {
+            tangents.count(found.is_some());
+        }
+        attempt.residuals = found.unwrap_or_else(|| {
             solve(component, iteration, 1, solver, guess, counters);
             update(component, params.formulation, 1.0, counters);
             evaluate(component, params.formulation, counters)

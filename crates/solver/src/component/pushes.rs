@@ -14,6 +14,7 @@ impl Component<f64> {
 
 impl<T: Real> Component<T> {
     /// The corrections dp of `dlambda` alone, one entry a body: what the next update would do.
+    #[inline(always)]
     pub(crate) fn corrections(&self, formulation: Formulation, out: &mut Vec<Spatial<T>>) {
         let Self { system, dlambda, .. } = self;
         out.clear();
@@ -43,6 +44,7 @@ impl<T: Real> Component<T> {
 
     /// Takes what `pushes` will do to the joints into the right-hand sides of the linear system, so that its solution
     /// answers it: `b -= J M^-1 pushes`.
+    #[inline(always)]
     pub(crate) fn answer_pushes(&mut self) {
         let Self { system, scratch, pushes, .. } = self;
         for (i, (own, &push)) in scratch.iter_mut().zip(pushes.iter()).enumerate() {

@@ -154,16 +154,23 @@ impl Detector {
         for shape in &self.shapes {
             let component = &components[shape.component as usize].component;
             let body = shape.body as usize;
-            let poses = [&component.start[body], &component.predicted[body], &component.poses[body]];
-            let ends = poses.into_iter().flat_map(|pose| shape.place(pose)).map(to_nalgebra);
-            self.boxes.push(around(ends, shape.radius * (1.0 + self.params.search_room)));
+            let ends = [
+                shape.place(&component.start[body]),
+                shape.place(&component.predicted[body]),
+                shape.place(&component.poses[body]),
+            ];
+            self.boxes.push(around(ends.as_flattened(), shape.radius * (1.0 + self.params.search_room)));
         }
         out.retain(|contact| contact.impulse != Vec3::zero() && contact.is_of_mesh());
         out.iter_mut().for_each(|contact| *contact = Contact::new(contact.key, contact.friction, contact.radius));
         self.with_half_spaces(out);
         self.with_meshes(components, out);
         let bounded = self.bounded.iter().filter_map(|&i| self.obstacles[i as usize].way());
-        self.boxes.extend(bounded.map(|(ends, radius)| around(ends.into_iter().flatten(), radius)));
+        let boxes = bounded.map(|(ends, radius)| {
+            let ends = ends.map(|axis| axis.map(|end| to_kernel(&end)));
+            around(ends.as_flattened(), radius)
+        });
+        self.boxes.extend(boxes);
         if self.filter.has_pairs(self.bounded.len()) {
             self.hash.rebuild(&self.boxes);
             let mut pairs = std::mem::take(&mut self.pairs);
@@ -320,11 +327,15 @@ impl Detector {
 }
 
 /// The box of balls of one radius.
-fn around(centres: impl Iterator<Item = Vector3<f64>>, radius: f64) -> Aabb {
-    let infinite = Vector3::repeat(f64::INFINITY);
-    let (min, max) = centres.fold((infinite, -infinite), |(min, max), centre| (min.inf(&centre), max.sup(&centre)));
+fn around(centres: &[Vec3<f64>], radius: f64) -> Aabb {
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for Vec3(centre) in centres {
+        for k in 0..3 {
+            (min[k], max[k]) = (min[k].min(centre[k]), max[k].max(centre[k]));
+        }
+    }
     let room = Vector3::repeat(radius);
-    Aabb { min: min - room, max: max + room }
+    Aabb { min: Vector3::from(min) - room, max: Vector3::from(max) + room }
 }
 
 /// Whether a ball is inside of a box.

@@ -8,7 +8,6 @@ use rod::{Friction, ObstacleShape};
 use super::convert::{to_kernel, to_nalgebra};
 use super::obstacles::Placed;
 use super::parts::Carrier;
-use super::problem::{Bound, length};
 use crate::component::{BodyPose, Component};
 use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
@@ -154,10 +153,6 @@ pub(crate) struct Contact {
     pub(crate) doubled: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
     pub(crate) waits: bool,
-    /// What friction is at most, at rest and sliding, where it no longer follows the normal impulse [N s^2].
-    pub(crate) bound: Option<[f64; 2]>,
-    /// What of gap and slip, in its frame, is good enough to stay [m].
-    pub(crate) left: [f64; 3],
 }
 
 /// A [`Key`] as words. The first one holds the segment and, from bit 32 on, which corner, face or edge of it the feature is.
@@ -300,8 +295,6 @@ impl Contact {
             radius,
             doubled: false,
             waits: false,
-            bound: None,
-            left: [0.0; 3],
         }
     }
 
@@ -326,32 +319,6 @@ impl Contact {
         tape.count(&mut pressed);
         self.pressed = pressed as u32;
         self.frame = frame(self.normal);
-    }
-
-    /// What friction is at most.
-    pub(crate) fn bound(&self) -> Bound {
-        self.bound.map_or(Bound::Coulomb(self.friction), Bound::Lagged)
-    }
-
-    /// Friction is at most what it is at the normal impulse that there is now, until this is asked again.
-    pub(crate) fn keep_bound(&mut self) {
-        let normal = self.impulse.dot(self.normal);
-        self.bound = (normal > 0.0).then_some([self.friction.at_rest * normal, self.friction.sliding * normal]);
-    }
-
-    /// What of gap and slip `w` the impulse there is does not answer, in the contact's frame [m]: with so much less it would be
-    /// the solution.
-    pub(crate) fn unanswered(&self, w: [f64; 3]) -> [f64; 3] {
-        let force = self.local(self.impulse);
-        let normal = if force[0] > 0.0 { w[0] } else { w[0].min(0.0) };
-        let across = length([force[1], force[2]]);
-        if across == 0.0 && force[0] <= 0.0 {
-            return [normal, 0.0, 0.0];
-        }
-        // What slides against its friction may go on to.
-        let slides = across > 0.0 && across >= self.bound().sliding(force[0]) * (1.0 - 1e-9);
-        let along = if slides { (w[1] * force[1] + w[2] * force[2]).min(0.0) / (across * across) } else { 0.0 };
-        [normal, w[1] - along * force[1], w[2] - along * force[2]]
     }
 
     /// Evaluates the contact at the components' poses.

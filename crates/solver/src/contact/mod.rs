@@ -14,6 +14,7 @@ mod obstacles;
 mod overlap;
 mod parts;
 mod problem;
+mod rest;
 mod solids;
 mod stage;
 #[cfg(test)]

@@ -245,11 +245,11 @@ pub(super) struct Deepest {
 
 /// Lets contacts with meshes wait that do not press yet, for a deeper one of the same part of the segment and of nearly the
 /// same normal: a fine mesh has many under a segment, of which one or two come to press. `gap` is that which a contact would
-/// have without a change [m], `sector` says on which part of the segment it is, or that it does not wait; what waits and is
+/// have without a change, by its index [m], `sector` says on which part of the segment it is, or that it does not wait; what waits and is
 /// too deep afterwards has its turn in the next iteration.
 pub(super) fn let_wait(
     contacts: &mut [Contact],
-    gap: impl Fn(&Contact) -> f64,
+    gap: impl Fn(usize, &Contact) -> f64,
     sector: impl Fn(&Contact) -> Option<u8>,
     deepest: &mut Vec<Deepest>,
 ) {
@@ -264,7 +264,7 @@ pub(super) fn let_wait(
         if is_known || contact.doubled {
             continue;
         }
-        let own = Deepest { segment, whole, sector, normal: contact.normal, gap: gap(contact), contact: k };
+        let own = Deepest { segment, whole, sector, normal: contact.normal, gap: gap(k, contact), contact: k };
         if deepest.first().is_some_and(|first| first.segment != segment) {
             deepest.clear();
         }

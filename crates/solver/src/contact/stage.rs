@@ -13,13 +13,15 @@ use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::impulses;
 use super::newton::Newton;
 use super::parts::{ALIKE, Deepest, let_wait};
-use super::problem::{Problem, Unknown, natural_residual};
+use super::problem::{Bound, Problem, Unknown, natural_residual};
+use super::rest::Rest;
 use crate::component::Component;
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::counters::Counters;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
+use crate::kernel::dispatch::vectorized;
 use crate::kernel::math::Vec3;
 use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
@@ -57,6 +59,8 @@ struct Pressed {
 pub(crate) struct Stage {
     detector: Detector,
     contacts: Vec<Contact>,
+    /// How they come to rest, one entry a contact; empty without a momentum residual.
+    rests: Vec<Rest>,
     /// Earlier contacts that pressed, in the order of their keys: their impulses are a start for the sweeps.
     remembered: Vec<Remembered>,
     /// What pressed on meshes in the last step, in the order of keys.
@@ -104,6 +108,7 @@ impl Stage {
         Ok(Self {
             detector: Detector::new(model, shapes, filter, params.contact),
             contacts: Vec::new(),
+            rests: Vec::new(),
             remembered: Vec::new(),
             pressed: Vec::new(),
             active: Vec::new(),
@@ -150,6 +155,7 @@ impl Stage {
         tape.count(&mut count);
         if tape.is_reading() {
             self.contacts.clear();
+            self.rests.clear();
             self.contacts.resize_with(count, Contact::blank);
             self.contacts.iter_mut().for_each(|contact| contact.tape(tape));
             self.remember_pressed();
@@ -216,7 +222,6 @@ impl Stage {
         self.evaluate(components, Poses::Start, counters);
         for contact in &mut self.contacts {
             contact.guess = contact.guess.map(|x| x * scale);
-            contact.bound = None;
             contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
             contact.target = 0.0;
         }
@@ -257,7 +262,10 @@ impl Stage {
             return;
         }
         for (unit, out) in components.iter().zip(&mut self.corrections) {
-            unit.component.corrections(formulation, out);
+            vectorized(
+                #[inline(always)]
+                || unit.component.corrections(formulation, out),
+            );
         }
     }
 
@@ -289,6 +297,7 @@ impl Stage {
         };
         self.remembered.extend(self.contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
         self.detector.detect(components, &mut self.contacts);
+        self.rests.clear();
         let mut old = self.remembered.iter().peekable();
         for contact in &mut self.contacts {
             while old.next_if(|old| old.key < contact.key).is_some() {}
@@ -387,22 +396,22 @@ impl Stage {
     fn choose(&mut self, components: &[ConnectedSet]) {
         self.problem.clear();
         let shapes = self.detector.world().shapes;
-        let corrections = &self.corrections;
-        let free = |contact: &Contact| {
+        let (corrections, rests) = (&self.corrections, &self.rests);
+        let free = |index: usize, contact: &Contact| {
             let correction = |i: u32| {
                 let shape = &shapes[i as usize];
                 corrections[shape.component as usize][shape.body as usize]
             };
             let mut free = contact.local(contact.relative(correction) + contact.slip);
             free[0] += contact.gap - contact.target;
-            [0, 1, 2].map(|k| free[k] - contact.left[k])
+            rests.get(index).map_or(free, |rest| [0, 1, 2].map(|k| free[k] - rest.left[k]))
         };
         if self.detector.has_meshes() {
             let sector = |contact: &Contact| self.detector.sector(contact, components);
-            let_wait(&mut self.contacts, |contact| free(contact)[0], sector, &mut self.deepest);
+            let_wait(&mut self.contacts, |index, contact| free(index, contact)[0], sector, &mut self.deepest);
         }
         for (index, contact) in self.contacts.iter().enumerate() {
-            let free = free(contact);
+            let free = free(index, contact);
             let is_out = free[0] > self.params.near * contact.radius || contact.doubled || contact.waits;
             if is_out && contact.impulse == Vec3::zero() {
                 continue;
@@ -410,7 +419,8 @@ impl Stage {
             let before = contact.local(contact.impulse);
             let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
             self.active.push(index as u32);
-            let (friction, scale) = (contact.bound(), contact.radius.min(self.unit));
+            let friction = rests.get(index).map_or(Bound::Coulomb(contact.friction), |rest| rest.bound(contact));
+            let scale = contact.radius.min(self.unit);
             self.problem.push(Unknown { force, before, free, friction, scale });
         }
     }
@@ -439,28 +449,42 @@ impl Stage {
         // The momentum residual sees each change of an impulse.
         let after = |iterations: usize| formulation.momentum() && iteration >= iterations;
         let (settles, rests) = (after(self.params.settle_after), after(2 * self.params.settle_after));
+        if formulation.momentum() {
+            self.rests.resize(self.contacts.len(), Rest::default());
+        }
         let mut worst = 0.0_f64;
-        for contact in &mut self.contacts {
-            (contact.residual, contact.left) = (0.0, [0.0; 3]);
-            if settles && (!rests || contact.bound.is_none()) {
-                contact.keep_bound();
+        for (index, contact) in self.contacts.iter_mut().enumerate() {
+            contact.residual = 0.0;
+            let mut rest = self.rests.get_mut(index);
+            if let Some(rest) = &mut rest {
+                rest.left = [0.0; 3];
+                if settles && (!rests || rest.bound.is_none()) {
+                    rest.keep_bound(contact);
+                }
             }
             if contact.doubled && contact.impulse == Vec3::zero() {
                 continue;
             }
-            let mut w = contact.local(contact.slip);
-            w[0] = contact.gap - contact.target;
+            let short = contact.gap - contact.target;
+            let gap_and_slip = |contact: &Contact| {
+                let [_, first, second] = contact.local(contact.slip);
+                [short, first, second]
+            };
             contact.residual = if contact.compliance[0] > 0.0 {
-                let force = contact.local(contact.impulse);
-                let [normal, across] = natural_residual(contact.compliance, force, w, contact.bound());
+                let (force, w) = (contact.local(contact.impulse), gap_and_slip(contact));
+                let bound = rest.as_ref().map_or(Bound::Coulomb(contact.friction), |rest| rest.bound(contact));
+                let [normal, across] = natural_residual(contact.compliance, force, w, bound);
                 // Where surfaces slide far, the direction of friction need not be nearer than this.
                 let slip = contact.slip.norm_squared().sqrt() * (self.params.sliding / tolerance);
                 normal.max(across / (slip / contact.radius).max(1.0))
             } else {
-                (-w[0]).max(0.0)
+                (-short).max(0.0)
             } / contact.radius.min(self.unit);
-            if rests && contact.residual <= GOOD * tolerance {
-                contact.left = contact.unanswered(w);
+            if let Some(rest) = rest
+                && rests
+                && contact.residual <= GOOD * tolerance
+            {
+                rest.left = rest.unanswered(contact, gap_and_slip(contact));
             }
             worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
         }

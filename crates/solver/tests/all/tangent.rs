@@ -109,6 +109,53 @@ fn few_iterations_are_enough() {
     }
 }
 
+/// The choice takes the way of fewer iterations, of which one with the exact tangent counts as 1.35 (1 on a ring).
+#[test]
+fn the_way_of_less_work_is_found_out() {
+    let still = rod(1.0, 20, 0.02, material(1e7, 1000.0));
+    for (name, (model, state), exact_cost) in [("helix", helix(50), 1.35), ("ring", ring(), 1.0), ("rod", still, 1.35)]
+    {
+        let iterations = |tangent: Tangent| {
+            let step = StepParams { formulation: Formulation::Newton, tangent, ..StepParams::DEFAULT };
+            let settings = Settings { step, solver: SolverKind::Direct };
+            let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+            for step in 0..150 {
+                assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "{name}, {tangent}, step {step}");
+            }
+            simulation.counters().iterations as f64
+        };
+        let [auto, positive, exact] = [Tangent::Auto, Tangent::Positive, Tangent::Exact].map(iterations);
+        // All of its iterations are at least as dear as those of the positive matrix, and at most as those of the exact one.
+        let least = positive.min(exact_cost * exact);
+        assert!(auto <= 1.15 * least, "{name}: {auto} iterations, {positive} and {exact} with one tangent alone");
+        let saves = exact_cost * exact < 0.8 * positive;
+        assert!(!saves || auto < 0.9 * positive, "{name}: {auto} iterations, {positive} with the positive matrix");
+    }
+}
+
+/// Without an exact tangent, and with a solver that was asked for, the choice is the positive matrix, bit by bit.
+#[test]
+fn the_choice_is_the_positive_matrix_where_there_is_no_other() {
+    let mut rings = Assembly::new(GRAVITY);
+    let [one, other] = [0.0, 1.0].map(|x| {
+        let nodes = shape::ring(Vector3::new(x, 0.0, 0.0), 0.5, 14);
+        rings.rod(&RodSpec { closed: true, ..RodSpec::new(nodes, 0.03, material(1e5, 400.0)) })
+    });
+    rings.branch(one.start, 0.5, &other);
+    for ((model, state), solver) in [(rings.finish(), SolverKind::Direct), (helix(12), SolverKind::Sparse)] {
+        let [a, b] = [Tangent::Auto, Tangent::Positive].map(|tangent| {
+            let settings = Settings { solver, ..settings_of(tangent, Integrator::Euler) };
+            let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+            (0..5).for_each(|_| assert!(simulation.step(0.25 * DT).is_ok()));
+            let mut end = state.clone();
+            simulation.store(&mut end);
+            (end, simulation.counters().iterations)
+        });
+        assert_eq!(a.0.positions, b.0.positions);
+        assert!(a.1 == b.1 && a.1 > 0);
+    }
+}
+
 #[test]
 fn the_exact_tangent_is_refused_where_there_is_none() {
     let refused = |(model, state): (Model, State), settings: Settings| {
