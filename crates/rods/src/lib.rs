@@ -141,7 +141,7 @@ pub mod statics {
 #[doc = include_str!("../../../docs/derivatives.md")]
 pub mod derivative {
     pub use solver::derivative::{
-        AirVariation, DerivativeError, Forward, HeldVariation, JointVariation, Parameter, Recording, Rods,
+        AirVariation, DerivativeError, Equilibrium, Forward, HeldVariation, JointVariation, Parameter, Recording, Rods,
         SegmentVariation, StateVariation, Variation, Wanted,
     };
 }
