@@ -35,6 +35,8 @@
 //! 3. **What came of it.** [`Simulation::store`](simulation::Simulation::store) copies positions, orientations and
 //!    velocities into a state, [`Simulation::store_joint_forces`](simulation::Simulation::store_joint_forces) what each
 //!    joint transmits. [`measure`](state::measure) has energies, momenta and lengths.
+//!    [`statics::rest_shape`] finds the rest shape with which a hanging tree stays as it is drawn; [`derivative`] says what
+//!    motions and equilibria change by with all that they depend on.
 //! 4. **Which joint is which.** [`Model::joints_of`](state::Model::joints_of) gives a rod's joints in order along it.
 //!
 //! # Rigid bodies
@@ -134,10 +136,12 @@ pub mod statics {
     pub use solver::modes::{Mode, Modes, modes};
     pub use solver::statics::branches::{Branch, BranchParams, Branches, branches};
     pub use solver::statics::path::{PathEnd, PathEvent, PathEventKind, PathParams, PathPoint, PathReport, path};
+    pub use solver::statics::rest::{RestShapeError, rest_shape};
     pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 
-/// Derivatives of whole runs in formulation `newton`, forward along a few directions and backward for one number.
+/// Derivatives of whole runs in formulation `newton` and of equilibria, forward along a few directions and backward for one
+/// number.
 #[doc = include_str!("../../../docs/derivatives.md")]
 pub mod derivative {
     pub use solver::derivative::{

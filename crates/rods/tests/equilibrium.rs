@@ -5,7 +5,7 @@ use rods::derivative::{
 };
 use rods::prelude::*;
 
-const SCENES: [&str; 2] = ["michell-ring", "branch"];
+const SCENES: [&str; 5] = ["heavy-cantilever", "hung-cable", "helix", "tree-10", "branch"];
 
 /// Numbers that look random.
 fn number(seed: usize) -> f64 {
@@ -63,10 +63,9 @@ fn moved(model: &Model, state: &State, by: &Variation, share: f64) -> (Model, St
 fn at_rest(name: &str) -> (Model, State) {
     let Scene { mut model, mut state, .. } = scene::builtin(name).unwrap();
     model.motions.clear();
-    // The ring floats, and where it writhes it may run round through its own shape: it is held, and twisted less.
-    if name == "michell-ring" {
-        model.segments[0].fixed = true;
-        model.joints.iter_mut().for_each(|joint| joint.rest_darboux *= 0.9);
+    // Under its whole weight it is near buckling, and differences are of little use.
+    if name == "branch" {
+        model.gravity *= 0.1;
     }
     let report = statics::equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
     assert!(report.converged, "{name}");
@@ -127,7 +126,7 @@ fn check(name: &str, model: &Model, state: &State) {
         let back = gradient.dot(&variation);
         let size: f64 = change.positions.iter().chain(&change.turns).map(|x| x.norm()).sum();
         assert!((along - back).abs() <= 1e-10 * size, "{name}, {what}: {along:e} forward, {back:e} backward");
-        let h = 5e-3;
+        let h = if name == "branch" { 5e-4 } else { 5e-3 };
         let at = |share: f64| {
             let (model, state) = moved(model, &rest, &variation, share);
             let found =
@@ -142,15 +141,7 @@ fn check(name: &str, model: &Model, state: &State) {
         let expected = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
         let error = (along - expected).abs();
         let allowed = 1e-6 * expected.abs().max(1e-3 * size) + rounding / h;
-        println!(
-            "{name:18} {what:18} {along:14.6e} {expected:14.6e} {error:8.1e} of {allowed:8.1e} {:e} {:e}",
-            at(1e-4) / 1e-4,
-            at(-1e-4) / 1e-4
-        );
-        if error > allowed {
-            println!("!!!");
-        }
-        assert!(true || error < allowed, "{name}, {what}: {along:e}, differences say {expected:e}");
+        assert!(error < allowed, "{name}, {what}: {along:e}, differences say {expected:e}");
     }
 }
 
@@ -197,6 +188,9 @@ fn what_has_no_derivative_is_refused() {
     let (floating, state) = assembly.finish();
     let error = refused(&floating, &state, &params);
     assert!(matches!(error, DerivativeError::Neutral), "{error}");
+    let ring = scene::builtin("michell-ring").unwrap();
+    let error = refused(&ring.model, &ring.state, &params);
+    assert!(matches!(error, DerivativeError::Neutral | DerivativeError::NotAtRest), "{error}");
     // So may a rod about the axis of its hinge.
     let mut assembly = Assembly::new(Vector3::zeros());
     let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 10);
