@@ -79,7 +79,7 @@
 //! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip` (a grip whose
 //! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `pick_and_place` (a gripper takes a cable
 //! along and lets it go), `plan_a_move`
-//! (64 motions of a grip at once), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy
+//! (64 motions of a grip at once), `sag_into_a_design` (the rest shape of a hanging tree), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy
 //! a swing loses to the time step).
 //!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
