@@ -53,7 +53,7 @@ fn sag(segment_m: f64) -> Result<[f64; 2], Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let [sags, stays] = sag(0.05)?;
     println!("Made as it is drawn it sags by {:.1} % of its size, with the rest shape by {stays:.1e}.", 100.0 * sags);
-    let (mut model, mut design) = sculpture(1.45e-4)?;
+    let (mut model, mut design) = sculpture(6.65e-5)?;
     let start = Instant::now();
     rest_shape(&mut model, &mut design)?;
     println!("The pass took {:.2} s for {} segments.", start.elapsed().as_secs_f64(), model.segments.len());

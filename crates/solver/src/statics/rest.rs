@@ -89,7 +89,7 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
     }
     let moments = moments(model, &hung, &links, &forces);
     let mut rests = Vec::with_capacity(links.len());
-    for (link, torque) in links.iter().zip(moments.into_iter()) {
+    for (link, torque) in links.iter().zip(moments) {
         let joint = &model.joints[link.joint];
         let [a, b] = joint.frames(model, &hung);
         let between = (a.inverse() * b).into_inner();
@@ -144,7 +144,7 @@ fn links(model: &Model) -> Result<Vec<Link>, RestShapeError> {
                     (met[outer], is_used[j]) = (true, true);
                     links.push(Link { joint: j, inner, outer, is_a });
                     beyond.push(outer);
-                } else if !is_used[j] && !(is_held(a) && is_held(b)) {
+                } else if !(is_used[j] || is_held(a) && is_held(b)) {
                     return Err(RestShapeError::Loop(j));
                 }
             }
