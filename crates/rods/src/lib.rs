@@ -35,6 +35,8 @@
 //! 3. **What came of it.** [`Simulation::store`](simulation::Simulation::store) copies positions, orientations and
 //!    velocities into a state, [`Simulation::store_joint_forces`](simulation::Simulation::store_joint_forces) what each
 //!    joint transmits. [`measure`](state::measure) has energies, momenta and lengths.
+//!    [`statics::rest_shape`] finds the rest shape with which a hanging tree stays as it is drawn; [`derivative`] says what
+//!    motions and equilibria change by with all that they depend on.
 //! 4. **Which joint is which.** [`Model::joints_of`](state::Model::joints_of) gives a rod's joints in order along it.
 //!
 //! # Rigid bodies
@@ -77,7 +79,7 @@
 //! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip` (a grip whose
 //! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `pick_and_place` (a gripper takes a cable
 //! along and lets it go), `plan_a_move`
-//! (64 motions of a grip at once), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy
+//! (64 motions of a grip at once), `sag_into_a_design` (the rest shape of a hanging tree), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy
 //! a swing loses to the time step).
 //!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
@@ -134,14 +136,16 @@ pub mod statics {
     pub use solver::modes::{Mode, Modes, modes, modes_telling};
     pub use solver::statics::branches::{Branch, BranchParams, Branches, branches};
     pub use solver::statics::path::{PathEnd, PathEvent, PathEventKind, PathParams, PathPoint, PathReport, path};
+    pub use solver::statics::rest::{RestShapeError, rest_shape};
     pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 
-/// Derivatives of whole runs in formulation `newton`, forward along a few directions and backward for one number.
+/// Derivatives of whole runs in formulation `newton` and of equilibria, forward along a few directions and backward for one
+/// number.
 #[doc = include_str!("../../../docs/derivatives.md")]
 pub mod derivative {
     pub use solver::derivative::{
-        AirVariation, DerivativeError, Forward, HeldVariation, JointVariation, Parameter, Recording, Rods,
+        AirVariation, DerivativeError, Equilibrium, Forward, HeldVariation, JointVariation, Parameter, Recording, Rods,
         SegmentVariation, StateVariation, Variation, Wanted,
     };
 }

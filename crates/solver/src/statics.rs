@@ -11,6 +11,7 @@ mod flow;
 mod newton;
 mod params;
 pub mod path;
+pub mod rest;
 
 use rod::{Model, State};
 

@@ -4,6 +4,7 @@ use super::Component;
 use crate::component::Residuals;
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
+use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 
 impl Component<f64> {
@@ -49,28 +50,6 @@ impl Component<f64> {
         self.pushed = vec![Spatial::zero(); poses.len()];
     }
 
-    /// Gathers weight [N], one entry a body, and with `drag` also that at the current poses [N, N m].
-    pub(crate) fn weigh(&mut self, forces: &mut Vec<Spatial<f64>>, drag: bool) {
-        if drag {
-            self.evaluate_drag(0.0, 1.0);
-        }
-        forces.clear();
-        forces.resize(self.poses.len(), Spatial::zero());
-        for (i, force) in forces[..self.segments].iter_mut().enumerate() {
-            let constants = &self.bodies[i];
-            if constants.free == 0.0 {
-                continue;
-            }
-            let mut change = Spatial { linear: self.gravity, angular: Vec3::zero() };
-            if let Some(drag) = self.drag.as_ref().filter(|_| drag) {
-                // The mass is that with what drag adds to it, which the impulse makes up for.
-                change.linear += drag.impulses[i].linear;
-                change.angular = self.poses[i].q.rotate(drag.impulses[i].angular);
-            }
-            *force = Spatial { linear: change.linear * (1.0 / constants.inverse_mass), angular: change.angular };
-        }
-    }
-
     /// Evaluates constraints and the balance of all forces and torques, of which `forces` are weight and drag. A step begins
     /// here: [`Component::movement`] is counted from the current poses.
     pub(crate) fn evaluate_equilibrium(&mut self, forces: &[Spatial<f64>]) -> Residuals<f64> {
@@ -83,5 +62,30 @@ impl Component<f64> {
         self.start.copy_from_slice(&self.poses);
         self.pulls_hold = false;
         self.evaluate(Formulation::Newton)
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// Gathers weight [N], one entry a body, and with `drag` also that at the current poses [N, N m].
+    pub(crate) fn weigh(&mut self, forces: &mut Vec<Spatial<T>>, drag: bool) {
+        if drag {
+            self.evaluate_drag(0.0, 1.0);
+        }
+        forces.clear();
+        forces.resize(self.poses.len(), Spatial::zero());
+        for (i, force) in forces[..self.segments].iter_mut().enumerate() {
+            let constants = &self.bodies[i];
+            if constants.free == T::zero() {
+                continue;
+            }
+            let mut change = Spatial { linear: self.gravity, angular: Vec3::zero() };
+            if let Some(drag) = self.drag.as_ref().filter(|_| drag) {
+                // The mass is that with what drag adds to it, which the impulse makes up for.
+                change.linear += drag.impulses[i].linear;
+                change.angular = self.poses[i].q.rotate(drag.impulses[i].angular);
+            }
+            *force =
+                Spatial { linear: change.linear * (T::splat(1.0) / constants.inverse_mass), angular: change.angular };
+        }
     }
 }

@@ -253,7 +253,8 @@ fn geometric_stiffness<T: Real>(f: Vec3<T>, axis: Vec3<T>) -> Sym3<T> {
     let (zero, one) = (T::zero(), T::splat(1.0));
     let along = f.dot(axis);
     let size = f.norm_squared().sqrt();
-    let unit = f * (one / size.max(T::splat(f64::MIN_POSITIVE)));
+    // The square of the inverse, which derivatives take, must be finite.
+    let unit = f * (one / size.max(T::splat(1e-150)));
     let sign = along.select(one, -one);
     let pulled = along.select(one, zero);
     let cosine = unit.dot(axis) * sign;

@@ -11,6 +11,7 @@ mod equilibrium;
 mod evaluate;
 mod forces;
 mod hold;
+mod implicit;
 mod lanes;
 mod loose;
 mod motion;

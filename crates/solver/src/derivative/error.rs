@@ -31,6 +31,14 @@ pub enum DerivativeError {
         /// The step, from 1.
         step: usize,
     },
+    /// An equilibrium that was not found.
+    #[error("the equilibrium has no derivative: the search for it has not come to rest")]
+    NotAtRest,
+    /// An equilibrium that is not the only one nearby: at a fold, or where a motion meets no resistance.
+    #[error(
+        "the equilibrium has no derivative: its equations are singular, as at a fold or where a motion meets no resistance"
+    )]
+    Neutral,
     /// A list of a variation that does not fit the model.
     #[error("a variation with {found} {what}, but there are {expected}")]
     Size {

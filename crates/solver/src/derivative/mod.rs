@@ -1,4 +1,4 @@
-//! Derivatives of a whole run in formulation `newton`.
+//! Derivatives of a whole run in formulation `newton`, and of an equilibrium ([`Equilibrium`]).
 //!
 //! A step solves F(p', lambda'; p, v, theta) = 0. What it changes by with what it began with, and with parameters theta, is what
 //! the kernels themselves say when they are run on dual numbers ([`crate::kernel::dual`]); how poses and multipliers answer
@@ -7,6 +7,7 @@
 //! number with respect to everything.
 
 mod adjoint;
+mod equilibrium;
 mod error;
 mod forward;
 mod parameter;
@@ -17,6 +18,7 @@ mod seed;
 mod variation;
 
 pub use adjoint::{Recording, Wanted};
+pub use equilibrium::Equilibrium;
 pub use error::DerivativeError;
 pub use forward::Forward;
 pub use parameter::{Parameter, Rods};

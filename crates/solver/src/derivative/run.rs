@@ -48,7 +48,7 @@ fn solved(model: &Model, settings: &Settings) -> Result<Settings, DerivativeErro
 }
 
 /// Refuses what is not differentiated.
-fn check(model: &Model) -> Result<(), DerivativeError> {
+pub(super) fn check(model: &Model) -> Result<(), DerivativeError> {
     let refuse = |is_there: bool, what| if is_there { Err(DerivativeError::Unknown(what)) } else { Ok(()) };
     refuse(!model.contacts.is_empty(), "contacts")?;
     refuse(model.motions.iter().any(|driven| driven.is_timed()), "grips that take hold or let go on the way")?;

@@ -137,6 +137,11 @@ impl Jacobian {
         Self { topology: topology.clone(), held, bodies: own.collect(), joints }
     }
 
+    /// Adds to K' of a body with itself.
+    pub fn add(&mut self, body: usize, block: &Matrix6<f64>) {
+        self.bodies[body] += block;
+    }
+
     /// `A x`, or `A^T x`. Movements of held bodies in x count. `A x` has no rows of held bodies; in those of `A^T x` is what
     /// moving them would do.
     pub fn apply(&self, x: &Field, transposed: bool, out: &mut Field) {
