@@ -84,8 +84,11 @@ impl Section for Gradients {
     }
 }
 
+/// A time of several [ms].
+type Time = fn(&Costs) -> f64;
+
 /// What is drawn, by name.
-const CURVES: [(&str, fn(&Costs) -> f64); 4] = [
+const CURVES: [(&str, Time); 4] = [
     ("the run, kept", |costs| costs.recording_ms),
     ("back: start and grips", |costs| costs.backward_ms),
     ("back: everything", |costs| costs.backward_all_ms),
