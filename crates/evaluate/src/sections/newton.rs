@@ -4,6 +4,7 @@ use anyhow::Result;
 use evaluation::newton::{self, Ending};
 use report::{Axis, Cell, LineChart, Section as PageSection, Series};
 use serde::{Deserialize, Serialize};
+use solver::formulation::Tangent;
 
 use crate::blocks::{chart, figure, section, table};
 use crate::cells::Section;
@@ -32,8 +33,8 @@ const SCENES: [&str; 9] = [
 ];
 
 const INTRODUCTION: &str = "Formulation `newton` solves a step's nonlinear equations, here to a relative residual of 1e-6. The \
-    positive matrix leaves out how the torques of joints change as segments turn, the exact tangent has it. Both run the same \
-    scene in turns, each from the start that is chosen for it.";
+    positive matrix leaves out how the torques of joints change as segments turn, the exact tangent has it, and `auto` finds out \
+    which takes less work. All run the same scene in turns, each from the start that is chosen for it.";
 
 impl Section for Newton {
     type Key = NewtonKey;
@@ -94,7 +95,8 @@ fn row(key: &NewtonKey, all: &[Ending], own: &Ending) -> Vec<Cell> {
 }
 
 fn convergence(key: &NewtonKey, endings: &[Ending]) -> LineChart {
-    let series = endings.iter().map(|ending| {
+    // What is chosen on the way is one of the other two.
+    let series = endings.iter().filter(|ending| ending.tangent != Tangent::Auto.name()).map(|ending| {
         let left = (1..).zip(&ending.left).filter(|(_, left)| **left > 0.0);
         Series::new(&ending.tangent, left.map(|(iteration, &left)| (f64::from(iteration), left)))
     });
