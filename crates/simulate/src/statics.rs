@@ -197,7 +197,8 @@ fn print(report: &Report) -> Result<()> {
     }
     let scale = report.energy_start_j.abs().max(report.energy_end_j.abs()).max(report.energy_scale_j);
     let [start, end] = [report.energy_start_j, report.energy_end_j].map(|energy| number(unless_noise(energy, scale)));
-    say!("energy: {start} J at the start, {end} J at rest")?;
+    let place = if report.sought.converged { "at rest" } else { "where the search ended" };
+    say!("energy: {start} J at the start, {end} J {place}")?;
     let size = report.tips_m.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
     for (k, tip) in report.tips_m.iter().enumerate().take(10) {
         let [x, y, z] = tip.map(|x| number(unless_noise(x, size)));
