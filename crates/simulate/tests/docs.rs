@@ -94,8 +94,9 @@ fn every_file_and_every_column_is_documented() {
         assert!(DOCS.contains(&format!("`{key}`")), "{key}");
     }
     let summary: Value = serde_json::from_str(&read(out, "summary.json")).expect("JSON");
-    let equilibrium = json(&["static", "heavy-cantilever"]);
-    assert_named("`summary.json`", keys(&summary).into_iter().chain(keys(&equilibrium)));
+    // Alone, with obstacles, in wind.
+    let equilibria = ["heavy-cantilever", "suture", "tree-10"].map(|scene| json(&["static", scene]));
+    assert_named("`summary.json`", keys(&summary).into_iter().chain(equilibria.iter().flat_map(keys)));
     for key in keys(&summary["worst_residuals"]) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
     }
