@@ -145,10 +145,15 @@ impl Problem {
     }
 
     /// A block by its place in its block row.
+    #[inline]
     fn block(&self, row: usize, place: usize) -> Block3 {
         let range = self.start[row]..self.start[row + 1];
-        let at = |r: usize, c: usize| self.values[9 * range.start + 3 * r * range.len() + 3 * place + c];
-        [0, 1, 2].map(|r| [at(r, 0), at(r, 1), at(r, 2)])
+        let at = |r: usize| {
+            let first = 9 * range.start + 3 * r * range.len() + 3 * place;
+            let values = &self.values[first..first + 3];
+            [values[0], values[1], values[2]]
+        };
+        [at(0), at(1), at(2)]
     }
 
     /// The diagonal blocks, after all entries are there.
