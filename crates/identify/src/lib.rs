@@ -3,7 +3,8 @@
 //! A [`Recording`](recording::Recording) is read from a file. A [`Cable`](cable::Cable) is what a prediction may know of it: its
 //! first two frames and its grips. [`predict`](predict::predict) simulates cables with some [`Parameters`](parameter::Parameters).
 //! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
-//! [`CableFile`](result::CableFile), a [`scene`], and a [`page`].
+//! [`CableFile`](result::CableFile), a [`scene`], and a [`page`]. [`simulated`]
+//! makes recordings of a cable whose numbers are known.
 
 pub mod cable;
 pub mod confidence;
@@ -15,4 +16,5 @@ pub mod predict;
 pub mod recording;
 pub mod result;
 pub mod scene;
+pub mod simulated;
 pub mod spline;

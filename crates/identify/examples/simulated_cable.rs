@@ -1,0 +1,31 @@
+//! Recordings of a simulated cable whose numbers are known, with noise, for `identify` to find them again.
+//!
+//! `cargo run -p identify --example simulated_cable -- out/known/recordings` writes them, and
+//! `cargo run -p identify -- out/known/recordings --out out/known` finds the numbers, with intervals that should hold them.
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use identify::parameter::{Parameter, Parameters};
+use identify::simulated::{Plan, recordings, write};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out/known/recordings".to_owned()));
+    let mut truth = Parameters::default();
+    for (parameter, value) in [
+        (Parameter::Bending, 0.035),
+        (Parameter::Twist, 0.8),
+        (Parameter::InnerDamping, 0.05),
+        (Parameter::OuterDamping, 0.6),
+        (Parameter::Curvature1, 0.8),
+    ] {
+        truth[parameter] = value;
+    }
+    let plan = Plan { recordings: 24, frames: 100, noise: 1e-3, seed: 1 };
+    write(&folder, &recordings(&truth, &plan)?)?;
+    println!("{} recordings, off by 1 mm, are in {}. The cable's numbers:", plan.recordings, folder.display());
+    for parameter in Parameter::DEFAULT {
+        println!("{:<14} {:>7} {}", parameter.name(), truth[parameter], parameter.unit());
+    }
+    Ok(())
+}
