@@ -113,7 +113,7 @@ pub fn run_in_turns(
 ) -> Result<Comparison, SimulationError> {
     let mut reference = Simulation::new(model, state, reference, None)?;
     let mut runs = entries.iter().map(|entry| Running::new(model, state, entry)).collect::<Result<Vec<_>, _>>()?;
-    let (mut done, mut reference_status, mut first_contact) = (0, Status::Converged, None);
+    let (mut done, mut turns, mut reference_status, mut first_contact) = (0, 0, Status::Converged, None);
     let mut now = state.clone();
     while done < steps {
         let turn = turn.clamp(1, steps - done);
@@ -128,11 +128,14 @@ pub fn run_in_turns(
                 expected.push(now.positions.clone());
             }
         }
-        for run in &mut runs {
+        // Each begins as often as others: what comes after the reference finds cold caches.
+        for entry in 0..entries.len() {
+            let run = &mut runs[(turns + entry) % entries.len()];
             for step in 0..turn {
                 run.step((model, dt), expected.get(step), &mut now)?;
             }
         }
+        turns += 1;
         done += turn;
         if !progress(turn) {
             break;
