@@ -115,7 +115,10 @@ pub(crate) fn attempt_exactly(
         attempt.residuals = found.unwrap_or_else(|| {
             solve(component, iteration, 1, solver, guess, counters);
             update(component, params.formulation, 1.0, counters);
-            evaluate(component, params.formulation, counters)
+            let mut watch = Stopwatch::start();
+            let residuals = evaluate(component, params.formulation, counters);
+            watch.mark(&mut counters.times.assemble);
+            residuals
         });
     }
     attempt
