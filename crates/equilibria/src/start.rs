@@ -1,0 +1,197 @@
+//! Where searches begin: curves with the grips' directions and the cable's length, and frames along them.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::scaled::{Cut, Scaled};
+
+/// Pieces in which a curve is measured.
+const PIECES: usize = 24;
+/// Bisections of a curve's free number.
+const BISECTIONS: usize = 12;
+
+/// Starts of searches.
+pub trait Starts: Sync {
+    /// How many there are of each query.
+    fn count(&self) -> usize;
+    /// Fills in the orientations of a query's segments, one start after the other: `count * cut.segments` of them. `index` is
+    /// the query's place among all.
+    fn fill(&self, index: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>]);
+}
+
+/// Starts without any learning: curves with the grips' directions and the cable's length, each with one or two twists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Curves {
+    /// The cubic of Hermite whose tangents are as long as the length asks for.
+    pub hermite: bool,
+    /// One that sags.
+    pub sagging: bool,
+    /// Of each the twist on the other side, too.
+    pub both_twists: bool,
+}
+
+impl Default for Curves {
+    fn default() -> Self {
+        Self::all()
+    }
+}
+
+impl Curves {
+    /// All of them.
+    pub fn all() -> Self {
+        Self { hermite: true, sagging: true, both_twists: true }
+    }
+}
+
+impl Starts for Curves {
+    fn count(&self) -> usize {
+        (usize::from(self.hermite) + usize::from(self.sagging)) * (1 + usize::from(self.both_twists))
+    }
+
+    fn fill(&self, _: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>]) {
+        let mut places = turns.chunks_mut(cut.segments);
+        if !query.held {
+            for (k, out) in places.enumerate() {
+                free(query, cut, k % 2 == 1, out);
+            }
+            return;
+        }
+        let curves = [self.hermite.then(|| Curve::hermite(query)), self.sagging.then(|| Curve::bowed(query, -Vector3::z()))];
+        for curve in curves.into_iter().flatten() {
+            for more in 0..=i32::from(self.both_twists) {
+                if let Some(out) = places.next() {
+                    curve.frames(query, cut, more, out);
+                }
+            }
+        }
+    }
+}
+
+/// A smooth curve of length 1, about, from the first grip to the second.
+///
+/// A cubic of Hermite, whose tangents at the ends are `speed` long, and a bow of `16 u^2 (1 - u)^2`, which keeps them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Curve {
+    chord: Vector3<f64>,
+    tangents: [Vector3<f64>; 2],
+    bow: Vector3<f64>,
+}
+
+impl Curve {
+    /// The cubic that is as long as the cable because its tangents at the ends are.
+    pub(crate) fn hermite(query: &Scaled) -> Self {
+        let base = Self::plain(query, 0.0);
+        base.with_length(|own, x| {
+            let directions = query.ends.map(|q| q * Vector3::z());
+            Self { tangents: directions.map(|d| d * (4.0 * x)), ..*own }
+        })
+    }
+
+    /// The cubic with a bow to one side, towards `side`, as long as the cable's length asks for.
+    pub(crate) fn bowed(query: &Scaled, side: Vector3<f64>) -> Self {
+        let speed = query.chord.norm().clamp(0.3, 0.8);
+        Self::plain(query, speed).with_length(|own, x| Self { bow: side * x, ..*own })
+    }
+
+    fn plain(query: &Scaled, speed: f64) -> Self {
+        let tangents = query.ends.map(|q| q * Vector3::z() * speed);
+        Self { chord: query.chord, tangents, bow: Vector3::zeros() }
+    }
+
+    /// The shortest of a family, whose number goes from 0 to 1, that is as long as 1.
+    fn with_length(&self, member: impl Fn(&Self, f64) -> Self) -> Self {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if member(self, middle).length() < 1.0 { low = middle } else { high = middle }
+        }
+        member(self, 0.5 * (low + high))
+    }
+
+    /// Derivative by u.
+    fn slope(&self, u: f64) -> Vector3<f64> {
+        let v = 1.0 - u;
+        let [start, end] = &self.tangents;
+        self.chord * (6.0 * u * v) + start * (v * (1.0 - 3.0 * u)) + end * (u * (3.0 * u - 2.0))
+            + self.bow * (32.0 * u * v * (1.0 - 2.0 * u))
+    }
+
+    fn length(&self) -> f64 {
+        let piece = |k: usize| self.slope((k as f64 + 0.5) / PIECES as f64).norm();
+        (0..PIECES).map(piece).sum::<f64>() / PIECES as f64
+    }
+
+    /// Orientations of the segments along it: from the first grip's frame without twist, and with the twist that brings the
+    /// last to the second grip's, `more` whole turns beside the one that is nearest to that at rest.
+    pub(crate) fn frames(&self, query: &Scaled, cut: &Cut, more: i32, out: &mut [UnitQuaternion<f64>]) {
+        let mut frame = query.ends[0];
+        let mut before = 0.0;
+        let total = self.length();
+        let mut next = 0;
+        for k in 0..PIECES {
+            let u = (k as f64 + 0.5) / PIECES as f64;
+            let slope = self.slope(u);
+            let own = slope.norm() / (PIECES as f64 * total);
+            while next < cut.segments && (cut.place(next) <= before + own || k + 1 == PIECES) {
+                // The tangent there, within the piece.
+                let share = ((cut.place(next) - before) / own.max(1e-12)).clamp(0.0, 1.0);
+                let tangent = self.slope((k as f64 + share) / PIECES as f64);
+                frame = carried(&frame, &tangent);
+                out[next] = frame;
+                next += 1;
+            }
+            before += own;
+        }
+        let last = if query.held { carried(&frame, &(query.ends[1] * Vector3::z())) } else { frame };
+        let natural = query.rest[2];
+        let off = if query.held { roll(&(last.inverse() * query.ends[1])) } else { natural };
+        let twist = off + TAU * ((natural - off) / TAU).round();
+        // The other side first: of two branches the second is the nearer one of the rest.
+        let side = if twist > natural { -1 } else { 1 };
+        let twist = twist + TAU * f64::from(more * side);
+        for (k, q) in out.iter_mut().enumerate() {
+            *q *= about_z(twist * cut.place(k));
+        }
+    }
+}
+
+/// A cable with a free end: in its shape at rest, or turning downwards on its way.
+fn free(query: &Scaled, cut: &Cut, hangs: bool, out: &mut [UnitQuaternion<f64>]) {
+    let mut frame = query.ends[0];
+    let rest = Vector3::from(query.rest);
+    let first = frame * Vector3::new(0.1, 0.0, 1.0);
+    for (k, q) in out.iter_mut().enumerate() {
+        let place = cut.place(k);
+        if hangs {
+            frame = carried(&frame, &(first * (1.0 - place) - Vector3::z() * place));
+            *q = frame * about_z(query.rest[2] * place);
+        } else {
+            *q = frame * UnitQuaternion::from_scaled_axis(rest * place);
+        }
+    }
+}
+
+fn about_z(angle: f64) -> UnitQuaternion<f64> {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    UnitQuaternion::new_unchecked(Quaternion::new(cos, 0.0, 0.0, sin))
+}
+
+/// The angle about z of a rotation that is next to one about z, from -pi to pi.
+fn roll(q: &UnitQuaternion<f64>) -> f64 {
+    let angle = 2.0 * q.k.atan2(q.w);
+    angle - TAU * ((angle - PI) / TAU).ceil()
+}
+
+/// A frame turned by the smallest rotation that takes its z to `tangent`, of any length.
+fn carried(frame: &UnitQuaternion<f64>, tangent: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let from = frame * Vector3::z();
+    let norm = tangent.norm();
+    let scalar = norm + from.dot(tangent);
+    if scalar > 1e-9 * norm {
+        let by = UnitQuaternion::from_quaternion(Quaternion::from_parts(scalar, from.cross(tangent)));
+        return by * frame;
+    }
+    // Back the way it came: about any axis across.
+    frame * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI)
+}
