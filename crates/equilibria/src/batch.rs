@@ -14,10 +14,10 @@ use crate::start::{Curves, Starts};
 pub const FEWEST_SEGMENTS: usize = 8;
 /// Most segments of a cable.
 pub const MOST_SEGMENTS: usize = 10_000;
-/// Queries that a thread takes at a time.
-const BLOCK: usize = 64;
+/// Queries that a thread takes at a time, at most and at least: lanes are idle at the end of a block.
+const BLOCK: [usize; 2] = [16, 256];
 /// Error of the turns at which a coarse level is left [rad].
-const COARSE: f64 = 1e-4;
+const COARSE: f64 = 1e-2;
 /// Energies this close, over one of the size of B / L, and forces this close, over B / L^2 or their size, are the same equilibrium's.
 const SAME: f64 = 1e-5;
 const SAME_COARSE: f64 = 1e-2;
@@ -69,7 +69,10 @@ impl Params {
         check("segments", self.segments as f64, range.contains(&self.segments), allowed)?;
         let mut least = 4;
         for &level in &self.levels {
-            let allowed = format!("from {least} to the number of segments, {}, and each finer than the one before", self.segments);
+            let allowed = format!(
+                "from {least} to the number of segments, {}, and each finer than the one before",
+                self.segments
+            );
             check("level", level as f64, (least..=self.segments).contains(&level), allowed)?;
             least = level;
         }
@@ -100,10 +103,11 @@ pub fn solve_from(
     starts: &dyn Starts,
 ) -> Result<Vec<Result<Answer, QueryError>>, ParamsError> {
     params.validate()?;
+    let size = (queries.len() / (4 * rayon::current_num_threads())).clamp(BLOCK[0], BLOCK[1]);
     let blocks: Vec<Vec<_>> = queries
-        .par_chunks(BLOCK)
+        .par_chunks(size)
         .enumerate()
-        .map_init(|| Worker::new(params), |worker, (k, block)| worker.answers(block, k * BLOCK, params, starts))
+        .map_init(|| Worker::new(params), |worker, (k, block)| worker.answers(block, k * size, params, starts))
         .collect();
     Ok(blocks.into_iter().flatten().collect())
 }
@@ -168,8 +172,10 @@ impl Worker {
         }
         self.collect(block, &mut answers, params);
         // What was not found on the way of the lowest: all starts at once, on the cable's own segments.
-        let left: Vec<usize> =
-            all.into_iter().filter(|&k| matches!(&answers[self.places[k]], Ok(own) if own.equilibria.is_empty())).collect();
+        let left: Vec<usize> = all
+            .into_iter()
+            .filter(|&k| matches!(&answers[self.places[k]], Ok(own) if own.equilibria.is_empty()))
+            .collect();
         if !left.is_empty() {
             let last = self.levels.len() - 1;
             self.begin(last, &left, first, &Curves::all());

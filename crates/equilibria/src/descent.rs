@@ -12,8 +12,8 @@ const WIDTH: usize = 8;
 type Wide = Lanes<WIDTH>;
 
 /// Largest turn of a segment in one step, and of one segment against its neighbour [rad].
-const LARGEST_TURN: f64 = 1.0;
-const LARGEST_BEND: f64 = 0.5;
+const LARGEST_TURN: f64 = 2.0;
+const LARGEST_BEND: f64 = 1.0;
 /// A step that asks for this many times as much is not taken; a shorter one is scaled down.
 const FAR: f64 = 8.0;
 /// The first shift that is tried where the signs are wrong; less than the least is none.

@@ -38,9 +38,8 @@ impl Distribution {
         let (chord, axes, bent) = (direction(), [direction(), direction()], direction());
         let [low, high] = self.distance;
         let distance = low + (high - low) * unit();
-        let tangents = axes.map(|axis| {
-            UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), FRAC_PI_3 * unit()) * chord
-        });
+        let tangents =
+            axes.map(|axis| UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), FRAC_PI_3 * unit()) * chord);
         let between = |a: &Vector3<f64>, b: &Vector3<f64>| {
             UnitQuaternion::rotation_between(a, b).unwrap_or_else(UnitQuaternion::identity)
         };

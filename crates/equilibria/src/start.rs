@@ -7,9 +7,10 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use crate::scaled::{Cut, Scaled};
 
 /// Pieces in which a curve is measured.
-const PIECES: usize = 24;
-/// Bisections of a curve's free number.
-const BISECTIONS: usize = 12;
+const PIECES: usize = 16;
+/// Most trials of a curve's free number, and the error of its length that will do.
+const MOST_TRIALS: usize = 8;
+const NEAR: f64 = 1e-2;
 
 /// Starts of searches.
 pub trait Starts: Sync {
@@ -57,13 +58,17 @@ impl Starts for Curves {
             }
             return;
         }
-        let curves = [self.hermite.then(|| Curve::hermite(query)), self.sagging.then(|| Curve::bowed(query, -Vector3::z()))];
+        let curves =
+            [self.hermite.then(|| Curve::hermite(query)), self.sagging.then(|| Curve::bowed(query, -Vector3::z()))];
         for curve in curves.into_iter().flatten() {
-            for more in 0..=i32::from(self.both_twists) {
-                if let Some(out) = places.next() {
-                    curve.frames(query, cut, more, out);
-                }
+            let Some(first) = places.next() else { return };
+            let twists = curve.frames(query, cut, first);
+            let second = if self.both_twists { places.next() } else { None };
+            if let Some(second) = second {
+                second.copy_from_slice(first);
+                twist(cut, twists[1], second);
             }
+            twist(cut, twists[0], first);
         }
     }
 }
@@ -99,21 +104,38 @@ impl Curve {
         Self { chord: query.chord, tangents, bow: Vector3::zeros() }
     }
 
-    /// The shortest of a family, whose number goes from 0 to 1, that is as long as 1.
+    /// A member of a family, whose number goes from 0 to 1, that is as long as 1, or nearly.
     fn with_length(&self, member: impl Fn(&Self, f64) -> Self) -> Self {
+        let off = |x: f64| member(self, x).length() - 1.0;
         let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if member(self, middle).length() < 1.0 { low = middle } else { high = middle }
+        let (mut below, mut above) = (off(low), off(high));
+        let mut x = high;
+        // False position; an end that stays counts half (Dowell and Jarratt 1971).
+        for _ in 0..MOST_TRIALS {
+            if above <= 0.0 || below >= 0.0 {
+                break;
+            }
+            x = (low * above - high * below) / (above - below);
+            let own = off(x);
+            if own.abs() < NEAR {
+                break;
+            }
+            if own < 0.0 {
+                (low, below, above) = (x, own, 0.5 * above);
+            } else {
+                (high, above, below) = (x, own, 0.5 * below);
+            }
         }
-        member(self, 0.5 * (low + high))
+        member(self, if below >= 0.0 { 0.0 } else { x })
     }
 
     /// Derivative by u.
     fn slope(&self, u: f64) -> Vector3<f64> {
         let v = 1.0 - u;
         let [start, end] = &self.tangents;
-        self.chord * (6.0 * u * v) + start * (v * (1.0 - 3.0 * u)) + end * (u * (3.0 * u - 2.0))
+        self.chord * (6.0 * u * v)
+            + start * (v * (1.0 - 3.0 * u))
+            + end * (u * (3.0 * u - 2.0))
             + self.bow * (32.0 * u * v * (1.0 - 2.0 * u))
     }
 
@@ -122,9 +144,9 @@ impl Curve {
         (0..PIECES).map(piece).sum::<f64>() / PIECES as f64
     }
 
-    /// Orientations of the segments along it: from the first grip's frame without twist, and with the twist that brings the
-    /// last to the second grip's, `more` whole turns beside the one that is nearest to that at rest.
-    pub(crate) fn frames(&self, query: &Scaled, cut: &Cut, more: i32, out: &mut [UnitQuaternion<f64>]) {
+    /// Orientations of the segments along it, from the first grip's frame without twist. Returns the twist that brings the last
+    /// to the second grip's: the one that is nearest to that at rest, and the next nearest.
+    fn frames(&self, query: &Scaled, cut: &Cut, out: &mut [UnitQuaternion<f64>]) -> [f64; 2] {
         let mut frame = query.ends[0];
         let mut before = 0.0;
         let total = self.length();
@@ -143,16 +165,17 @@ impl Curve {
             }
             before += own;
         }
-        let last = if query.held { carried(&frame, &(query.ends[1] * Vector3::z())) } else { frame };
-        let natural = query.rest[2];
-        let off = if query.held { roll(&(last.inverse() * query.ends[1])) } else { natural };
-        let twist = off + TAU * ((natural - off) / TAU).round();
-        // The other side first: of two branches the second is the nearer one of the rest.
-        let side = if twist > natural { -1 } else { 1 };
-        let twist = twist + TAU * f64::from(more * side);
-        for (k, q) in out.iter_mut().enumerate() {
-            *q *= about_z(twist * cut.place(k));
-        }
+        let last = carried(&frame, &(query.ends[1] * Vector3::z()));
+        let (off, natural) = (roll(&(last.inverse() * query.ends[1])), query.rest[2]);
+        let nearest = off + TAU * ((natural - off) / TAU).round();
+        [nearest, if nearest > natural { nearest - TAU } else { nearest + TAU }]
+    }
+}
+
+/// Twists frames about their axes, evenly from none to `angle`.
+fn twist(cut: &Cut, angle: f64, frames: &mut [UnitQuaternion<f64>]) {
+    for (k, q) in frames.iter_mut().enumerate() {
+        *q *= about_z(angle * cut.place(k));
     }
 }
 

@@ -126,20 +126,43 @@ impl<T: Real> Bend<T> {
             }
         }
         let mu = -(m.dot(u) * quarter);
-        let aa = |i: usize, j: usize| left[i][0] * rows[j][0] + left[i][1] * rows[j][1] + left[i][2] * rows[j][2];
-        let bb = |i: usize, j: usize| right[0][i] * rows[0][j] + right[1][i] * rows[1][j] + right[2][i] * rows[2][j];
-        let own_a = [aa(0, 0) + mu, aa(1, 1) + mu, aa(2, 2) + mu, aa(0, 1), aa(0, 2), aa(1, 2)];
-        let own_b = [bb(0, 0) + mu, bb(1, 1) + mu, bb(2, 2) + mu, bb(0, 1), bb(0, 2), bb(1, 2)];
+        let own_a = [
+            three(left[0], rows[0]) + mu,
+            three(left[1], rows[1]) + mu,
+            three(left[2], rows[2]) + mu,
+            three(left[0], rows[1]),
+            three(left[0], rows[2]),
+            three(left[1], rows[2]),
+        ];
+        let own_b = [
+            onto(&rows, 0, column(&right, 0)) + mu,
+            onto(&rows, 1, column(&right, 1)) + mu,
+            onto(&rows, 2, column(&right, 2)) + mu,
+            onto(&rows, 0, column(&right, 1)),
+            onto(&rows, 0, column(&right, 2)),
+            onto(&rows, 1, column(&right, 2)),
+        ];
         let [m1, m2, m3] = (m * quarter).0;
         let [x, y, z] = (m * (s * quarter)).0;
         // m u^T + u m^T is symmetric, s [m]x is not.
         let (xy, xz, yz) = (m1 * u2 + m2 * u1, m1 * u3 + m3 * u1, m2 * u3 + m3 * u2);
-        let ab = |i: usize, j: usize| left[i][0] * rows[0][j] + left[i][1] * rows[1][j] + left[i][2] * rows[2][j];
         let two = T::splat(2.0);
         let across = [
-            [two * m1 * u1 + mu - ab(0, 0), xy - z - ab(0, 1), xz + y - ab(0, 2)],
-            [xy + z - ab(1, 0), two * m2 * u2 + mu - ab(1, 1), yz - x - ab(1, 2)],
-            [xz - y - ab(2, 0), yz + x - ab(2, 1), two * m3 * u3 + mu - ab(2, 2)],
+            [
+                two * m1 * u1 + mu - onto(&rows, 0, left[0]),
+                xy - z - onto(&rows, 1, left[0]),
+                xz + y - onto(&rows, 2, left[0]),
+            ],
+            [
+                xy + z - onto(&rows, 0, left[1]),
+                two * m2 * u2 + mu - onto(&rows, 1, left[1]),
+                yz - x - onto(&rows, 2, left[1]),
+            ],
+            [
+                xz - y - onto(&rows, 0, left[2]),
+                yz + x - onto(&rows, 1, left[2]),
+                two * m3 * u3 + mu - onto(&rows, 2, left[2]),
+            ],
         ];
         let gradient = [-((along + cross) * half), (along - cross) * half];
         Self { relative, energy: half * e.dot(m), gradient, own: [own_a, own_b], across }
@@ -164,11 +187,10 @@ impl<T: Real> Factor<T> {
         let i2 = one / d2;
         let l32 = t * i2;
         let d3 = a33 - l31 * a13 - l32 * t;
-        let count = |d: T| d.select(zero, one);
         Self {
             lower: [l21, l31, l32],
             inverse: [i1, i2, one / d3],
-            negative: count(a11) + count(d2) + count(d3),
+            negative: a11.select(zero, one) + d2.select(zero, one) + d3.select(zero, one),
         }
     }
 
@@ -187,6 +209,18 @@ fn column<T: Copy>(m: &[[T; 3]; 3], c: usize) -> [T; 3] {
     [m[0][c], m[1][c], m[2][c]]
 }
 
+/// Column c of a matrix times a vector.
+#[inline(always)]
+fn onto<T: Real>(m: &[[T; 3]; 3], c: usize, v: [T; 3]) -> T {
+    m[0][c] * v[0] + m[1][c] * v[1] + m[2][c] * v[2]
+}
+
+/// Scalar product.
+#[inline(always)]
+fn three<T: Real>(a: [T; 3], b: [T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
 #[inline(always)]
 fn largest<T: Real>(most: T, v: Vec3<T>) -> T {
     v.0[0].abs().max(v.0[1].abs()).max(v.0[2].abs().max(most))
@@ -195,7 +229,13 @@ fn largest<T: Real>(most: T, v: Vec3<T>) -> T {
 impl<T: Real> Chain<T> {
     #[inline(always)]
     fn kind(joint: usize, count: usize) -> usize {
-        if joint == 0 || joint == count { 0 } else if joint == 1 || joint == count - 1 { 1 } else { 2 }
+        if joint == 0 || joint == count {
+            0
+        } else if joint == 1 || joint == count - 1 {
+            1
+        } else {
+            2
+        }
     }
 
     /// Solves for the step from here with turns made stiffer by `shift` times the segments' lengths; the rows hold it.
@@ -281,27 +321,23 @@ impl<T: Real> Chain<T> {
             row.right = Vec3(factor.solve(g.0));
             row.gradient = gradient;
             row.relative = relative;
-            let dot = |r: usize, c: usize| {
-                border[0][r] * row.border[0][c] + border[1][r] * row.border[1][c] + border[2][r] * row.border[2][c]
-            };
             for (k, (r, c)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
-                schur[k] = schur[k] - dot(r, c);
+                schur[k] = schur[k] - onto(&border, r, column(&row.border, c));
             }
             for r in 0..3 {
-                rest.0[r] = rest.0[r] - Vec3(column(&border, r)).dot(row.right);
+                rest.0[r] = rest.0[r] - onto(&border, r, row.right.0);
             }
             // X^T on what comes next: B^T D^-1 B, B^T D^-1 Y, B^T D^-1 g.
-            let onto = |c: usize, v: [T; 3]| row.next[0][c] * v[0] + row.next[1][c] * v[1] + row.next[2][c] * v[2];
             for (k, (r, c)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
-                block[k] = -onto(r, column(across, c));
+                block[k] = -onto(&row.next, r, column(across, c));
             }
             let old = border;
             for r in 0..3 {
                 for c in 0..3 {
-                    border[r][c] = -onto(r, column(&old, c));
+                    border[r][c] = -onto(&row.next, r, column(&old, c));
                 }
             }
-            right = -Vec3([onto(0, g.0), onto(1, g.0), onto(2, g.0)]);
+            right = -Vec3([onto(&row.next, 0, g.0), onto(&row.next, 1, g.0), onto(&row.next, 2, g.0)]);
             bend = after;
         }
         // The border: what the chord misses, and the compliance of the joints; a known force does not change.
