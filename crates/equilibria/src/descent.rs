@@ -36,6 +36,11 @@ pub(crate) struct Job {
     pub(crate) converged: bool,
 }
 
+/// Where turns are smaller than this although they are made stiffer, the search has come to an unstable equilibrium [rad].
+const SETTLED: f64 = 1e-4;
+/// Turn by which it is left [rad].
+const PUSH: f64 = 1e-2;
+
 /// When a search ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Until {
@@ -53,6 +58,7 @@ struct Search {
     last: f64,
     movement: f64,
     solves: u32,
+    is_at_saddle: bool,
 }
 
 /// Memory of a descent of chains of one cut.
@@ -130,6 +136,9 @@ impl Descent {
                 || chain.step(rows, shares, found.force, forces),
             );
             for (lane, search) in lanes.iter_mut().enumerate() {
+                if std::mem::take(&mut search.is_at_saddle) {
+                    self.push(lane);
+                }
                 let Some(converged) = done[lane] else { continue };
                 let Some(index) = search.job.take() else { continue };
                 let job = &mut jobs[index];
@@ -140,6 +149,19 @@ impl Descent {
                 job.energy = found.energy.lane(lane);
                 (job.solves, job.converged) = (job.solves + search.solves, converged);
             }
+        }
+    }
+}
+
+impl Descent {
+    /// Turns the segments of a lane a little, in long waves.
+    fn push(&mut self, lane: usize) {
+        let count = self.cut.segments as f64;
+        for (k, own) in self.chain.turns.iter_mut().enumerate() {
+            let place = (k as f64 + 1.0) / count;
+            let turn = Vector3::new((1.3 * place).sin(), (2.3 * place).sin(), (4.1 * place).sin()) * PUSH;
+            let q = get(own, lane) * UnitQuaternion::from_scaled_axis(turn);
+            set(own, lane, &q);
         }
     }
 }
@@ -160,6 +182,7 @@ impl Search {
         }
         let share = 1.0 / size.max(1.0);
         self.movement = if self.shift == 0.0 && share == 1.0 { turn } else { f64::INFINITY };
+        self.is_at_saddle = self.shift > 0.0 && turn < SETTLED;
         self.last = self.shift;
         self.shift = if self.shift / DOWN >= LEAST { self.shift / DOWN } else { 0.0 };
         (share, 1.0)

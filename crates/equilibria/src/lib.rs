@@ -10,6 +10,7 @@
 pub mod answer;
 pub mod batch;
 mod descent;
+pub mod file;
 mod level;
 pub mod query;
 pub mod sample;

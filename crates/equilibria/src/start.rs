@@ -89,13 +89,14 @@ impl Curve {
         let base = Self::plain(query, 0.0);
         base.with_length(|own, x| {
             let directions = query.ends.map(|q| q * Vector3::z());
-            Self { tangents: directions.map(|d| d * (4.0 * x)), ..*own }
+            Self { tangents: directions.map(|d| d * (4.0 * x)), bow: sideways(query) * x, ..*own }
         })
     }
 
     /// The cubic with a bow to one side, towards `side`, as long as the cable's length asks for.
     pub(crate) fn bowed(query: &Scaled, side: Vector3<f64>) -> Self {
         let speed = query.chord.norm().clamp(0.3, 0.8);
+        let side = side + sideways(query);
         Self::plain(query, speed).with_length(|own, x| Self { bow: side * x, ..*own })
     }
 
@@ -170,6 +171,11 @@ impl Curve {
         let nearest = off + TAU * ((natural - off) / TAU).round();
         [nearest, if nearest > natural { nearest - TAU } else { nearest + TAU }]
     }
+}
+
+/// A little off, so that no curve folds back on itself where grips and gravity are in line.
+fn sideways(query: &Scaled) -> Vector3<f64> {
+    query.ends[0] * Vector3::x() * 0.05
 }
 
 /// Twists frames about their axes, evenly from none to `angle`.
