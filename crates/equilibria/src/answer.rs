@@ -28,7 +28,8 @@ pub struct Equilibrium {
     pub grips: [Wrench; 2],
     /// Energy of bending, twist and stretch, and of the weight from z = 0 [J].
     pub energy: f64,
-    /// Largest moment out of balance over B / L, and gap at the end over L, whichever is larger.
+    /// Largest moment out of balance, over B / L plus the force at the start times a segment's length, or gap at the end over
+    /// L, whichever is larger.
     pub residual: f64,
 }
 
@@ -66,6 +67,8 @@ impl Finish {
         }
         chain.force = Vec3([job.force.x, job.force.y, job.force.z]);
         let balance = chain.balance();
+        let [moment, gap] = balance.residual;
+        let residual = (moment / (1.0 + job.force.norm() / cut.segments as f64)).max(gap);
         let length = query.cable.length;
         let bending = query.cable.bending[0].max(query.cable.bending[1]);
         let (force, moment) = (bending / length.powi(2), bending / length);
@@ -95,6 +98,6 @@ impl Finish {
         ];
         let lift = query.cable.weight * length * query.start.position.z;
         let energy = (balance.energy + lifted + stretched) * moment + lift;
-        Equilibrium { positions, orientations: turns.to_vec(), grips, energy, residual: balance.residual }
+        Equilibrium { positions, orientations: turns.to_vec(), grips, energy, residual }
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use crate::answer::{Answer, Equilibrium, Finish};
+use crate::answer::{Answer, Finish};
 use crate::descent::{Descent, Job, Until};
 use crate::level::Finer;
 use crate::query::{Query, QueryError};
@@ -18,6 +18,8 @@ pub const MOST_SEGMENTS: usize = 10_000;
 const BLOCK: [usize; 2] = [16, 256];
 /// Error of the turns at which a coarse level is left [rad].
 const COARSE: f64 = 1e-2;
+/// What is too far from rest at its end goes on to this part of the tolerance.
+const NEARER: f64 = 1e-4;
 /// Energies this close, over one of the size of B / L, and forces this close, over B / L^2 or their size, are the same equilibrium's.
 const SAME: f64 = 1e-5;
 const SAME_COARSE: f64 = 1e-2;
@@ -29,7 +31,7 @@ pub struct Params {
     pub segments: usize,
     /// Segments of the coarse levels, in their order; each has end segments as short as those of the cable.
     pub levels: Vec<usize>,
-    /// Error that is left: of turns [rad], of moments over B / L, and of the gap at the end over L.
+    /// Error that is left: of turns [rad] as predicted, and the residual ([`crate::Equilibrium::residual`]).
     pub tolerance: f64,
     /// Cap on the linear solves of a search.
     pub most_solves: u32,
@@ -170,7 +172,7 @@ impl Worker {
                 self.go_up(level, params.branches);
             }
         }
-        self.collect(block, &mut answers, params);
+        self.finish(block, &mut answers, params);
         // What was not found on the way of the lowest: all starts at once, on the cable's own segments.
         let left: Vec<usize> = all
             .into_iter()
@@ -180,7 +182,7 @@ impl Worker {
             let last = self.levels.len() - 1;
             self.begin(last, &left, first, &Curves::all());
             self.descend(last, params);
-            self.collect(block, &mut answers, params);
+            self.finish(block, &mut answers, params);
         }
         for answer in &mut answers {
             if let Ok(Answer { equilibria, solves }) = answer
@@ -245,10 +247,30 @@ impl Worker {
         }
     }
 
-    /// Makes answers of the last level's jobs.
-    fn collect(&mut self, block: &[Query], answers: &mut [Result<Answer, QueryError>], params: &Params) {
+    /// Makes answers of the last level's jobs; those that are not as near to rest as they were said to be go on before.
+    fn finish(&mut self, block: &[Query], answers: &mut [Result<Answer, QueryError>], params: &Params) {
+        let early = self.collect(block, answers, params);
+        if early.is_empty() {
+            return;
+        }
+        let Some(Level { descent, jobs, turns, .. }) = self.levels.last_mut() else { return };
+        let count = descent.cut.segments;
+        let kept = early.iter().flat_map(|&k| turns[k * count..(k + 1) * count].to_vec());
+        *turns = kept.collect();
+        *jobs = early.iter().map(|&k| Job { solves: 0, converged: false, ..jobs[k].clone() }).collect();
+        let until = Until { tolerance: NEARER * params.tolerance, most: params.most_solves };
+        descent.run(&self.queries, jobs, turns, until);
+        self.collect(block, answers, params);
+        for answer in answers.iter_mut().flatten() {
+            answer.equilibria.sort_by(|a, b| a.energy.total_cmp(&b.energy));
+        }
+    }
+
+    /// Adds the last level's jobs to the answers. Returns those that are not near enough to rest.
+    fn collect(&mut self, block: &[Query], answers: &mut [Result<Answer, QueryError>], params: &Params) -> Vec<usize> {
+        let mut early = Vec::new();
         let Self { levels, queries, places, finish } = self;
-        let Some(Level { descent, jobs, turns, .. }) = levels.last_mut() else { return };
+        let Some(Level { descent, jobs, turns, .. }) = levels.last_mut() else { return early };
         let count = descent.cut.segments;
         let mut begin = 0;
         while begin < jobs.len() {
@@ -260,20 +282,22 @@ impl Worker {
                 let mut order: Vec<usize> = (begin..end).filter(|&k| jobs[k].converged).collect();
                 order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
                 order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME));
+                if !params.branches {
+                    order.truncate(1);
+                }
                 for k in order {
                     let own = &turns[k * count..(k + 1) * count];
-                    let found: Equilibrium = finish.equilibrium(&block[place], &queries[query], &jobs[k], own);
-                    // Moments are differences of what may be many times as large.
+                    let found = finish.equilibrium(&block[place], &queries[query], &jobs[k], own);
                     if found.residual <= params.tolerance {
                         answer.equilibria.push(found);
-                    }
-                    if !params.branches && !answer.equilibria.is_empty() {
-                        break;
+                    } else {
+                        early.push(k);
                     }
                 }
             }
             begin = end;
         }
+        early
     }
 }
 

@@ -67,8 +67,8 @@ pub(crate) struct Found<T> {
 pub(crate) struct Balance<T> {
     /// Of bending and twist.
     pub(crate) energy: T,
-    /// Largest moment out of balance or gap at the end.
-    pub(crate) residual: T,
+    /// Largest moment out of balance, and gap at the end.
+    pub(crate) residual: [T; 2],
     /// Moments on the cable's ends by its grips, each in its grip's frame.
     pub(crate) moments: [Vec3<T>; 2],
 }
@@ -409,7 +409,7 @@ impl<T: Real> Chain<T> {
         energy += bend.energy;
         let mut gap = self.chord - reached - self.force * self.compliance;
         gap.0[2] = gap.0[2] - self.sag;
-        Balance { energy, residual: largest(most, gap * self.held), moments: [first, bend.gradient[1]] }
+        Balance { energy, residual: [most, largest(zero, gap * self.held)], moments: [first, bend.gradient[1]] }
     }
 
     /// Goes on: turns by `share` of the step, and the force by `forces` of its change.
