@@ -9,6 +9,7 @@
 
 pub mod answer;
 pub mod batch;
+pub mod derivative;
 mod descent;
 pub mod file;
 mod level;

@@ -95,25 +95,24 @@ impl<T: Real> Row<T> {
 }
 
 /// A joint's energy, its gradient and its Hessian by the turns of its two sides.
-struct Bend<T> {
-    relative: Quat<T>,
+pub(crate) struct Bend<T> {
+    pub(crate) relative: Quat<T>,
     energy: T,
-    gradient: [Vec3<T>; 2],
+    pub(crate) gradient: [Vec3<T>; 2],
     /// Symmetric: 11, 22, 33, 12, 13, 23.
     own: [[T; 6]; 2],
-    across: [[T; 3]; 3],
+    pub(crate) across: [[T; 3]; 3],
 }
 
 impl<T: Real> Bend<T> {
     #[inline(always)]
-    fn new(a: Quat<T>, b: Quat<T>, k: [T; 3], rest: [T; 3]) -> Self {
+    pub(crate) fn new(a: Quat<T>, b: Quat<T>, k: [T; 3], rest: [T; 3]) -> Self {
         let relative = (a.conj() * b).upper();
         let (s, u) = (relative.w, relative.v);
         let [u1, u2, u3] = u.0;
         let e = u - Vec3(rest);
         let m = Vec3([k[0] * e.0[0], k[1] * e.0[1], k[2] * e.0[2]]);
         let (half, quarter) = (T::splat(0.5), T::splat(0.25));
-        let (cross, along) = (u.cross(m), m * s);
         // The rows of S = s I + [u]x; du = S dtheta_b / 2 - S^T dtheta_a / 2.
         let rows = [[s, -u3, u2], [u3, s, -u1], [-u2, u1, s]];
         let k4 = [k[0] * quarter, k[1] * quarter, k[2] * quarter];
@@ -164,9 +163,16 @@ impl<T: Real> Bend<T> {
                 two * m3 * u3 + mu - onto(&rows, 2, left[2]),
             ],
         ];
-        let gradient = [-((along + cross) * half), (along - cross) * half];
+        let gradient = on_both_sides(s, u, m);
         Self { relative, energy: half * e.dot(m), gradient, own: [own_a, own_b], across }
     }
+}
+
+/// What a moment m on the imaginary part of a joint's relative rotation (s, u) is on the turns of its two sides.
+#[inline(always)]
+pub(crate) fn on_both_sides<T: Real>(s: T, u: Vec3<T>, m: Vec3<T>) -> [Vec3<T>; 2] {
+    let (cross, along, half) = (u.cross(m), m * s, T::splat(0.5));
+    [-((along + cross) * half), (along - cross) * half]
 }
 
 /// The factors `L D L^T` of a symmetric 3 x 3 matrix.
@@ -228,7 +234,7 @@ fn largest<T: Real>(most: T, v: Vec3<T>) -> T {
 
 impl<T: Real> Chain<T> {
     #[inline(always)]
-    fn kind(joint: usize, count: usize) -> usize {
+    pub(crate) fn kind(joint: usize, count: usize) -> usize {
         if joint == 0 || joint == count {
             0
         } else if joint == 1 || joint == count - 1 {
@@ -241,6 +247,18 @@ impl<T: Real> Chain<T> {
     /// Solves for the step from here with turns made stiffer by `shift` times the segments' lengths; the rows hold it.
     #[inline(always)]
     pub(crate) fn solve(&self, rows: &mut [Row<T>], shift: T) -> Found<T> {
+        self.solve_for(rows, shift, |_, own| own, |own| own)
+    }
+
+    /// The same for other right-hand sides than the gradient of a segment and the gap, which they are made of.
+    #[inline(always)]
+    pub(crate) fn solve_for(
+        &self,
+        rows: &mut [Row<T>],
+        shift: T,
+        moment: impl Fn(usize, Vec3<T>) -> Vec3<T>,
+        miss: impl Fn(Vec3<T>) -> Vec3<T>,
+    ) -> Found<T> {
         let count = self.turns.len();
         let rows = &mut rows[..count];
         let weights = &self.weights[..count];
@@ -290,6 +308,7 @@ impl<T: Real> Chain<T> {
             let mut gradient = from_before + after.gradient[0];
             gradient.0[0] += t[1];
             gradient.0[1] = gradient.0[1] - t[0];
+            let gradient = moment(i, gradient);
             let stiffer = shift * length;
             let mut d = block;
             for k in 0..6 {
@@ -341,8 +360,9 @@ impl<T: Real> Chain<T> {
             bend = after;
         }
         // The border: what the chord misses, and the compliance of the joints; a known force does not change.
-        let mut gap = (self.chord - reached - self.force * self.compliance) * self.held;
-        gap.0[2] = gap.0[2] - self.sag * self.held;
+        let mut gap = self.chord - reached - self.force * self.compliance;
+        gap.0[2] = gap.0[2] - self.sag;
+        let gap = miss(gap) * self.held;
         for k in 0..6 {
             let own = if k < 3 { self.held * self.compliance + one - self.held } else { zero };
             schur[k] = schur[k] * self.held - own;
