@@ -13,7 +13,7 @@ const REPEATS: usize = 5;
 fn main() {
     let queries: Vec<Query> = (0..QUERIES).map(|k| Distribution::default().query(1, k)).collect();
     println!("{QUERIES} queries, tolerance 1e-8, four starts, best of {REPEATS} repeats");
-    println!("segments  threads  queries a second  us a query and thread  solves a query  not found");
+    println!("segments  threads  queries a second  us a query and thread  own solves a query  not found");
     for segments in [30, 50, 100, 200] {
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
@@ -30,7 +30,7 @@ fn main() {
             let rate = QUERIES as f64 / best;
             let each = 1e6 * best * threads as f64 / QUERIES as f64;
             let missing = last.len() - found.len();
-            println!("{segments:8}  {threads:7}  {rate:16.0}  {each:21.1}  {solves:14.2}  {missing:9}");
+            println!("{segments:8}  {threads:7}  {rate:16.0}  {each:21.1}  {solves:18.2}  {missing:9}");
         }
     }
 }

@@ -38,8 +38,10 @@ pub struct Equilibrium {
 pub struct Answer {
     /// Equilibria, the lowest first: one, or all that were found.
     pub equilibria: Vec<Equilibrium>,
-    /// Linear solves of all searches, on all levels.
+    /// Linear solves of all searches on the cable's own segments.
     pub solves: u32,
+    /// Those on coarse levels.
+    pub coarse_solves: u32,
 }
 
 /// Makes equilibria of turns.

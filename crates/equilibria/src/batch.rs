@@ -37,11 +37,13 @@ pub struct Params {
     pub most_solves: u32,
     /// Whether all equilibria that are found are wanted, not the lowest alone.
     pub branches: bool,
+    /// Whether a query for which the starts lead nowhere is tried again from all [`Curves`], without coarse levels.
+    pub again: bool,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { segments: 50, levels: vec![11], tolerance: 1e-8, most_solves: 100, branches: false }
+        Self { segments: 50, levels: vec![11], tolerance: 1e-8, most_solves: 100, branches: false, again: true }
     }
 }
 
@@ -178,17 +180,17 @@ impl Worker {
             .into_iter()
             .filter(|&k| matches!(&answers[self.places[k]], Ok(own) if own.equilibria.is_empty()))
             .collect();
-        if !left.is_empty() {
+        if params.again && !left.is_empty() {
             let last = self.levels.len() - 1;
             self.begin(last, &left, first, &Curves::all());
             self.descend(last, params);
             self.finish(block, &mut answers, params);
         }
         for answer in &mut answers {
-            if let Ok(Answer { equilibria, solves }) = answer
+            if let Ok(Answer { equilibria, solves, coarse_solves }) = answer
                 && equilibria.is_empty()
             {
-                *answer = Err(QueryError::NotFound { solves: *solves });
+                *answer = Err(QueryError::NotFound { solves: *solves + *coarse_solves });
             }
         }
         answers
@@ -198,12 +200,14 @@ impl Worker {
     fn begin(&mut self, level: usize, queries: &[usize], first: usize, starts: &dyn Starts) {
         let Level { descent, jobs, turns, .. } = &mut self.levels[level];
         let (cut, count) = (descent.cut, starts.count());
+        let mut forces = vec![Vector3::zeros(); count];
         jobs.clear();
         turns.resize(queries.len() * count * cut.segments, UnitQuaternion::identity());
         let places = turns.chunks_mut(count * cut.segments);
         for (&query, turns) in queries.iter().zip(places) {
-            jobs.extend((0..count).map(|_| Job::new(query)));
-            starts.fill(first + self.places[query], &self.queries[query], &cut, turns);
+            forces.fill(Vector3::zeros());
+            starts.fill(first + self.places[query], &self.queries[query], &cut, turns, &mut forces);
+            jobs.extend(forces.iter().map(|&force| Job { force, ..Job::new(query) }));
         }
     }
 
@@ -235,10 +239,10 @@ impl Worker {
             } else {
                 order.truncate(1);
             }
-            let solves = jobs[begin..end].iter().map(|job| job.solves).sum::<u32>();
+            let solves = jobs[begin..end].iter().map(|job| job.solves + job.coarse_solves).sum::<u32>();
             for (rank, &k) in order.iter().enumerate() {
-                let own = Job { solves: if rank == 0 { solves } else { 0 }, converged: false, ..jobs[k].clone() };
-                next.jobs.push(own);
+                let coarse_solves = if rank == 0 { solves } else { 0 };
+                next.jobs.push(Job { coarse_solves, solves: 0, converged: false, ..jobs[k].clone() });
                 let at = next.turns.len();
                 next.turns.resize(at + fine, UnitQuaternion::identity());
                 finer.fill(&self.queries[query], &turns[k * count..(k + 1) * count], &mut next.turns[at..]);
@@ -257,7 +261,8 @@ impl Worker {
         let count = descent.cut.segments;
         let kept = early.iter().flat_map(|&k| turns[k * count..(k + 1) * count].to_vec());
         *turns = kept.collect();
-        *jobs = early.iter().map(|&k| Job { solves: 0, converged: false, ..jobs[k].clone() }).collect();
+        *jobs =
+            early.iter().map(|&k| Job { coarse_solves: 0, solves: 0, converged: false, ..jobs[k].clone() }).collect();
         let until = Until { tolerance: NEARER * params.tolerance, most: params.most_solves };
         descent.run(&self.queries, jobs, turns, until);
         self.collect(block, answers, params);
@@ -278,7 +283,9 @@ impl Worker {
             let end = begin + jobs[begin..].iter().take_while(|job| job.query == query).count();
             let place = places[query];
             if let Ok(answer) = &mut answers[place] {
-                answer.solves += jobs[begin..end].iter().map(|job| job.solves).sum::<u32>();
+                let sum = |solves: fn(&Job) -> u32| jobs[begin..end].iter().map(solves).sum::<u32>();
+                answer.solves += sum(|job| job.solves);
+                answer.coarse_solves += sum(|job| job.coarse_solves);
                 let mut order: Vec<usize> = (begin..end).filter(|&k| jobs[k].converged).collect();
                 order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
                 order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME));
@@ -303,7 +310,7 @@ impl Worker {
 
 impl Job {
     pub(crate) fn new(query: usize) -> Self {
-        Self { query, force: Vector3::zeros(), energy: 0.0, solves: 0, converged: false }
+        Self { query, force: Vector3::zeros(), energy: 0.0, solves: 0, coarse_solves: 0, converged: false }
     }
 
     /// Whether both are the same equilibrium, but for errors of this size.

@@ -32,7 +32,9 @@ pub(crate) struct Job {
     pub(crate) force: Vector3<f64>,
     /// Energy but for a constant of the query.
     pub(crate) energy: f64,
+    /// Linear solves on this level, and on the levels before.
     pub(crate) solves: u32,
+    pub(crate) coarse_solves: u32,
     pub(crate) converged: bool,
 }
 

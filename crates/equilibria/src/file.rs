@@ -154,7 +154,7 @@ pub fn text(queries: &[Query]) -> String {
 }
 
 /// Columns of the table of answers.
-const ANSWERS: &str = "row,status,branch,energy_j,stable,residual,solves,\
+const ANSWERS: &str = "row,status,branch,energy_j,stable,residual,solves,coarse_solves,\
     start_fx_n,start_fy_n,start_fz_n,start_mx_n_m,start_my_n_m,start_mz_n_m,\
     end_fx_n,end_fy_n,end_fz_n,end_mx_n_m,end_my_n_m,end_mz_n_m";
 
@@ -191,21 +191,23 @@ impl AnswerWriter {
         match answer {
             Err(message) => {
                 let message = message.replace('"', "'");
-                self.table.add(|out| writeln!(out, "{row},\"{message}\"{}", ",".repeat(17)))
+                self.table.add(|out| writeln!(out, "{row},\"{message}\"{}", ",".repeat(18)))
             }
-            Ok(Answer { equilibria, solves }) => {
-                equilibria.iter().enumerate().try_for_each(|(branch, own)| self.add_one(row, branch, own, *solves))
+            Ok(Answer { equilibria, solves, coarse_solves }) => {
+                let solves = [*solves, *coarse_solves];
+                equilibria.iter().enumerate().try_for_each(|(branch, own)| self.add_one(row, branch, own, solves))
             }
         }
     }
 
-    fn add_one(&mut self, row: usize, branch: usize, own: &Equilibrium, solves: u32) -> Result<(), ExportError> {
+    fn add_one(&mut self, row: usize, branch: usize, own: &Equilibrium, solves: [u32; 2]) -> Result<(), ExportError> {
         let [start, end] = &own.grips;
         let numbers = [start.force, start.moment, end.force, end.moment];
         let numbers: Vec<String> = numbers.iter().flat_map(|v| v.iter().map(|x| x.to_string())).collect();
-        let (energy, residual) = (own.energy, own.residual);
+        let (energy, residual, [fine, coarse]) = (own.energy, own.residual, solves);
         let numbers = numbers.join(",");
-        self.table.add(|out| writeln!(out, "{row},found,{branch},{energy},1,{residual:e},{solves},{numbers}"))?;
+        self.table
+            .add(|out| writeln!(out, "{row},found,{branch},{energy},1,{residual:e},{fine},{coarse},{numbers}"))?;
         let index = |k: usize| i64::try_from(k).unwrap_or(i64::MAX).to_le_bytes();
         self.rows.extend(index(row));
         self.branches.extend(index(branch));

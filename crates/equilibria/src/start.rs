@@ -3,6 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 use crate::scaled::{Cut, Scaled};
 
@@ -16,9 +18,17 @@ const NEAR: f64 = 1e-2;
 pub trait Starts: Sync {
     /// How many there are of each query.
     fn count(&self) -> usize;
-    /// Fills in the orientations of a query's segments, one start after the other: `count * cut.segments` of them. `index` is
-    /// the query's place among all.
-    fn fill(&self, index: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>]);
+    /// Fills in the orientations of a query's segments, one start after the other: `count * cut.segments` of them, and where
+    /// they are known the forces on the first grip, over B / L^2: `count` of them, which are zero. `index` is the query's place
+    /// among all.
+    fn fill(
+        &self,
+        index: usize,
+        query: &Scaled,
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        forces: &mut [Vector3<f64>],
+    );
 }
 
 /// Starts without any learning: curves with the grips' directions and the cable's length, each with one or two twists.
@@ -50,7 +60,7 @@ impl Starts for Curves {
         (usize::from(self.hermite) + usize::from(self.sagging)) * (1 + usize::from(self.both_twists))
     }
 
-    fn fill(&self, _: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>]) {
+    fn fill(&self, _: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>], _: &mut [Vector3<f64>]) {
         let mut places = turns.chunks_mut(cut.segments);
         if !query.held {
             for (k, out) in places.enumerate() {
@@ -73,11 +83,41 @@ impl Starts for Curves {
     }
 }
 
+/// Random starts: curves that bow to random sides, every other one with the twist on the other side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RandomCurves {
+    /// How many of each query.
+    pub count: usize,
+    /// The seed.
+    pub seed: u64,
+}
+
+impl Starts for RandomCurves {
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn fill(&self, index: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>], _: &mut [Vector3<f64>]) {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(index as u64);
+        for (k, out) in turns.chunks_mut(cut.segments).enumerate() {
+            if !query.held {
+                free(query, cut, k % 2 == 1, out);
+                continue;
+            }
+            let (z, angle) = (rng.random_range(-1.0..1.0), rng.random_range(0.0..TAU));
+            let side = Vector3::new(angle.cos(), angle.sin(), 0.0) * f64::sqrt(1.0 - z * z) + Vector3::z() * z;
+            let twists = Curve::bowed(query, side).frames(query, cut, out);
+            twist(cut, twists[k % 2], out);
+        }
+    }
+}
+
 /// A smooth curve of length 1, about, from the first grip to the second.
 ///
 /// A cubic of Hermite, whose tangents at the ends are `speed` long, and a bow of `16 u^2 (1 - u)^2`, which keeps them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Curve {
+struct Curve {
     chord: Vector3<f64>,
     tangents: [Vector3<f64>; 2],
     bow: Vector3<f64>,
@@ -85,7 +125,7 @@ pub(crate) struct Curve {
 
 impl Curve {
     /// The cubic that is as long as the cable because its tangents at the ends are.
-    pub(crate) fn hermite(query: &Scaled) -> Self {
+    fn hermite(query: &Scaled) -> Self {
         let base = Self::plain(query, 0.0);
         base.with_length(|own, x| {
             let directions = query.ends.map(|q| q * Vector3::z());
@@ -94,7 +134,7 @@ impl Curve {
     }
 
     /// The cubic with a bow to one side, towards `side`, as long as the cable's length asks for.
-    pub(crate) fn bowed(query: &Scaled, side: Vector3<f64>) -> Self {
+    fn bowed(query: &Scaled, side: Vector3<f64>) -> Self {
         let speed = query.chord.norm().clamp(0.3, 0.8);
         let side = side + sideways(query);
         Self::plain(query, speed).with_length(|own, x| Self { bow: side * x, ..*own })
