@@ -107,7 +107,10 @@ pub fn solve_from(
     starts: &dyn Starts,
 ) -> Result<Vec<Result<Answer, QueryError>>, ParamsError> {
     params.validate()?;
-    let size = (queries.len() / (4 * rayon::current_num_threads())).clamp(BLOCK[0], BLOCK[1]);
+    let size = match rayon::current_num_threads() {
+        1 => BLOCK[1],
+        threads => (queries.len() / (4 * threads)).clamp(BLOCK[0], BLOCK[1]),
+    };
     let blocks: Vec<Vec<_>> = queries
         .par_chunks(size)
         .enumerate()

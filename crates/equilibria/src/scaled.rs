@@ -27,7 +27,8 @@ pub struct Scaled {
 }
 
 impl Scaled {
-    pub(crate) fn new(query: &Query) -> Self {
+    /// Takes the units off.
+    pub fn new(query: &Query) -> Self {
         let Query { cable, start, end } = query;
         let (length, bending) = (cable.length, cable.bending[0].max(cable.bending[1]));
         let stiffness = [cable.bending[0], cable.bending[1], cable.torsion].map(|k| k / bending);
