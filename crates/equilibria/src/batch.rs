@@ -23,6 +23,8 @@ const NEARER: f64 = 1e-4;
 /// Energies this close, over one of the size of B / L, and forces this close, over B / L^2 or their size, are the same equilibrium's.
 const SAME: f64 = 1e-5;
 const SAME_COARSE: f64 = 1e-2;
+/// Energies this close to the lowest on a coarse level may be lower on a finer one.
+const CLOSE: f64 = 0.03;
 
 /// How queries are answered.
 #[derive(Clone, Debug, PartialEq)]
@@ -221,7 +223,7 @@ impl Worker {
         descent.run(&self.queries, jobs, turns, Until { tolerance, most: params.most_solves });
     }
 
-    /// Takes of each query the lowest equilibrium, or all that differ, to the next level.
+    /// Takes of each query the lowest equilibrium with those that are about as low, or all, to the next level.
     fn go_up(&mut self, level: usize, all: bool) {
         let (below, above) = self.levels.split_at_mut(level + 1);
         let (Level { descent, finer, jobs, turns }, next) = (&mut below[level], &mut above[0]);
@@ -237,11 +239,11 @@ impl Worker {
             order.clear();
             order.extend((begin..end).filter(|&k| jobs[k].converged));
             order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
-            if all {
-                order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME_COARSE));
-            } else {
-                order.truncate(1);
+            if let (false, Some(&lowest)) = (all, order.first()) {
+                let lowest = jobs[lowest].energy;
+                order.retain(|&k| jobs[k].energy <= lowest + CLOSE * lowest.abs().max(1.0));
             }
+            order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME_COARSE));
             let solves = jobs[begin..end].iter().map(|job| job.solves + job.coarse_solves).sum::<u32>();
             for (rank, &k) in order.iter().enumerate() {
                 let coarse_solves = if rank == 0 { solves } else { 0 };

@@ -160,7 +160,7 @@ const ANSWERS: &str = "row,status,branch,energy_j,stable,residual,solves,coarse_
 
 /// Answers on their way to the disk: `answers.csv` with a line an equilibrium, or for a row without one, and `shapes.safetensors`
 /// with `row` and `branch` [answers], `positions` [answers, segments, 3] (centres, m) and `orientations` [answers, segments, 4]
-/// (w, x, y, z), f64 and i64.
+/// (x, y, z, w), f64 and i64.
 pub struct AnswerWriter {
     table: TableWriter,
     shapes: std::path::PathBuf,
@@ -215,7 +215,7 @@ impl AnswerWriter {
             self.positions.extend(x.iter().flat_map(|x| x.to_le_bytes()));
         }
         for q in &own.orientations {
-            self.orientations.extend([q.w, q.i, q.j, q.k].into_iter().flat_map(f64::to_le_bytes));
+            self.orientations.extend([q.i, q.j, q.k, q.w].into_iter().flat_map(f64::to_le_bytes));
         }
         Ok(())
     }

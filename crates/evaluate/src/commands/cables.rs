@@ -73,7 +73,7 @@ pub(crate) fn cables(args: &CablesArgs) -> Result<Outcome> {
                        and 30 random starts.";
         let rows = ways.iter().zip(&measured).map(row).collect();
         let title = format!("{} queries, {segments} segments", args.queries);
-        blocks.push(table(["cables", &title, caption], HEADINGS, rows, conditions.clone()));
+        blocks.push(table(["cables-starts", &title, caption], HEADINGS, rows, conditions.clone()));
         blocks.extend(paths(args, &queries, &conditions, &progress)?);
     }
     args.output.finish(["cables", "Equilibria of cables"], blocks, conditions, progress)
