@@ -11,9 +11,10 @@ use solver::kernel::lane::{Lanes, Real};
 use solver::kernel::math::{Quat, Vec3};
 
 use crate::answer::Equilibrium;
+use crate::joint::{Bend, on_both_sides};
 use crate::query::Query;
 use crate::scaled::{Cut, Scaled, set};
-use crate::sweep::{Bend, Chain, Row, on_both_sides};
+use crate::sweep::{Chain, Row};
 
 /// Number of parameters.
 pub const PARAMETERS: usize = 20;

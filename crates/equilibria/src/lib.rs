@@ -4,14 +4,16 @@
 //! energy as that of [`solver::statics`], by Newton's method with eight queries side by side. This crate knows no networks
 //! and no evidence.
 //!
-//! From the bottom up: `query`, `scaled` (a query without units), `sweep` (one linear solve), `descent` (Newton's method),
-//! `start`, `level` (from a coarse cut to a finer one), `answer`, `batch`; `sample` draws random queries.
+//! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve), `descent` (Newton's method),
+//! `start`, `level` (from a coarse cut to a finer one), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
+//! queries and writes answers.
 
 pub mod answer;
 pub mod batch;
 pub mod derivative;
 mod descent;
 pub mod file;
+mod joint;
 mod level;
 pub mod query;
 pub mod sample;
