@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use equilibria::start::Starts;
 use equilibria::{Answer, Cut, Query, Scaled};
 use knn::tree::{Nearest, Tree};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Turns and the force on the first grip that are known: of an answer, over B / L^2.
 #[derive(Clone, Debug, Default)]
@@ -67,11 +67,13 @@ impl Starts for Previous {
 /// Inputs of the search for neighbours.
 const INPUTS: usize = 12;
 
-/// A query turned about the vertical so that the second grip lies in the plane of x and z, and about its own axis.
+/// A query turned about the vertical so that the second grip lies in the plane of x and z, mirrored at that plane so that the
+/// cable leaves the first grip towards y, and turned about its own axis.
 struct Canonical {
     inputs: [f32; INPUTS],
-    /// Turn about the vertical, and about the cable's axis.
+    /// Turn about the vertical, whether it is mirrored, and the turn about the cable's axis.
     about: UnitQuaternion<f64>,
+    is_mirrored: bool,
     roll: UnitQuaternion<f64>,
     ends: [UnitQuaternion<f64>; 2],
 }
@@ -85,7 +87,8 @@ impl Canonical {
         };
         let about = about_z(-query.chord.y.atan2(query.chord.x));
         let chord = about * query.chord;
-        let [first, last] = query.ends.map(|q| about * q);
+        let is_mirrored = (about * query.ends[0] * Vector3::z()).y < 0.0;
+        let [first, last] = query.ends.map(|q| mirrored(is_mirrored, about * q));
         let tangents = [first * Vector3::z(), last * Vector3::z()];
         let base = shortest(&Vector3::z(), &tangents[0]);
         let turn = |q: UnitQuaternion<f64>| 2.0 * q.k.atan2(q.w);
@@ -107,8 +110,33 @@ impl Canonical {
             (1.0 + query.weight).log10() * 0.5,
             query.stiffness[2],
         ];
-        Self { inputs: numbers.map(|x| x as f32), about, roll, ends: [base, end] }
+        Self { inputs: numbers.map(|x| x as f32), about, is_mirrored, roll, ends: [base, end] }
     }
+
+    fn turn(&self, q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+        mirrored(self.is_mirrored, self.about * q) * self.roll
+    }
+
+    fn turn_back(&self, q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+        self.about.inverse() * mirrored(self.is_mirrored, q * self.roll.inverse())
+    }
+
+    fn force(&self, force: Vector3<f64>) -> Vector3<f64> {
+        reflected(self.is_mirrored, self.about * force)
+    }
+
+    fn force_back(&self, force: Vector3<f64>) -> Vector3<f64> {
+        self.about.inverse() * reflected(self.is_mirrored, force)
+    }
+}
+
+/// A frame mirrored at the plane of x and z, its d2 turned round so that it stays right-handed.
+fn mirrored(is_mirrored: bool, q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    if is_mirrored { UnitQuaternion::new_unchecked(Quaternion::new(q.w, -q.i, q.j, -q.k)) } else { q }
+}
+
+fn reflected(is_mirrored: bool, v: Vector3<f64>) -> Vector3<f64> {
+    if is_mirrored { Vector3::new(v.x, -v.y, v.z) } else { v }
 }
 
 /// Answers in the canonical frame, of which the nearest is taken, its ends turned to the grips'.
@@ -124,8 +152,8 @@ impl Neighbours {
         let (mut inputs, mut known) = (Vec::new(), Vec::new());
         for (query, own) in all {
             let canonical = Canonical::new(&Scaled::new(query));
-            let turns = own.turns.iter().map(|q| canonical.about * q * canonical.roll).collect();
-            known.push((Known { turns, force: canonical.about * own.force }, canonical.ends));
+            let turns = own.turns.iter().map(|q| canonical.turn(q)).collect();
+            known.push((Known { turns, force: canonical.force(own.force) }, canonical.ends));
             inputs.push(canonical.inputs);
         }
         let tree = with_tree.then(|| Tree::new(&inputs));
@@ -165,11 +193,52 @@ impl Starts for Neighbours {
     ) {
         let canonical = Canonical::new(query);
         let (known, ends) = &self.known[self.nearest(&canonical.inputs)];
-        let (back, roll) = (canonical.about.inverse(), canonical.roll.inverse());
         let off = [0, 1].map(|k| canonical.ends[k] * ends[k].inverse());
         for (k, (out, own)) in turns.iter_mut().zip(&known.turns).enumerate() {
-            *out = back * between(&off, cut.place(k)) * own * roll;
+            *out = canonical.turn_back(between(&off, cut.place(k)) * own);
         }
-        forces[0] = back * known.force;
+        forces[0] = canonical.force_back(known.force);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use equilibria::sample::Distribution;
+    use equilibria::{Params, solve, solve_from};
+
+    use super::*;
+
+    /// Of mirrored and turned queries the answers are mirrored and turned, and so a neighbour that is the same but for that is
+    /// an answer.
+    #[test]
+    fn a_query_that_is_known_is_answered_at_once() {
+        let queries: Vec<Query> = (0..40).map(|k| Distribution::default().query(2, k)).collect();
+        let params = Params { segments: 30, ..Params::default() };
+        let answers = solve(&queries, &params).unwrap();
+        let all: Vec<(Query, Known)> = queries
+            .iter()
+            .zip(&answers)
+            .map(|(query, own)| (*query, Known::of(query, own.as_ref().unwrap()).unwrap()))
+            .collect();
+        let about = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 2.1);
+        let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -0.7);
+        let changed = |grip: equilibria::Grip| equilibria::Grip {
+            position: about * reflected(true, grip.position),
+            orientation: about * mirrored(true, grip.orientation) * roll,
+        };
+        let others: Vec<Query> = queries
+            .iter()
+            .map(|query| Query { start: changed(query.start), end: query.end.map(changed), ..*query })
+            .collect();
+        let direct = Params { levels: Vec::new(), again: false, ..params };
+        for with_tree in [false, true] {
+            let again = solve_from(&others, &direct, &Neighbours::new(&all, with_tree)).unwrap();
+            for (k, (own, other)) in answers.iter().zip(&again).enumerate() {
+                let (own, other) = (own.as_ref().unwrap(), other.as_ref().unwrap());
+                assert!(other.solves <= 2, "query {k}: {} solves", other.solves);
+                let [a, b] = [own, other].map(|answer| answer.equilibria[0].energy);
+                assert!((a - b).abs() <= 1e-6 * a.abs().max(1.0), "query {k}: {a} J, {b} J");
+            }
+        }
     }
 }
