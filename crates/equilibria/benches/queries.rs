@@ -1,14 +1,16 @@
-//! Queries answered a second: `cargo bench -p equilibria`.
+//! Queries answered a second, and the time of derivatives: `cargo bench -p equilibria`.
 //!
-//! Random queries of one seed ([`Distribution::default`]); each figure is the best of some repeats.
+//! Random queries of one seed ([`Distribution::default`]); each figure is the best of some repeats, by the clock on the wall: nothing else
+//! should run beside it.
 
 use std::time::Instant;
 
+use equilibria::derivative::{PARAMETERS, derivatives};
 use equilibria::sample::Distribution;
 use equilibria::{Params, Query, solve};
 
-const QUERIES: u64 = 6000;
-const REPEATS: usize = 5;
+const QUERIES: u64 = 4000;
+const REPEATS: usize = 20;
 
 fn main() {
     let queries: Vec<Query> = (0..QUERIES).map(|k| Distribution::default().query(1, k)).collect();
@@ -33,4 +35,16 @@ fn main() {
             println!("{segments:8}  {threads:7}  {rate:16.0}  {each:21.1}  {solves:18.2}  {missing:9}");
         }
     }
+    let queries = &queries[..400];
+    let answers = solve(queries, &Params::default()).expect("valid parameters");
+    let mut best = f64::INFINITY;
+    for _ in 0..REPEATS {
+        let begin = Instant::now();
+        for (query, answer) in queries.iter().zip(answers.iter().flatten()) {
+            std::hint::black_box(derivatives(query, &answer.equilibria[0]));
+        }
+        best = best.min(begin.elapsed().as_secs_f64());
+    }
+    let each = 1e6 * best / queries.len() as f64;
+    println!("derivatives by {PARAMETERS} parameters, 50 segments, one thread: {each:.1} us an equilibrium");
 }

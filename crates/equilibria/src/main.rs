@@ -146,7 +146,7 @@ fn answer(args: &AnswerArgs) -> Result<ExitCode> {
     let interrupted = progress.finish();
     writer.finish().context("--out")?;
     if !args.quiet {
-        let rate = done as f64 / seconds;
+        let rate = done as f64 / f64::max(seconds, f64::MIN_POSITIVE);
         say!("{found} of {done} queries answered in {seconds:.3} s, {rate:.0} a second: {}", args.out.display())?;
     }
     Ok(if interrupted { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS })
