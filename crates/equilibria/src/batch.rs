@@ -35,11 +35,12 @@ pub struct Params {
     pub levels: Vec<usize>,
     /// Error that is left: of turns [rad] as predicted, and the residual ([`crate::Equilibrium::residual`]).
     pub tolerance: f64,
-    /// Cap on the linear solves of a search.
+    /// Cap on the linear solves of a search; four times as many where it is done again.
     pub most_solves: u32,
     /// Whether all equilibria that are found are wanted, not the lowest alone.
     pub branches: bool,
-    /// Whether a query for which the starts lead nowhere is tried again from all [`Curves`], without coarse levels.
+    /// Whether a query for which the starts lead nowhere is tried again from all [`Curves`], with short steps and
+    /// without coarse levels.
     pub again: bool,
 }
 
@@ -173,7 +174,7 @@ impl Worker {
         let all: Vec<usize> = (0..self.queries.len()).collect();
         self.begin(0, &all, first, starts);
         for level in 0..self.levels.len() {
-            self.descend(level, params);
+            self.descend(level, params, false);
             let is_last = level + 1 == self.levels.len();
             if !is_last {
                 self.go_up(level, params.branches);
@@ -188,7 +189,7 @@ impl Worker {
         if params.again && !left.is_empty() {
             let last = self.levels.len() - 1;
             self.begin(last, &left, first, &Curves::all());
-            self.descend(last, params);
+            self.descend(last, params, true);
             self.finish(block, &mut answers, params);
         }
         for answer in &mut answers {
@@ -216,11 +217,16 @@ impl Worker {
         }
     }
 
-    fn descend(&mut self, level: usize, params: &Params) {
+    fn descend(&mut self, level: usize, params: &Params, careful: bool) {
         let is_last = level + 1 == self.levels.len();
         let tolerance = if is_last { params.tolerance } else { COARSE };
         let Level { descent, jobs, turns, .. } = &mut self.levels[level];
-        descent.run(&self.queries, jobs, turns, Until { tolerance, most: params.most_solves });
+        descent.run(
+            &self.queries,
+            jobs,
+            turns,
+            Until { tolerance, most: params.most_solves * if careful { 4 } else { 1 }, careful },
+        );
     }
 
     /// Takes of each query the lowest equilibrium with those that are about as low, or all, to the next level.
@@ -239,6 +245,10 @@ impl Worker {
             order.clear();
             order.extend((begin..end).filter(|&k| jobs[k].converged));
             order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
+            if order.is_empty() {
+                // As good a start as any other.
+                order.push(begin);
+            }
             if let (false, Some(&lowest)) = (all, order.first()) {
                 let lowest = jobs[lowest].energy;
                 order.retain(|&k| jobs[k].energy <= lowest + CLOSE * lowest.abs().max(1.0));
@@ -268,7 +278,7 @@ impl Worker {
         *turns = kept.collect();
         *jobs =
             early.iter().map(|&k| Job { coarse_solves: 0, solves: 0, converged: false, ..jobs[k].clone() }).collect();
-        let until = Until { tolerance: NEARER * params.tolerance, most: params.most_solves };
+        let until = Until { tolerance: NEARER * params.tolerance, most: params.most_solves, careful: false };
         descent.run(&self.queries, jobs, turns, until);
         self.collect(block, answers, params);
         for answer in answers.iter_mut().flatten() {

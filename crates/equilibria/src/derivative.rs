@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::lane::{Lanes, Real};
 use solver::kernel::math::{Quat, Vec3};
@@ -147,11 +147,11 @@ impl At<'_> {
         let unit = |k: usize| Vec3([0, 1, 2].map(|i| f64::from(u8::from(i == k))));
         let joints = if scaled.held { count + 1 } else { count };
         let all_compliances = count as f64 + 1.0;
-        // Moments on the relative rotations of all joints.
-        let mut bend = |moment: &dyn Fn(usize) -> Vec3<f64>| {
+        // Moments on the relative rotations of all joints, by their kinds and imaginary parts.
+        let mut bend = |moment: &dyn Fn(usize, Vec3<f64>) -> Vec3<f64>| {
             for (joint, own) in bends.iter().enumerate().take(joints) {
                 let Quat { v, w } = own.relative;
-                let [a, b] = on_both_sides(w, v, moment(Chain::<f64>::kind(joint, count)));
+                let [a, b] = on_both_sides(w, v, moment(Chain::<f64>::kind(joint, count), v));
                 if joint > 0 {
                     add(joint - 1, a);
                 }
@@ -175,18 +175,7 @@ impl At<'_> {
             6..9 => {}
             BENDING..12 => {
                 let k = parameter - BENDING;
-                for (joint, own) in bends.iter().enumerate().take(joints) {
-                    let kind = Chain::<f64>::kind(joint, count);
-                    let Quat { v, w } = own.relative;
-                    let strain = (v.0[k] - chain.rest[kind][k]) * 4.0 / cut.joints()[kind];
-                    let [a, b] = on_both_sides(w, v, unit(k) * strain);
-                    if joint > 0 {
-                        add(joint - 1, a);
-                    }
-                    if joint < count {
-                        add(joint, b);
-                    }
-                }
+                bend(&|kind, u| unit(k) * ((u.0[k] - chain.rest[kind][k]) * 4.0 / cut.joints()[kind]));
             }
             OWN_WEIGHT => {
                 for (i, q) in chain.turns.iter().enumerate() {
@@ -200,7 +189,7 @@ impl At<'_> {
             }
             OWN_REST..16 => {
                 let k = parameter - OWN_REST;
-                bend(&|kind| unit(k) * (-chain.stiffness[kind][k] * 0.5 * cut.joints()[kind]));
+                bend(&|kind, _| unit(k) * (-chain.stiffness[kind][k] * 0.5 * cut.joints()[kind]));
             }
             _ => return -(chain.force + unit(2) * (0.5 * scaled.weight)) * all_compliances,
         }
@@ -236,8 +225,9 @@ impl At<'_> {
         if !scaled.held {
             weights[CHORD..CHORD + 3].fill(0.0);
         }
+        let used: Vec<usize> = (0..SCALED).filter(|&k| weights[k] != 0.0).collect();
         let weighted = |value: &dyn Fn(&Change) -> Vector3<f64>| -> Vector3<f64> {
-            of.iter().zip(&weights).map(|(change, weight)| value(change) * *weight).sum()
+            used.iter().map(|&k| value(&of[k]) * weights[k]).sum()
         };
         let z = Vector3::z();
         let mut pull = weighted(&|change| change.force) * scaled.compliance;
@@ -249,10 +239,9 @@ impl At<'_> {
         let mut place = Vector3::zeros();
         let count = self.cut.segments;
         for (i, q) in self.found.orientations.iter().enumerate() {
-            let own: &UnitQuaternion<f64> = q;
             let size = self.cut.lengths[usize::from(i != 0 && i + 1 != count)];
             let turn = weighted(&|change| change.turns[i]);
-            let axis = (own * turn.cross(&z)) * (0.5 * size);
+            let axis = (q * turn.cross(&z)) * (0.5 * size);
             place += pull + force + axis;
             let scale = if parameter == LENGTH {
                 (self.found.positions[i] - self.query.start.position) / length
@@ -260,7 +249,7 @@ impl At<'_> {
                 Vector3::zeros()
             };
             derivative.positions.push(place * length + scale + shift);
-            derivative.turns.push(own * turn);
+            derivative.turns.push(q * turn);
             place += axis;
             pull += z * (weights[OWN_WEIGHT] * size * scaled.compliance);
             force += z * (scaled.weight * size * weights[COMPLIANCE]);

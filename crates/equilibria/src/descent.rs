@@ -11,9 +11,10 @@ use crate::sweep::{Chain, Found, Row};
 const WIDTH: usize = 8;
 type Wide = Lanes<WIDTH>;
 
-/// Largest turn of a segment in one step, and of one segment against its neighbour [rad].
+/// Largest turn of a segment in one step [rad]; of one segment against its neighbour half as much.
 const LARGEST_TURN: f64 = 2.0;
-const LARGEST_BEND: f64 = 1.0;
+/// By how much shorter careful steps are.
+const CAREFUL: f64 = 4.0;
 /// A step that asks for this many times as much is not taken; a shorter one is scaled down.
 const FAR: f64 = 8.0;
 /// The first shift that is tried where the signs are wrong; less than the least is none.
@@ -50,6 +51,8 @@ pub(crate) struct Until {
     pub(crate) tolerance: f64,
     /// Cap on the solves.
     pub(crate) most: u32,
+    /// Whether steps are short.
+    pub(crate) careful: bool,
 }
 
 /// What a lane remembers of its search.
@@ -125,7 +128,7 @@ impl Descent {
                 if search.job.is_none() {
                     continue;
                 }
-                let (share, force) = search.judge(&found, lane);
+                let (share, force) = search.judge(&found, lane, until.careful);
                 shares.set_lane(lane, share);
                 forces.set_lane(lane, force);
                 let converged = search.converged(until, share);
@@ -170,11 +173,11 @@ impl Descent {
 
 impl Search {
     /// By how much of the step and of the force's change to go on.
-    fn judge(&mut self, found: &Found<Wide>, lane: usize) -> (f64, f64) {
+    fn judge(&mut self, found: &Found<Wide>, lane: usize, careful: bool) -> (f64, f64) {
         self.solves += 1;
         let wrong = found.wrong.lane(lane);
         let (turn, bend) = (found.turn.lane(lane), found.bend.lane(lane));
-        let size = (turn / LARGEST_TURN).max(bend / LARGEST_BEND);
+        let size = turn.max(2.0 * bend) / LARGEST_TURN * if careful { CAREFUL } else { 1.0 };
         let is_first = self.solves == 1;
         let finite = found.energy.lane(lane).is_finite() && size.is_finite();
         if !finite || wrong != 0.0 || (size > FAR && !is_first) {

@@ -91,3 +91,39 @@ fn statics_stays_where_the_answers_are() {
         }
     }
 }
+
+/// From starts of its own statics comes to other equilibria, too, but to none that is lower than the answer; from those without
+/// more twist than it takes, mostly to branches that are answers.
+#[test]
+fn statics_finds_nothing_lower() {
+    let queries: Vec<Query> = (0..100).map(|k| Distribution::default().query(9, k)).collect();
+    let params = Params { segments: 30, branches: true, ..Params::default() };
+    let (mut known, mut elsewhere) = (0, 0);
+    for (k, (query, answer)) in queries.iter().zip(solve(&queries, &params).unwrap()).enumerate() {
+        let found = answer.unwrap().equilibria;
+        let (model, mut state) = model(query, &found[0], 0.0);
+        // Turns go evenly from grip to grip, with whole turns about the axis for some.
+        let (start, end) = (query.start.orientation, query.end.unwrap().orientation);
+        let twist = std::f64::consts::TAU * (k % 3) as f64;
+        let mut place = query.start.position;
+        for i in 0..30 {
+            let share = (i as f64 + 0.5) / 30.0;
+            let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), twist * share);
+            let q = start.slerp(&end, share) * roll;
+            let half = q * Vector3::z() / 60.0;
+            (state.orientations[i], state.positions[i]) = (q, place + half);
+            place += half * 2.0;
+        }
+        let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
+        assert!(report.converged && report.stable == Some(true), "query {k}: {report:?}");
+        let own = rod::measure::energy(&model, &state).total();
+        let error = 1e-6 * own.abs().max(1.0);
+        assert!(own >= found[0].energy - error, "query {k}: {own} J, {} J", found[0].energy);
+        known += usize::from(k % 3 == 0 && found.iter().any(|branch| (branch.energy - own).abs() <= error));
+        elsewhere += usize::from(own > found[0].energy + error);
+    }
+    println!(
+        "of 100: {elsewhere} at other equilibria than the lowest; of 34 without whole turns {known} at branches that were found"
+    );
+    assert!(elsewhere > 20 && known > 30, "{elsewhere}, {known}");
+}
