@@ -295,3 +295,28 @@ fn interrupted_tables_are_printed() {
         );
     }
 }
+
+#[test]
+fn starts_of_cables_are_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let few = ["cables", "--queries", "60", "--neighbours", "200", "--rounds", "1", "--segments", "30"];
+    measured(&folder, &few);
+    let rows = table(&folder, "cables-starts");
+    let of = |start: &str, levels: &str| {
+        let own = rows.iter().find(|row| row["start"] == start && row["coarse levels"] == levels);
+        own.unwrap_or_else(|| panic!("no row {start}, {levels}: {rows:?}"))
+    };
+    let percent = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().expect("a number");
+    assert!(rows.iter().all(|row| percent(row, "failed %") == 0.0), "{rows:?}");
+    let (sag, all) = (of("Hermite with sag", "-"), of("two curves, both twists", "11"));
+    assert!(percent(all, "lowest %") > 95.0 && percent(all, "lowest %") > percent(sag, "lowest %"));
+    assert!(median(all, "solves") < 0.6 * median(sag, "solves"));
+    let near = of("nearest of 200, k-d tree", "-");
+    assert_eq!(near["solves"], of("nearest of 200, one by one", "-")["solves"]);
+    let paths = table(&folder, "cables-paths");
+    assert_eq!(paths.len(), 4);
+    assert!(median(&paths[0], "solves") < median(&paths[2], "solves"));
+    let refused = evaluate(&folder, &["cables", "--distance", "0.9", "0.1"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--distance 0.9 0.1"));
+}

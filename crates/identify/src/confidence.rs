@@ -1,9 +1,10 @@
 //! How well recordings determine the parameters of a cable.
 
 use nalgebra::DMatrix;
+use optimise::Normal;
 use report::significant;
 
-use crate::fit::{Fit, total};
+use crate::fit::Fit;
 use crate::parameter::{Parameter, Parameters};
 
 /// A parameter and what is known of it.
@@ -57,7 +58,7 @@ pub fn known(fit: &Fit) -> Vec<Known> {
 fn spreads(fit: &Fit, inner: &[usize]) -> Option<Vec<f64>> {
     let (recordings, count) = (fit.normals.len(), inner.len());
     let freedom = recordings.checked_sub(count).filter(|&freedom| freedom > 0)? as f64;
-    let sum = total(&fit.normals);
+    let sum: Normal = fit.normals.iter().sum();
     let inverse = sum.matrix.select_rows(inner).select_columns(inner).try_inverse()?;
     let mut scores = DMatrix::zeros(count, count);
     for normal in &fit.normals {

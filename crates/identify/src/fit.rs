@@ -1,6 +1,7 @@
-//! The fit: Gauss-Newton with Levenberg and Marquardt's damping on a Huber loss over all recordings.
+//! The fit: least squares with Huber's loss over all recordings.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+use optimise::{LeastSquares, Normal, Residuals};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
@@ -65,20 +66,6 @@ pub struct Iteration {
     pub parameters: Parameters,
 }
 
-/// What a recording says near some parameters: loss, its gradient and Gauss and Newton's matrix by the free coordinates, all
-/// sums over coordinates.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Normal {
-    /// Sum of the Huber loss [m^2].
-    pub loss: f64,
-    /// Coordinates that count.
-    pub count: usize,
-    /// Gradient of the loss.
-    pub gradient: DVector<f64>,
-    /// J^T W J.
-    pub matrix: DMatrix<f64>,
-}
-
 /// A fit's end.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -86,7 +73,8 @@ pub struct Fit {
     pub parameters: Parameters,
     /// Those of [`Search::free`].
     pub free: Vec<Parameter>,
-    /// What each recording of the last stage that was reached says there.
+    /// What each recording of the last stage that was reached says there, by the coordinates of the free parameters
+    /// ([`Parameter::coordinate`]); losses are in m^2.
     pub normals: Vec<Normal>,
     /// Whether it was stopped before its end.
     pub stopped: bool,
@@ -100,8 +88,6 @@ const LONGEST: f64 = 1.0;
 const ENOUGH: f64 = 1e-3;
 /// Bending stiffnesses [m^4/s^2] from which a search may begin.
 const SCAN: [f64; 4] = [0.005, 0.02, 0.08, 0.3];
-/// Most trials of an iteration, each with more damping.
-const TRIALS: usize = 5;
 
 /// Searches for the parameters of a cable from `start`, on rayon's threads, with the same bits on any number of them. `watch` is
 /// told after each iteration where the search is, and says whether to go on.
@@ -115,26 +101,19 @@ pub fn fit(
     search: &Search,
     watch: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<Fit, SimulationError> {
-    let parts: Vec<Part<'_>> = search.stages.iter().map(|stage| Part::new(recordings, cables, stage, search)).collect();
-    let mut best = parts.first().map_or(Ok(*start), |part| begun(part, start))?;
-    let mut damping = 1e-2;
+    let of = |stage| Part::new(recordings, cables, stage, search, start);
+    let mut parts: Vec<Part<'_>> = search.stages.iter().map(of).collect();
+    let begin = parts.first().map_or(Ok(*start), |part| begun(part, start))?;
+    let mut least = LeastSquares::new(coordinates(&search.free, &begin));
+    least.bounds = search.free.iter().map(|of| of.bounds().map(|bound| of.coordinate(bound))).collect();
+    (least.longest, least.tolerance) = (LONGEST, ENOUGH);
     let (mut stopped, mut last) = (false, 0);
-    for (stage, part) in parts.iter().enumerate() {
+    for (stage, part) in parts.iter_mut().enumerate() {
         for iteration in 1..=search.stages[stage].iterations {
-            let sum = total(&part.linearised(&best)?);
-            let mut loss = sum.loss;
-            for _ in 0..TRIALS {
-                let next = stepped(&best, &sum, damping, &search.free);
-                let reached = part.loss(&next)?;
-                if reached < loss {
-                    (best, loss) = (next, reached);
-                    damping = (damping * 0.2).max(1e-6);
-                    break;
-                }
-                damping = (damping * 8.0).min(1e6);
-            }
-            stopped = !watch(&Iteration { stage, iteration, loss: loss / sum.count as f64, parameters: best });
-            if stopped || sum.loss - loss < ENOUGH * sum.loss {
+            let step = least.step(part)?;
+            let parameters = part.parameters(&least.x);
+            stopped = !watch(&Iteration { stage, iteration, loss: step.loss / step.count as f64, parameters });
+            if stopped || step.converged || step.loss >= step.before {
                 break;
             }
         }
@@ -144,8 +123,19 @@ pub fn fit(
         }
     }
     // Where the user does not want to wait, the stage that was reached must do.
-    let normals = parts.get(last).map_or(Ok(Vec::new()), |part| part.linearised(&best))?;
-    Ok(Fit { parameters: best, free: search.free.clone(), normals, stopped })
+    let end = parts.get(last).map(|part| (part, part.parameters(&least.x)));
+    let normals = end.as_ref().map_or(Ok(Vec::new()), |(part, parameters)| part.linearised(parameters))?;
+    Ok(Fit {
+        parameters: end.map_or(*start, |(_, parameters)| parameters),
+        free: search.free.clone(),
+        normals,
+        stopped,
+    })
+}
+
+/// The coordinates of the free parameters.
+fn coordinates(free: &[Parameter], parameters: &Parameters) -> DVector<f64> {
+    DVector::from_iterator(free.len(), free.iter().map(|&of| of.coordinate(parameters[of])))
 }
 
 /// Where the search begins: at the bending stiffness of a few that fits the first stage best. Stiff and slack cables move
@@ -156,7 +146,7 @@ fn begun(part: &Part<'_>, start: &Parameters) -> Result<Parameters, SimulationEr
         for bending in [start[Parameter::Bending]].into_iter().chain(SCAN) {
             let mut from = *start;
             from[Parameter::Bending] = bending;
-            let loss = part.loss(&from)?;
+            let loss = part.loss_of(&from)?;
             if loss < best.0 {
                 best = (loss, from);
             }
@@ -165,68 +155,40 @@ fn begun(part: &Part<'_>, start: &Parameters) -> Result<Parameters, SimulationEr
     Ok(best.1)
 }
 
-/// Where damped Gauss-Newton leads from `parameters`. What would leave its bounds stays there, and the others move without it.
-fn stepped(parameters: &Parameters, sum: &Normal, damping: f64, free: &[Parameter]) -> Parameters {
-    let at = |k: usize| free[k].coordinate(parameters[free[k]]);
-    let mut moving: Vec<usize> = (0..free.len()).collect();
-    loop {
-        let mut matrix = sum.matrix.select_rows(&moving).select_columns(&moving);
-        let gradient = sum.gradient.select_rows(&moving);
-        let least = 1e-9 * matrix.trace();
-        for k in 0..moving.len() {
-            matrix[(k, k)] += damping * matrix[(k, k)] + least;
-        }
-        let Some(factor) = matrix.cholesky() else { return *parameters };
-        let way = -factor.solve(&gradient);
-        let is_out = |&k: &usize| {
-            let to = at(moving[k]) + way[k].clamp(-LONGEST, LONGEST);
-            let [least, most] = free[moving[k]].bounds().map(|bound| free[moving[k]].coordinate(bound));
-            (to <= least && at(moving[k]) <= least + 1e-9) || (to >= most && at(moving[k]) >= most - 1e-9)
-        };
-        if let Some(out) = (0..moving.len()).find(is_out) {
-            moving.remove(out);
-            continue;
-        }
-        let mut next = *parameters;
-        for (&k, way) in moving.iter().zip(&way) {
-            next[free[k]] = free[k].value(at(k) + way.clamp(-LONGEST, LONGEST));
-        }
-        return next;
-    }
-}
-
-/// The sum of what all recordings say, in their order.
-pub fn total(normals: &[Normal]) -> Normal {
-    let size = normals.first().map_or(0, |normal| normal.gradient.len());
-    let zero = Normal { loss: 0.0, count: 0, gradient: DVector::zeros(size), matrix: DMatrix::zeros(size, size) };
-    normals.iter().fold(zero, |mut sum, normal| {
-        sum.loss += normal.loss;
-        sum.count += normal.count;
-        sum.gradient += &normal.gradient;
-        sum.matrix += &normal.matrix;
-        sum
-    })
-}
-
 /// The recordings that a stage looks at.
 struct Part<'a> {
     recordings: Vec<&'a Recording>,
     cables: Vec<Cable>,
     frames: usize,
     search: &'a Search,
+    /// The values of what is not searched for.
+    held: Parameters,
 }
 
 impl<'a> Part<'a> {
-    fn new(recordings: &'a [Recording], cables: &[Cable], stage: &Stage, search: &'a Search) -> Self {
+    fn new(
+        recordings: &'a [Recording],
+        cables: &[Cable],
+        stage: &Stage,
+        search: &'a Search,
+        held: &Parameters,
+    ) -> Self {
         // Of few recordings all count: each fills a lane.
         let every = stage.every.min(recordings.len() / TOGETHER).max(1);
         let recordings = recordings.iter().step_by(every).collect();
         let cables = cables.iter().step_by(every).cloned().collect();
-        Self { recordings, cables, frames: stage.frames.unwrap_or(usize::MAX), search }
+        Self { recordings, cables, frames: stage.frames.unwrap_or(usize::MAX), search, held: *held }
+    }
+
+    /// The parameters with these coordinates.
+    fn parameters(&self, x: &DVector<f64>) -> Parameters {
+        let mut parameters = self.held;
+        self.search.free.iter().zip(x).for_each(|(&of, &x)| parameters[of] = of.value(x));
+        parameters
     }
 
     /// Loss over all of its recordings.
-    fn loss(&self, parameters: &Parameters) -> Result<f64, SimulationError> {
+    fn loss_of(&self, parameters: &Parameters) -> Result<f64, SimulationError> {
         let run = |cables| together(cables, parameters, self.frames, self.search.steps);
         let chunks: Result<Vec<Vec<Prediction>>, _> = self.cables.par_chunks(TOGETHER).map(run).collect();
         let predictions = chunks?.into_iter().flatten();
@@ -260,6 +222,18 @@ impl<'a> Part<'a> {
     }
 }
 
+impl Residuals for Part<'_> {
+    type Error = SimulationError;
+
+    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
+        self.loss_of(&self.parameters(x))
+    }
+
+    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
+        Ok(self.linearised(&self.parameters(x))?.iter().sum())
+    }
+}
+
 /// By how much the coordinate of a parameter is changed for derivatives: back where forth would leave its bounds.
 fn difference(parameter: Parameter, parameters: &Parameters) -> f64 {
     let most = parameter.coordinate(parameter.bounds()[1]);
@@ -275,36 +249,25 @@ fn normal(
     differences: &[f64],
     huber: f64,
 ) -> Normal {
-    let size = beside.len();
-    let mut normal = Normal { loss: 0.0, count: 0, gradient: DVector::zeros(size), matrix: DMatrix::zeros(size, size) };
-    let mut slope = vec![0.0; size];
+    let mut normal = Normal::zero(beside.len());
+    let mut slope = vec![0.0; beside.len()];
     for (frame, markers) in predicted.markers.iter().enumerate() {
         let real = &recording.markers[frame][recording.free()];
         for (marker, (here, real)) in markers.iter().zip(real).enumerate() {
             for axis in 0..3 {
-                let residual = here[axis] - real[axis];
                 if real[axis].is_nan() {
                     continue;
                 }
-                // What is no number is as far off as anything can be.
-                let far = if residual.is_nan() { 1.0 } else { residual.abs() };
-                normal.count += 1;
-                let weight = if far <= huber { 1.0 } else { huber / far };
-                normal.loss += if far <= huber { 0.5 * far * far } else { huber * (far - 0.5 * huber) };
+                let residual = here[axis] - real[axis];
                 for ((slope, beside), difference) in slope.iter_mut().zip(beside).zip(differences) {
                     // Where the run beside goes over to another shape there is no derivative.
                     let change = beside.markers[frame][marker][axis] - here[axis];
                     *slope = if change.abs() < huber { change / difference } else { 0.0 };
                 }
-                for a in 0..size {
-                    normal.gradient[a] += weight * slope[a] * far.copysign(residual);
-                    for b in 0..=a {
-                        normal.matrix[(a, b)] += weight * slope[a] * slope[b];
-                    }
-                }
+                // What is no number is as far off as anything can be.
+                normal.add(if residual.is_nan() { 1.0 } else { residual }, &slope, huber);
             }
         }
     }
-    normal.matrix.fill_upper_triangle_with_lower_triangle();
     normal
 }

@@ -16,7 +16,7 @@
 //! takes two of them, which is far more than the direct solve of all edges takes. The example `speed` measures this, and the
 //! iterations that the guess saves (`cargo run -p knn --example speed`).
 
-mod tree;
+pub mod tree;
 
 use std::sync::Arc;
 

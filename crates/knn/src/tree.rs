@@ -7,7 +7,7 @@ const LEAF: usize = 16;
 
 /// Points and the splits between them.
 #[derive(Clone, Debug)]
-pub(crate) struct Tree<const D: usize> {
+pub struct Tree<const D: usize> {
     /// In the order of the leaves.
     points: Vec<[f32; D]>,
     /// Which point each was.
@@ -24,10 +24,11 @@ enum Node {
 }
 
 /// The nearest points found so far: squared distance and which point, the nearest first.
-pub(crate) type Nearest = Vec<(f32, u32)>;
+pub type Nearest = Vec<(f32, u32)>;
 
 impl<const D: usize> Tree<D> {
-    pub(crate) fn new(points: &[[f32; D]]) -> Self {
+    /// A tree of these points.
+    pub fn new(points: &[[f32; D]]) -> Self {
         let mut ids: Vec<u32> = (0..points.len() as u32).collect();
         let mut nodes = Vec::new();
         split(points, &mut ids, 0, &mut nodes);
@@ -35,7 +36,7 @@ impl<const D: usize> Tree<D> {
     }
 
     /// Puts the `k` points nearest to `query` into `nearest`, fewer where there are fewer.
-    pub(crate) fn nearest(&self, query: &[f32; D], k: usize, nearest: &mut Nearest) {
+    pub fn nearest(&self, query: &[f32; D], k: usize, nearest: &mut Nearest) {
         nearest.clear();
         self.search(0, query, k, 0.0, &mut [0.0; D], nearest);
     }

@@ -1,6 +1,7 @@
 //! The rest shape with which a hanging sculpture sags into its design: a tree of rods, in one pass.
 //!
-//! `cargo run -p rods --example sag_into_a_design` takes a tree of about 190,000 segments and says how long the pass took.
+//! `cargo run -p rods --example sag_into_a_design` takes a tree of about 190,000 segments and says how long the pass took. It
+//! writes the scene of a small one, made as it is drawn, to `target/sag-into-a-design.toml`: `simulate static` shows its sag.
 
 use std::error::Error;
 use std::time::Instant;
@@ -8,10 +9,10 @@ use std::time::Instant;
 use rods::prelude::*;
 use rods::statics::rest_shape;
 
-/// A tree that grows downwards from a ceiling, of segments of this length [m].
-fn sculpture(segment_m: f64) -> Result<(Model, State), Box<dyn Error>> {
+/// The scene of a tree that grows downwards from a ceiling, of segments of this length [m].
+fn sculpture(segment_m: f64) -> String {
     let segments = (4.0 / segment_m).round();
-    let text = format!(
+    format!(
         r#"
 [[rods]]
 name = "trunk"
@@ -23,8 +24,12 @@ clamp = ["start-face"]
 shape.straight = {{ direction = [0.6, 0, -0.8], length_m = 4, segments = {segments} }}
 tree = {{ branches = 9, levels = 3, segment_m = {segment_m}, length_ratio = 0.6, radius_ratio = 0.6, angle_deg = 45, seed = 1 }}
 "#
-    );
-    let scene = scene::parse(&text, "sculpture.toml")?;
+    )
+}
+
+/// That tree.
+fn grown(segment_m: f64) -> Result<(Model, State), SceneError> {
+    let scene = scene::parse(&sculpture(segment_m), "sculpture.toml")?;
     Ok((scene.model, scene.state))
 }
 
@@ -38,7 +43,7 @@ fn error(design: &State, other: &State) -> f64 {
 
 /// How far the sculpture moves where it is made as it is drawn, and where it is made for the pass: each over its size.
 fn sag(segment_m: f64) -> Result<[f64; 2], Box<dyn Error>> {
-    let (mut model, drawn) = sculpture(segment_m)?;
+    let (mut model, drawn) = grown(segment_m)?;
     let params = StaticParams::default();
     let mut sags = drawn.clone();
     statics::equilibrium(&model, &mut sags, &params)?;
@@ -51,9 +56,11 @@ fn sag(segment_m: f64) -> Result<[f64; 2], Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all("target")?;
+    std::fs::write("target/sag-into-a-design.toml", sculpture(0.05))?;
     let [sags, stays] = sag(0.05)?;
     println!("Made as it is drawn it sags by {:.1} % of its size, with the rest shape by {stays:.1e}.", 100.0 * sags);
-    let (mut model, mut design) = sculpture(6.65e-5)?;
+    let (mut model, mut design) = grown(6.65e-5)?;
     let start = Instant::now();
     rest_shape(&mut model, &mut design)?;
     println!("The pass took {:.2} s for {} segments.", start.elapsed().as_secs_f64(), model.segments.len());

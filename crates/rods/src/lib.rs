@@ -36,7 +36,7 @@
 //!    velocities into a state, [`Simulation::store_joint_forces`](simulation::Simulation::store_joint_forces) what each
 //!    joint transmits. [`measure`](state::measure) has energies, momenta and lengths.
 //!    [`statics::rest_shape`] finds the rest shape with which a hanging tree stays as it is drawn; [`derivative`] says what
-//!    motions and equilibria change by with all that they depend on.
+//!    motions and equilibria change by with all that they depend on, and [`optimise`] searches with that.
 //! 4. **Which joint is which.** [`Model::joints_of`](state::Model::joints_of) gives a rod's joints in order along it.
 //!
 //! # Rigid bodies
@@ -79,8 +79,9 @@
 //! `drop_a_helix` (a builtin scene, energies), `tree_in_wind` (a scene file's text in the code), `moved_grip` (a grip whose
 //! velocity is set before each step), `two_arms` (both ends driven, and what they hold), `pick_and_place` (a gripper takes a cable
 //! along and lets it go), `plan_a_move`
-//! (64 motions of a grip at once), `sag_into_a_design` (the rest shape of a hanging tree), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy
-//! a swing loses to the time step).
+//! (64 motions of a grip at once), `sag_into_a_design` (the rest shape of a hanging tree), `lay_a_cable` (the motion of two
+//! grips that lays a cable along a curve), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy a swing
+//! loses to the time step).
 //!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
 
@@ -148,6 +149,11 @@ pub mod derivative {
         AirVariation, DerivativeError, Equilibrium, Forward, HeldVariation, JointVariation, Parameter, Recording, Rods,
         SegmentVariation, StateVariation, Variation, Wanted,
     };
+}
+
+/// Searches for the parameters with which a motion or an equilibrium is what one wants, from its derivatives.
+pub mod optimise {
+    pub use ::optimise::{Fit, LbfgsParams, LeastSquares, Minimum, Normal, Residuals, Step, lbfgs};
 }
 
 /// Where solves and steps begin. A better start saves time, never accuracy, and most programs need none.

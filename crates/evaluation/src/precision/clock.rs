@@ -16,7 +16,7 @@ pub(super) fn with_share<T>(f: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// For how long this thread has run; `None` where the system does not tell.
-fn thread_time() -> Option<Duration> {
+pub(crate) fn thread_time() -> Option<Duration> {
     #[cfg(unix)]
     return rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime).try_into().ok();
     #[cfg(not(unix))]

@@ -1,0 +1,105 @@
+//! What is answered.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use solver::kernel::math::Vec3;
+
+use crate::descent::Job;
+use crate::query::Query;
+use crate::scaled::{Cut, Scaled, set};
+use crate::sweep::Chain;
+
+/// A force and a moment in world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wrench {
+    /// Force [N].
+    pub force: Vector3<f64>,
+    /// Moment about the grip's position [N m].
+    pub moment: Vector3<f64>,
+}
+
+/// A stable equilibrium.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Equilibrium {
+    /// Centres of the segments [m].
+    pub positions: Vec<Vector3<f64>>,
+    /// Orientations of the segments; local z is the axis.
+    pub orientations: Vec<UnitQuaternion<f64>>,
+    /// What the grips give to the cable: that of the start, that of the end (zero where it is free).
+    pub grips: [Wrench; 2],
+    /// Energy of bending, twist and stretch, and of the weight from z = 0 [J].
+    pub energy: f64,
+    /// Largest moment out of balance, over B / L plus the force at the start times a segment's length, or gap at the end over
+    /// L, whichever is larger.
+    pub residual: f64,
+}
+
+/// The answer to a query.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Answer {
+    /// Equilibria, the lowest first: one, or all that were found.
+    pub equilibria: Vec<Equilibrium>,
+    /// Linear solves of all searches on the cable's own segments.
+    pub solves: u32,
+    /// Those on coarse levels.
+    pub coarse_solves: u32,
+}
+
+/// Makes equilibria of turns.
+pub(crate) struct Finish {
+    cut: Cut,
+    chain: Chain<f64>,
+}
+
+impl Finish {
+    pub(crate) fn new(cut: &Cut) -> Self {
+        Self { cut: *cut, chain: Chain::new(cut) }
+    }
+
+    pub(crate) fn equilibrium(
+        &mut self,
+        query: &Query,
+        scaled: &Scaled,
+        job: &Job,
+        turns: &[UnitQuaternion<f64>],
+    ) -> Equilibrium {
+        let Self { cut, chain } = self;
+        chain.load(0, cut, scaled);
+        for (own, q) in chain.turns.iter_mut().zip(turns) {
+            set(own, 0, q);
+        }
+        chain.force = Vec3([job.force.x, job.force.y, job.force.z]);
+        let balance = chain.balance();
+        let [moment, gap] = balance.residual;
+        let residual = (moment / (1.0 + job.force.norm() / cut.segments as f64)).max(gap);
+        let length = query.cable.length;
+        let bending = query.cable.bending[0].max(query.cable.bending[1]);
+        let (force, moment) = (bending / length.powi(2), bending / length);
+        let z = Vector3::z();
+        let gap = |pull: Vector3<f64>| pull * scaled.compliance;
+        // Along the cable: each joint gives way to the force that it bears.
+        let own_weight = |k: usize| scaled.weight * cut.lengths[usize::from(k != 0 && k + 1 != cut.segments)];
+        let (mut pull, mut place) = (job.force, Vector3::zeros());
+        let mut positions = Vec::with_capacity(turns.len());
+        let mut lifted = 0.0;
+        let mut stretched = 0.0;
+        for (k, q) in turns.iter().enumerate() {
+            let axis = q * z * cut.lengths[usize::from(k != 0 && k + 1 != cut.segments)];
+            stretched += 0.5 * scaled.compliance * pull.norm_squared();
+            place += gap(pull) + axis * 0.5;
+            positions.push(query.start.position + place * length);
+            lifted += own_weight(k) * place.z;
+            place += axis * 0.5;
+            pull += z * own_weight(k);
+        }
+        let end = if scaled.held { pull } else { Vector3::zeros() };
+        stretched += 0.5 * scaled.compliance * end.norm_squared();
+        let world = |q: &UnitQuaternion<f64>, m: Vec3<f64>| q * Vector3::from(m.0);
+        let grips = [
+            Wrench { force: -job.force * force, moment: world(&scaled.ends[0], balance.moments[0]) * moment },
+            Wrench { force: end * force, moment: world(&scaled.ends[1], balance.moments[1]) * moment },
+        ];
+        let lift = query.cable.weight * length * query.start.position.z;
+        let energy = (balance.energy + lifted + stretched) * moment + lift;
+        Equilibrium { positions, orientations: turns.to_vec(), grips, energy, residual }
+    }
+}

@@ -1,0 +1,336 @@
+//! Many queries at once.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+use crate::answer::{Answer, Finish};
+use crate::descent::{Descent, Job, Until};
+use crate::level::Finer;
+use crate::query::{Query, QueryError};
+use crate::scaled::{Cut, Scaled};
+use crate::start::{Curves, Starts};
+
+/// Fewest segments of a cable.
+pub const FEWEST_SEGMENTS: usize = 8;
+/// Most segments of a cable.
+pub const MOST_SEGMENTS: usize = 10_000;
+/// Queries that a thread takes at a time, at most and at least: lanes are idle at the end of a block.
+const BLOCK: [usize; 2] = [16, 256];
+/// Error of the turns at which a coarse level is left [rad].
+const COARSE: f64 = 1e-2;
+/// What is too far from rest at its end goes on to this part of the tolerance.
+const NEARER: f64 = 1e-4;
+/// Energies this close, over one of the size of B / L, and forces this close, over B / L^2 or their size, are the same equilibrium's.
+const SAME: f64 = 1e-5;
+const SAME_COARSE: f64 = 1e-2;
+/// Energies this close to the lowest on a coarse level may be lower on a finer one.
+const CLOSE: f64 = 0.03;
+
+/// How queries are answered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Params {
+    /// Equal segments in which each cable is cut.
+    pub segments: usize,
+    /// Segments of the coarse levels, in their order; each has end segments as short as those of the cable.
+    pub levels: Vec<usize>,
+    /// Error that is left: of turns [rad] as predicted, and the residual ([`crate::Equilibrium::residual`]).
+    pub tolerance: f64,
+    /// Cap on the linear solves of a search; four times as many where it is done again.
+    pub most_solves: u32,
+    /// Whether all equilibria that are found are wanted, not the lowest alone.
+    pub branches: bool,
+    /// Whether a query for which the starts lead nowhere is tried again from all [`Curves`], with short steps and
+    /// without coarse levels.
+    pub again: bool,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { segments: 50, levels: vec![11], tolerance: 1e-8, most_solves: 100, branches: false, again: true }
+    }
+}
+
+/// A parameter that is not allowed.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+#[error("{name} = {value}, but it must be {allowed}")]
+pub struct ParamsError {
+    /// Name of the parameter.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+impl Params {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first parameter that is not allowed.
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        let check = |name, value: f64, ok: bool, allowed: String| {
+            if ok { Ok(()) } else { Err(ParamsError { name, value, allowed }) }
+        };
+        let range = FEWEST_SEGMENTS..=MOST_SEGMENTS;
+        let allowed = format!("from {FEWEST_SEGMENTS} to {MOST_SEGMENTS}");
+        check("segments", self.segments as f64, range.contains(&self.segments), allowed)?;
+        let mut least = 4;
+        for &level in &self.levels {
+            let allowed = format!(
+                "from {least} to the number of segments, {}, and each finer than the one before",
+                self.segments
+            );
+            check("level", level as f64, (least..=self.segments).contains(&level), allowed)?;
+            least = level;
+        }
+        let tolerance = (1e-11..=1e-2).contains(&self.tolerance);
+        check("tolerance", self.tolerance, tolerance, "from 1e-11 to 1e-2".to_owned())?;
+        check("most solves", f64::from(self.most_solves), self.most_solves > 0, "1 or more".to_owned())
+    }
+}
+
+/// The answer to each query, in their order: the same bits on any number of threads, whatever the other queries.
+///
+/// Each start of [`Curves`] is brought to rest on the coarse levels; the lowest goes on to the cable's own segments. Where that
+/// finds no equilibrium, the others do, then searches without coarse levels.
+///
+/// # Errors
+/// If a parameter is not allowed. A query that cannot be answered has its own error.
+pub fn solve(queries: &[Query], params: &Params) -> Result<Vec<Result<Answer, QueryError>>, ParamsError> {
+    solve_from(queries, params, &Curves::default())
+}
+
+/// The same from other starts.
+///
+/// # Errors
+/// If a parameter is not allowed.
+pub fn solve_from(
+    queries: &[Query],
+    params: &Params,
+    starts: &dyn Starts,
+) -> Result<Vec<Result<Answer, QueryError>>, ParamsError> {
+    params.validate()?;
+    let size = match rayon::current_num_threads() {
+        1 => BLOCK[1],
+        threads => (queries.len() / (4 * threads)).clamp(BLOCK[0], BLOCK[1]),
+    };
+    let blocks: Vec<Vec<_>> = queries
+        .par_chunks(size)
+        .enumerate()
+        .map_init(|| Worker::new(params), |worker, (k, block)| worker.answers(block, k * size, params, starts))
+        .collect();
+    Ok(blocks.into_iter().flatten().collect())
+}
+
+/// A level of segments and its way up to the next one.
+struct Level {
+    descent: Descent,
+    finer: Option<Finer>,
+    jobs: Vec<Job>,
+    turns: Vec<UnitQuaternion<f64>>,
+}
+
+/// Memory of a thread.
+struct Worker {
+    levels: Vec<Level>,
+    queries: Vec<Scaled>,
+    /// Indices of the valid queries in their block.
+    places: Vec<usize>,
+    finish: Finish,
+}
+
+impl Worker {
+    fn new(params: &Params) -> Self {
+        let fine = Cut::even(params.segments);
+        let coarse = params.levels.iter().map(|&segments| Cut::between(segments, fine.lengths[0]));
+        let cuts: Vec<Cut> = coarse.chain([fine]).collect();
+        let level = |k: usize| Level {
+            descent: Descent::new(cuts[k]),
+            finer: cuts.get(k + 1).map(|next| Finer::new(&cuts[k], next)),
+            jobs: Vec::new(),
+            turns: Vec::new(),
+        };
+        let levels = (0..cuts.len()).map(level).collect();
+        Self { levels, queries: Vec::new(), places: Vec::new(), finish: Finish::new(&fine) }
+    }
+
+    fn answers(
+        &mut self,
+        block: &[Query],
+        first: usize,
+        params: &Params,
+        starts: &dyn Starts,
+    ) -> Vec<Result<Answer, QueryError>> {
+        let mut answers: Vec<Result<Answer, QueryError>> =
+            block.iter().map(|query| query.validate().map(|()| Answer::default())).collect();
+        self.places.clear();
+        self.queries.clear();
+        for (k, answer) in answers.iter().enumerate() {
+            if answer.is_ok() {
+                self.places.push(k);
+                self.queries.push(Scaled::new(&block[k]));
+            }
+        }
+        let all: Vec<usize> = (0..self.queries.len()).collect();
+        self.begin(0, &all, first, starts);
+        for level in 0..self.levels.len() {
+            self.descend(level, params, false);
+            let is_last = level + 1 == self.levels.len();
+            if !is_last {
+                self.go_up(level, params.branches);
+            }
+        }
+        self.finish(block, &mut answers, params);
+        // What was not found on the way of the lowest: all starts at once, on the cable's own segments.
+        let left: Vec<usize> = all
+            .into_iter()
+            .filter(|&k| matches!(&answers[self.places[k]], Ok(own) if own.equilibria.is_empty()))
+            .collect();
+        if params.again && !left.is_empty() {
+            let last = self.levels.len() - 1;
+            self.begin(last, &left, first, &Curves::all());
+            self.descend(last, params, true);
+            self.finish(block, &mut answers, params);
+        }
+        for answer in &mut answers {
+            if let Ok(Answer { equilibria, solves, coarse_solves }) = answer
+                && equilibria.is_empty()
+            {
+                *answer = Err(QueryError::NotFound { solves: *solves + *coarse_solves });
+            }
+        }
+        answers
+    }
+
+    /// Fills a level with all starts of these queries.
+    fn begin(&mut self, level: usize, queries: &[usize], first: usize, starts: &dyn Starts) {
+        let Level { descent, jobs, turns, .. } = &mut self.levels[level];
+        let (cut, count) = (descent.cut, starts.count());
+        let mut forces = vec![Vector3::zeros(); count];
+        jobs.clear();
+        turns.resize(queries.len() * count * cut.segments, UnitQuaternion::identity());
+        let places = turns.chunks_mut(count * cut.segments);
+        for (&query, turns) in queries.iter().zip(places) {
+            forces.fill(Vector3::zeros());
+            starts.fill(first + self.places[query], &self.queries[query], &cut, turns, &mut forces);
+            jobs.extend(forces.iter().map(|&force| Job { force, ..Job::new(query) }));
+        }
+    }
+
+    fn descend(&mut self, level: usize, params: &Params, careful: bool) {
+        let is_last = level + 1 == self.levels.len();
+        let tolerance = if is_last { params.tolerance } else { COARSE };
+        let Level { descent, jobs, turns, .. } = &mut self.levels[level];
+        descent.run(
+            &self.queries,
+            jobs,
+            turns,
+            Until { tolerance, most: params.most_solves * if careful { 4 } else { 1 }, careful },
+        );
+    }
+
+    /// Takes of each query the lowest equilibrium with those that are about as low, or all, to the next level.
+    fn go_up(&mut self, level: usize, all: bool) {
+        let (below, above) = self.levels.split_at_mut(level + 1);
+        let (Level { descent, finer, jobs, turns }, next) = (&mut below[level], &mut above[0]);
+        let Some(finer) = finer else { return };
+        let (count, fine) = (descent.cut.segments, next.descent.cut.segments);
+        next.jobs.clear();
+        next.turns.clear();
+        let mut order: Vec<usize> = Vec::new();
+        let mut begin = 0;
+        while begin < jobs.len() {
+            let query = jobs[begin].query;
+            let end = begin + jobs[begin..].iter().take_while(|job| job.query == query).count();
+            order.clear();
+            order.extend((begin..end).filter(|&k| jobs[k].converged));
+            order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
+            if order.is_empty() {
+                // As good a start as any other.
+                order.push(begin);
+            }
+            if let (false, Some(&lowest)) = (all, order.first()) {
+                let lowest = jobs[lowest].energy;
+                order.retain(|&k| jobs[k].energy <= lowest + CLOSE * lowest.abs().max(1.0));
+            }
+            order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME_COARSE));
+            let solves = jobs[begin..end].iter().map(|job| job.solves + job.coarse_solves).sum::<u32>();
+            for (rank, &k) in order.iter().enumerate() {
+                let coarse_solves = if rank == 0 { solves } else { 0 };
+                next.jobs.push(Job { coarse_solves, solves: 0, converged: false, ..jobs[k].clone() });
+                let at = next.turns.len();
+                next.turns.resize(at + fine, UnitQuaternion::identity());
+                finer.fill(&self.queries[query], &turns[k * count..(k + 1) * count], &mut next.turns[at..]);
+            }
+            begin = end;
+        }
+    }
+
+    /// Makes answers of the last level's jobs; those that are not as near to rest as they were said to be go on before.
+    fn finish(&mut self, block: &[Query], answers: &mut [Result<Answer, QueryError>], params: &Params) {
+        let early = self.collect(block, answers, params);
+        if early.is_empty() {
+            return;
+        }
+        let Some(Level { descent, jobs, turns, .. }) = self.levels.last_mut() else { return };
+        let count = descent.cut.segments;
+        let kept = early.iter().flat_map(|&k| turns[k * count..(k + 1) * count].to_vec());
+        *turns = kept.collect();
+        *jobs =
+            early.iter().map(|&k| Job { coarse_solves: 0, solves: 0, converged: false, ..jobs[k].clone() }).collect();
+        let until = Until { tolerance: NEARER * params.tolerance, most: params.most_solves, careful: false };
+        descent.run(&self.queries, jobs, turns, until);
+        self.collect(block, answers, params);
+        for answer in answers.iter_mut().flatten() {
+            answer.equilibria.sort_by(|a, b| a.energy.total_cmp(&b.energy));
+        }
+    }
+
+    /// Adds the last level's jobs to the answers. Returns those that are not near enough to rest.
+    fn collect(&mut self, block: &[Query], answers: &mut [Result<Answer, QueryError>], params: &Params) -> Vec<usize> {
+        let mut early = Vec::new();
+        let Self { levels, queries, places, finish } = self;
+        let Some(Level { descent, jobs, turns, .. }) = levels.last_mut() else { return early };
+        let count = descent.cut.segments;
+        let mut begin = 0;
+        while begin < jobs.len() {
+            let query = jobs[begin].query;
+            let end = begin + jobs[begin..].iter().take_while(|job| job.query == query).count();
+            let place = places[query];
+            if let Ok(answer) = &mut answers[place] {
+                let sum = |solves: fn(&Job) -> u32| jobs[begin..end].iter().map(solves).sum::<u32>();
+                answer.solves += sum(|job| job.solves);
+                answer.coarse_solves += sum(|job| job.coarse_solves);
+                let mut order: Vec<usize> = (begin..end).filter(|&k| jobs[k].converged).collect();
+                order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
+                order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME));
+                if !params.branches {
+                    order.truncate(1);
+                }
+                for k in order {
+                    let own = &turns[k * count..(k + 1) * count];
+                    let found = finish.equilibrium(&block[place], &queries[query], &jobs[k], own);
+                    if found.residual <= params.tolerance {
+                        answer.equilibria.push(found);
+                    } else {
+                        early.push(k);
+                    }
+                }
+            }
+            begin = end;
+        }
+        early
+    }
+}
+
+impl Job {
+    pub(crate) fn new(query: usize) -> Self {
+        Self { query, force: Vector3::zeros(), energy: 0.0, solves: 0, coarse_solves: 0, converged: false }
+    }
+
+    /// Whether both are the same equilibrium, but for errors of this size.
+    fn is_as(&self, other: &Self, error: f64) -> bool {
+        (self.energy - other.energy).abs() <= error * self.energy.abs().max(1.0)
+            && (self.force - other.force).norm() <= error * self.force.norm().max(1.0)
+    }
+}

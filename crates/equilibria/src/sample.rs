@@ -1,0 +1,55 @@
+//! Random queries.
+
+use std::f64::consts::{FRAC_PI_3, PI, TAU};
+
+use nalgebra::{Unit, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::query::{Cable, Grip, Query};
+
+/// Which queries are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distribution {
+    /// Distances of the grips over the length, the smallest and the largest.
+    pub distance: [f64; 2],
+    /// The largest curvature at rest times the length.
+    pub curvature: f64,
+}
+
+impl Default for Distribution {
+    fn default() -> Self {
+        Self { distance: [0.3, 0.95], curvature: 0.0 }
+    }
+}
+
+impl Distribution {
+    /// Query `index` of a seed: a cable of 1 m with E I = 1 N m^2, weight `w L^3 / EI` log-uniform from 1 to 100, GJ / EI from 0.7
+    /// to 1; grips at a uniform distance in all directions, their axes the chord turned by up to 60 degrees about random axes,
+    /// twist up to half a turn either way.
+    pub fn query(&self, seed: u64, index: u64) -> Query {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(index);
+        let mut unit = || rng.random_range(0.0..1.0);
+        let mut direction = || {
+            let (z, angle) = (2.0 * unit() - 1.0, TAU * unit());
+            Vector3::new(angle.cos(), angle.sin(), 0.0) * f64::sqrt(1.0 - z * z) + Vector3::z() * z
+        };
+        let (chord, axes, bent) = (direction(), [direction(), direction()], direction());
+        let [low, high] = self.distance;
+        let distance = low + (high - low) * unit();
+        let tangents =
+            axes.map(|axis| UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), FRAC_PI_3 * unit()) * chord);
+        let between = |a: &Vector3<f64>, b: &Vector3<f64>| {
+            UnitQuaternion::rotation_between(a, b).unwrap_or_else(UnitQuaternion::identity)
+        };
+        let first = between(&Vector3::z(), &tangents[0]);
+        let twist = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), PI * (2.0 * unit() - 1.0));
+        let last = between(&tangents[0], &tangents[1]) * first * twist;
+        let mut cable = Cable::new(1.0, 1.0, 0.7 + 0.3 * unit(), 100f64.powf(unit()));
+        cable.rest = Vector3::new(bent.x, bent.y, 0.0) * (self.curvature * unit());
+        let start = Grip { position: Vector3::zeros(), orientation: first };
+        let end = Grip { position: chord * distance, orientation: last };
+        Query { cable, start, end: Some(end) }
+    }
+}

@@ -1,0 +1,145 @@
+//! A query in units of its cable's length L and larger bending stiffness B: lengths in L, moments in B / L, forces in B / L^2.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use solver::kernel::lane::Real;
+use solver::kernel::math::{Quat, Vec3};
+
+use crate::query::Query;
+use crate::sweep::Chain;
+
+/// A query without units. The start's grip is the origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Scaled {
+    /// Stiffness against curvature about d1 and d2 and against twist.
+    pub stiffness: [f64; 3],
+    /// Curvatures and twist at rest.
+    pub rest: [f64; 3],
+    /// Weight of the cable.
+    pub weight: f64,
+    /// Compliance of a joint.
+    pub compliance: f64,
+    /// From grip to grip.
+    pub chord: Vector3<f64>,
+    /// Orientations of the grips.
+    pub ends: [UnitQuaternion<f64>; 2],
+    /// Whether the end is held.
+    pub held: bool,
+}
+
+impl Scaled {
+    /// Takes the units off.
+    pub fn new(query: &Query) -> Self {
+        let Query { cable, start, end } = query;
+        let (length, bending) = (cable.length, cable.bending[0].max(cable.bending[1]));
+        let stiffness = [cable.bending[0], cable.bending[1], cable.torsion].map(|k| k / bending);
+        let other = end.unwrap_or(*start);
+        Self {
+            stiffness,
+            rest: [0, 1, 2].map(|k| cable.rest[k] * length),
+            weight: cable.weight * length.powi(3) / bending,
+            compliance: cable.stretch_compliance * bending / length.powi(3),
+            chord: (other.position - start.position) / length,
+            ends: [start.orientation, other.orientation],
+            held: end.is_some(),
+        }
+    }
+}
+
+/// How a cable is cut: a first and a last segment of one length, others between them of another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// Number of segments.
+    pub segments: usize,
+    /// Lengths of the end segments and of those between them.
+    pub lengths: [f64; 2],
+}
+
+impl Cut {
+    /// Equal segments.
+    pub(crate) fn even(segments: usize) -> Self {
+        Self { segments, lengths: [1.0 / segments as f64; 2] }
+    }
+
+    /// Segments between ends as long as those of another cut.
+    pub(crate) fn between(segments: usize, ends: f64) -> Self {
+        Self { segments, lengths: [ends, (1.0 - 2.0 * ends) / (segments as f64 - 2.0)] }
+    }
+
+    /// Place of the centre of a segment, from 0 to 1.
+    pub fn place(&self, segment: usize) -> f64 {
+        let [end, inner] = self.lengths;
+        if segment == 0 {
+            0.5 * end
+        } else if segment + 1 == self.segments {
+            1.0 - 0.5 * end
+        } else {
+            end + inner * (segment as f64 - 0.5)
+        }
+    }
+
+    /// Lengths of the kinds of joints, see [`crate::sweep::KINDS`].
+    pub(crate) fn joints(&self) -> [f64; 3] {
+        let [end, inner] = self.lengths;
+        [0.5 * end, 0.5 * (end + inner), inner]
+    }
+}
+
+impl<T: Real> Chain<T> {
+    /// Memory for chains of this cut.
+    pub(crate) fn new(cut: &Cut) -> Self {
+        let zero = T::zero();
+        Self {
+            lengths: cut.lengths.map(T::splat),
+            stiffness: [[T::splat(1.0); 3]; 3],
+            rest: [[zero; 3]; 3],
+            held: zero,
+            weights: vec![zero; cut.segments],
+            compliance: zero,
+            sag: zero,
+            chord: Vec3::zero(),
+            ends: [Quat::identity(); 2],
+            turns: vec![Quat::identity(); cut.segments],
+            force: Vec3::zero(),
+        }
+    }
+
+    /// Puts a query into a lane, without its start.
+    pub(crate) fn load(&mut self, lane: usize, cut: &Cut, query: &Scaled) {
+        for (kind, length) in cut.joints().into_iter().enumerate() {
+            for k in 0..3 {
+                self.stiffness[kind][k].set_lane(lane, 4.0 * query.stiffness[k] / length);
+                self.rest[kind][k].set_lane(lane, 0.5 * length * query.rest[k]);
+            }
+        }
+        self.held.set_lane(lane, if query.held { 1.0 } else { 0.0 });
+        let mut before = 0.0;
+        for (i, weight) in self.weights.iter_mut().enumerate() {
+            let own = query.weight * cut.lengths[usize::from(i != 0 && i + 1 != cut.segments)];
+            weight.set_lane(lane, before + 0.5 * own);
+            before += own;
+        }
+        let joints = cut.segments as f64 + 1.0;
+        self.compliance.set_lane(lane, query.compliance * joints);
+        // The mean of the weights before all joints is half the cable's: they are symmetric.
+        self.sag.set_lane(lane, query.compliance * joints * 0.5 * query.weight);
+        for k in 0..3 {
+            self.chord.0[k].set_lane(lane, query.chord[k]);
+        }
+        for (own, end) in self.ends.iter_mut().zip(&query.ends) {
+            set(own, lane, end);
+        }
+    }
+}
+
+pub(crate) fn set<T: Real>(own: &mut Quat<T>, lane: usize, q: &UnitQuaternion<f64>) {
+    let [x, y, z] = &mut own.v.0;
+    x.set_lane(lane, q.i);
+    y.set_lane(lane, q.j);
+    z.set_lane(lane, q.k);
+    own.w.set_lane(lane, q.w);
+}
+
+pub(crate) fn get<T: Real>(own: &Quat<T>, lane: usize) -> UnitQuaternion<f64> {
+    let [x, y, z] = own.v.0.map(|x| x.lane(lane));
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(own.w.lane(lane), x, y, z))
+}

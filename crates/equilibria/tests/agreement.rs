@@ -1,0 +1,129 @@
+//! The answers are equilibria of the solver's own statics.
+
+use equilibria::sample::Distribution;
+use equilibria::{Cable, Equilibrium, Grip, Params, Query, solve};
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{Assembly, LineInertia, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape};
+use solver::statics::{StaticParams, equilibrium};
+
+const GRAVITY: f64 = 9.81;
+
+/// The query's cable as a model, in the shape of an answer whose segments are turned a little.
+fn model(query: &Query, found: &Equilibrium, off: f64) -> (Model, State) {
+    let Cable { length, bending, torsion, weight, rest, stretch_compliance } = query.cable;
+    let segments = found.positions.len();
+    let section = Section::Known {
+        stiffness: Stiffness { stretch: 1.0, shear: 1.0, bending, torsion },
+        inertia: LineInertia { mass: weight / GRAVITY, polar: 1e-4 * weight },
+    };
+    let mut assembly = Assembly::new(-Vector3::z() * GRAVITY);
+    let rod = assembly.rod(&RodSpec {
+        sections: vec![section],
+        stretch: Stretch::Compliance(stretch_compliance),
+        rest: RestShape::Uniform(rest),
+        ..RodSpec::new(
+            shape::straight(query.start.position, Vector3::z(), length, segments),
+            1e-2,
+            Material { youngs_modulus: 1.0, torsion_modulus: 1.0, density: 1.0 },
+        )
+    });
+    assembly.clamp_start(&rod);
+    if query.end.is_some() {
+        assembly.clamp_end(&rod);
+    }
+    let (mut model, mut state) = assembly.finish();
+    for (anchor, grip) in model.anchors.iter_mut().zip([Some(query.start), query.end].into_iter().flatten()) {
+        (anchor.position, anchor.orientation) = (grip.position, grip.orientation);
+    }
+    state.positions.clone_from(&found.positions);
+    for (k, (own, q)) in state.orientations.iter_mut().zip(&found.orientations).enumerate() {
+        let place = k as f64;
+        let turn = Vector3::new(place.sin(), (1.7 * place).cos(), (0.3 * place).sin()) * off;
+        *own = UnitQuaternion::from_scaled_axis(turn) * q;
+    }
+    (model, state)
+}
+
+fn queries() -> Vec<Query> {
+    let mut queries: Vec<Query> = (0..24).map(|k| Distribution::default().query(7, k)).collect();
+    queries.extend((0..8).map(|k| Distribution { curvature: 4.0, ..Distribution::default() }.query(8, k)));
+    for (k, query) in queries.iter_mut().enumerate() {
+        // Other units, unlike axes, a cable that stretches, an end that is free.
+        if k % 2 == 1 {
+            let (length, bending) = (2.5, 3e-3);
+            query.cable.length *= length;
+            query.cable.bending = [bending, 0.4 * bending];
+            query.cable.torsion *= bending;
+            query.cable.weight *= bending / length.powi(3);
+            query.cable.rest /= length;
+            let shift = Vector3::new(1.0, -2.0, 3.0);
+            query.start.position = shift;
+            query.end = query.end.map(|end| Grip { position: end.position * length + shift, ..end });
+        }
+        if k % 4 == 2 {
+            query.cable.stretch_compliance = 1e-4;
+        }
+        if k % 8 == 3 {
+            query.end = None;
+        }
+    }
+    queries
+}
+
+#[test]
+fn statics_stays_where_the_answers_are() {
+    let queries = queries();
+    for segments in [12, 50] {
+        let params = Params { segments, ..Params::default() };
+        for (k, (query, answer)) in queries.iter().zip(solve(&queries, &params).unwrap()).enumerate() {
+            let answer = answer.unwrap_or_else(|error| panic!("query {k}: {error}"));
+            let found = &answer.equilibria[0];
+            let (model, mut state) = model(query, found, 1e-3);
+            let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
+            assert!(report.converged && report.stable == Some(true), "query {k}: {report:?}");
+            let off = state.positions.iter().zip(&found.positions).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            assert!(off <= 1e-8 * query.cable.length, "query {k}, {segments} segments: {off} m");
+            let turned = state.orientations.iter().zip(&found.orientations).map(|(a, b)| a.angle_to(b));
+            let turned = turned.fold(0.0, f64::max);
+            assert!(turned <= 1e-7, "query {k}, {segments} segments: {turned} rad");
+            let own = rod::measure::energy(&model, &state).total();
+            assert!((own - found.energy).abs() <= 1e-8 * own.abs(), "query {k}: {own} J, {} J", found.energy);
+        }
+    }
+}
+
+/// From starts of its own statics comes to other equilibria, too, but to none that is lower than the answer; from those without
+/// more twist than it takes, mostly to branches that are answers.
+#[test]
+fn statics_finds_nothing_lower() {
+    let queries: Vec<Query> = (0..100).map(|k| Distribution::default().query(9, k)).collect();
+    let params = Params { segments: 30, branches: true, ..Params::default() };
+    let (mut known, mut elsewhere) = (0, 0);
+    for (k, (query, answer)) in queries.iter().zip(solve(&queries, &params).unwrap()).enumerate() {
+        let found = answer.unwrap().equilibria;
+        let (model, mut state) = model(query, &found[0], 0.0);
+        // Turns go evenly from grip to grip, with whole turns about the axis for some.
+        let (start, end) = (query.start.orientation, query.end.unwrap().orientation);
+        let twist = std::f64::consts::TAU * (k % 3) as f64;
+        let mut place = query.start.position;
+        for i in 0..30 {
+            let share = (i as f64 + 0.5) / 30.0;
+            let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), twist * share);
+            let q = start.slerp(&end, share) * roll;
+            let half = q * Vector3::z() / 60.0;
+            (state.orientations[i], state.positions[i]) = (q, place + half);
+            place += half * 2.0;
+        }
+        let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
+        assert!(report.converged && report.stable == Some(true), "query {k}: {report:?}");
+        let own = rod::measure::energy(&model, &state).total();
+        let error = 1e-6 * own.abs().max(1.0);
+        assert!(own >= found[0].energy - error, "query {k}: {own} J, {} J", found[0].energy);
+        known += usize::from(k % 3 == 0 && found.iter().any(|branch| (branch.energy - own).abs() <= error));
+        elsewhere += usize::from(own > found[0].energy + error);
+    }
+    println!(
+        "of 100: {elsewhere} at other equilibria than the lowest; of 34 without whole turns {known} at branches that were found"
+    );
+    assert!(elsewhere > 20 && known > 30, "{elsewhere}, {known}");
+}
