@@ -1,10 +1,10 @@
 //! A component beside itself in dual numbers: what a step's equations change by, and how bodies follow.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use rod::{Air, Model};
 
 use super::multistep::StepsBefore;
-use super::tangent::{matrix, vector};
+use super::tangent::vector;
 use super::{BodyPose, Component, Members};
 use crate::derivative::{AirVariation, JointVariation, SegmentVariation, Variation};
 use crate::formulation::Formulation;
@@ -131,68 +131,6 @@ impl<const D: usize> Component<Dual<D>> {
         let own = &mut self.lambda[j];
         set_slope(&mut own.linear, k, &vector(value(rows.linear)));
         set_slope(&mut own.angular, k, &vector(value(rows.angular)));
-    }
-}
-
-impl Component<Dual<3>> {
-    /// What [`crate::tangent::jacobian::Jacobian::new`] asks for: evaluates at the poses and multipliers of `from`, all bodies
-    /// turned alike about the three axes.
-    pub(crate) fn turn_all(
-        &mut self,
-        from: &Component<f64>,
-        bodies: &mut Vec<Matrix3<f64>>,
-        joints: &mut Vec<Matrix3<f64>>,
-    ) {
-        self.mirror(from);
-        self.place_constant(&from.poses, &from.lambda);
-        for pose in &mut self.poses {
-            for k in 0..3 {
-                move_along(pose, k, &[Vector3::zeros(), Vector3::ith(k, 1.0)]);
-            }
-        }
-        self.evaluate_step();
-        let columns = |x: Vec3<Dual<3>>| matrix([0, 1, 2].map(|r| x.0[r].slope));
-        bodies.clear();
-        joints.clear();
-        for i in 0..self.poses.len() {
-            bodies.push(if self.is_still(i) { Matrix3::zeros() } else { columns(self.defect(i).angular) });
-        }
-        for j in 0..self.lambda.len() {
-            joints.push(columns(self.missed(j).linear));
-        }
-    }
-
-    /// Takes over as constants what a step has said for an evaluation.
-    fn mirror(&mut self, from: &Component<f64>) {
-        (self.time, self.dt, self.effective) = (from.time, from.dt, Dual::splat(from.effective));
-        for (own, from) in self.predicted.iter_mut().zip(&from.predicted) {
-            *own = BodyPose::splat(from);
-        }
-        for (own, from) in self.start.iter_mut().zip(&from.start) {
-            *own = BodyPose::splat(from);
-        }
-        for (own, from) in self.bodies.iter_mut().zip(&from.bodies) {
-            own.inverse_mass = Dual::splat(from.inverse_mass);
-            own.transverse = Dual::splat(from.transverse);
-        }
-        for (own, from) in self.system.joints.iter_mut().zip(&from.system.joints) {
-            own.shear = Dual::splat(from.shear);
-            own.stretch_extra = Dual::splat(from.stretch_extra);
-            own.bend = Dual::splat(from.bend);
-            own.twist_extra = Dual::splat(from.twist_extra);
-        }
-        let extras = |own: &mut [Dual<3>], from: &[f64]| {
-            own.iter_mut().zip(from).for_each(|(own, from)| *own = Dual::splat(*from));
-        };
-        extras(&mut self.system.bend_extra, &from.system.bend_extra);
-        extras(&mut self.system.shear_extra, &from.system.shear_extra);
-        for (own, from) in self.beyond.damped.iter_mut().zip(&from.beyond.damped) {
-            own.rest_darboux = Vec3::splat(from.rest_darboux);
-            own.gap = Vec3::splat(from.gap);
-        }
-        for (own, from) in self.loads.iter_mut().zip(&from.loads) {
-            (own.force, own.torque) = (Vec3::splat(from.force), Vec3::splat(from.torque));
-        }
     }
 }
 

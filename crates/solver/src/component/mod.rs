@@ -24,6 +24,7 @@ mod split;
 mod state;
 mod tangent;
 mod update;
+mod whole;
 
 use std::sync::Arc;
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3, Vector6};
 
-use super::Equations;
+use super::{Equations, JointEquation};
 use crate::topology::Topology;
 
 /// Most joints that close loops.
@@ -101,32 +101,26 @@ fn rows(sigma: f64, mixed: &Matrix3<f64>) -> Matrix6<f64> {
 }
 
 impl Jacobian {
-    /// That of `equations`. `turned` has what the right-hand sides, `-g` of a body's turns and those of a joint's
-    /// stretch-shear rows, change by where all bodies are turned alike about an axis (one a column): what neighbours and arms
-    /// have in it is known, and the rest is a body's or a joint's own.
-    pub fn new(topology: &Arc<Topology>, equations: &Equations, turned: (&[Matrix3<f64>], &[Matrix3<f64>])) -> Self {
+    /// That of `equations`, with the exact blocks of the turns of each body with itself, and of each joint's stretch-shear rows
+    /// with those of body a.
+    pub fn new(topology: &Arc<Topology>, equations: &Equations, whole: (&[Matrix3<f64>], &[Matrix3<f64>])) -> Self {
         let held: Vec<bool> = equations.bodies.iter().map(|body| body.is_held()).collect();
-        let mut turning: Vec<Matrix3<f64>> = turned.0.iter().map(|change| -change).collect();
-        let mut joints = Vec::with_capacity(equations.joints.len());
-        for ((joint, ends), change) in equations.joints.iter().zip(&topology.joints).zip(turned.1) {
-            let [a, b] = ends.map(|body| body as usize);
-            turning[a] -= joint.coupling;
-            turning[b] -= joint.coupling.transpose();
+        let joint = |(joint, tilted): (&JointEquation, &Matrix3<f64>)| {
             let [on_a, on_b] = joint.arms.map(|arm| -arm.cross_matrix());
-            let tilted = -change + on_b;
             let mut compliance = Matrix6::zeros();
             compliance.fixed_view_mut::<3, 3>(0, 0).copy_from(&joint.compliance[0]);
             compliance.fixed_view_mut::<3, 3>(3, 3).copy_from(&joint.compliance[1]);
             let mut coupling = Matrix6::zeros();
             coupling.fixed_view_mut::<3, 3>(3, 3).copy_from(&joint.coupling);
-            joints.push(JointBlocks {
+            JointBlocks {
                 forces: [rows(1.0, &on_a), rows(-1.0, &on_b)],
-                movements: [rows(1.0, &tilted), rows(-1.0, &on_b)],
+                movements: [rows(1.0, tilted), rows(-1.0, &on_b)],
                 compliance,
                 coupling,
-            });
-        }
-        let own = equations.bodies.iter().zip(&turning).map(|(body, turning)| {
+            }
+        };
+        let joints = equations.joints.iter().zip(whole.1).map(joint).collect();
+        let own = equations.bodies.iter().zip(whole.0).map(|(body, turning)| {
             let mut block = Matrix6::identity();
             if !body.is_held() {
                 block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * body.mass));
