@@ -5,6 +5,8 @@
 //! the poses at its end, `A^T x = b` is solved. What the step begins with, and parameters, enter its equations body by body and
 //! joint by joint (`component/adjoint.rs`), and x says what that does with the number.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use rod::{Model, State};
 
@@ -19,11 +21,20 @@ use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::tangent::jacobian::{Field, split as parts};
 
+/// Where a run begins, and how it is integrated.
+#[derive(Clone)]
+pub(super) struct Origin {
+    pub(super) state: Arc<State>,
+    pub(super) integrator: Integrator,
+}
+
 /// A connected set on its way back.
 pub(super) struct Adjoint {
     pub(super) members: Members,
     replay: Replay,
-    duals: Duals,
+    origin: Origin,
+    /// Made where they are needed: dual numbers take much memory.
+    duals: Option<Duals>,
     /// Derivatives with respect to the state between two steps, one entry a body.
     bars: Vec<BodyBar>,
     /// Those with respect to velocities as they are told, and whether any is not zero.
@@ -62,13 +73,8 @@ fn add(own: &mut Spatial<f64>, by: Spatial<f64>) {
 
 impl Adjoint {
     /// That of a set at the start of a run.
-    pub(super) fn new(
-        members: Members,
-        replay: Replay,
-        (model, state, integrator): (&Model, &State, Integrator),
-    ) -> Self {
+    pub(super) fn new(members: Members, replay: Replay, origin: Origin) -> Self {
         let bodies = replay.topology.bodies();
-        let duals = Duals::new(model, state, integrator, (&members, &replay.topology));
         let field = Field::zero(&replay.topology);
         let memory = Memory {
             moved: field.clone(),
@@ -79,7 +85,7 @@ impl Adjoint {
             start: vec![BodyBar::default(); bodies],
         };
         let (bars, told) = (vec![BodyBar::default(); bodies], vec![Spatial::zero(); bodies]);
-        Self { members, replay, duals, bars, told, is_told: false, memory }
+        Self { members, replay, origin, duals: None, bars, told, is_told: false, memory }
     }
 
     fn component(&self) -> &Component<f64> {
@@ -153,13 +159,14 @@ impl Adjoint {
         wanted: Wanted,
         out: &mut Variation,
     ) -> Option<()> {
-        let Self { members, replay, duals, bars, told, is_told, memory } = self;
+        let Self { members, replay, origin, duals, bars, told, is_told, memory } = self;
         let Memory { field, moved, bodies, ended, gradients, start } = memory;
         replay.component.begin_at(&substep.begin);
         let jacobian = replay.linearise(substep)?;
         let component = &replay.component;
+        let make = || Duals::new(model, origin, (members, &replay.topology));
         if std::mem::take(is_told) {
-            let moments = duals.tell(substep, told, bars);
+            let moments = duals.get_or_insert_with(make).tell(substep, told, bars);
             if wanted.segments {
                 moments.iter().enumerate().for_each(|(body, x)| add_inertia(out, members.segments[body], x));
             }
@@ -205,7 +212,13 @@ impl Adjoint {
             }
         });
         if component.has_air() {
-            duals.drag_back(substep, (model, members), (component, gradients, wanted), start, out);
+            duals.get_or_insert_with(make).drag_back(
+                substep,
+                (model, members),
+                (component, gradients, wanted),
+                start,
+                out,
+            );
         }
         for (body, &i) in members.segments.iter().enumerate().filter(|(body, _)| !component.is_still(*body)) {
             let own = &gradients[body];

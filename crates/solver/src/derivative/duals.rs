@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use nalgebra::{Vector3, Vector6};
-use rod::{Model, State};
+use rod::Model;
 
+use super::adjoint::Origin;
 use super::forward::six;
 use super::recording::Wanted;
 use super::replay::component;
 use super::{Substep, Variation};
 use crate::component::{BodyBar, BodyGradient, Component, Group, Members};
-use crate::integrator::Integrator;
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::kernel::math::Vec3;
@@ -32,8 +32,8 @@ fn six_of(x: Spatial<f64>) -> Vector6<f64> {
 }
 
 impl Duals {
-    pub(super) fn new(model: &Model, state: &State, integrator: Integrator, set: (&Members, &Arc<Topology>)) -> Self {
-        let component: Component<Dual<6>> = component(model, state, integrator, set);
+    pub(super) fn new(model: &Model, Origin { state, integrator }: &Origin, set: (&Members, &Arc<Topology>)) -> Self {
+        let component: Component<Dual<6>> = component(model, state, *integrator, set);
         let groups = if component.has_steps() { &Group::ALL[..] } else { &Group::ALL[..2] };
         Self { component, groups }
     }

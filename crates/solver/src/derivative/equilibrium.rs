@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rod::{Body, Model, State};
 
 use super::forward::six;
-use super::run::check;
+use super::run::{check, refuse_bodies};
 use super::seed::is_held;
 use super::{AirVariation, DerivativeError, HeldVariation, JointVariation, StateVariation, Variation, Wanted};
 use crate::component::{Component, Members, split};
@@ -90,6 +90,7 @@ impl Equilibrium {
     /// equilibrium are singular.
     pub fn new(model: &Model, state: &State, params: &StaticParams) -> Result<Self, DerivativeError> {
         check(model)?;
+        refuse_bodies(model)?;
         let mut state = state.clone();
         let report = equilibrium(model, &mut state, params)?;
         if !report.converged {

@@ -12,7 +12,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 use super::{Equations, JointEquation};
 use crate::topology::Topology;
@@ -81,23 +81,71 @@ pub struct Jacobian {
 #[derive(Clone, Copy, Debug)]
 struct JointBlocks {
     /// J of bodies a and b, as forces see it.
-    forces: [Matrix6<f64>; 2],
+    forces: [Rows; 2],
     /// J' of bodies a and b, as movements see it.
-    movements: [Matrix6<f64>; 2],
-    compliance: Matrix6<f64>,
+    movements: [Rows; 2],
+    /// alpha~ of stretch-shear and of bend-twist.
+    compliance: [Matrix3<f64>; 2],
     /// K' of body a (rows) with body b (columns), of their turns.
-    coupling: Matrix6<f64>,
+    coupling: Matrix3<f64>,
 }
 
-/// `sigma [I, M; 0, -I]`.
-fn rows(sigma: f64, mixed: &Matrix3<f64>) -> Matrix6<f64> {
-    let mut out = Matrix6::zeros();
-    for k in 0..3 {
-        out[(k, k)] = sigma;
-        out[(3 + k, 3 + k)] = -sigma;
+impl JointBlocks {
+    /// `alpha~ x`.
+    fn yielded<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
+        let [stretch, bend] = &self.compliance;
+        stacked(stretch * x.fixed_rows::<3>(0), bend * x.fixed_rows::<3>(3))
     }
-    out.fixed_view_mut::<3, 3>(0, 3).copy_from(&(mixed * sigma));
+
+    /// `x alpha~`.
+    fn yielding(&self, x: &Matrix6<f64>) -> Matrix6<f64> {
+        let [stretch, bend] = &self.compliance;
+        beside(x.fixed_columns::<3>(0) * stretch, x.fixed_columns::<3>(3) * bend)
+    }
+}
+
+fn stacked<const C: usize>(above: SMatrix<f64, 3, C>, below: SMatrix<f64, 3, C>) -> SMatrix<f64, 6, C> {
+    SMatrix::from_fn(|r, c| if r < 3 { above[(r, c)] } else { below[(r - 3, c)] })
+}
+
+fn beside(left: SMatrix<f64, 6, 3>, right: SMatrix<f64, 6, 3>) -> Matrix6<f64> {
+    let mut out = Matrix6::zeros();
+    out.fixed_columns_mut::<3>(0).copy_from(&left);
+    out.fixed_columns_mut::<3>(3).copy_from(&right);
     out
+}
+
+/// Adds a coupling of turns times the turns of x to the turns of `out`.
+fn add_turned<const C: usize>(out: &mut SMatrix<f64, 6, C>, coupling: &Matrix3<f64>, x: &SMatrix<f64, 6, C>) {
+    let mut turns = out.fixed_rows_mut::<3>(3);
+    turns += coupling * x.fixed_rows::<3>(3);
+}
+
+/// A block `sigma [I, M; 0, -I]`.
+#[derive(Clone, Copy, Debug)]
+struct Rows {
+    sigma: f64,
+    mixed: Matrix3<f64>,
+}
+
+impl Rows {
+    /// `R x`.
+    fn apply<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
+        let (above, below) = (x.fixed_rows::<3>(0), x.fixed_rows::<3>(3));
+        stacked((above + self.mixed * below) * self.sigma, below * -self.sigma)
+    }
+
+    /// `R^T x`.
+    fn tr_apply<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
+        let (above, below) = (x.fixed_rows::<3>(0), x.fixed_rows::<3>(3));
+        stacked(above * self.sigma, (self.mixed.tr_mul(&above) - below) * self.sigma)
+    }
+
+    /// `x R`.
+    fn after(&self, x: &Matrix6<f64>) -> Matrix6<f64> {
+        let (left, right) = (x.fixed_columns::<3>(0), x.fixed_columns::<3>(3));
+        beside(left * self.sigma, (left * self.mixed - right) * self.sigma)
+    }
 }
 
 impl Jacobian {
@@ -107,16 +155,12 @@ impl Jacobian {
         let held: Vec<bool> = equations.bodies.iter().map(|body| body.is_held()).collect();
         let joint = |(joint, tilted): (&JointEquation, &Matrix3<f64>)| {
             let [on_a, on_b] = joint.arms.map(|arm| -arm.cross_matrix());
-            let mut compliance = Matrix6::zeros();
-            compliance.fixed_view_mut::<3, 3>(0, 0).copy_from(&joint.compliance[0]);
-            compliance.fixed_view_mut::<3, 3>(3, 3).copy_from(&joint.compliance[1]);
-            let mut coupling = Matrix6::zeros();
-            coupling.fixed_view_mut::<3, 3>(3, 3).copy_from(&joint.coupling);
+            let rows = |sigma: f64, mixed: Matrix3<f64>| Rows { sigma, mixed };
             JointBlocks {
-                forces: [rows(1.0, &on_a), rows(-1.0, &on_b)],
-                movements: [rows(1.0, tilted), rows(-1.0, &on_b)],
-                compliance,
-                coupling,
+                forces: [rows(1.0, on_a), rows(-1.0, on_b)],
+                movements: [rows(1.0, *tilted), rows(-1.0, on_b)],
+                compliance: joint.compliance,
+                coupling: joint.coupling,
             }
         };
         let joints = equations.joints.iter().zip(whole.1).map(joint).collect();
@@ -151,10 +195,11 @@ impl Jacobian {
             let (movements, forces) =
                 if transposed { (&joint.forces, &joint.movements) } else { (&joint.movements, &joint.forces) };
             let y = &x.joints[j];
-            let (on_a, on_b) = (joint.coupling * x.bodies[b], joint.coupling.tr_mul(&x.bodies[a]));
-            out.joints[j] = movements[0] * x.bodies[a] + movements[1] * x.bodies[b] - joint.compliance * y;
-            out.bodies[a] += forces[0].tr_mul(y) + on_a;
-            out.bodies[b] += forces[1].tr_mul(y) + on_b;
+            out.joints[j] = movements[0].apply(&x.bodies[a]) + movements[1].apply(&x.bodies[b]) - joint.yielded(y);
+            out.bodies[a] += forces[0].tr_apply(y);
+            out.bodies[b] += forces[1].tr_apply(y);
+            add_turned(&mut out.bodies[a], &joint.coupling, &x.bodies[b]);
+            add_turned(&mut out.bodies[b], &joint.coupling.transpose(), &x.bodies[a]);
         }
         if !transposed {
             out.bodies
@@ -209,7 +254,7 @@ struct NodeFactor {
 
 impl Jacobian {
     /// K' of a node's body (rows) with its inner body.
-    fn coupling(&self, node: &Node) -> Matrix6<f64> {
+    fn coupling(&self, node: &Node) -> Matrix3<f64> {
         let coupling = &self.joints[node.joint].coupling;
         if node.end == 0 { *coupling } else { coupling.transpose() }
     }
@@ -281,15 +326,22 @@ impl Factor {
             let joint = &jacobian.joints[node.joint];
             let (own, other) = (node.end, 1 - node.end);
             let back = &joint.movements[own];
-            let r = self.left[node.body] * back;
-            let n = (r * joint.compliance + joint.forces[own].transpose()).try_inverse()?;
-            let (yielded, missed) = (joint.compliance * n, n * r);
-            factor.inverse = [[back * yielded, back * (Matrix6::identity() - joint.compliance * missed)], [n, -missed]];
+            let r = back.after(&self.left[node.body]);
+            let n = (joint.yielding(&r) + joint.forces[own].tr_apply(&Matrix6::identity())).try_inverse()?;
+            let missed = n * r;
+            let rest = Matrix6::identity() - joint.yielded(&missed);
+            factor.inverse = [[back.apply(&joint.yielded(&n)), back.apply(&rest)], [n, -missed]];
             let Some(inner) = node.inner else { continue };
             let coupling = jacobian.coupling(node);
             let [above, below] = &factor.inverse;
-            factor.follow = [above, below].map(|row| -(row[0] * coupling + row[1] * joint.movements[other]));
-            self.left[inner] += coupling.tr_mul(&factor.follow[0]) + joint.forces[other].tr_mul(&factor.follow[1]);
+            for (follow, row) in factor.follow.iter_mut().zip([above, below]) {
+                *follow = -joint.movements[other].after(&row[1]);
+                let mut turns = follow.fixed_columns_mut::<3>(3);
+                turns -= row[0].fixed_columns::<3>(3) * coupling;
+            }
+            let left = &mut self.left[inner];
+            *left += joint.forces[other].tr_apply(&factor.follow[1]);
+            add_turned(left, &coupling.transpose(), &factor.follow[0]);
         }
         for &root in &self.roots {
             self.left[root] = self.left[root].try_inverse()?;
@@ -395,7 +447,8 @@ impl Factor {
             } else {
                 let [[a, b], [d, e]] = &factor.inverse;
                 let force = &jacobian.joints[node.joint].forces[1 - node.end];
-                bodies[inner] -= jacobian.coupling(node).tr_mul(&(a * f + b * c)) + force.tr_mul(&(d * f + e * c));
+                bodies[inner] -= force.tr_apply(&(d * f + e * c));
+                add_turned(&mut bodies[inner], &-jacobian.coupling(node).transpose(), &(a * f + b * c));
             }
         }
         for &root in &self.roots {
@@ -408,8 +461,8 @@ impl Factor {
             let inner = node.inner.map(|inner| bodies[inner]);
             if transposed {
                 if let Some(v) = inner {
-                    f -= jacobian.coupling(node) * v;
-                    c -= jacobian.joints[node.joint].forces[1 - node.end] * v;
+                    add_turned(&mut f, &-jacobian.coupling(node), &v);
+                    c -= jacobian.joints[node.joint].forces[1 - node.end].apply(&v);
                 }
                 bodies[node.body] = a.tr_mul(&f) + d.tr_mul(&c);
                 joints[node.joint] = b.tr_mul(&f) + e.tr_mul(&c);
