@@ -22,9 +22,11 @@
 //!
 //! Velocities of Algorithm 1 remain those over the last step; those at its end are kept here.
 
+mod back;
+
 use nalgebra::Vector3;
 
-use super::derivative::{BodyBar, Group, set_slope};
+use super::derivative::{Group, set_slope};
 use super::lanes::{copy_lane, copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::predict::angular_momentum;
 use super::state::rate;
@@ -36,6 +38,8 @@ use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::Tape;
+
+pub(super) use back::{gyroscopic_back, momentum_back};
 
 /// Largest ratio of a step to the one before it: beyond 1 + sqrt 2 errors would grow from step to step. A longer step is one
 /// of Euler's rule.
@@ -204,41 +208,6 @@ impl Multistep<f64> {
     pub(super) fn before(&self) -> StepsBefore {
         let Self { now, earlier, over, goes_on, .. } = self;
         StepsBefore { now: now.clone(), earlier: earlier.clone(), over: over.clone(), goes_on: *goes_on }
-    }
-}
-
-impl Multistep<f64> {
-    /// By how much velocities at the end of the step under way are beyond those over it, as a share of the change since the
-    /// last one.
-    pub(super) fn further(&self) -> f64 {
-        self.ratio / (1.0 + self.ratio)
-    }
-
-    /// Back over [`Multistep::predicted`] in steps of these lengths, this one and the last: to the state, and to the rates of
-    /// damping.
-    #[inline(always)]
-    pub(super) fn carry_back(
-        &self,
-        body: usize,
-        bar: Spatial<f64>,
-        [dt, last_dt]: [f64; 2],
-        start: &mut BodyBar,
-        damping: &mut [f64; 2],
-    ) {
-        let (share, weight) = (self.share, self.weight);
-        let [kept, before] = self.decay;
-        let (brought, earlier) = (self.brought(body), self.earlier[body]);
-        let mut back = |k: usize, bar: Vec3<f64>, brought: Vec3<f64>, earlier: Vec3<f64>| {
-            let lost = weight * before[k] * kept[k];
-            damping[k] += bar.dot(earlier) * lost * last_dt - bar.dot(brought) * dt;
-            [bar * ((1.0 + weight) * kept[k]), bar * -lost]
-        };
-        let [now, then] = back(0, bar.linear * share, brought.linear, earlier.linear);
-        let [now_turning, then_turning] = back(1, bar.angular * share, brought.angular, earlier.angular);
-        start.now = start.now.plus(Spatial { linear: now, angular: now_turning }, 1.0);
-        start.earlier = start.earlier.plus(Spatial { linear: then, angular: then_turning }, 1.0);
-        start.velocity.linear += bar.linear * (1.0 - share);
-        start.over += bar.angular * (1.0 - share);
     }
 }
 
@@ -480,35 +449,6 @@ fn further<T: Real>(moments: Vec3<T>, u: Vec3<T>, end: Quat<T>, momenta: [Vec3<T
         q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] / moments.0[k])))
     };
     rate(end, momenta[0]) - rate(middle, momenta[1])
-}
-
-/// `p = s I w - h w x I w`, the momentum of a turn with `h w` the sine and s the cosine of half its angle, and the derivative
-/// with respect to w from that with respect to p.
-#[inline(always)]
-pub(super) fn momentum_back(
-    inertia: impl Fn(Vec3<f64>) -> Vec3<f64>,
-    w: Vec3<f64>,
-    half: f64,
-    bar: Vec3<f64>,
-) -> [Vec3<f64>; 2] {
-    let (turning, cosine) = (inertia(w), (1.0 - (w * half).norm_squared()).max(0.0).sqrt());
-    let crossed = turning.cross(bar) + inertia(bar.cross(w));
-    let of_w = inertia(bar) * cosine - w * (half * half * bar.dot(turning) / cosine) - crossed * half;
-    [angular_momentum(turning, w * half), of_w]
-}
-
-/// Derivatives with respect to theta and phi from that with respect to [`gyroscopic`].
-#[inline(always)]
-pub(super) fn gyroscopic_back(
-    inertia: impl Fn(Vec3<f64>) -> Vec3<f64>,
-    theta: Vec3<f64>,
-    phi: Vec3<f64>,
-    bar: Vec3<f64>,
-) -> [Vec3<f64>; 2] {
-    let turned = inertia(bar);
-    let of_theta = phi.cross(turned) - inertia(phi).cross(bar) + inertia(bar.cross(phi));
-    let of_phi = turned.cross(theta) - inertia(bar.cross(theta)) + inertia(theta).cross(bar);
-    [of_theta * 0.5, of_phi * 0.5]
 }
 
 /// What `I phi` leaves out of a body's change of discrete momentum (times the step's length) as it is turned by `phi` after
