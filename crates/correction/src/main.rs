@@ -89,17 +89,21 @@ fn films(cli: &Cli, places: &[PathBuf], cable: &CableFile, guess: Guess) -> Resu
         bail!("none of the recordings is of use");
     }
     let parameters = cable.parameters().map_err(|message| anyhow!(message))?;
-    if guess == Guess::Blend {
-        return Ok(recordings.into_iter().map(|recording| (Film::blended(&recording), recording)).map(swap).collect());
-    }
-    let cables = recordings.iter().map(|recording| Cable::new(recording, cable.segments));
-    let predictions = predict(&cables.collect::<Result<Vec<_>, _>>()?, &parameters, usize::MAX, cable.steps)?;
-    let film = |(recording, prediction)| (Film::simulated(&recording, &prediction), recording);
-    Ok(recordings.into_iter().zip(predictions).map(film).map(swap).collect())
-}
-
-fn swap<A, B>((a, b): (A, B)) -> (B, A) {
-    (b, a)
+    let predictions = match guess {
+        Guess::Blend => None,
+        Guess::Physics => {
+            let cables = recordings.iter().map(|recording| Cable::new(recording, cable.segments));
+            Some(predict(&cables.collect::<Result<Vec<_>, _>>()?, &parameters, usize::MAX, cable.steps)?)
+        }
+    };
+    let film = |(k, recording): (usize, Recording)| {
+        let film = match &predictions {
+            None => Film::blended(&recording),
+            Some(predictions) => Film::simulated(&recording, &predictions[k]),
+        };
+        (recording, film)
+    };
+    Ok(recordings.into_iter().enumerate().map(film).collect())
 }
 
 fn run(cli: &Cli) -> Result<ExitCode> {
