@@ -15,7 +15,7 @@ use nalgebra::{Rotation3, Vector3};
 /// Recordings of a cable that is curved at rest, beside simulations that do not know it.
 fn films(count: usize) -> Vec<(Recording, Film)> {
     let mut truth = Parameters::default();
-    truth[Parameter::Curvature1] = 1.5;
+    truth[Parameter::Curvature1] = 4.0;
     let plan = simulated::Plan { recordings: count, frames: 60, noise: 0.0, seed: 3 };
     let recordings = recordings(&truth, &plan).unwrap();
     let segments = Resolution::default().segments;
@@ -30,7 +30,7 @@ fn films(count: usize) -> Vec<(Recording, Film)> {
 
 fn plan(kind: Kind) -> Plan {
     let shape = Shape { width: 16, blocks: usize::from(kind == Kind::Graph), scans: 0 };
-    Plan { guess: Guess::Physics, kind, shape, members: 1, epochs: 12, seed: 1 }
+    Plan { guess: Guess::Physics, kind, shape, members: 1, epochs: 100, seed: 1 }
 }
 
 fn trained(films: &[(Recording, Film)], plan: &Plan) -> Trained {
