@@ -155,13 +155,17 @@ impl Network {
     /// Outputs of the nodes `[n, node_outputs]` and of the edges `[m, edge_outputs]`, if they have any.
     pub fn forward(&self, graph: &GraphTensors) -> (Tensor<2>, Option<Tensor<2>>) {
         let mut nodes = self.encode_node.forward(graph.nodes.clone());
+        let output = |x: Tensor<2>| if self.is_tanh { x.tanh() } else { x };
+        if self.blocks.is_empty() && self.decode_edge.is_none() {
+            // Nothing reads the edges, of which there may be none.
+            return (output(self.decode_node.forward(nodes)), None);
+        }
         let mut edges = self.encode_edge.forward(graph.edges.clone());
         for block in &self.blocks {
             let (of_nodes, of_edges) = block.forward(nodes.clone(), edges.clone(), graph);
             nodes = nodes + of_nodes;
             edges = edges + of_edges;
         }
-        let output = |x: Tensor<2>| if self.is_tanh { x.tanh() } else { x };
         (
             output(self.decode_node.forward(nodes)),
             self.decode_edge.as_ref().map(|decoder| output(decoder.forward(edges))),

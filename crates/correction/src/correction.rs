@@ -91,20 +91,14 @@ struct File {
 }
 
 /// Frames as tensors.
-pub(crate) fn tensors(kind: Kind, inputs: &[&Inputs], scale: &[Vec<f32>; 2], scans: bool, to: &Device) -> GraphTensors {
+pub(crate) fn tensors(inputs: &[&Inputs], scale: &[Vec<f32>; 2], scans: bool, to: &Device) -> GraphTensors {
     let columns = scale[0].len();
     let nodes: usize = inputs.iter().map(|inputs| inputs.nodes.len()).sum::<usize>() / columns;
     let each = nodes / inputs.len().max(1);
     let scaled = inputs.iter().flat_map(|inputs| &inputs.nodes).enumerate();
     let scaled: Vec<f32> = scaled.map(|(i, x)| (x - scale[0][i % columns]) * scale[1][i % columns]).collect();
-    match kind {
-        Kind::Graph => {
-            let edges: Vec<f32> = inputs.iter().flat_map(|inputs| &inputs.edges).copied().collect();
-            GraphTensors::new(&Batch::chains(inputs.len(), each), &scaled, &edges, scans, to)
-        }
-        // One edge, from the first to the second frame, of which blocks that are not there make nothing.
-        Kind::Perceptron => GraphTensors::new(&Batch::chains(1, nodes), &scaled, &vec![0.0; nodes - 1], false, to),
-    }
+    let edges: Vec<f32> = inputs.iter().flat_map(|inputs| &inputs.edges).copied().collect();
+    GraphTensors::new(&Batch::chains(inputs.len(), each), &scaled, &edges, scans, to)
 }
 
 impl Correction {
@@ -118,15 +112,12 @@ impl Correction {
     }
 
     fn add_frames(&self, film: &Film, frames: &[usize], device: &Device) -> Vec<Vec<Vector3<f64>>> {
-        // A perceptron's frames are a chain, which takes two.
-        let twice = [frames[0], frames[0]];
-        let frames_or_two = if frames.len() == 1 { &twice[..] } else { frames };
-        let inputs: Vec<Inputs> = frames_or_two.iter().map(|&frame| Inputs::of(self.kind, film, frame)).collect();
+        let inputs: Vec<Inputs> = frames.iter().map(|&frame| Inputs::of(self.kind, film, frame)).collect();
         let listed: Vec<&Inputs> = inputs.iter().collect();
         let mut sum: Vec<f64> = Vec::new();
         for weights in &self.members {
             let scans = weights.config().scans > 0;
-            let graph = tensors(self.kind, &listed, &self.scale, scans, device);
+            let graph = tensors(&listed, &self.scale, scans, device);
             let (nodes, _) = Network::new(weights, device).forward(&graph);
             let found = nodes.into_data();
             sum.resize(found.num_elements(), 0.0);
@@ -140,7 +131,7 @@ impl Correction {
             let free = own.chunks_exact(3).skip(skipped).take(film.free.len());
             free.map(|x| inputs.axes.tr_mul(&Vector3::new(x[0], x[1], x[2])) * (share * inputs.share)).collect()
         };
-        inputs.iter().enumerate().take(frames.len()).map(of).collect()
+        inputs.iter().enumerate().map(of).collect()
     }
 
     /// Writes it.

@@ -58,6 +58,12 @@ impl Film {
         Self { real: recording.markers.clone(), guess, time: recording.time.clone(), free: free.clone() }
     }
 
+    /// The guess as a prediction.
+    pub fn uncorrected(&self) -> Prediction {
+        let markers = self.guess.iter().map(|guess| guess[self.free.clone()].to_vec());
+        Prediction { markers: markers.collect(), unsolved: 0 }
+    }
+
     /// The guess as a prediction, with what is to be added to its free markers [m]: `added[frame][marker]`.
     pub fn corrected(&self, added: &[Vec<Vector3<f64>>]) -> Prediction {
         let markers = self.guess.iter().zip(added).map(|(guess, added)| {

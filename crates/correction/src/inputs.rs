@@ -64,6 +64,7 @@ impl Sizes {
     pub fn of(kind: Kind, markers: usize) -> Self {
         match kind {
             Kind::Graph => Self { nodes: markers, node: OF_MARKER + OF_FRAME + OF_PLACE, edge: 3 },
+            // There are no edges to read.
             Kind::Perceptron => Self { nodes: 1, node: markers * OF_MARKER + OF_FRAME, edge: 1 },
         }
     }

@@ -143,10 +143,9 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
         seed: cli.seed,
     };
     let progress = Progress::new(plan.members * plan.epochs, "epochs", cli.quiet)?;
-    let listed: Vec<(&Recording, Film)> = films.iter().map(|(recording, film)| (recording, film.clone())).collect();
     let began = Instant::now();
     let found =
-        train(&listed, &plan, &mut |_| progress.advance()).ok_or_else(|| anyhow!("there is nothing to learn"))?;
+        train(&films, &plan, &mut |_| progress.advance()).ok_or_else(|| anyhow!("there is nothing to learn"))?;
     progress.finish();
     for (member, [guess, corrected]) in found.aside.iter().enumerate() {
         let [guess, corrected] = [guess, corrected].map(|error| significant(100.0 * error, 3));
@@ -172,8 +171,7 @@ fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()>
     let began = Instant::now();
     let mut errors = Vec::new();
     for (recording, film) in &films {
-        let nothing = vec![vec![nalgebra::Vector3::zeros(); film.free.len()]; film.time.len()];
-        let guess = mean_error(recording, &film.corrected(&nothing));
+        let guess = mean_error(recording, &film.uncorrected());
         errors.push([guess, mean_error(recording, &film.corrected(&correction.add(film)))]);
     }
     let recorded: f64 = films.iter().filter_map(|(recording, _)| recording.time.last()).sum();

@@ -4,7 +4,6 @@ use burn::tensor::{Device, Tensor, TensorData};
 use copingnet::{Adam, AdamParams, Backend, Network, Weights};
 use identify::metric::mean_error;
 use identify::recording::Recording;
-use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -81,7 +80,7 @@ struct Sample {
 
 /// Trains a correction of films, each beside its recording. `watch` is told after each epoch, and says whether to go on; what is
 /// best so far is kept.
-pub fn train(films: &[(&Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Epoch) -> bool) -> Option<Trained> {
+pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Epoch) -> bool) -> Option<Trained> {
     let (markers, free) = (films.first()?.0.count(), films[0].1.free.clone());
     let missed = |film: &Film| {
         let rows = film.real.iter().zip(&film.guess);
@@ -98,9 +97,8 @@ pub fn train(films: &[(&Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&E
         let network = plan.shape.network(plan.kind, markers, free.len());
         let seed = plan.seed.wrapping_mul(1000).wrapping_add(member as u64);
         let mut school = School::new(&correction, Weights::random(network, seed), seed);
-        let kept: Vec<&(&Recording, Film)> = kept.iter().map(|&k| &films[k]).collect();
-        let nothing = |film: &Film| film.corrected(&vec![vec![Vector3::zeros(); free.len()]; film.time.len()]);
-        let plain = kept.iter().map(|(recording, film)| mean_error(recording, &nothing(film))).sum::<f64>();
+        let kept: Vec<&(Recording, Film)> = kept.iter().map(|&k| &films[k]).collect();
+        let plain = kept.iter().map(|(recording, film)| mean_error(recording, &film.uncorrected())).sum::<f64>();
         let mut best = (f64::INFINITY, school.mean.clone());
         for epoch in 1..=plan.epochs {
             let samples: Vec<Sample> = learned
@@ -113,8 +111,7 @@ pub fn train(films: &[(&Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&E
                 .collect();
             school.epoch(&samples, (epoch, plan.epochs));
             let now = Correction { members: vec![school.mean.clone()], ..correction.clone() };
-            let error =
-                |(recording, film): &&(&Recording, Film)| mean_error(recording, &film.corrected(&now.add(film)));
+            let error = |(recording, film): &&(Recording, Film)| mean_error(recording, &film.corrected(&now.add(film)));
             let error = kept.iter().map(error).sum::<f64>() / kept.len().max(1) as f64;
             if error < best.0 || kept.is_empty() {
                 best = (error, school.mean.clone());
@@ -134,7 +131,7 @@ pub fn train(films: &[(&Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&E
 }
 
 /// Mean of each input of a node, and its inverse spread.
-fn scale(kind: Kind, films: &[(&Recording, Film)], columns: usize) -> [Vec<f32>; 2] {
+fn scale(kind: Kind, films: &[(Recording, Film)], columns: usize) -> [Vec<f32>; 2] {
     let mut sums = vec![[0.0_f64; 2]; columns];
     let mut count = 0.0;
     for (_, film) in films {
@@ -214,7 +211,7 @@ impl<'a> School<'a> {
         let inputs: Vec<&Inputs> = samples.iter().map(|sample| &sample.inputs).collect();
         let network = Network::new(&self.weights, &self.device);
         let scans = self.weights.config().scans > 0;
-        let graph = tensors(self.of.kind, &inputs, &self.of.scale, scans, &self.device);
+        let graph = tensors(&inputs, &self.of.scale, scans, &self.device);
         let (nodes, _) = network.forward(&graph);
         let [rows, columns] = nodes.dims();
         let found: Vec<f32> = nodes.clone().into_data().iter::<f32>().collect();

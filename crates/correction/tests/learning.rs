@@ -34,14 +34,13 @@ fn plan(kind: Kind) -> Plan {
 }
 
 fn trained(films: &[(Recording, Film)], plan: &Plan) -> Trained {
-    let listed: Vec<_> = films.iter().map(|(recording, film)| (recording, film.clone())).collect();
-    train(&listed, plan, &mut |_| true).unwrap()
+    train(films, plan, &mut |_| true).unwrap()
 }
 
 fn error(films: &[(Recording, Film)], correction: Option<&Correction>) -> f64 {
     let of = |(recording, film): &(Recording, Film)| {
-        let nothing = || vec![vec![Vector3::zeros(); film.free.len()]; film.time.len()];
-        mean_error(recording, &film.corrected(&correction.map_or_else(nothing, |correction| correction.add(film))))
+        let found = correction.map_or_else(|| film.uncorrected(), |correction| film.corrected(&correction.add(film)));
+        mean_error(recording, &found)
     };
     films.iter().map(of).sum::<f64>() / films.len() as f64
 }
@@ -95,5 +94,27 @@ fn a_correction_is_the_same_in_every_place_and_heading() {
     let elsewhere = Film { real: moved(&film.real), guess: moved(&film.guess), ..film.clone() };
     for (here, there) in found.add(film).iter().flatten().zip(found.add(&elsewhere).iter().flatten()) {
         assert!((turn * here - there).norm() < 1e-4 * found.bound, "{here} {there}");
+    }
+}
+
+/// Frames go through a network in pieces; the last one may be a single frame.
+#[test]
+fn a_single_frame_is_learned_from_and_corrected() {
+    let mut films = films(2);
+    for (recording, film) in &mut films {
+        recording.markers.truncate(6);
+        recording.time.truncate(6);
+        *film = Film::blended(recording);
+    }
+    for kind in Kind::ALL {
+        // One film is kept aside, and of the other's six frames each of these epochs looks at one.
+        let found = trained(&films, &Plan { guess: Guess::Blend, epochs: 3, ..plan(kind) }).correction;
+        let film = |frames: usize| Film {
+            real: films[0].1.real[..frames].to_vec(),
+            guess: films[0].1.guess[..frames].to_vec(),
+            time: films[0].1.time[..frames].to_vec(),
+            ..films[0].1.clone()
+        };
+        assert_eq!(found.add(&film(1)), found.add(&film(6))[..1]);
     }
 }
