@@ -9,6 +9,7 @@
 pub mod cable;
 pub mod confidence;
 pub mod fit;
+pub mod hanging;
 pub mod metric;
 pub mod page;
 pub mod parameter;
