@@ -11,7 +11,7 @@ use terminal::{positive, say};
 /// Finds EI of a wire from photographs of it, hanging between two level grips in a vertical plane, and GJ / EI from the twist at
 /// which it snaps out of that plane.
 #[derive(Args)]
-pub struct Hanging {
+pub(crate) struct Hanging {
     /// Shapes of one wire: CSV files with the columns x_m and z_m (up), points in order from grip to grip.
     #[arg(required = true)]
     shapes: Vec<PathBuf>,
@@ -37,7 +37,7 @@ impl Hanging {
     ///
     /// # Errors
     /// If a file cannot be read, or there is no answer.
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let shapes = self.shapes.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
         let mut found = Vec::new();
         for shape in &shapes {

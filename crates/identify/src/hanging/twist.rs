@@ -11,6 +11,8 @@ use super::{HangingError, Photograph, Wire};
 
 /// Ratios GJ / EI between which is searched. Wires that are stiffer against twist do not snap: as they are turned, they go round.
 const RATIOS: [f64; 2] = [0.2, 4.0];
+/// From one tried ratio to the next.
+const STRIDE: f64 = 1.3;
 /// The ratio is found to this share of it.
 const FOUND: f64 = 1e-3;
 
@@ -49,18 +51,21 @@ pub fn critical_twist(
     Ok(snaps_at)
 }
 
-/// The ratio GJ / EI with which a wire of `bending` EI [N m^2] snaps at a turn of `twist` [rad], by bisection of its logarithm: the stiffer
-/// the wire is against twist, the sooner it snaps.
+/// The ratio GJ / EI with which a wire of `bending` EI [N m^2] snaps at a turn of `twist` [rad]: the stiffer it is against twist, the sooner
+/// it snaps. From the least ratio upwards, then by bisection of its logarithm.
 ///
 /// # Errors
 /// As [`critical_twist`], and if no ratio from 0.2 to 4 does it.
 pub fn twist_ratio(wire: &Wire, photograph: &Photograph, bending: f64, twist: f64) -> Result<f64, HangingError> {
     let snaps = |ratio: f64| Ok::<_, HangingError>(critical_twist(wire, photograph, bending, ratio, twist)?.is_some());
     let [least, most] = RATIOS;
-    if !snaps(most)? || snaps(least)? {
-        return Err(HangingError::NoTwist { degrees: twist.to_degrees(), least, most });
+    let (mut low, mut high) = (least, least * STRIDE);
+    while !snaps(high)? {
+        (low, high) = (high, high * STRIDE);
+        if high > most {
+            return Err(HangingError::NoTwist { degrees: twist.to_degrees(), least, most });
+        }
     }
-    let [mut low, mut high] = RATIOS;
     while high / low > 1.0 + FOUND {
         let middle = (low * high).sqrt();
         *(if snaps(middle)? { &mut high } else { &mut low }) = middle;
