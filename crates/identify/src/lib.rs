@@ -4,7 +4,7 @@
 //! first two frames and its grips. [`predict`](predict::predict) simulates cables with some [`Parameters`](parameter::Parameters).
 //! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
 //! [`CableFile`](result::CableFile), a [`scene`], and a [`page`]. [`simulated`]
-//! makes recordings of a cable whose numbers are known.
+//! makes recordings of a cable whose numbers are known. [`hanging`] finds the stiffness of wires from photographs of how they hang.
 
 pub mod cable;
 pub mod confidence;
