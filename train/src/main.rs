@@ -1,6 +1,5 @@
 //! `train`: trains COPINGNet. See `train --help`.
 
-mod adam;
 mod cli;
 mod course;
 mod curves;

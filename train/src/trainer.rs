@@ -1,11 +1,10 @@
 //! The training loop.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use copingnet::{GraphTensors, Network, Weights};
+use copingnet::{Adam, AdamParams, GraphTensors, Network, Weights};
 use dataset::shuffled;
 use rayon::prelude::*;
 
-use crate::adam::{Adam, AdamParams};
 use crate::cli::{Loss, Plan, Schedule};
 use crate::objective::{Evaluated, Objective};
 use crate::samples::{Chunk, Samples};

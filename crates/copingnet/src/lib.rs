@@ -1,6 +1,8 @@
 //! COPINGNet: the graph network in burn, its checkpoints, its fast inference and its guesses (paper, section 3.2).
 
 #[cfg(feature = "training")]
+mod adam;
+#[cfg(feature = "training")]
 mod backend;
 mod cg_loss;
 mod checkpoint;
@@ -17,6 +19,8 @@ mod step_guess;
 mod tensors;
 mod weights;
 
+#[cfg(feature = "training")]
+pub use adam::{Adam, AdamParams};
 #[cfg(feature = "training")]
 pub use backend::Backend;
 pub use cg_loss::CgLoss;

@@ -42,6 +42,21 @@ impl Batch {
         (first_node..self.nodes, first_edge..self.senders.len())
     }
 
+    /// So many chains of so many nodes each, with an edge from each node to the next.
+    pub fn chains(count: usize, nodes: usize) -> Self {
+        let edges = nodes.saturating_sub(1);
+        let first = |k: usize| (k / edges.max(1) * nodes + k % edges.max(1)) as u32;
+        let senders: Vec<u32> = (0..count * edges).map(first).collect();
+        Self {
+            n_node: vec![nodes as u32; count],
+            n_edge: vec![edges as u32; count],
+            receivers: senders.iter().map(|sender| sender + 1).collect(),
+            visits: senders.iter().map(|&sender| [sender + 1, sender]).collect(),
+            senders,
+            nodes: count * nodes,
+        }
+    }
+
     /// Number of nodes of all graphs.
     pub fn nodes(&self) -> usize {
         self.nodes

@@ -32,7 +32,7 @@ pub(super) struct Beyond<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Damped<T> {
     /// Relaxation times of bending, twist and stretch [s].
-    times: [T; 3],
+    pub(super) times: [T; 3],
     /// `Omega_0 + theta C_b` at the start of this step.
     pub(super) rest_darboux: Vec3<T>,
     /// `theta C_s` at the start of this step, in the frame of body a.

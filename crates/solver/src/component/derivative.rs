@@ -1,10 +1,10 @@
 //! A component beside itself in dual numbers: what a step's equations change by, and how bodies follow.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use rod::{Air, Model};
 
 use super::multistep::StepsBefore;
-use super::tangent::{matrix, vector};
+use super::tangent::vector;
 use super::{BodyPose, Component, Members};
 use crate::derivative::{AirVariation, JointVariation, SegmentVariation, Variation};
 use crate::formulation::Formulation;
@@ -49,6 +49,11 @@ impl<T: Real> Component<T> {
             self.evaluate_drag(time, dt);
         }
         self.predict(time, dt, Formulation::Newton);
+    }
+
+    /// What the prediction of a step asks of the air.
+    pub(crate) fn evaluate_drag_step(&mut self, Interval { time, dt }: Interval) {
+        self.evaluate_drag(time, dt);
     }
 
     /// [`Component::evaluate`] of formulation `newton`.
@@ -131,68 +136,6 @@ impl<const D: usize> Component<Dual<D>> {
         let own = &mut self.lambda[j];
         set_slope(&mut own.linear, k, &vector(value(rows.linear)));
         set_slope(&mut own.angular, k, &vector(value(rows.angular)));
-    }
-}
-
-impl Component<Dual<3>> {
-    /// What [`crate::tangent::jacobian::Jacobian::new`] asks for: evaluates at the poses and multipliers of `from`, all bodies
-    /// turned alike about the three axes.
-    pub(crate) fn turn_all(
-        &mut self,
-        from: &Component<f64>,
-        bodies: &mut Vec<Matrix3<f64>>,
-        joints: &mut Vec<Matrix3<f64>>,
-    ) {
-        self.mirror(from);
-        self.place_constant(&from.poses, &from.lambda);
-        for pose in &mut self.poses {
-            for k in 0..3 {
-                move_along(pose, k, &[Vector3::zeros(), Vector3::ith(k, 1.0)]);
-            }
-        }
-        self.evaluate_step();
-        let columns = |x: Vec3<Dual<3>>| matrix([0, 1, 2].map(|r| x.0[r].slope));
-        bodies.clear();
-        joints.clear();
-        for i in 0..self.poses.len() {
-            bodies.push(if self.is_still(i) { Matrix3::zeros() } else { columns(self.defect(i).angular) });
-        }
-        for j in 0..self.lambda.len() {
-            joints.push(columns(self.missed(j).linear));
-        }
-    }
-
-    /// Takes over as constants what a step has said for an evaluation.
-    fn mirror(&mut self, from: &Component<f64>) {
-        (self.time, self.dt, self.effective) = (from.time, from.dt, Dual::splat(from.effective));
-        for (own, from) in self.predicted.iter_mut().zip(&from.predicted) {
-            *own = BodyPose::splat(from);
-        }
-        for (own, from) in self.start.iter_mut().zip(&from.start) {
-            *own = BodyPose::splat(from);
-        }
-        for (own, from) in self.bodies.iter_mut().zip(&from.bodies) {
-            own.inverse_mass = Dual::splat(from.inverse_mass);
-            own.transverse = Dual::splat(from.transverse);
-        }
-        for (own, from) in self.system.joints.iter_mut().zip(&from.system.joints) {
-            own.shear = Dual::splat(from.shear);
-            own.stretch_extra = Dual::splat(from.stretch_extra);
-            own.bend = Dual::splat(from.bend);
-            own.twist_extra = Dual::splat(from.twist_extra);
-        }
-        let extras = |own: &mut [Dual<3>], from: &[f64]| {
-            own.iter_mut().zip(from).for_each(|(own, from)| *own = Dual::splat(*from));
-        };
-        extras(&mut self.system.bend_extra, &from.system.bend_extra);
-        extras(&mut self.system.shear_extra, &from.system.shear_extra);
-        for (own, from) in self.beyond.damped.iter_mut().zip(&from.beyond.damped) {
-            own.rest_darboux = Vec3::splat(from.rest_darboux);
-            own.gap = Vec3::splat(from.gap);
-        }
-        for (own, from) in self.loads.iter_mut().zip(&from.loads) {
-            (own.force, own.torque) = (Vec3::splat(from.force), Vec3::splat(from.torque));
-        }
     }
 }
 
@@ -290,6 +233,42 @@ pub(crate) struct Begin {
     steps: Option<StepsBefore>,
 }
 
+/// Derivatives of a number with respect to what a body's state consists of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyBar {
+    /// The pose: shift and turn.
+    pub(crate) pose: Spatial<f64>,
+    /// Velocities over the last step.
+    pub(crate) velocity: Spatial<f64>,
+    /// Velocity and angular momentum at the end of the last step.
+    pub(crate) now: Spatial<f64>,
+    /// The same one step earlier.
+    pub(crate) earlier: Spatial<f64>,
+    /// The discrete momentum over the last step.
+    pub(crate) over: Vec3<f64>,
+}
+
+impl Default for BodyBar {
+    fn default() -> Self {
+        let zero = Spatial::zero();
+        Self { pose: zero, velocity: zero, now: zero, earlier: zero, over: Vec3::zero() }
+    }
+}
+
+impl BodyBar {
+    /// The list that a group of numbers belongs to.
+    pub(crate) fn add(&mut self, group: Group, by: Spatial<f64>) {
+        let own = match group {
+            Group::Pose => &mut self.pose,
+            Group::Velocity => &mut self.velocity,
+            Group::Now => &mut self.now,
+            Group::Earlier => &mut self.earlier,
+            Group::Over => return self.over += by.linear,
+        };
+        *own = own.plus(by, 1.0);
+    }
+}
+
 /// Numbers of which the state of a free body consists, six at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Group {
@@ -306,8 +285,8 @@ pub(crate) enum Group {
 }
 
 impl Group {
-    /// All but the pose; only the first without a memory of several steps.
-    pub(crate) const STATE: [Self; 4] = [Self::Velocity, Self::Now, Self::Earlier, Self::Over];
+    /// All; only the first two without a memory of several steps.
+    pub(crate) const ALL: [Self; 5] = [Self::Pose, Self::Velocity, Self::Now, Self::Earlier, Self::Over];
 }
 
 impl Component<f64> {
@@ -358,21 +337,21 @@ fn unit(k: usize) -> [Vector3<f64>; 2] {
 }
 
 impl Component<Dual<6>> {
-    /// Lets the numbers of a group change, each along a direction, of the bodies that `is_seeded` says.
-    pub(crate) fn seed_group(&mut self, group: Group, is_seeded: impl Fn(usize) -> bool) {
+    /// Lets the numbers of a group change by so much, each along a direction, of all bodies that are free.
+    pub(crate) fn seed_group(&mut self, group: Group, by: f64) {
         let along = |x: &mut Spatial<Dual<6>>, k: usize| {
-            let [linear, angular] = unit(k);
+            let [linear, angular] = unit(k).map(|x| x * by);
             set_slope(&mut x.linear, k, &linear);
             set_slope(&mut x.angular, k, &angular);
         };
-        for i in (0..self.poses.len()).filter(|&i| is_seeded(i)) {
+        for i in (0..self.segments).filter(|&i| self.bodies[i].free.value != 0.0) {
             for k in 0..6 {
                 match group {
-                    Group::Pose => move_along(&mut self.poses[i], k, &unit(k)),
+                    Group::Pose => move_along(&mut self.poses[i], k, &unit(k).map(|x| x * by)),
                     Group::Velocity => along(&mut self.velocities[i], k),
                     Group::Now | Group::Earlier | Group::Over => {
-                        if let Some(steps) = self.multistep.as_mut().filter(|_| i < self.segments) {
-                            steps.seed_state(group, i, k, &unit(k));
+                        if let Some(steps) = &mut self.multistep {
+                            steps.seed_state(group, i, k, &unit(k).map(|x| x * by));
                         }
                     }
                 }
@@ -380,11 +359,12 @@ impl Component<Dual<6>> {
         }
     }
 
-    /// What the state of a body at the end of a step changes by along a direction, but for its pose: lists of [`Group::STATE`].
-    pub(crate) fn ended_along(&self, i: usize, k: usize) -> [[Vector3<f64>; 2]; 4] {
-        let zero = [Vector3::zeros(); 2];
-        let [now, earlier, over] = self.multistep.as_ref().map_or([zero; 3], |steps| steps.state_along(i, k));
-        [slope_of(&self.velocities[i], k), now, earlier, over]
+    /// What drag does of a body changes by along a direction: what it adds to the prediction, the inverse mass, and the moment
+    /// of inertia across the axis.
+    pub(crate) fn drag_along(&self, i: usize, k: usize) -> ([Vector3<f64>; 2], [f64; 2]) {
+        let constants = &self.bodies[i];
+        let inertia = [constants.inverse_mass, constants.transverse].map(|x| x.slope[k]);
+        (self.drag.as_ref().map_or([Vector3::zeros(); 2], |drag| slope_of(&drag.impulses[i], k)), inertia)
     }
 
     /// Lets masses and the moments of inertia across and about the axes change by so much, along the first three directions.

@@ -76,7 +76,7 @@ impl Component<Dual<6>> {
             forces.iter().map(|force| Matrix6::from_columns(&[0, 1, 2, 3, 4, 5].map(|k| column(force, k)))).collect()
         };
         self.place_constant(poses, &[]);
-        self.seed_group(Group::Pose, |_| true);
+        self.seed_group(Group::Pose, 1.0);
         let of_poses = slopes(self);
         self.place_constant(poses, &[]);
         let Some(air) = &model.air else { return Vec::new() };

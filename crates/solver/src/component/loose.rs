@@ -189,6 +189,12 @@ impl<T: Real> Component<T> {
         }
     }
 
+    /// Rows of a joint of a set on its own, zero where it is free.
+    pub(super) fn without_free_rows(&self, joint: usize, x: Spatial<T>) -> Spatial<T> {
+        let own = self.loose.iter().filter(|loose| loose.joint == joint);
+        own.fold(x, |x, &Loose { lane, turns, open, .. }| masked(x, lane, turns, open))
+    }
+
     /// Drops what a guess says of multipliers of free rows.
     pub(super) fn drop_free_multipliers(&mut self) {
         for Loose { lane, joint, turns, open } in &self.loose {

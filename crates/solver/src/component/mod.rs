@@ -3,6 +3,8 @@
 //! Bodies are the set's segments, in the model's order, followed by the anchors that its joints hold on to. Several
 //! sets with the same connectivity can move side by side, one a lane.
 
+mod adjoint;
+mod adjoint_joints;
 mod apart;
 mod beyond;
 mod derivative;
@@ -24,6 +26,7 @@ mod split;
 mod state;
 mod tangent;
 mod update;
+mod whole;
 
 use std::sync::Arc;
 
@@ -35,7 +38,9 @@ use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::system::System;
 use crate::topology::Topology;
 
-pub(crate) use derivative::{Begin, Group, move_along, movement_along, slope_of};
+pub(crate) use adjoint::{BodyGradient, Ended};
+pub(crate) use adjoint_joints::add_numbers;
+pub(crate) use derivative::{Begin, BodyBar, Group, move_along, movement_along, slope_of};
 pub(crate) use hold::Change;
 pub(crate) use lanes::{copy_spatial, pick_spatial};
 pub(crate) use loose::has_loose;

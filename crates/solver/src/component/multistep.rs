@@ -22,9 +22,11 @@
 //!
 //! Velocities of Algorithm 1 remain those over the last step; those at its end are kept here.
 
+mod back;
+
 use nalgebra::Vector3;
 
-use super::derivative::{Group, set_slope, slope_of};
+use super::derivative::{Group, set_slope};
 use super::lanes::{copy_lane, copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::predict::angular_momentum;
 use super::state::rate;
@@ -36,6 +38,8 @@ use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::Tape;
+
+pub(super) use back::{gyroscopic_back, momentum_back};
 
 /// Largest ratio of a step to the one before it: beyond 1 + sqrt 2 errors would grow from step to step. A longer step is one
 /// of Euler's rule.
@@ -116,7 +120,7 @@ impl<T: Real> Multistep<T> {
 
     /// `I x` of a segment that is oriented so, both in world axes.
     #[inline(always)]
-    fn inertia(&self, body: usize, q: Quat<T>, x: Vec3<T>) -> Vec3<T> {
+    pub(super) fn inertia(&self, body: usize, q: Quat<T>, x: Vec3<T>) -> Vec3<T> {
         let (constants, axis) = (&self.bodies[body], q.axis());
         let of_top = x * constants.transverse + axis * (axis.dot(x) * (constants.axial - constants.transverse));
         let Some((moments, is_rigid)) = self.moments.get(body) else { return of_top };
@@ -237,13 +241,6 @@ impl<const D: usize> Multistep<Dual<D>> {
         };
         set_slope(&mut spatial.linear, k, linear);
         set_slope(&mut spatial.angular, k, angular);
-    }
-
-    /// What a segment's state changes by along a direction: `now`, `earlier` and `over`.
-    pub(super) fn state_along(&self, index: usize, k: usize) -> [[Vector3<f64>; 2]; 3] {
-        let zero = Vec3([Dual::splat(0.0); 3]);
-        let over = slope_of(&Spatial { linear: self.over[index], angular: zero }, k);
-        [slope_of(&self.now[index], k), slope_of(&self.earlier[index], k), over]
     }
 
     /// Lets a segment's velocity at the start change along a direction.

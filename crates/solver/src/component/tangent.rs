@@ -80,7 +80,7 @@ impl Component<f64> {
 
     /// The inertia's share of a body's block of K.
     #[inline(always)]
-    fn turning(&self, i: usize, inertia: Sym3<f64>) -> Sym3<f64> {
+    pub(super) fn turning(&self, i: usize, inertia: Sym3<f64>) -> Sym3<f64> {
         let turn = (self.poses[i].q * self.predicted[i].q.conj()).upper();
         curvature::of_inertia(inertia, turn.w, turn.v * 2.0)
     }
@@ -92,10 +92,7 @@ impl Component<f64> {
         let terms = &system.joints[j];
         let [a, b] = system.topology.joints[j].map(|body| body as usize);
         let frame = system.frame(j);
-        let mut arms = [system.bodies[a].axis * terms.offsets[0], system.bodies[b].axis * terms.offsets[1]];
-        if let Some(across) = system.across.get(j) {
-            arms = [arms[0] + across[0], arms[1] + across[1]];
-        }
+        let arms = self.arms(j);
         let lambda = self.lambda[j];
         let world = terms.multipliers_to_world(lambda, frame);
         let kappa = frame.rotate(lambda.angular).dot(terms.t) / (2.0 * terms.length);

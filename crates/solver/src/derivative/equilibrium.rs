@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rod::{Body, Model, State};
 
 use super::forward::six;
-use super::run::check;
+use super::run::{check, refuse_bodies};
 use super::seed::is_held;
 use super::{AirVariation, DerivativeError, HeldVariation, JointVariation, StateVariation, Variation, Wanted};
 use crate::component::{Component, Members, split};
@@ -90,6 +90,7 @@ impl Equilibrium {
     /// equilibrium are singular.
     pub fn new(model: &Model, state: &State, params: &StaticParams) -> Result<Self, DerivativeError> {
         check(model)?;
+        refuse_bodies(model)?;
         let mut state = state.clone();
         let report = equilibrium(model, &mut state, params)?;
         if !report.converged {
@@ -148,13 +149,11 @@ impl Equilibrium {
 struct Search {
     members: Members,
     component: Component<f64>,
-    /// For how the equations change where all bodies are turned alike.
-    turned: Component<Dual<3>>,
     /// For how drag changes.
     blown: Option<Component<Dual<6>>>,
     forces: Vec<Spatial<f64>>,
     equations: Equations,
-    columns: (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>),
+    whole: (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>),
     topology: Arc<Topology>,
     factor: Factor,
 }
@@ -167,17 +166,14 @@ impl Search {
         component.hold_still();
         component.stop_inner_damping();
         component.begin_equilibrium();
-        let mut turned: Component<Dual<3>> = Component::new(model, state, topology.clone(), &[&members]);
-        turned.stop_inner_damping();
         let blown = component.has_air().then(|| Component::new(model, state, topology.clone(), &[&members]));
         Ok(Self {
             members,
             component,
-            turned,
             blown,
             forces: Vec::new(),
             equations: Equations::default(),
-            columns: (Vec::new(), Vec::new()),
+            whole: (Vec::new(), Vec::new()),
             topology,
             factor,
         })
@@ -185,16 +181,11 @@ impl Search {
 
     /// Factors the Jacobian where the bodies are, with a `share` of their inertia over a second; `None` where it is singular.
     fn linearise(&mut self, model: &Model, share: f64) -> Option<(Jacobian, Vec<Matrix6<f64>>)> {
-        let Self { members, component, turned, blown, forces, equations, columns: (bodies, joints), .. } = self;
+        let Self { members, component, blown, forces, equations, whole: (bodies, joints), .. } = self;
         component.weigh(forces, true);
         component.evaluate_equilibrium(forces);
         component.gather(equations, share);
-        turned.turn_all(component, bodies, joints);
-        for (i, turn) in bodies.iter_mut().enumerate() {
-            if let Some((_, inertia)) = component.mass_and_inertia(i) {
-                *turn += inertia * (1.0 - share);
-            }
-        }
+        component.whole_blocks(equations, share, bodies, joints);
         let mut jacobian = Jacobian::new(&self.topology, equations, (bodies, joints));
         let drag = blown.as_mut().map_or(Vec::new(), |blown| blown.drag_slopes(&component.poses, members, model));
         for (i, [of_pose, _]) in drag.iter().enumerate().filter(|(i, _)| !component.is_still(*i)) {

@@ -17,6 +17,9 @@ pub enum DerivativeError {
     /// A formulation whose steps are not solved to the end.
     #[error("derivatives need formulation newton, whose steps are solved to the end")]
     Formulation,
+    /// Checkpoints that are no step apart.
+    #[error("checkpoints must be a step apart at least")]
+    Stretch,
     /// A step that is not solved.
     #[error("step {step} has no derivative: {}", .status.name())]
     Step {

@@ -7,21 +7,23 @@
 //! number with respect to everything.
 
 mod adjoint;
+mod duals;
 mod equilibrium;
 mod error;
 mod forward;
 mod parameter;
 mod record;
+mod recording;
 mod replay;
 mod run;
 mod seed;
 mod variation;
 
-pub use adjoint::{Recording, Wanted};
 pub use equilibrium::Equilibrium;
 pub use error::DerivativeError;
 pub use forward::Forward;
 pub use parameter::{Parameter, Rods};
+pub use recording::{Recording, Wanted};
 pub use variation::{AirVariation, HeldVariation, JointVariation, SegmentVariation, StateVariation, Variation};
 
 pub(crate) use record::Substep;

@@ -8,7 +8,6 @@ use rod::{Model, State};
 use super::{DerivativeError, Substep};
 use crate::component::{Component, Members};
 use crate::integrator::Integrator;
-use crate::kernel::dual::Dual;
 use crate::tangent::Equations;
 use crate::tangent::jacobian::{Factor, Jacobian};
 use crate::topology::Topology;
@@ -16,9 +15,7 @@ use crate::topology::Topology;
 /// A connected set beside itself, and the Jacobian of its last step.
 pub(super) struct Replay {
     pub(super) component: Component<f64>,
-    /// For how the equations change where all bodies are turned alike.
-    turned: Component<Dual<3>>,
-    columns: (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>),
+    whole: (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>),
     equations: Equations,
     pub(super) topology: Arc<Topology>,
     pub(super) factor: Factor,
@@ -49,8 +46,7 @@ impl Replay {
     ) -> Result<Self, DerivativeError> {
         Ok(Self {
             component: component(model, state, integrator, set),
-            turned: component(model, state, integrator, set),
-            columns: (Vec::new(), Vec::new()),
+            whole: (Vec::new(), Vec::new()),
             equations: Equations::default(),
             factor: Factor::new(set.1).ok_or(DerivativeError::Unknown("rods that form so many loops"))?,
             topology: set.1.clone(),
@@ -60,13 +56,13 @@ impl Replay {
     /// Begins a step and puts its solution in its place: returns the Jacobian there, which the factor is of; `None` where it is
     /// singular.
     pub(super) fn linearise(&mut self, substep: &Substep) -> Option<Jacobian> {
-        let Self { component, turned, columns: (bodies, joints), equations, topology, factor } = self;
+        let Self { component, whole: (bodies, joints), equations, topology, factor } = self;
         component.set_forces(substep.interval.time + substep.interval.dt);
         component.predict_step(substep.interval);
         component.go_back_to(&substep.poses, &substep.lambda);
         component.evaluate_step();
         component.gather(equations, 1.0);
-        turned.turn_all(component, bodies, joints);
+        component.whole_blocks(equations, 1.0, bodies, joints);
         let jacobian = Jacobian::new(topology, equations, (bodies, joints));
         factor.factor(&jacobian).then_some(jacobian)
     }

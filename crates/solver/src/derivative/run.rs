@@ -47,12 +47,22 @@ fn solved(model: &Model, settings: &Settings) -> Result<Settings, DerivativeErro
     Ok(Settings { step, solver })
 }
 
+/// Whether a model has rigid bodies.
+pub(super) fn has_bodies(model: &Model) -> bool {
+    model.segments.iter().any(|segment| segment.body.is_some())
+}
+
+/// Refuses rigid bodies, which dual numbers know nothing of.
+pub(super) fn refuse_bodies(model: &Model) -> Result<(), DerivativeError> {
+    if has_bodies(model) { Err(DerivativeError::Unknown("rigid bodies")) } else { Ok(()) }
+}
+
 /// Refuses what is not differentiated.
 pub(super) fn check(model: &Model) -> Result<(), DerivativeError> {
     let refuse = |is_there: bool, what| if is_there { Err(DerivativeError::Unknown(what)) } else { Ok(()) };
     refuse(!model.contacts.is_empty(), "contacts")?;
+    refuse(has_bodies(model) && model.air.is_some(), "rigid bodies in air")?;
     refuse(model.motions.iter().any(|driven| driven.is_timed()), "grips that take hold or let go on the way")?;
-    refuse(model.segments.iter().any(|segment| segment.body.is_some()), "rigid bodies")?;
     refuse(model.air.as_ref().is_some_and(|air| air.wind.has_gusts()), "gusts")
 }
 

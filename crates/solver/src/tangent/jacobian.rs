@@ -10,19 +10,16 @@
 //! stiffness that of bending drowns. Joints that close loops, which may lead through what is held, come last, as a dense
 //! border. Refinement follows every solve, as a dense border of what is stiff costs digits.
 
+mod factor;
+
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
-use super::Equations;
+use super::{Equations, JointEquation};
 use crate::topology::Topology;
 
-/// Most joints that close loops.
-const MOST_CUTS: usize = 32;
-/// Most steps of refinement of a solve.
-const MOST_REFINEMENTS: usize = 10;
-/// A change of a solution by this share is its last.
-const EXACT: f64 = 1e-13;
+pub use factor::Factor;
 
 /// A number for each row, or each column, of the equations: six a body, and six a joint.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -81,52 +78,90 @@ pub struct Jacobian {
 #[derive(Clone, Copy, Debug)]
 struct JointBlocks {
     /// J of bodies a and b, as forces see it.
-    forces: [Matrix6<f64>; 2],
+    forces: [Rows; 2],
     /// J' of bodies a and b, as movements see it.
-    movements: [Matrix6<f64>; 2],
-    compliance: Matrix6<f64>,
+    movements: [Rows; 2],
+    /// alpha~ of stretch-shear and of bend-twist.
+    compliance: [Matrix3<f64>; 2],
     /// K' of body a (rows) with body b (columns), of their turns.
-    coupling: Matrix6<f64>,
+    coupling: Matrix3<f64>,
 }
 
-/// `sigma [I, M; 0, -I]`.
-fn rows(sigma: f64, mixed: &Matrix3<f64>) -> Matrix6<f64> {
-    let mut out = Matrix6::zeros();
-    for k in 0..3 {
-        out[(k, k)] = sigma;
-        out[(3 + k, 3 + k)] = -sigma;
+impl JointBlocks {
+    /// `alpha~ x`.
+    fn yielded<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
+        let [stretch, bend] = &self.compliance;
+        stacked(stretch * x.fixed_rows::<3>(0), bend * x.fixed_rows::<3>(3))
     }
-    out.fixed_view_mut::<3, 3>(0, 3).copy_from(&(mixed * sigma));
+
+    /// `x alpha~`.
+    fn yielding(&self, x: &Matrix6<f64>) -> Matrix6<f64> {
+        let [stretch, bend] = &self.compliance;
+        beside(x.fixed_columns::<3>(0) * stretch, x.fixed_columns::<3>(3) * bend)
+    }
+}
+
+fn stacked<const C: usize>(above: SMatrix<f64, 3, C>, below: SMatrix<f64, 3, C>) -> SMatrix<f64, 6, C> {
+    SMatrix::from_fn(|r, c| if r < 3 { above[(r, c)] } else { below[(r - 3, c)] })
+}
+
+fn beside(left: SMatrix<f64, 6, 3>, right: SMatrix<f64, 6, 3>) -> Matrix6<f64> {
+    let mut out = Matrix6::zeros();
+    out.fixed_columns_mut::<3>(0).copy_from(&left);
+    out.fixed_columns_mut::<3>(3).copy_from(&right);
     out
 }
 
+/// Adds a coupling of turns times the turns of x to the turns of `out`.
+fn add_turned<const C: usize>(out: &mut SMatrix<f64, 6, C>, coupling: &Matrix3<f64>, x: &SMatrix<f64, 6, C>) {
+    let mut turns = out.fixed_rows_mut::<3>(3);
+    turns += coupling * x.fixed_rows::<3>(3);
+}
+
+/// A block `sigma [I, M; 0, -I]`.
+#[derive(Clone, Copy, Debug)]
+struct Rows {
+    sigma: f64,
+    mixed: Matrix3<f64>,
+}
+
+impl Rows {
+    /// `R x`.
+    fn apply<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
+        let (above, below) = (x.fixed_rows::<3>(0), x.fixed_rows::<3>(3));
+        stacked((above + self.mixed * below) * self.sigma, below * -self.sigma)
+    }
+
+    /// `R^T x`.
+    fn tr_apply<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
+        let (above, below) = (x.fixed_rows::<3>(0), x.fixed_rows::<3>(3));
+        stacked(above * self.sigma, (self.mixed.tr_mul(&above) - below) * self.sigma)
+    }
+
+    /// `x R`.
+    fn after(&self, x: &Matrix6<f64>) -> Matrix6<f64> {
+        let (left, right) = (x.fixed_columns::<3>(0), x.fixed_columns::<3>(3));
+        beside(left * self.sigma, (left * self.mixed - right) * self.sigma)
+    }
+}
+
 impl Jacobian {
-    /// That of `equations`. `turned` has what the right-hand sides, `-g` of a body's turns and those of a joint's
-    /// stretch-shear rows, change by where all bodies are turned alike about an axis (one a column): what neighbours and arms
-    /// have in it is known, and the rest is a body's or a joint's own.
-    pub fn new(topology: &Arc<Topology>, equations: &Equations, turned: (&[Matrix3<f64>], &[Matrix3<f64>])) -> Self {
+    /// That of `equations`, with the exact blocks of the turns of each body with itself, and of each joint's stretch-shear rows
+    /// with those of body a.
+    pub fn new(topology: &Arc<Topology>, equations: &Equations, whole: (&[Matrix3<f64>], &[Matrix3<f64>])) -> Self {
         let held: Vec<bool> = equations.bodies.iter().map(|body| body.is_held()).collect();
-        let mut turning: Vec<Matrix3<f64>> = turned.0.iter().map(|change| -change).collect();
-        let mut joints = Vec::with_capacity(equations.joints.len());
-        for ((joint, ends), change) in equations.joints.iter().zip(&topology.joints).zip(turned.1) {
-            let [a, b] = ends.map(|body| body as usize);
-            turning[a] -= joint.coupling;
-            turning[b] -= joint.coupling.transpose();
+        let joint = |(joint, tilted): (&JointEquation, &Matrix3<f64>)| {
             let [on_a, on_b] = joint.arms.map(|arm| -arm.cross_matrix());
-            let tilted = -change + on_b;
-            let mut compliance = Matrix6::zeros();
-            compliance.fixed_view_mut::<3, 3>(0, 0).copy_from(&joint.compliance[0]);
-            compliance.fixed_view_mut::<3, 3>(3, 3).copy_from(&joint.compliance[1]);
-            let mut coupling = Matrix6::zeros();
-            coupling.fixed_view_mut::<3, 3>(3, 3).copy_from(&joint.coupling);
-            joints.push(JointBlocks {
-                forces: [rows(1.0, &on_a), rows(-1.0, &on_b)],
-                movements: [rows(1.0, &tilted), rows(-1.0, &on_b)],
-                compliance,
-                coupling,
-            });
-        }
-        let own = equations.bodies.iter().zip(&turning).map(|(body, turning)| {
+            let rows = |sigma: f64, mixed: Matrix3<f64>| Rows { sigma, mixed };
+            JointBlocks {
+                forces: [rows(1.0, on_a), rows(-1.0, on_b)],
+                movements: [rows(1.0, *tilted), rows(-1.0, on_b)],
+                compliance: joint.compliance,
+                coupling: joint.coupling,
+            }
+        };
+        let joints = equations.joints.iter().zip(whole.1).map(joint).collect();
+        let own = equations.bodies.iter().zip(whole.0).map(|(body, turning)| {
             let mut block = Matrix6::identity();
             if !body.is_held() {
                 block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * body.mass));
@@ -157,10 +192,11 @@ impl Jacobian {
             let (movements, forces) =
                 if transposed { (&joint.forces, &joint.movements) } else { (&joint.movements, &joint.forces) };
             let y = &x.joints[j];
-            let (on_a, on_b) = (joint.coupling * x.bodies[b], joint.coupling.tr_mul(&x.bodies[a]));
-            out.joints[j] = movements[0] * x.bodies[a] + movements[1] * x.bodies[b] - joint.compliance * y;
-            out.bodies[a] += forces[0].tr_mul(y) + on_a;
-            out.bodies[b] += forces[1].tr_mul(y) + on_b;
+            out.joints[j] = movements[0].apply(&x.bodies[a]) + movements[1].apply(&x.bodies[b]) - joint.yielded(y);
+            out.bodies[a] += forces[0].tr_apply(y);
+            out.bodies[b] += forces[1].tr_apply(y);
+            add_turned(&mut out.bodies[a], &joint.coupling, &x.bodies[b]);
+            add_turned(&mut out.bodies[b], &joint.coupling.transpose(), &x.bodies[a]);
         }
         if !transposed {
             out.bodies
@@ -170,271 +206,6 @@ impl Jacobian {
                 .for_each(|(own, _)| *own = Vector6::zeros());
         }
     }
-}
-
-/// A factor of a [`Jacobian`].
-#[derive(Clone, Debug)]
-pub struct Factor {
-    /// Bodies from the leaves to the roots, each with the joint at its inner end.
-    nodes: Vec<Node>,
-    /// One entry a node.
-    factors: Vec<NodeFactor>,
-    /// What is left of each body; of a root its inverse.
-    left: Vec<Matrix6<f64>>,
-    /// Bodies that no joint leads further from.
-    roots: Vec<usize>,
-    held: Vec<bool>,
-    /// Joints that close loops.
-    cuts: Vec<usize>,
-    /// How all else answers what these transmit, a column a number.
-    border: Vec<Field>,
-    schur: Option<DMatrix<f64>>,
-    residual: Field,
-    right: Field,
-}
-
-/// A body and the joint at its inner end.
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    body: usize,
-    joint: usize,
-    /// Place of the body in the joint.
-    end: usize,
-    /// The body at the other end, unless it is held.
-    inner: Option<usize>,
-}
-
-/// A node that has been eliminated.
-#[derive(Clone, Copy, Debug)]
-struct NodeFactor {
-    /// Z^-1: rows of the body's movement and of y, columns of forces and of what the joint misses.
-    inverse: [[Matrix6<f64>; 2]; 2],
-    /// Their movement and y for a movement of the inner body.
-    follow: [Matrix6<f64>; 2],
-}
-
-impl Jacobian {
-    /// K' of a node's body (rows) with its inner body.
-    fn coupling(&self, node: &Node) -> Matrix6<f64> {
-        let coupling = &self.joints[node.joint].coupling;
-        if node.end == 0 { *coupling } else { coupling.transpose() }
-    }
-}
-
-impl Factor {
-    /// Memory for Jacobians of this connectivity; `None` where there are too many loops.
-    pub fn new(topology: &Topology) -> Option<Self> {
-        let bodies = topology.bodies();
-        let mut joints_of = vec![Vec::new(); bodies];
-        for (j, ends) in topology.joints.iter().enumerate() {
-            ends.iter().enumerate().for_each(|(end, &body)| joints_of[body as usize].push((j, end)));
-        }
-        let (mut met, mut is_used) = (topology.fixed.clone(), vec![false; topology.joints.len()]);
-        let (mut nodes, mut roots) = (Vec::new(), Vec::new());
-        // From all that is held at once, then from a body of each set that is free.
-        let mut front: Vec<usize> = (0..bodies).filter(|&body| topology.fixed[body]).collect();
-        let mut next_root = 0;
-        loop {
-            while !front.is_empty() {
-                let mut beyond = Vec::new();
-                for inner in front {
-                    for &(joint, end) in &joints_of[inner] {
-                        let body = topology.joints[joint][1 - end] as usize;
-                        if !met[body] {
-                            (met[body], is_used[joint]) = (true, true);
-                            let inner = (!topology.fixed[inner]).then_some(inner);
-                            nodes.push(Node { body, joint, end: 1 - end, inner });
-                            beyond.push(body);
-                        }
-                    }
-                }
-                front = beyond;
-            }
-            match (next_root..bodies).find(|&body| !met[body]) {
-                None => break,
-                Some(root) => {
-                    (met[root], next_root) = (true, root + 1);
-                    roots.push(root);
-                    front = vec![root];
-                }
-            }
-        }
-        nodes.reverse();
-        let cuts: Vec<usize> = (0..is_used.len()).filter(|&joint| !is_used[joint]).collect();
-        let none = NodeFactor { inverse: [[Matrix6::zeros(); 2]; 2], follow: [Matrix6::zeros(); 2] };
-        (cuts.len() <= MOST_CUTS).then(|| Self {
-            factors: vec![none; nodes.len()],
-            nodes,
-            left: vec![Matrix6::zeros(); bodies],
-            roots,
-            held: topology.fixed.clone(),
-            border: vec![Field::zero(topology); 6 * cuts.len()],
-            cuts,
-            schur: None,
-            residual: Field::zero(topology),
-            right: Field::zero(topology),
-        })
-    }
-
-    /// Factors; returns whether it could: not where the equations are singular, or numbers are not finite.
-    pub fn factor(&mut self, jacobian: &Jacobian) -> bool {
-        self.factor_tree(jacobian).and_then(|()| self.factor_border(jacobian)).is_some()
-    }
-
-    fn factor_tree(&mut self, jacobian: &Jacobian) -> Option<()> {
-        self.left.copy_from_slice(&jacobian.bodies);
-        for (node, factor) in self.nodes.iter().zip(&mut self.factors) {
-            let joint = &jacobian.joints[node.joint];
-            let (own, other) = (node.end, 1 - node.end);
-            let back = &joint.movements[own];
-            let r = self.left[node.body] * back;
-            let n = (r * joint.compliance + joint.forces[own].transpose()).try_inverse()?;
-            let (yielded, missed) = (joint.compliance * n, n * r);
-            factor.inverse = [[back * yielded, back * (Matrix6::identity() - joint.compliance * missed)], [n, -missed]];
-            let Some(inner) = node.inner else { continue };
-            let coupling = jacobian.coupling(node);
-            let [above, below] = &factor.inverse;
-            factor.follow = [above, below].map(|row| -(row[0] * coupling + row[1] * joint.movements[other]));
-            self.left[inner] += coupling.tr_mul(&factor.follow[0]) + joint.forces[other].tr_mul(&factor.follow[1]);
-        }
-        for &root in &self.roots {
-            self.left[root] = self.left[root].try_inverse()?;
-        }
-        let is_finite = |factor: &NodeFactor| factor.inverse[1][0].iter().all(|x| x.is_finite());
-        self.factors.iter().all(is_finite).then_some(())
-    }
-
-    fn factor_border(&mut self, jacobian: &Jacobian) -> Option<()> {
-        if self.cuts.is_empty() {
-            return Some(());
-        }
-        let count = self.border.len();
-        let mut schur = DMatrix::zeros(count, count);
-        let mut border = std::mem::take(&mut self.border);
-        let (mut unit, mut column) = (self.residual.clone(), self.residual.clone());
-        for (c, own) in border.iter_mut().enumerate() {
-            unit.clear();
-            unit.joints[self.cuts[c / 6]][c % 6] = 1.0;
-            jacobian.apply(&unit, false, &mut column);
-            let at_cuts = self.at_cuts(&column);
-            *own = column.clone();
-            self.solve_tree(jacobian, own, false);
-            jacobian.apply(own, false, &mut column);
-            schur.set_column(c, &(at_cuts - self.at_cuts(&column)));
-        }
-        self.border = border;
-        self.schur = schur.try_inverse();
-        self.schur.is_some().then_some(())
-    }
-
-    fn at_cuts(&self, x: &Field) -> DVector<f64> {
-        DVector::from_iterator(6 * self.cuts.len(), self.cuts.iter().flat_map(|&cut| x.joints[cut].iter().copied()))
-    }
-
-    fn set_cuts(&self, x: &mut Field, values: &DVector<f64>) {
-        for (k, &cut) in self.cuts.iter().enumerate() {
-            x.joints[cut] = values.fixed_rows::<6>(6 * k).into();
-        }
-    }
-
-    /// Solves `A x = b`, or `A^T x = b`, in the place of b. Rows of held bodies are zero after it.
-    pub fn solve(&mut self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
-        let (mut residual, mut right) = (std::mem::take(&mut self.residual), std::mem::take(&mut self.right));
-        right.bodies.copy_from_slice(&x.bodies);
-        right.joints.copy_from_slice(&x.joints);
-        self.solve_once(jacobian, x, transposed);
-        let mut before = [f64::INFINITY; 2];
-        for _ in 0..MOST_REFINEMENTS {
-            jacobian.apply(x, transposed, &mut residual);
-            residual.subtract_from(&right);
-            self.solve_once(jacobian, &mut residual, transposed);
-            let (change, size) = (residual.sizes(), x.sizes());
-            // Rounding errors do not become less.
-            if (0..2).all(|k| change[k] > 0.5 * before[k]) {
-                break;
-            }
-            before = change;
-            x.add(&residual, 1.0);
-            if (0..2).all(|k| change[k] <= EXACT * size[k]) {
-                break;
-            }
-        }
-        (self.residual, self.right) = (residual, right);
-    }
-
-    fn solve_once(&self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
-        let Some(inverse) = &self.schur else { return self.solve_tree(jacobian, x, transposed) };
-        let right = self.at_cuts(x);
-        let rest = |of: &Field| {
-            let mut column = of.clone();
-            jacobian.apply(of, transposed, &mut column);
-            column
-        };
-        if !transposed {
-            self.solve_tree(jacobian, x, false);
-            let cut = inverse * (right - self.at_cuts(&rest(x)));
-            self.border.iter().zip(&cut).for_each(|(border, &share)| x.add(border, -share));
-            self.set_cuts(x, &cut);
-            return;
-        }
-        // B^T T^-T f is (T^-1 B)^T f.
-        let answers = self.border.iter().zip(&right).map(|(border, own)| own - dot(border, x));
-        let cut = inverse.tr_mul(&DVector::from_iterator(right.len(), answers));
-        let mut moved = x.clone();
-        moved.clear();
-        self.set_cuts(&mut moved, &cut);
-        x.add(&rest(&moved), -1.0);
-        self.solve_tree(jacobian, x, true);
-        self.set_cuts(x, &cut);
-    }
-
-    /// Solves without the joints that close loops.
-    fn solve_tree(&self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
-        let Field { bodies, joints } = x;
-        bodies.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(body, _)| *body = Vector6::zeros());
-        self.cuts.iter().for_each(|&cut| joints[cut] = Vector6::zeros());
-        for (node, factor) in self.nodes.iter().zip(&self.factors) {
-            let Some(inner) = node.inner else { continue };
-            let (f, c) = (bodies[node.body], joints[node.joint]);
-            if transposed {
-                bodies[inner] += factor.follow[0].tr_mul(&f) + factor.follow[1].tr_mul(&c);
-            } else {
-                let [[a, b], [d, e]] = &factor.inverse;
-                let force = &jacobian.joints[node.joint].forces[1 - node.end];
-                bodies[inner] -= jacobian.coupling(node).tr_mul(&(a * f + b * c)) + force.tr_mul(&(d * f + e * c));
-            }
-        }
-        for &root in &self.roots {
-            bodies[root] =
-                if transposed { self.left[root].tr_mul(&bodies[root]) } else { self.left[root] * bodies[root] };
-        }
-        for (node, factor) in self.nodes.iter().zip(&self.factors).rev() {
-            let (mut f, mut c) = (bodies[node.body], joints[node.joint]);
-            let [[a, b], [d, e]] = &factor.inverse;
-            let inner = node.inner.map(|inner| bodies[inner]);
-            if transposed {
-                if let Some(v) = inner {
-                    f -= jacobian.coupling(node) * v;
-                    c -= jacobian.joints[node.joint].forces[1 - node.end] * v;
-                }
-                bodies[node.body] = a.tr_mul(&f) + d.tr_mul(&c);
-                joints[node.joint] = b.tr_mul(&f) + e.tr_mul(&c);
-            } else {
-                let (mut moved, mut y) = (a * f + b * c, d * f + e * c);
-                if let Some(v) = inner {
-                    moved += factor.follow[0] * v;
-                    y += factor.follow[1] * v;
-                }
-                bodies[node.body] = moved;
-                joints[node.joint] = y;
-            }
-        }
-    }
-}
-
-fn dot(a: &Field, b: &Field) -> f64 {
-    let sum = |a: &[Vector6<f64>], b: &[Vector6<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
-    sum(&a.bodies, &b.bodies) + sum(&a.joints, &b.joints)
 }
 
 /// `x` of three numbers each as a shift and a turn.

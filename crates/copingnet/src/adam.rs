@@ -3,33 +3,34 @@
 
 /// How to step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AdamParams {
+pub struct AdamParams {
     /// Decay of the gradients' mean.
-    pub(crate) beta_1: f64,
+    pub beta_1: f64,
     /// Decay of their squares' mean.
-    pub(crate) beta_2: f64,
+    pub beta_2: f64,
     /// Largest norm of a gradient; it is scaled down to it.
-    pub(crate) clip: f64,
+    pub clip: f64,
 }
 
 /// The optimiser's state.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Adam {
+pub struct Adam {
     /// Steps taken.
-    pub(crate) steps: u64,
+    pub steps: u64,
     /// Mean of the gradients.
-    pub(crate) mean: Vec<f32>,
+    pub mean: Vec<f32>,
     /// Mean of their squares.
-    pub(crate) square: Vec<f32>,
+    pub square: Vec<f32>,
 }
 
 impl Adam {
-    pub(crate) fn new(count: usize) -> Self {
+    /// Before the first step on so many numbers.
+    pub fn new(count: usize) -> Self {
         Self { steps: 0, mean: vec![0.0; count], square: vec![0.0; count] }
     }
 
     /// One step of size `rate` against the gradient. A gradient that is not finite is left out; returns its norm.
-    pub(crate) fn step(&mut self, params: &AdamParams, rate: f64, gradient: &[f32], values: &mut [f32]) -> f64 {
+    pub fn step(&mut self, params: &AdamParams, rate: f64, gradient: &[f32], values: &mut [f32]) -> f64 {
         let norm = gradient.iter().map(|&g| f64::from(g) * f64::from(g)).sum::<f64>().sqrt();
         if !norm.is_finite() {
             return norm;

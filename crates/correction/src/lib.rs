@@ -1,0 +1,11 @@
+//! What a network adds to the prediction of a real cable: a correction of the simulated markers, learned from recordings.
+//!
+//! A [`Film`](film::Film) is a recording beside a guess of its markers, which is the simulation or, as a rival without physics,
+//! the first shape carried along with the grips. [`Inputs`](inputs::Inputs) are what a network reads of it in each frame, the
+//! same in every place and heading. A [`Correction`](correction::Correction) says what to add; [`train`](training::train)
+//! makes it.
+
+pub mod correction;
+pub mod film;
+pub mod inputs;
+pub mod training;

@@ -1,0 +1,99 @@
+//! Corrections of a simulated cable that was identified wrongly.
+
+use correction::correction::{Correction, Shape};
+use correction::film::{Film, Guess};
+use correction::inputs::Kind;
+use correction::training::{Plan, Trained, train};
+use identify::cable::{Cable, Resolution};
+use identify::metric::mean_error;
+use identify::parameter::{Parameter, Parameters};
+use identify::predict::predict;
+use identify::recording::Recording;
+use identify::simulated::{self, recordings};
+use nalgebra::{Rotation3, Vector3};
+
+/// Recordings of a cable that is curved at rest, beside simulations that do not know it.
+fn films(count: usize) -> Vec<(Recording, Film)> {
+    let mut truth = Parameters::default();
+    truth[Parameter::Curvature1] = 4.0;
+    let plan = simulated::Plan { recordings: count, frames: 60, noise: 0.0, seed: 3 };
+    let recordings = recordings(&truth, &plan).unwrap();
+    let segments = Resolution::default().segments;
+    let cables: Vec<Cable> = recordings.iter().map(|recording| Cable::new(recording, segments).unwrap()).collect();
+    let predictions = predict(&cables, &Parameters::default(), usize::MAX, 1).unwrap();
+    let film = |(recording, prediction): (Recording, _)| {
+        let film = Film::simulated(&recording, &prediction);
+        (recording, film)
+    };
+    recordings.into_iter().zip(predictions).map(film).collect()
+}
+
+fn plan(kind: Kind) -> Plan {
+    let shape = Shape { width: 16, blocks: usize::from(kind == Kind::Graph), scans: 0 };
+    Plan { guess: Guess::Physics, kind, shape, members: 1, epochs: 100, seed: 1 }
+}
+
+fn trained(films: &[(Recording, Film)], plan: &Plan) -> Trained {
+    let listed: Vec<_> = films.iter().map(|(recording, film)| (recording, film.clone())).collect();
+    train(&listed, plan, &mut |_| true).unwrap()
+}
+
+fn error(films: &[(Recording, Film)], correction: Option<&Correction>) -> f64 {
+    let of = |(recording, film): &(Recording, Film)| {
+        let nothing = || vec![vec![Vector3::zeros(); film.free.len()]; film.time.len()];
+        mean_error(recording, &film.corrected(&correction.map_or_else(nothing, |correction| correction.add(film))))
+    };
+    films.iter().map(of).sum::<f64>() / films.len() as f64
+}
+
+#[test]
+fn what_a_cable_was_not_known_to_be_is_learned() {
+    let films = films(28);
+    let (learned, held_out) = films.split_at(21);
+    for kind in Kind::ALL {
+        let found = trained(learned, &plan(kind));
+        let (guess, corrected) = (error(held_out, None), error(held_out, Some(&found.correction)));
+        assert!(corrected < 0.5 * guess, "{kind}: {corrected} m, before {guess} m");
+        let [aside, better] = found.aside[0];
+        assert!(better < aside, "{kind}");
+        // Nothing is added at first, and never more than the bound.
+        for (_, film) in held_out {
+            let added = found.correction.add(film);
+            assert!(added[0].iter().all(|x| x.norm() == 0.0));
+            assert!(added.iter().flatten().all(|x| x.norm() <= 3_f64.sqrt() * found.correction.bound));
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_learns_the_same_bits_and_a_file_keeps_them() {
+    let films = films(7);
+    let plan = Plan { epochs: 2, members: 2, ..plan(Kind::Graph) };
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| trained(&films, &plan))
+    };
+    let (one, three) = (with(1), with(3));
+    assert_eq!(one, three);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("correction.toml");
+    one.correction.write(&path).unwrap();
+    assert_eq!(Correction::read(&path).unwrap(), one.correction);
+    std::fs::write(&path, "schema_version = 1").unwrap();
+    assert!(Correction::read(&path).unwrap_err().contains("correction.toml"));
+}
+
+#[test]
+fn a_correction_is_the_same_in_every_place_and_heading() {
+    let films = films(7);
+    let found = trained(&films, &Plan { epochs: 2, ..plan(Kind::Graph) }).correction;
+    let (_, film) = &films[0];
+    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), 2.1);
+    let moved = |rows: &Vec<Vec<Vector3<f64>>>| -> Vec<Vec<Vector3<f64>>> {
+        rows.iter().map(|row| row.iter().map(|x| turn * x + Vector3::new(3.0, -1.0, 0.5)).collect()).collect()
+    };
+    let elsewhere = Film { real: moved(&film.real), guess: moved(&film.guess), ..film.clone() };
+    for (here, there) in found.add(film).iter().flatten().zip(found.add(&elsewhere).iter().flatten()) {
+        assert!((turn * here - there).norm() < 1e-4 * found.bound, "{here} {there}");
+    }
+}

@@ -1,0 +1,161 @@
+//! What dual numbers say on the way back: of drag, and of velocities as they are told.
+
+use std::sync::Arc;
+
+use nalgebra::{Vector3, Vector6};
+use rod::Model;
+
+use super::adjoint::Origin;
+use super::forward::six;
+use super::recording::Wanted;
+use super::replay::component;
+use super::{Substep, Variation};
+use crate::component::{BodyBar, BodyGradient, Component, Group, Members};
+use crate::kernel::Spatial;
+use crate::kernel::dual::Dual;
+use crate::kernel::math::Vec3;
+use crate::topology::Topology;
+
+/// A connected set in dual numbers.
+pub(super) struct Duals {
+    component: Component<Dual<6>>,
+    groups: &'static [Group],
+}
+
+/// Six slopes as a shift and a turn.
+fn spatial(x: &Vector6<f64>) -> Spatial<f64> {
+    Spatial::from_array((*x).into())
+}
+
+fn six_of(x: Spatial<f64>) -> Vector6<f64> {
+    Vector6::from(x.to_array())
+}
+
+impl Duals {
+    pub(super) fn new(model: &Model, Origin { state, integrator }: &Origin, set: (&Members, &Arc<Topology>)) -> Self {
+        let component: Component<Dual<6>> = component(model, state, *integrator, set);
+        let groups = if component.has_steps() { &Group::ALL[..] } else { &Group::ALL[..2] };
+        Self { component, groups }
+    }
+
+    /// Adds what velocities at the end of a step, as they are told, change by with the state there; returns what moments of
+    /// inertia do, one entry a segment.
+    pub(super) fn tell(&mut self, substep: &Substep, told: &[Spatial<f64>], bars: &mut [BodyBar]) -> Vec<Vector3<f64>> {
+        let Self { component, groups } = self;
+        component.begin_at(&substep.begin);
+        component.set_forces(substep.interval.time + substep.interval.dt);
+        component.still_forces();
+        component.predict_step(substep.interval);
+        component.place_constant(&substep.poses, &substep.lambda);
+        component.end_solved_step();
+        let along = |component: &Component<Dual<6>>, body: usize| {
+            Vector6::from_fn(|k, _| six(component.velocity_along(body, k)).dot(&six_of(told[body])))
+        };
+        let free: Vec<usize> = (0..component.segments()).filter(|&body| !component.is_still(body)).collect();
+        for &group in *groups {
+            component.seed_group(group, 1.0);
+            for &body in &free {
+                bars[body].add(group, spatial(&along(component, body)));
+            }
+            component.seed_group(group, 0.0);
+        }
+        component.seed_inertias(1.0);
+        let mut moments = vec![Vector3::zeros(); component.segments()];
+        for &body in &free {
+            let own = along(component, body);
+            moments[body] = Vector3::new(0.5 * own[1], 0.5 * own[1], own[2]);
+        }
+        component.seed_inertias(0.0);
+        moments
+    }
+
+    /// Adds what the drag of a step changes by with its start and with parameters; `gradients` are those of bodies.
+    pub(super) fn drag_back(
+        &mut self,
+        substep: &Substep,
+        (model, members): (&Model, &Members),
+        (from, gradients, wanted): (&Component<f64>, &mut [BodyGradient], Wanted),
+        start: &mut [BodyBar],
+        out: &mut Variation,
+    ) {
+        let Self { component, groups } = self;
+        let free: Vec<usize> = (0..component.segments()).filter(|&body| !component.is_still(body)).collect();
+        // Mass and moments in the step are what drag makes of them.
+        let of_drag: Vec<(Vector6<f64>, [f64; 2])> = gradients
+            .iter_mut()
+            .enumerate()
+            .map(|(body, own)| {
+                let Vec3([x, y, _]) = own.moments;
+                let inverse_mass = from.inertia(body)[0];
+                let bars = [-own.mass / (inverse_mass * inverse_mass), x + y];
+                own.mass = 0.0;
+                (own.moments.0[0], own.moments.0[1]) = (0.0, 0.0);
+                (six_of(own.drag), bars)
+            })
+            .collect();
+        let mut pass = |seed: &mut dyn FnMut(&mut Component<Dual<6>>, f64),
+                        each: &mut dyn FnMut(usize, Vector6<f64>)| {
+            component.begin_at(&substep.begin);
+            component.set_forces(substep.interval.time + substep.interval.dt);
+            component.still_forces();
+            seed(component, 1.0);
+            component.evaluate_drag_step(substep.interval);
+            for &body in &free {
+                let (impulse, [of_mass, of_transverse]) = &of_drag[body];
+                each(
+                    body,
+                    Vector6::from_fn(|k, _| {
+                        let (own, [mass, transverse]) = component.drag_along(body, k);
+                        six(own).dot(impulse) + mass * of_mass + transverse * of_transverse
+                    }),
+                );
+            }
+            seed(component, 0.0);
+        };
+        for &group in *groups {
+            pass(&mut |component, by| component.seed_group(group, by), &mut |body, own| {
+                start[body].add(group, spatial(&own));
+            });
+        }
+        if wanted.segments {
+            pass(&mut |component, by| component.seed_inertias(by), &mut |body, own| {
+                gradients[body].mass += own[0];
+                gradients[body].own_moments += Vec3([0.5 * own[1], 0.5 * own[1], own[2]]);
+            });
+        }
+        if wanted.surroundings {
+            pass(&mut |component, by| component.seed_gravity_and_damping(by), &mut |_, own| {
+                out.gravity += own.fixed_rows::<3>(0);
+                (0..2).for_each(|k| out.damping[k] += own[3 + k]);
+            });
+            if let Some(air) = &model.air {
+                pass(&mut |component, by| component.seed_air(members, model, air, by), &mut |_, own| {
+                    out.air.density += own[0];
+                    out.air.normal_drag += own[1];
+                    out.air.tangential_drag += own[2];
+                    out.air.wind += own.fixed_rows::<3>(3);
+                });
+            }
+        }
+        if wanted.loads {
+            // Of loads on the same segment one after the other.
+            for rank in 0.. {
+                let mut seeded = Vec::new();
+                let mut found = vec![Vector6::zeros(); gradients.len()];
+                let mut seed = |component: &mut Component<Dual<6>>, by: f64| {
+                    if by != 0.0 {
+                        seeded = component.seed_loads(rank);
+                    }
+                };
+                pass(&mut seed, &mut |body, own| found[body] = own);
+                if seeded.is_empty() {
+                    break;
+                }
+                for (index, body) in seeded {
+                    out.loads[index][0] += found[body].fixed_rows::<3>(0);
+                    out.loads[index][1] += found[body].fixed_rows::<3>(3);
+                }
+            }
+        }
+    }
+}
