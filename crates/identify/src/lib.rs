@@ -4,11 +4,12 @@
 //! first two frames and its grips. [`predict`](predict::predict) simulates cables with some [`Parameters`](parameter::Parameters).
 //! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
 //! [`CableFile`](result::CableFile), a [`scene`], and a [`page`]. [`simulated`]
-//! makes recordings of a cable whose numbers are known.
+//! makes recordings of a cable whose numbers are known. [`hanging`] finds the stiffness of wires from photographs of how they hang.
 
 pub mod cable;
 pub mod confidence;
 pub mod fit;
+pub mod hanging;
 pub mod metric;
 pub mod page;
 pub mod parameter;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
-use clap::Parser;
+use clap::{Parser, Subcommand};
 use identify::cable::{Cable, Resolution};
 use identify::confidence::{Known, known};
 use identify::fit::{Search, fit};
@@ -18,13 +18,17 @@ use identify::scene;
 use report::{Conditions, significant};
 use terminal::{Progress, complain, positive, say, threads};
 
+mod hanging_command;
+
 /// Exit code of bad input.
 const BAD_INPUT: u8 = 2;
 
 /// Identifies a cable between two grips from recordings of markers along it, and predicts further recordings.
 #[derive(Parser)]
-#[command(version)]
+#[command(version, args_conflicts_with_subcommands = true)]
 struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
     /// Recordings to identify the cable on: files, or folders of files that end in .pkl or .csv.
     recordings: Vec<PathBuf>,
     /// Recordings to predict with what was found: of them the first two frames and the grips are used, nothing else.
@@ -60,6 +64,11 @@ struct Cli {
     /// No progress.
     #[arg(long)]
     quiet: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Hanging(hanging_command::Hanging),
 }
 
 fn main() -> ExitCode {
@@ -107,6 +116,9 @@ impl Set {
 }
 
 fn run(cli: &Cli) -> Result<ExitCode> {
+    if let Some(Command::Hanging(hanging)) = &cli.command {
+        return hanging.run().map(|()| ExitCode::SUCCESS);
+    }
     if let Some(count) = cli.threads {
         rayon::ThreadPoolBuilder::new().num_threads(count).build_global()?;
     }
