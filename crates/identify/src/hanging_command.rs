@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 use identify::hanging::{Wire, bending, read, twist_ratio};
 use report::significant;
@@ -41,7 +41,7 @@ impl Hanging {
         let shapes = self.shapes.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
         let mut found = Vec::new();
         for shape in &shapes {
-            let bent = bending(&self.wire(shape.length()), shape)?;
+            let bent = bending(&self.wire(shape.length()), shape).with_context(|| shape.path.display().to_string())?;
             let off = 100.0 * bent.mean_distance() / self.length_m.unwrap_or(shape.length());
             say!(
                 "{}: EI {} N m^2, mean distance of the points {} % of the length",
@@ -61,7 +61,8 @@ impl Hanging {
         say!("EI {} N m^2{spread}", significant(mean, 3))?;
         let Some(twist) = self.twist_deg.map(f64::to_radians) else { return Ok(()) };
         let wire = self.wire(shapes[0].length());
-        let ratio = twist_ratio(&wire, &shapes[0], mean, twist)?;
+        let ratio =
+            twist_ratio(&wire, &shapes[0], mean, twist).with_context(|| shapes[0].path.display().to_string())?;
         say!("GJ / EI {}", significant(ratio, 3))
     }
 

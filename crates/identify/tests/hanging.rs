@@ -144,7 +144,7 @@ fn bad_input_is_named() {
     }
     let shape = file("white-0.csv").display().to_string();
     let (code, told) = hanging(&[&shape, "--mass-kg-m", "0.02", "--length-m", "0.1"]);
-    assert!(code == Some(2) && told.contains("does not reach from grip to grip"), "{told}");
+    assert!(code == Some(2) && told.contains("white-0.csv: a wire 0.1 m long does not reach"), "{told}");
     let (code, told) = hanging(&[&shape, "--mass-kg-m", "0"]);
     assert!(code == Some(2) && told.contains("--mass-kg-m"), "{told}");
 }
