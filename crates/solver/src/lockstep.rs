@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use rod::{Body, Carried, Model};
 
 use crate::attempt::{begin, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
-use crate::component::Change;
+use crate::component::{Change, Members};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{ContactForce, PairFilter, Shape, Stage, TooManyContacts};
 use crate::counters::{Counters, Stopwatch};
+use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
@@ -27,6 +28,8 @@ pub(crate) struct Lockstep {
     stage: Stage,
     counters: Counters,
     segments: usize,
+    /// All of them as one set, and the steps that were accepted since they were last taken, where derivatives ask for them.
+    pub(crate) substeps: Option<(Members, Vec<Substep>)>,
 }
 
 impl Lockstep {
@@ -78,7 +81,7 @@ impl Lockstep {
         }
         let stage = Stage::new(model, shapes, filter, &sets, params)?;
         let segments = model.segments.len();
-        Ok(Self { sets, stage, counters: Counters::default(), segments })
+        Ok(Self { sets, stage, counters: Counters::default(), segments, substeps: None })
     }
 
     /// The counters of all sets and of their contacts.
@@ -384,6 +387,10 @@ impl Steps for Lockstep {
             return status;
         }
         let status = self.ended(status, params);
+        if let Some((whole, substeps)) = &mut self.substeps {
+            let touching = self.stage.slopes(&mut self.sets, params.contact_tolerance);
+            substeps.extend(Substep::of_all(&self.sets, whole, touching));
+        }
         let begins_anew = self.stage.end_step() || status != Status::Converged;
         for set in &mut self.sets {
             finish(&mut set.component, params.formulation, 1.0, &mut set.counters);

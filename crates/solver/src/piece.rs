@@ -7,6 +7,7 @@ use crate::component::{Change, Members};
 use crate::connected_set::ConnectedSet;
 use crate::contact::ContactForce;
 use crate::counters::Counters;
+use crate::derivative::Substep;
 use crate::group::Group;
 use crate::linear::solvers::{SolverError, SolverKind};
 use crate::lockstep::Lockstep;
@@ -38,9 +39,22 @@ impl Piece {
         }
     }
 
-    /// The connected set that it is, if it is one alone.
-    pub(crate) fn single_mut(&mut self) -> Option<&mut ConnectedSet> {
-        if let Piece::Single(set) = self { Some(set) } else { None }
+    /// Keeps what derivatives need of each step from now on; `whole` are all segments as one set. Not of lanes.
+    pub(crate) fn record_substeps(&mut self, whole: &Members) {
+        match self {
+            Piece::Single(set) => set.substeps = Some(Vec::new()),
+            Piece::Lockstep(sets) => sets.substeps = Some((whole.clone(), Vec::new())),
+            Piece::Group(_) => {}
+        }
+    }
+
+    /// Takes what was kept since, of which segments.
+    pub(crate) fn take_substeps(&mut self) -> Option<(&Members, Vec<Substep>)> {
+        match self {
+            Piece::Single(set) => Some((&set.members, std::mem::take(set.substeps.as_mut()?))),
+            Piece::Lockstep(sets) => sets.substeps.as_mut().map(|(whole, kept)| (&*whole, std::mem::take(kept))),
+            Piece::Group(_) => None,
+        }
     }
 
     pub(crate) fn store(&self, state: &mut State) {

@@ -511,17 +511,14 @@ impl Simulation {
         }
     }
 
-    /// Keeps what derivatives need of each step from now on; all sets are stepped one by one.
-    pub(crate) fn record_substeps(&mut self) {
-        for set in self.pieces.iter_mut().filter_map(Piece::single_mut) {
-            set.substeps = Some(Vec::new());
-        }
+    /// Keeps what derivatives need of each step from now on; all sets are stepped one by one. `whole` are all segments.
+    pub(crate) fn record_substeps(&mut self, whole: &Members) {
+        self.pieces.iter_mut().for_each(|piece| piece.record_substeps(whole));
     }
 
-    /// Takes what was kept since, set by set.
+    /// Takes what was kept since, set by set; of what can touch as one set.
     pub(crate) fn take_substeps(&mut self) -> impl Iterator<Item = (&Members, Vec<Substep>)> {
-        let sets = self.pieces.iter_mut().filter_map(Piece::single_mut);
-        sets.map(|set| (&set.members, set.substeps.as_mut().map(std::mem::take).unwrap_or_default()))
+        self.pieces.iter_mut().filter_map(Piece::take_substeps)
     }
 
     /// Counters summed over all connected sets.

@@ -304,6 +304,35 @@ impl Component<f64> {
     }
 }
 
+impl Begin {
+    /// What sets began the same step with, each with the places of its bodies in the `bodies` of all of them.
+    pub(crate) fn together(parts: &[(Self, Vec<usize>)], bodies: usize) -> Option<Self> {
+        let (first, _) = parts.first()?;
+        let mut all = Self {
+            poses: vec![*first.poses.first()?; bodies],
+            velocities: vec![Spatial::zero(); bodies],
+            given: vec![-1.0; bodies],
+            has_given: parts.iter().any(|(part, _)| part.has_given),
+            last_dt: first.last_dt,
+            last_effective: first.last_effective,
+            steps: None,
+        };
+        for (part, places) in parts {
+            scatter(&mut all.poses, &part.poses, places);
+            scatter(&mut all.velocities, &part.velocities, places);
+            scatter(&mut all.given, &part.given, places);
+        }
+        Some(all)
+    }
+}
+
+/// Puts entries in their places.
+pub(crate) fn scatter<T: Copy>(all: &mut [T], part: &[T], places: &[usize]) {
+    for (own, &place) in part.iter().zip(places) {
+        all[place] = *own;
+    }
+}
+
 impl<T: Real> Component<T> {
     /// Goes back to where a step began, as constants.
     pub(crate) fn begin_at(&mut self, begin: &Begin) {

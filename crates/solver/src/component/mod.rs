@@ -40,13 +40,13 @@ use crate::topology::Topology;
 
 pub(crate) use adjoint::{BodyGradient, Ended};
 pub(crate) use adjoint_joints::add_numbers;
-pub(crate) use derivative::{Begin, BodyBar, Group, move_along, movement_along, slope_of};
+pub(crate) use derivative::{Begin, BodyBar, Group, move_along, movement_along, scatter, slope_of};
 pub(crate) use hold::Change;
 pub(crate) use lanes::{copy_spatial, pick_spatial};
 pub(crate) use loose::has_loose;
 pub(crate) use motion::{LARGEST_TURN, in_kernel};
 pub use split::split;
-pub(crate) use split::{Alike, split_alike};
+pub(crate) use split::{Alike, split_alike, whole};
 
 /// Position and orientation of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]

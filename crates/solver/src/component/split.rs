@@ -45,6 +45,23 @@ pub(crate) fn split_alike(model: &Model) -> Vec<Alike> {
     chunks.collect()
 }
 
+/// All segments of a model as one set, in the model's order, whether they are connected or not.
+pub(crate) fn whole(model: &Model) -> (Members, Topology) {
+    let holds = |body: &Body| if let Body::Anchor(anchor) = body { Some(*anchor) } else { None };
+    let of_segments = |k: &usize| [model.joints[*k].a, model.joints[*k].b].iter().any(|body| holds(body).is_none());
+    let joints: Vec<usize> = (0..model.joints.len()).filter(of_segments).collect();
+    let ends = joints.iter().map(|&k| [model.joints[k].a, model.joints[k].b]);
+    let mut anchors: Vec<usize> = ends.clone().flatten().filter_map(|body| holds(&body)).collect();
+    anchors.sort_unstable();
+    anchors.dedup();
+    let set = Members { segments: (0..model.segments.len()).collect(), joints: joints.clone(), anchors };
+    let body = |body: Body| set.body(body).unwrap_or_default() as u32;
+    let ends = ends.map(|pair| pair.map(body)).collect();
+    let fixed = model.segments.iter().map(|segment| segment.fixed).chain(set.anchors.iter().map(|_| true)).collect();
+    let topology = Topology::new(ends, fixed);
+    (set, topology)
+}
+
 /// Splits a model into connected sets and gives each its connectivity.
 pub fn split(model: &Model) -> Vec<(Members, Topology)> {
     let count = model.segments.len();

@@ -26,7 +26,7 @@ pub use overlap::{Overlap, Overlapped};
 pub(crate) use exclusion::PairFilter;
 pub(crate) use geometry::Shape;
 pub(crate) use overlap::refuse_overlaps;
-pub(crate) use stage::Stage;
+pub(crate) use stage::{Stage, Touching};
 
 /// More contacts press at once than there is memory for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! The contacts' stage of an outer iteration: line 11 of Algorithm 1 (paper, section 3) and its collision constraints.
 
+mod slopes;
+
 use nalgebra::Vector3;
 use rod::{Carried, Model, Surface};
 
@@ -27,6 +29,8 @@ use crate::linear::response::Response;
 use crate::linear::sparse::SparseError;
 use crate::snapshot::Tape;
 use crate::step::{Interval, StepParams};
+
+pub(crate) use slopes::Touching;
 
 /// Steps in a row in which a contact that presses is an impact: bodies may stop in the first a little above each other, and
 /// touch in the second.

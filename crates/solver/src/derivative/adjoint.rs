@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 use rod::{Model, State};
 
 use super::duals::Duals;
@@ -47,8 +47,10 @@ pub(super) struct Adjoint {
 struct Memory {
     field: Field,
     moved: Field,
-    /// The field's rows of bodies.
+    /// The field's rows of bodies; of those that are held, derivatives with respect to their poses at the end.
     bodies: Vec<Spatial<f64>>,
+    /// Of bodies that are held, derivatives with respect to their poses at the start, which contacts know.
+    before: Vec<Spatial<f64>>,
     ended: Vec<Ended>,
     gradients: Vec<BodyGradient>,
     /// Bars at the start of the step.
@@ -80,6 +82,7 @@ impl Adjoint {
             moved: field.clone(),
             field,
             bodies: vec![Spatial::zero(); bodies],
+            before: vec![Spatial::zero(); bodies],
             ended: Vec::with_capacity(bodies),
             gradients: Vec::with_capacity(bodies),
             start: vec![BodyBar::default(); bodies],
@@ -145,9 +148,10 @@ impl Adjoint {
         }
     }
 
-    /// The derivative with respect to the pose of a held body at the end of the step that has been gone back over.
-    pub(super) fn of_held(&self, body: usize) -> Pair {
-        pair(self.memory.bodies[body])
+    /// The derivatives with respect to the poses of a held body at the start and at the end of the step that has been gone back
+    /// over.
+    pub(super) fn of_held(&self, body: usize) -> [Pair; 2] {
+        [&self.memory.before, &self.memory.bodies].map(|poses| pair(poses[body]))
     }
 
     /// Goes back over a step: derivatives with respect to the state at its end become those at its start; `None` where its
@@ -160,11 +164,11 @@ impl Adjoint {
         out: &mut Variation,
     ) -> Option<()> {
         let Self { members, replay, origin, duals, bars, told, is_told, memory } = self;
-        let Memory { field, moved, bodies, ended, gradients, start } = memory;
+        let Memory { field, moved, bodies, before, ended, gradients, start } = memory;
         replay.component.begin_at(&substep.begin);
         let jacobian = replay.linearise(substep)?;
-        let component = &replay.component;
-        let make = || Duals::new(model, origin, (members, &replay.topology));
+        let topology = replay.topology.clone();
+        let make = || Duals::new(model, origin, (members, &topology));
         if std::mem::take(is_told) {
             let moments = duals.get_or_insert_with(make).tell(substep, told, bars);
             if wanted.segments {
@@ -173,6 +177,7 @@ impl Adjoint {
             told.fill(Spatial::zero());
         }
 
+        let component = &replay.component;
         ended.clear();
         for (i, bar) in bars.iter().enumerate() {
             let own = if component.is_still(i) { Ended::default() } else { component.end_back(i, bar) };
@@ -180,7 +185,8 @@ impl Adjoint {
             ended.push(own);
         }
         field.joints.iter_mut().for_each(|own| own.fill(0.0));
-        replay.factor.solve(&jacobian, field, true);
+        replay.solve(&jacobian, field, true);
+        let component = &replay.component;
         jacobian.apply(field, true, moved);
 
         gradients.clear();
@@ -196,6 +202,25 @@ impl Adjoint {
             let (bar, gradient) = component.start_back(i, own, &ended[i]);
             start[i] = bar;
             gradients.push(gradient);
+        }
+        before.fill(Spatial::zero());
+        for (contact, of) in substep.touching.iter().enumerate() {
+            let own = replay.contacts.fixed_rows::<3>(replay.equations_of(contact));
+            out.friction -= of.by_friction.dot(&own);
+            let mut at_end = -of.by_pose.tr_mul(&own);
+            for (side, body) in of.sides() {
+                at_end += of.push_by_pose.fixed_rows::<6>(6 * side).tr_mul(&field.bodies[body]);
+            }
+            let at_start = -of.by_start.tr_mul(&own);
+            let part = |of: &SVector<f64, 12>, side: usize| spatial(parts(&of.fixed_rows::<6>(6 * side).into()));
+            for (side, body) in of.sides() {
+                if component.is_still(body) {
+                    add(&mut bodies[body], part(&at_end, side));
+                    add(&mut before[body], part(&at_start, side));
+                } else {
+                    add(&mut start[body].pose, part(&at_start, side));
+                }
+            }
         }
         for (j, own) in field.joints.iter().enumerate() {
             let own = spatial(parts(own));

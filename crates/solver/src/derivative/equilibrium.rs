@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rod::{Body, Model, State};
 
 use super::forward::six;
-use super::run::{check, refuse_bodies};
+use super::run::{check_all, refuse, refuse_bodies};
 use super::seed::is_held;
 use super::{AirVariation, DerivativeError, HeldVariation, JointVariation, StateVariation, Variation, Wanted};
 use crate::component::{Component, Members, split};
@@ -89,7 +89,8 @@ impl Equilibrium {
     /// If the search cannot start or does not come to rest, the model has what is not differentiated, or the equations of the
     /// equilibrium are singular.
     pub fn new(model: &Model, state: &State, params: &StaticParams) -> Result<Self, DerivativeError> {
-        check(model)?;
+        refuse(!model.contacts.is_empty(), "contacts of equilibria")?;
+        check_all(model)?;
         refuse_bodies(model)?;
         let mut state = state.clone();
         let report = equilibrium(model, &mut state, params)?;

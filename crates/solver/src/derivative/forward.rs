@@ -1,6 +1,6 @@
 //! Forward sensitivities: derivatives along a few directions, carried with the motion.
 
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{SVector, Vector3, Vector6};
 use rod::{Model, State};
 
 use super::replay::{Replay, component};
@@ -8,6 +8,7 @@ use super::run::{Passed, Run, refuse_bodies};
 use super::seed::{HeldSeed, is_held, seed};
 use super::{DerivativeError, StateVariation, Variation};
 use crate::component::{Component, Members, move_along, movement_along, slope_of};
+use crate::contact::Touching;
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::simulation::{Settings, Simulation, StepReport};
@@ -153,7 +154,7 @@ impl Set {
 impl Chunk {
     fn advance(
         &mut self,
-        Passed { substep, step, share }: &Passed,
+        Passed { substep, step, shares }: &Passed,
         members: &Members,
         jacobian: &Jacobian,
         replay: &mut Replay,
@@ -166,11 +167,11 @@ impl Chunk {
         component.predict_step(substep.interval);
         component.place_constant(&substep.poses, &substep.lambda);
         for seed in held.iter() {
-            component.seed_pose(seed.body, seed.direction, seed.at(*step, *share));
+            component.seed_pose(seed.body, seed.direction, seed.at(*step, shares[1]));
         }
         component.evaluate_step();
         component.right_hand_sides(bodies, joints);
-        for k in 0..variations.len() {
+        for (k, variation) in variations.iter().enumerate() {
             field.bodies.fill(Vector6::zeros());
             for i in 0..members.segments.len() {
                 field.bodies[i] = six(component.defect_along(bodies, i, k));
@@ -178,7 +179,17 @@ impl Chunk {
             for (own, missed) in field.joints.iter_mut().zip(joints.iter()) {
                 *own = six(slope_of(missed, k));
             }
-            replay.factor.solve(jacobian, field, false);
+            replay.contacts.fill(0.0);
+            for (contact, of) in substep.touching.iter().enumerate() {
+                let [now, start] = moved_with(component, of, k);
+                for (side, body) in of.sides() {
+                    field.bodies[body] += of.push_by_pose.fixed_rows::<6>(6 * side) * now;
+                }
+                let missed = of.by_pose * now + of.by_start * start + of.by_friction * variation.friction;
+                let first = replay.equations_of(contact);
+                replay.contacts.fixed_rows_mut::<3>(first).copy_from(&-missed);
+            }
+            replay.solve(jacobian, field, false);
             for i in 0..members.segments.len() {
                 if !component.is_still(i) {
                     move_along(&mut component.poses[i], k, &parts(&field.bodies[i]));
@@ -190,6 +201,19 @@ impl Chunk {
         }
         component.end_solved_step();
     }
+}
+
+/// How the bodies of a contact move along a direction: at the end of the step those that are held, and at its start.
+fn moved_with(component: &Component<Dual<WIDTH>>, of: &Touching, k: usize) -> [SVector<f64, 12>; 2] {
+    let mut out = [SVector::<f64, 12>::zeros(); 2];
+    for (side, body) in of.sides() {
+        let [now, start] = [&component.poses, &component.start].map(|poses| six(movement_along(&poses[body], k)));
+        if component.is_still(body) {
+            out[0].fixed_rows_mut::<6>(6 * side).copy_from(&now);
+        }
+        out[1].fixed_rows_mut::<6>(6 * side).copy_from(&start);
+    }
+    out
 }
 
 /// A force and a torque, or a shift and a turn, in six rows.

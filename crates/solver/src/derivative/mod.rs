@@ -17,6 +17,7 @@ mod recording;
 mod replay;
 mod run;
 mod seed;
+mod touching;
 mod variation;
 
 pub use equilibrium::Equilibrium;

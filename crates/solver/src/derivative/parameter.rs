@@ -67,6 +67,8 @@ pub enum Parameter {
     TangentialDrag,
     /// Velocity of the air along a world axis, 0 to 2 [m/s].
     Wind(usize),
+    /// All coefficients of friction, as a factor.
+    Friction,
 }
 
 impl Parameter {
@@ -127,6 +129,7 @@ impl Parameter {
             Self::NormalDrag => out.air.normal_drag = 1.0,
             Self::TangentialDrag => out.air.tangential_drag = 1.0,
             Self::Wind(axis) => out.air.wind = unit(axis),
+            Self::Friction => out.friction = 1.0,
         }
         out
     }

@@ -1,10 +1,15 @@
 //! What derivatives need of a step that a simulation has accepted.
 
-use crate::component::{Begin, BodyPose, Component};
+use rod::Body;
+
+use crate::component::{Begin, BodyPose, Component, Members, scatter};
+use crate::connected_set::ConnectedSet;
+use crate::contact::Touching;
 use crate::kernel::Spatial;
 use crate::step::Interval;
 
-/// A step of a connected set that was accepted: a step of the simulation, or one of the parts that it was divided into.
+/// A step of a connected set, or of all that can touch, that was accepted: a step of the simulation, or one of the parts that it
+/// was divided into.
 #[derive(Clone, Debug)]
 pub(crate) struct Substep {
     pub(crate) interval: Interval,
@@ -14,12 +19,38 @@ pub(crate) struct Substep {
     pub(crate) poses: Vec<BodyPose<f64>>,
     /// Multipliers.
     pub(crate) lambda: Vec<Spatial<f64>>,
+    /// Contacts that press at its end.
+    pub(crate) touching: Vec<Touching>,
 }
 
 impl Substep {
     /// The one that a component has just been solved for.
     pub(crate) fn of(component: &Component<f64>) -> Self {
         let interval = Interval { time: component.time(), dt: component.dt() };
-        Self { interval, begin: component.begin(), poses: component.poses.clone(), lambda: component.lambda.clone() }
+        let (poses, lambda) = (component.poses.clone(), component.lambda.clone());
+        Self { interval, begin: component.begin(), poses, lambda, touching: Vec::new() }
     }
+
+    /// The one that sets, which make up `whole`, have just been solved for; `None` where there are none.
+    pub(crate) fn of_all(sets: &[ConnectedSet], whole: &Members, touching: Vec<Touching>) -> Option<Self> {
+        let first = &sets.first()?.component;
+        let bodies = whole.segments.len() + whole.anchors.len();
+        let parts: Vec<(Begin, Vec<usize>)> =
+            sets.iter().map(|set| (set.component.begin(), places(&set.members, whole))).collect();
+        let interval = Interval { time: first.time(), dt: first.dt() };
+        let mut poses = vec![*first.poses.first()?; bodies];
+        let mut lambda = vec![Spatial::zero(); whole.joints.len()];
+        for (set, (_, places)) in sets.iter().zip(&parts) {
+            scatter(&mut poses, &set.component.poses, places);
+            let joints = set.members.joints.iter().filter_map(|joint| whole.joints.binary_search(joint).ok());
+            scatter(&mut lambda, &set.component.lambda, &joints.collect::<Vec<_>>());
+        }
+        Some(Self { interval, begin: Begin::together(&parts, bodies)?, poses, lambda, touching })
+    }
+}
+
+/// Where the bodies of a set are among those of the whole.
+fn places(set: &Members, whole: &Members) -> Vec<usize> {
+    let bodies = set.segments.iter().map(|&i| Body::Segment(i)).chain(set.anchors.iter().map(|&i| Body::Anchor(i)));
+    bodies.filter_map(|body| whole.body(body)).collect()
 }

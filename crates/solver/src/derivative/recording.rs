@@ -257,16 +257,17 @@ impl Set {
         for k in (0..self.kept.len()).rev() {
             self.go_to(self.kept[k].step + 1, objective);
             let Self { adjoint, kept, held, .. } = self;
-            let Passed { substep, step, share } = &kept[k];
+            let Passed { substep, step, shares } = &kept[k];
             adjoint.step_back(model, substep, wanted, out).ok_or(DerivativeError::Singular { step: step + 1 })?;
             for (body, poses) in held {
-                let pose = adjoint.of_held(*body);
-                let mut add = |step: usize, share: f64| (0..2).for_each(|k| poses[step][k] += pose[k] * share);
-                add(*step, *share);
-                if *step > 0 {
-                    add(step - 1, 1.0 - share);
+                for (pose, share) in adjoint.of_held(*body).into_iter().zip(shares) {
+                    let mut add = |step: usize, share: f64| (0..2).for_each(|k| poses[step][k] += pose[k] * share);
+                    add(*step, *share);
+                    if *step > 0 {
+                        add(step - 1, 1.0 - share);
+                    }
+                    adjoint.add_base(*body, pose, out);
                 }
-                adjoint.add_base(*body, pose, out);
             }
         }
         Ok(())

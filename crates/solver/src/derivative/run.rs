@@ -6,12 +6,16 @@ use rod::{Model, State};
 
 use super::replay::Replay;
 use super::{DerivativeError, Substep};
-use crate::component::{Members, split};
+use crate::component::{Members, split, whole};
 use crate::formulation::Tangent;
+use crate::integrator::Integrator;
 use crate::linear::solvers::SolverKind;
 use crate::simulation::{Settings, Simulation, StepReport};
-use crate::step::{Status, StepParams};
+use crate::step::{Interval, Status, StepParams};
 use crate::tangent::elimination::Elimination;
+
+/// What contacts are solved to, relative to radii.
+const CONTACT_TOLERANCE: f64 = 1e-8;
 
 /// A simulation in formulation `newton` whose steps are solved to the end.
 pub(super) struct Run {
@@ -25,9 +29,9 @@ pub(super) struct Run {
 /// An accepted step of a connected set, or a part of one.
 pub(super) struct Passed {
     pub(super) substep: Substep,
-    /// Of which step, from 0, and how much of it is over at its end.
+    /// Of which step, from 0, and how much of it is over at its start and its end.
     pub(super) step: usize,
-    pub(super) share: f64,
+    pub(super) shares: [f64; 2],
 }
 
 /// Settings with which steps are solved to the end.
@@ -35,15 +39,17 @@ fn solved(model: &Model, settings: &Settings) -> Result<Settings, DerivativeErro
     if !settings.step.formulation.momentum() {
         return Err(DerivativeError::Formulation);
     }
-    let exact = split(model).iter().all(|(_, topology)| Elimination::new(topology).is_some());
+    let touches = !model.contacts.is_empty();
+    let exact = !touches && split(model).iter().all(|(_, topology)| Elimination::new(topology).is_some());
     let step = StepParams {
         relative_tolerance: settings.step.relative_tolerance.min(1e-10),
         absolute_tolerance: settings.step.absolute_tolerance.min(1e-12),
+        contact_tolerance: settings.step.contact_tolerance.min(CONTACT_TOLERANCE),
         tangent: if exact { Tangent::Exact } else { Tangent::Positive },
         ..settings.step
     };
-    // Sets with more loops than one know no exact tangent; none may be stepped in lanes.
-    let solver = if exact { settings.solver } else { SolverKind::Sparse };
+    // Sets with more loops than one know no exact tangent; none may be stepped in lanes. What can touch never is.
+    let solver = if exact || touches { settings.solver } else { SolverKind::Sparse };
     Ok(Settings { step, solver })
 }
 
@@ -57,13 +63,26 @@ pub(super) fn refuse_bodies(model: &Model) -> Result<(), DerivativeError> {
     if has_bodies(model) { Err(DerivativeError::Unknown("rigid bodies")) } else { Ok(()) }
 }
 
-/// Refuses what is not differentiated.
-pub(super) fn check(model: &Model) -> Result<(), DerivativeError> {
-    let refuse = |is_there: bool, what| if is_there { Err(DerivativeError::Unknown(what)) } else { Ok(()) };
-    refuse(!model.contacts.is_empty(), "contacts")?;
+/// Refuses what is not differentiated of a run.
+fn check(model: &Model, settings: &Settings) -> Result<(), DerivativeError> {
+    let contacts = &model.contacts;
+    let surfaces = contacts.between_segments.iter().chain(contacts.obstacles.iter().map(|obstacle| &obstacle.surface));
+    refuse(surfaces.into_iter().any(|surface| surface.restitution > 0.0), "contacts that bounce")?;
+    refuse(contacts.allow_overlap, "overlaps at the start")?;
+    let goes_on = settings.step.integrator == Integrator::Bdf2;
+    refuse(!contacts.is_empty() && goes_on, "contacts with the integrator bdf2")?;
+    check_all(model)
+}
+
+/// Refuses what is not differentiated of a model, but for contacts.
+pub(super) fn check_all(model: &Model) -> Result<(), DerivativeError> {
     refuse(has_bodies(model) && model.air.is_some(), "rigid bodies in air")?;
     refuse(model.motions.iter().any(|driven| driven.is_timed()), "grips that take hold or let go on the way")?;
     refuse(model.air.as_ref().is_some_and(|air| air.wind.has_gusts()), "gusts")
+}
+
+pub(super) fn refuse(is_there: bool, what: &'static str) -> Result<(), DerivativeError> {
+    if is_there { Err(DerivativeError::Unknown(what)) } else { Ok(()) }
 }
 
 impl Run {
@@ -77,14 +96,17 @@ impl Run {
         settings: &Settings,
     ) -> Result<(Self, Vec<(Members, Replay)>), DerivativeError> {
         let settings = solved(model, settings)?;
-        check(model)?;
+        check(model, &settings)?;
         let mut simulation = Simulation::new(model, state, &settings, None)?;
-        simulation.record_substeps();
+        let all = whole(model);
+        simulation.record_substeps(&all.0);
         let replay = |(members, topology)| {
             let replay = Replay::new(model, state, settings.step.integrator, (&members, &Arc::new(topology)))?;
             Ok((members, replay))
         };
-        let sets = split(model).into_iter().map(replay).collect::<Result<_, DerivativeError>>()?;
+        // What can touch is stepped together.
+        let sets = if model.contacts.is_empty() { split(model) } else { vec![all] };
+        let sets = sets.into_iter().map(replay).collect::<Result<_, DerivativeError>>()?;
         Ok((Self { simulation, steps: 0, failed: None }, sets))
     }
 
@@ -117,8 +139,9 @@ impl Run {
         let step = self.steps - 1;
         for (members, substeps) in self.simulation.take_substeps() {
             let mut passed = substeps.into_iter().map(|substep| {
-                let share = (substep.interval.time + substep.interval.dt - begin) / dt;
-                Passed { substep, step, share }
+                let Interval { time, dt: own } = substep.interval;
+                let shares = [time, time + own].map(|time| (time - begin) / dt);
+                Passed { substep, step, shares }
             });
             each(members, &mut passed).ok_or(DerivativeError::Singular { step: step + 1 })?;
         }

@@ -21,6 +21,8 @@ pub struct Variation {
     pub damping: [f64; 2],
     /// Of the air.
     pub air: AirVariation,
+    /// Of all coefficients of friction, as a factor.
+    pub friction: f64,
     /// Of the first state. Fixed segments that nothing moves stay where they are put.
     pub start: StateVariation,
     /// Of bodies that are held, at the ends of all steps, beyond that of the first state. What is not listed does not change.
@@ -188,6 +190,7 @@ impl Variation {
             gravity: Vector3::zeros(),
             damping: [0.0; 2],
             air: AirVariation::default(),
+            friction: 0.0,
             start: StateVariation::zero(model.segments.len()),
             held: Vec::new(),
         }
@@ -216,6 +219,7 @@ impl Variation {
             + self.air.normal_drag * other.air.normal_drag
             + self.air.tangential_drag * other.air.tangential_drag
             + self.air.wind.dot(&other.air.wind)
+            + self.friction * other.friction
             + self.start.dot(&other.start)
             + self.held.iter().map(held).sum::<f64>()
     }

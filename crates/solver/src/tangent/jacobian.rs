@@ -44,7 +44,8 @@ impl Field {
         [&self.bodies, &self.joints].map(|list| list.iter().map(Vector6::amax).fold(0.0, f64::max))
     }
 
-    fn clear(&mut self) {
+    /// Makes all of it zero.
+    pub(crate) fn clear(&mut self) {
         self.bodies.fill(Vector6::zeros());
         self.joints.fill(Vector6::zeros());
     }
