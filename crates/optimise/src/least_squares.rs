@@ -169,6 +169,13 @@ pub struct Fit {
     pub converged: bool,
 }
 
+/// Where damped equations lead.
+struct Way {
+    way: DVector<f64>,
+    /// Whether a parameter would have gone further, but for its bound or the longest way.
+    is_cut: bool,
+}
+
 impl LeastSquares {
     /// A search from `x`, without bounds, to a change of the loss of 1e-12.
     pub fn new(x: DVector<f64>) -> Self {
@@ -200,10 +207,11 @@ impl LeastSquares {
         let normal = problem.normal(&self.x)?;
         let before = normal.loss;
         let mut step = Step { before, loss: before, count: normal.count, trials: 0, converged: false };
-        while let Some(way) = self.way(&normal) {
+        while let Some(Way { way, is_cut }) = self.way(&normal) {
             let promised = -(normal.gradient.dot(&way) + 0.5 * way.dot(&(&normal.matrix * &way)));
             let is_short = way.norm() <= 4.0 * f64::EPSILON * self.x.norm();
-            if is_short || promised <= 0.0 {
+            // Of a way that is cut short in some parameters alone the promise says nothing.
+            if is_short || promised <= 0.0 && !is_cut {
                 step.converged = true;
                 break;
             }
@@ -216,7 +224,7 @@ impl LeastSquares {
                 step.converged = before - loss <= self.tolerance * before;
                 break;
             }
-            if loss.is_finite() && promised <= self.tolerance * before {
+            if loss.is_finite() && promised <= self.tolerance * before && !is_cut {
                 step.converged = true;
                 break;
             }
@@ -230,7 +238,7 @@ impl LeastSquares {
 
     /// Where the damped equations lead. What would leave its bounds stays there, and the others move without it. `None` where
     /// the equations have no solution.
-    fn way(&self, normal: &Normal) -> Option<DVector<f64>> {
+    fn way(&self, normal: &Normal) -> Option<Way> {
         let bounds = |k: usize| self.bounds.get(k).copied().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         let mut moving: Vec<usize> = (0..self.x.len()).collect();
         loop {
@@ -250,11 +258,15 @@ impl LeastSquares {
                 moving.remove(out);
                 continue;
             }
-            for k in moving {
+            for &k in &moving {
                 let [least, most] = bounds(k);
-                way[k] = (self.x[k] + way[k]).clamp(least, most) - self.x[k];
+                let to = self.x[k] + way[k];
+                if !(least..=most).contains(&to) {
+                    way[k] = to.clamp(least, most) - self.x[k];
+                }
             }
-            return Some(way);
+            let is_cut = moving.iter().zip(&part).any(|(&k, part)| way[k] != *part);
+            return Some(Way { way, is_cut });
         }
     }
 }
@@ -346,6 +358,30 @@ mod tests {
         };
         let sum: Normal = [part(0..4), part(4..6)].iter().sum();
         assert_eq!(sum, Normal::new(&residuals, &jacobian));
+    }
+
+    /// A narrow valley that a bound cuts off: a step along it that is cut in one parameter leaves the valley.
+    #[test]
+    fn a_step_that_a_bound_cuts_is_not_the_last() {
+        struct Valley;
+        impl Residuals for Valley {
+            type Error = Infallible;
+
+            fn loss(&mut self, x: &DVector<f64>) -> Result<f64, Infallible> {
+                Ok(self.normal(x)?.loss)
+            }
+
+            fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, Infallible> {
+                let residuals = DVector::from_vec(vec![x[0] + x[1], 0.01 * (x[0] - x[1] - 40.0)]);
+                Ok(Normal::new(&residuals, &DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 0.01, -0.01])))
+            }
+        }
+        let mut search = LeastSquares::new(DVector::zeros(2));
+        search.bounds = vec![[-1.0, 0.5], [-100.0, 100.0]];
+        assert!(search.run(&mut Valley, 40).unwrap().converged);
+        // Of the sum, and a hundredth of the difference, in y alone.
+        let y = (-0.5 + 1e-4 * (0.5 - 40.0)) / (1.0 + 1e-4);
+        assert!((search.x - DVector::from_vec(vec![0.5, y])).norm() < 1e-6);
     }
 
     #[test]
