@@ -8,7 +8,7 @@ use std::process::Command;
 use std::{env, fs, io};
 
 /// What decides measurements: crates, scenes, and what the sections share.
-const DECIDING: [&str; 16] = [
+const DECIDING: [&str; 19] = [
     "crates/names/src",
     "crates/rod/src",
     "crates/collision/src",
@@ -20,6 +20,9 @@ const DECIDING: [&str; 16] = [
     "crates/knn/src",
     "crates/copingnet/src",
     "crates/catalogue/src",
+    "crates/optimise/src",
+    "crates/identify/src",
+    "crates/correction/src",
     "crates/evaluation/src",
     "crates/evaluate/src/library.rs",
     "crates/evaluate/src/ways.rs",

@@ -93,6 +93,9 @@ pub(crate) struct ReportArgs {
     /// Summary of the ablation sweep: the summary.toml that `train sweep merge` writes, copied here.
     #[arg(long, default_value = "data/sweep.toml", value_name = "FILE")]
     pub(crate) sweep: PathBuf,
+    /// Folder with a folder of recordings for each real cable, `train` and `eval` in it: what the section real-cables measures.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) recordings: Option<PathBuf>,
     /// Print nothing but errors.
     #[arg(long)]
     pub(crate) quiet: bool,

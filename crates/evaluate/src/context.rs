@@ -31,6 +31,8 @@ pub(crate) struct Context {
     pub(crate) cells: PathBuf,
     /// Summary of the sweep.
     pub(crate) sweep: PathBuf,
+    /// Folder of recordings of real cables.
+    pub(crate) recordings: Option<PathBuf>,
     pub(crate) library: Library,
     pub(crate) machine: String,
 }
@@ -58,6 +60,7 @@ impl Context {
             library: Library::new(&nowhere),
             cells: nowhere.clone(),
             sweep: nowhere,
+            recordings: None,
             machine: String::new(),
         }
     }

@@ -28,6 +28,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         shard: args.shard,
         cells: args.cells.clone(),
         sweep: args.sweep.clone(),
+        recordings: args.recordings.clone(),
         library: Library::new(&args.data),
         machine: export::machine(),
     };
@@ -35,7 +36,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     tell(format!("looking for what is measured already in {}", args.cells.display()))?;
     // Times are told of one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
-    let mut pages = sections::pages(&args.only);
+    let mut pages = sections::pages(&args.only, args.recordings.is_some());
     let total = jobs(&mut pages).map(|job| job.prepare(&context)).sum::<Result<f64>>().context("--cells")?;
     let (minutes, sections) = ((total / 60.0).ceil(), jobs(&mut pages).count());
     tell(format!("{sections} sections; about {minutes:.0} minutes of measuring on one core are left"))?;

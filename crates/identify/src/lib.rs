@@ -5,12 +5,14 @@
 //! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
 //! [`CableFile`](result::CableFile), a [`scene`], and a [`page`]. [`simulated`]
 //! makes recordings of a cable whose numbers are known. [`hanging`] finds the stiffness of wires from photographs of how they hang.
+//! [`motions`] says which recordings are of one kind of motion.
 
 pub mod cable;
 pub mod confidence;
 pub mod fit;
 pub mod hanging;
 pub mod metric;
+pub mod motions;
 pub mod page;
 pub mod parameter;
 pub mod predict;

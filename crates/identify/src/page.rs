@@ -34,7 +34,7 @@ impl Predicted<'_> {
     }
 
     /// Mean error over time: times [s] and errors [cm] of a coordinate of a free marker.
-    fn over_time(&self) -> Vec<(f64, f64)> {
+    pub fn over_time(&self) -> Vec<(f64, f64)> {
         let frames = self.predictions.iter().map(|prediction| prediction.markers.len()).max().unwrap_or(0);
         let time = |frame: usize| self.recordings.iter().find_map(|recording| recording.time.get(frame).copied());
         let errors = (0..frames).map(|frame| self.mean(|at, _| at == frame));

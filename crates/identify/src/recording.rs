@@ -45,6 +45,21 @@ impl Recording {
         self.markers.first().map_or(0, Vec::len)
     }
 
+    /// The recording played to and fro, so many times in all, beginning forwards: a motion of the grips that is so many times as long.
+    /// What lies between them did not move so on its ways back.
+    pub fn to_and_fro(&self, times: usize) -> Self {
+        let last = self.frames() - 1;
+        let (mut time, mut markers) = (vec![0.0], vec![self.markers[0].clone()]);
+        for pass in 0..times {
+            for k in 1..=last {
+                let [before, now] = [k - 1, k].map(|k| if pass % 2 == 0 { k } else { last - k });
+                time.push(time[time.len() - 1] + (self.time[now] - self.time[before]).abs());
+                markers.push(self.markers[now].clone());
+            }
+        }
+        Self { path: self.path.clone(), time, markers }
+    }
+
     /// The markers that are to be predicted: all but those in the grips.
     pub fn free(&self) -> std::ops::Range<usize> {
         GRIPPED..self.count() - GRIPPED
@@ -91,5 +106,22 @@ impl RecordingError {
     pub(crate) fn at(path: &Path, frame: usize, marker: usize, message: impl Into<String>) -> Self {
         let place = Place { frame: Some(frame), marker: Some(marker) };
         Self { path: path.to_owned(), place, message: message.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn to_and_fro_turns_at_both_ends() {
+        let markers = (0..3).map(|k| vec![Vector3::x() * f64::from(k)]).collect();
+        let recording = Recording { path: PathBuf::from("a"), time: vec![0.0, 0.1, 0.3], markers };
+        let found = recording.to_and_fro(3);
+        let places: Vec<f64> = found.markers.iter().map(|row| row[0].x).collect();
+        assert_eq!(places, [0.0, 1.0, 2.0, 1.0, 0.0, 1.0, 2.0]);
+        for (time, expected) in found.time.iter().zip([0.0, 0.1, 0.3, 0.5, 0.6, 0.7, 0.9]) {
+            assert!((time - expected).abs() < 1e-12);
+        }
     }
 }

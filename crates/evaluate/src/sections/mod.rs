@@ -13,6 +13,7 @@ mod nrmse;
 pub(crate) mod paper;
 mod performance;
 mod precision;
+mod real_cables;
 mod speedups;
 pub(crate) mod stability;
 mod temporal;
@@ -59,6 +60,19 @@ static EXACT: Place = Place {
     has_networks: false,
 };
 
+/// How near simulations come to real cables.
+static REAL: Place = Place {
+    folder: "real",
+    title: "Elastic rods: how near predictions come to real cables",
+    lead: &[
+        "Everything else here is held against theory. This page holds predictions against recordings of real cables.",
+        "One command, `cargo run -p evaluate -- real-cables --recordings FOLDER --out report`, measures it in some ten minutes a cable. The folder \
+         has a folder a cable, with the recordings to learn from in `train` and those to predict in `eval`; the data set of DEFORM \
+         is laid out so. The recordings are not part of this project. Every figure and table has a CSV file.",
+    ],
+    has_networks: false,
+};
+
 /// A section on the command line.
 pub(crate) struct Named {
     /// Its name, as a command, too.
@@ -78,12 +92,16 @@ const fn exact(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job
     Named { name, about, page: &EXACT, job }
 }
 
+const fn real(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
+    Named { name, about, page: &REAL, job }
+}
+
 fn cells<S: Section + 'static>(section: S) -> Box<dyn Job> {
     Box::new(Cells::new(section))
 }
 
 /// All sections, in the order of their pages.
-pub(crate) static SECTIONS: [Named; 14] = [
+pub(crate) static SECTIONS: [Named; 15] = [
     learned("precision", "Error against run time", || cells(precision::Precision::default())),
     learned("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
     learned("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),
@@ -98,11 +116,18 @@ pub(crate) static SECTIONS: [Named; 14] = [
     exact("newton", "Steps with the exact tangent", || cells(newton::Newton)),
     exact("equilibria", "Equilibria by Newton's method", || cells(equilibria::Equilibria)),
     exact("gradients", "Derivatives of runs", || cells(gradients::Gradients)),
+    real("real-cables", "Predictions of real cables (with --recordings alone)", || {
+        cells(real_cables::RealCables::default())
+    }),
 ];
 
-/// The pages of all sections, or of those of these names: each with these sections.
-pub(crate) fn pages(only: &[String]) -> Vec<(&'static Place, Vec<Box<dyn Job>>)> {
-    let is_asked = |section: &&Named| only.is_empty() || only.iter().any(|name| name == section.name);
+/// The pages of all sections, or of those of these names: each with these sections. Real cables are there where there are
+/// recordings.
+pub(crate) fn pages(only: &[String], has_recordings: bool) -> Vec<(&'static Place, Vec<Box<dyn Job>>)> {
+    let is_asked = |section: &&Named| match only {
+        [] => has_recordings || section.page != &REAL,
+        only => only.iter().any(|name| name == section.name),
+    };
     let asked: Vec<_> = SECTIONS.iter().filter(is_asked).collect();
     let pages = asked.chunk_by(|section, next| section.page == next.page);
     pages.map(|own| (own[0].page, own.iter().map(|section| (section.job)()).collect())).collect()

@@ -1,0 +1,365 @@
+//! Real cables: how near predictions come to recordings of them.
+
+mod show;
+
+use std::path::Path;
+
+use anyhow::{Context as _, Result, anyhow};
+use correction::correction::Shape;
+use correction::film::{Film, Guess};
+use correction::inputs::Kind;
+use correction::training::{Plan, train};
+use identify::cable::{Cable, Resolution};
+use identify::fit::{Search, fit};
+use identify::motions::{halves, kinds};
+use identify::page::Predicted;
+use identify::parameter::Parameters;
+use identify::predict::{Prediction, predict};
+use identify::recording::{Reading, Recording, files, read_all};
+use report::Section as PageSection;
+use serde::{Deserialize, Serialize};
+
+use crate::cells::Section;
+use crate::context::Context;
+
+/// How a cable is predicted, or what is asked of a prediction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Method {
+    /// The first shape, carried along with the grips.
+    Blend,
+    /// The identified cable.
+    Identified,
+    /// The same with a finer simulation: so many times the steps, and so many times the segments.
+    Refined(usize, usize),
+    /// With a correction that was learned from this seed.
+    Corrected(u64),
+    /// With that of a graph network.
+    Graph,
+    /// The perceptron of the correction without a simulation.
+    WithoutPhysics,
+    /// Identified and corrected on half of the recordings, by kinds of motion, and predicted on the other half.
+    OtherMotions,
+    /// The grips' ways to and fro, so many times.
+    ToAndFro(usize),
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct CableKey {
+    cable: String,
+    /// Of all its recordings.
+    recordings_blake3: String,
+    method: Method,
+}
+
+/// Errors of a coordinate over the recordings that were predicted.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Errors {
+    /// What was predicted, or by what.
+    name: String,
+    /// Mean over recordings [cm].
+    mean_cm: f64,
+    /// Of the worst recording [cm].
+    worst_cm: f64,
+    /// Mean over recordings and free markers, by time [s].
+    over_time: Vec<(f64, f64)>,
+}
+
+/// What came of a method.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Measured {
+    errors: Vec<Errors>,
+    /// Recordings that were learned from, and that were predicted.
+    recordings: [usize; 2],
+    /// Time of searching or of training, beyond that of what it builds on [s].
+    seconds: f64,
+    /// Parameters that were found.
+    parameters: Vec<(String, f64)>,
+}
+
+/// A cable's recordings, and what is known of it.
+struct Known {
+    cable: String,
+    train: Vec<Recording>,
+    eval: Vec<Recording>,
+    parameters: Parameters,
+    seconds: f64,
+}
+
+/// Remembers the cable that it was last asked for.
+#[derive(Default)]
+pub(crate) struct RealCables {
+    known: Option<Known>,
+}
+
+/// Kinds of motion that recordings are sorted into.
+const KINDS: usize = 8;
+
+const METHODS: [Method; 11] = [
+    Method::Blend,
+    Method::Identified,
+    Method::Refined(4, 1),
+    Method::Refined(1, 4),
+    Method::Corrected(1),
+    Method::Corrected(2),
+    Method::Corrected(3),
+    Method::Graph,
+    Method::WithoutPhysics,
+    Method::OtherMotions,
+    Method::ToAndFro(20),
+];
+
+impl Section for RealCables {
+    type Key = CableKey;
+    type Value = Measured;
+    const ID: &'static str = "real-cables";
+
+    fn keys(&self, context: &Context) -> Result<Vec<CableKey>> {
+        let Some(folder) = &context.recordings else {
+            return Err(anyhow!(
+                "real-cables needs --recordings DIR, a folder with a folder of recordings for each cable"
+            ));
+        };
+        let wrong = || format!("--recordings: {}", folder.display());
+        let entries =
+            std::fs::read_dir(folder).with_context(wrong)?.collect::<Result<Vec<_>, _>>().with_context(wrong)?;
+        let mut cables: Vec<_> = entries.into_iter().map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
+        cables.sort();
+        let methods = context.size.pick(&METHODS[..2], &METHODS);
+        let mut keys = Vec::new();
+        for path in cables {
+            let recordings_blake3 = hash(&path)?;
+            let cable = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let key = |&method: &Method| CableKey {
+                cable: cable.clone(),
+                recordings_blake3: recordings_blake3.clone(),
+                method,
+            };
+            keys.extend(methods.iter().map(key));
+        }
+        if keys.is_empty() {
+            return Err(anyhow!("no folders of cables")).with_context(wrong);
+        }
+        Ok(keys)
+    }
+
+    fn seconds(&self, key: &CableKey) -> f64 {
+        match key.method {
+            Method::Blend => 1.0,
+            Method::Identified => 60.0,
+            Method::Refined(..) => 8.0,
+            Method::Corrected(_) | Method::WithoutPhysics => 60.0,
+            Method::Graph => 300.0,
+            Method::OtherMotions => 130.0,
+            Method::ToAndFro(times) => 2.0 * times as f64,
+        }
+    }
+
+    fn go_together(key: &CableKey, next: &CableKey) -> bool {
+        key.cable == next.cable
+    }
+
+    fn measure(
+        &mut self,
+        context: &Context,
+        key: &CableKey,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Measured>> {
+        if self.known.as_ref().is_none_or(|known| known.cable != key.cable) {
+            let Some(folder) = &context.recordings else { return Ok(None) };
+            self.known = known(&folder.join(&key.cable), &key.cable, go_on)?;
+        }
+        let Some(known) = &self.known else { return Ok(None) };
+        known.measure(key.method, go_on)
+    }
+
+    fn show(&self, context: &Context, cells: &[(&CableKey, &Measured)]) -> Result<PageSection> {
+        Ok(show::page_section(context, cells))
+    }
+}
+
+/// Hash of all recordings of a cable.
+fn hash(folder: &Path) -> Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    for path in files(&["train", "eval"].map(|part| folder.join(part)))? {
+        hasher.update(path.file_name().unwrap_or_default().as_encoded_bytes());
+        hasher.update(&std::fs::read(&path).with_context(|| path.display().to_string())?);
+    }
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+/// Reads a cable's recordings and identifies it; `None` where it was stopped.
+fn known(folder: &Path, cable: &str, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Known>> {
+    let read = |part: &str| -> Result<Vec<Recording>> {
+        let (recordings, faults) = read_all(&files(&[folder.join(part)])?, Reading::default());
+        match faults.into_iter().next() {
+            Some(fault) => Err(fault.into()),
+            None => Ok(recordings),
+        }
+    };
+    let (train, eval) = (read("train")?, read("eval")?);
+    let began = std::time::Instant::now();
+    let Some(parameters) = identified(&train, go_on)? else { return Ok(None) };
+    let seconds = began.elapsed().as_secs_f64();
+    Ok(Some(Known { cable: cable.to_owned(), train, eval, parameters, seconds }))
+}
+
+fn identified(recordings: &[Recording], go_on: &mut dyn FnMut() -> bool) -> Result<Option<Parameters>> {
+    let cables = cables(recordings, 1)?;
+    let fit = fit(recordings, &cables, &Parameters::default(), &Search::default(), &mut |_| go_on())?;
+    Ok((!fit.stopped).then_some(fit.parameters))
+}
+
+/// Cables with so many times the usual segments.
+fn cables(recordings: &[Recording], finer: usize) -> Result<Vec<Cable>> {
+    let segments = Resolution::default().segments * finer;
+    recordings.iter().map(|recording| Ok(Cable::new(recording, segments)?)).collect()
+}
+
+/// Predictions with so many times the usual steps and segments.
+fn simulated(
+    recordings: &[Recording],
+    parameters: &Parameters,
+    [steps, segments]: [usize; 2],
+) -> Result<Vec<Prediction>> {
+    let steps = steps * Resolution::default().steps;
+    Ok(predict(&cables(recordings, segments)?, parameters, usize::MAX, steps)?)
+}
+
+/// Recordings beside their guesses.
+fn films(recordings: &[Recording], parameters: Option<&Parameters>) -> Result<Vec<(Recording, Film)>> {
+    let Some(parameters) = parameters else {
+        return Ok(recordings.iter().map(|recording| (recording.clone(), Film::blended(recording))).collect());
+    };
+    let predictions = simulated(recordings, parameters, [1; 2])?;
+    let beside = recordings.iter().zip(&predictions);
+    Ok(beside.map(|(recording, own)| (recording.clone(), Film::simulated(recording, own))).collect())
+}
+
+fn uncorrected(films: &[(Recording, Film)]) -> Vec<Prediction> {
+    films.iter().map(|(_, film)| film.uncorrected()).collect()
+}
+
+fn errors(name: &str, recordings: &[Recording], predictions: &[Prediction]) -> Errors {
+    let of = Predicted { name, recordings, predictions };
+    let each = of.errors();
+    Errors {
+        name: name.to_owned(),
+        mean_cm: 100.0 * each.iter().sum::<f64>() / each.len() as f64,
+        worst_cm: 100.0 * each.iter().copied().fold(0.0, f64::max),
+        over_time: of.over_time(),
+    }
+}
+
+impl Known {
+    /// Measures a method; `None` where it was stopped.
+    fn measure(&self, method: Method, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
+        let eval = &self.eval;
+        let counts = [self.train.len(), eval.len()];
+        let began = std::time::Instant::now();
+        let done = |errors: Vec<Errors>, seconds: f64| {
+            Ok(Some(Measured { errors, recordings: counts, seconds, parameters: Vec::new() }))
+        };
+        let perceptron = |guess, seed| plan(guess, Kind::Perceptron, seed);
+        match method {
+            Method::Blend => done(vec![errors("", eval, &uncorrected(&films(eval, None)?))], 0.0),
+            Method::Identified => {
+                let errors = vec![errors("", eval, &simulated(eval, &self.parameters, [1; 2])?)];
+                let named = Search::default().free.into_iter().map(|of| (of.name().to_owned(), self.parameters[of]));
+                let (seconds, parameters) = (self.seconds, named.collect());
+                Ok(Some(Measured { errors, recordings: counts, seconds, parameters }))
+            }
+            Method::Refined(steps, segments) => {
+                done(vec![errors("", eval, &simulated(eval, &self.parameters, [steps, segments])?)], 0.0)
+            }
+            Method::Corrected(_) | Method::Graph | Method::WithoutPhysics => {
+                let plan = match method {
+                    Method::Corrected(seed) => perceptron(Guess::Physics, seed),
+                    Method::WithoutPhysics => perceptron(Guess::Blend, 1),
+                    _ => plan(Guess::Physics, Kind::Graph, 1),
+                };
+                let known = (plan.guess == Guess::Physics).then_some(&self.parameters);
+                let Some([_, predictions]) = corrected(&self.train, eval, known, &plan, go_on)? else {
+                    return Ok(None);
+                };
+                done(vec![errors("", eval, &predictions)], began.elapsed().as_secs_f64())
+            }
+            Method::OtherMotions => self.other_motions(go_on),
+            Method::ToAndFro(times) => self.to_and_fro(times, go_on),
+        }
+    }
+
+    /// Each half of the recordings predicted by what the other half says.
+    fn other_motions(&self, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
+        let began = std::time::Instant::now();
+        let second = halves(&kinds(&self.train, KINDS));
+        let half = |which: bool| -> Vec<Recording> {
+            let own = self.train.iter().zip(&second).filter(|(_, second)| **second == which);
+            own.map(|(recording, _)| recording.clone()).collect()
+        };
+        let mut out = Vec::new();
+        let mut count = 0;
+        for which in [false, true] {
+            let (own, other) = (half(which), half(!which));
+            let Some(parameters) = identified(&own, go_on)? else { return Ok(None) };
+            let plan = plan(Guess::Physics, Kind::Perceptron, 1);
+            let Some([plain, predictions]) = corrected(&own, &other, Some(&parameters), &plan, go_on)? else {
+                return Ok(None);
+            };
+            out.push(errors("identified", &other, &plain));
+            out.push(errors("corrected", &other, &predictions));
+            count = count.max(own.len());
+        }
+        let seconds = began.elapsed().as_secs_f64();
+        let recordings = [count, self.train.len() - count];
+        Ok(Some(Measured { errors: out, recordings, seconds, parameters: Vec::new() }))
+    }
+
+    /// The grips' ways to and fro: errors of the first and the last way forth, on which they move as they were recorded.
+    fn to_and_fro(&self, times: usize, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
+        let began = std::time::Instant::now();
+        let long: Vec<Recording> = self.eval.iter().map(|recording| recording.to_and_fro(times)).collect();
+        let plan = plan(Guess::Physics, Kind::Perceptron, 1);
+        let known = Some(&self.parameters);
+        let Some([plain, predictions]) = corrected(&self.train, &long, known, &plan, go_on)? else { return Ok(None) };
+        let mut out = Vec::new();
+        for (name, predictions) in [("identified", &plain), ("corrected", &predictions)] {
+            // The last way forth is the one before last where the number is even.
+            for (which, pass) in [("first", 0), ("last", (times - 1) / 2 * 2)] {
+                let part = |(recording, prediction): (&Recording, &Prediction)| {
+                    let frames = pass * (recording.frames() - 1)..(pass + 1) * (recording.frames() - 1) + 1;
+                    Prediction { markers: prediction.markers[frames].to_vec(), unsolved: 0 }
+                };
+                let parts: Vec<Prediction> = self.eval.iter().zip(predictions).map(part).collect();
+                out.push(errors(&format!("{name}, {which} way"), &self.eval, &parts));
+            }
+        }
+        let (seconds, recordings) = (began.elapsed().as_secs_f64(), [self.train.len(), self.eval.len()]);
+        Ok(Some(Measured { errors: out, recordings, seconds, parameters: Vec::new() }))
+    }
+}
+
+/// How a correction is trained: as the program `correction` does it.
+fn plan(guess: Guess, kind: Kind, seed: u64) -> Plan {
+    Plan { guess, kind, shape: Shape::of(kind), members: 3, epochs: 40, seed }
+}
+
+/// Predictions without and with a correction.
+type Both = [Vec<Prediction>; 2];
+
+/// A correction learned from some recordings, and others predicted: with the parameters, where the guess is a simulation. `None`
+/// where it was stopped.
+fn corrected(
+    own: &[Recording],
+    other: &[Recording],
+    parameters: Option<&Parameters>,
+    plan: &Plan,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<Both>> {
+    let trained = train(&films(own, parameters)?, plan, &mut |_| go_on()).context("there is nothing to learn")?;
+    if trained.stopped {
+        return Ok(None);
+    }
+    let films = films(other, parameters)?;
+    let corrected = films.iter().map(|(_, film)| film.corrected(&trained.correction.add(film)));
+    Ok(Some([uncorrected(&films), corrected.collect()]))
+}

@@ -1,0 +1,174 @@
+//! Real cables: tables and figures.
+
+use report::{Axis, Block, Cell, Conditions, LineChart, Section as PageSection, Series};
+
+use super::{CableKey, Errors, Measured, Method};
+use crate::blocks::{chart, figure, section, table};
+use crate::context::Context;
+use crate::show::number;
+
+type Cells<'a> = [(&'a CableKey, &'a Measured)];
+
+const INTRODUCTION: &str = "Recordings of cables between two arms, by motion capture: ten numbers of the cable are identified on \
+    some, and others are predicted in one run each, of which nothing is known but the first two frames and the markers in the grips. Errors are means \
+    of the absolute error of a coordinate over all markers, those in the grips included, and all frames: the metric of DEFORM (Chen et al. 2024). A \
+    correction is a network that says what to add to the simulated markers; it learns from the same recordings that the cable was \
+    identified on.";
+
+const LIMITS: &str = "What the recordings do not tell: masses and forces (only ratios to the mass are identified), what the grips do about \
+    their own direction, and what other motions would be like: the recordings of a cable repeat similar motions, in both parts, which flatters \
+    every method here; the rows of other motions say by how much. The settings of the search were chosen while looking at these cables.";
+
+/// Errors that were published for the cables of the DEFORM data set [cm]: Chen et al. 2024, table of the paper.
+const PUBLISHED: [(&str, [f64; 3]); 5] = [
+    ("XPBD, as published", [4.00, 3.85, 3.80]),
+    ("Bi-LSTM, as published", [1.98, 1.75, 1.10]),
+    ("discrete elastic rods, as published", [1.96, 1.91, 1.86]),
+    ("the same, identified, as published", [1.54, 1.77, 1.42]),
+    ("DEFORM, as published", [1.01, 0.97, 0.77]),
+];
+const PUBLISHED_CABLES: [&str; 3] = ["DLO1", "DLO2", "DLO3"];
+
+/// What methods with one row are called.
+const NAMES: [(Method, &str); 9] = [
+    (Method::Blend, "first shape, carried along with the grips"),
+    (Method::Identified, "identified"),
+    (Method::Refined(4, 1), "identified; four times the steps"),
+    (Method::Refined(1, 4), "identified; four times the segments"),
+    (Method::WithoutPhysics, "perceptron without a simulation"),
+    (Method::Graph, "corrected by a graph network"),
+    (Method::Corrected(1), "corrected by a perceptron, seed 1"),
+    (Method::Corrected(2), "corrected by a perceptron, seed 2"),
+    (Method::Corrected(3), "corrected by a perceptron, seed 3"),
+];
+
+/// What is drawn over time.
+const DRAWN: [Method; 4] = [Method::Blend, Method::WithoutPhysics, Method::Identified, Method::Corrected(1)];
+
+fn name(method: Method) -> &'static str {
+    NAMES.iter().find(|(own, _)| *own == method).map_or("", |(_, name)| name)
+}
+
+fn of<'a>(cells: &Cells<'a>, cable: &str, method: Method) -> Option<&'a Measured> {
+    cells.iter().find(|(key, _)| key.cable == cable && key.method == method).map(|(_, measured)| *measured)
+}
+
+fn told(error: Option<f64>) -> Cell {
+    error.map_or_else(|| Cell::muted("-"), |error| number(error).into())
+}
+
+pub(super) fn page_section(context: &Context, cells: &Cells<'_>) -> PageSection {
+    let mut cables: Vec<&str> = Vec::new();
+    for (key, _) in cells {
+        if cables.last() != Some(&key.cable.as_str()) {
+            cables.push(&key.cable);
+        }
+    }
+    let recordings = cells.iter().map(|(_, measured)| measured.recordings).next().unwrap_or_default();
+    let conditions = context
+        .without_networks("as each table says")
+        .with("recordings of a cable", format!("{} to learn from, {} to predict", recordings[0], recordings[1]))
+        .with("method", "newton, bdf2; 3 segments between markers, a step a frame");
+    let mut blocks = vec![by_method(cells, &cables, &conditions), over_time(cells, &cables, &conditions)];
+    blocks.extend(beyond(cells, &cables, &conditions));
+    blocks.push(parameters(cells, &cables, &conditions));
+    blocks.push(Block::Paragraph(LIMITS.to_owned()));
+    section(["real-cables", "Predictions of real cables", INTRODUCTION], blocks)
+}
+
+/// Errors of all methods.
+fn by_method(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Block {
+    let mut rows: Vec<Vec<Cell>> = Vec::new();
+    for (name, errors) in PUBLISHED {
+        let error = |cable: &&str| PUBLISHED_CABLES.iter().position(|own| own == cable).map(|k| errors[k]);
+        let row: Vec<Cell> = cables.iter().map(|cable| told(error(cable))).collect();
+        rows.push(std::iter::once(name.into()).chain(row).collect());
+    }
+    let ours = NAMES.iter().filter(|(method, _)| cells.iter().any(|(key, _)| key.method == *method));
+    for (method, name) in ours {
+        let error = |cable: &&str| of(cells, cable, *method).map(|own| own.errors[0].mean_cm);
+        let row: Vec<Cell> = cables.iter().map(|cable| told(error(cable))).collect();
+        rows.push(std::iter::once((*name).into()).chain(row).collect());
+    }
+    let headings: String = cables.iter().map(|cable| format!(" | #{cable} [cm]")).collect();
+    table(
+        [
+            "real-cables-errors",
+            "Error of a coordinate",
+            "Means over the recordings that were predicted. Published errors are those of the DEFORM data set's paper.",
+        ],
+        &format!("prediction{headings}"),
+        rows,
+        conditions.clone(),
+    )
+}
+
+/// The error over time, a chart a cable.
+fn over_time(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Block {
+    let own = |cable: &&str| -> LineChart {
+        let curve = |&method: &Method| {
+            let measured = of(cells, cable, method)?;
+            Some(Series { markers: false, ..Series::new(name(method), measured.errors[0].over_time.iter().copied()) })
+        };
+        let axes = [Axis::linear("time [s]"), Axis::log("error of a coordinate [cm]")];
+        chart(cable, axes, DRAWN.iter().filter_map(curve).collect(), Vec::new())
+    };
+    let caption = "Mean over recordings and the markers between the grips.";
+    figure(["real-cables-time", "Error over time", caption], cables.iter().map(own).collect(), conditions.clone())
+}
+
+/// Motions of other kinds, and long ones.
+fn beyond(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Option<Block> {
+    let mut rows = Vec::new();
+    for cable in cables {
+        let all = [Method::OtherMotions, Method::ToAndFro(20)].map(|method| of(cells, cable, method));
+        let [Some(other), Some(long)] = all else { continue };
+        // Both halves, by the number of their recordings alike.
+        let mean = |name: &str| {
+            let own: Vec<f64> = other.errors.iter().filter(|errors| errors.name == name).map(|of| of.mean_cm).collect();
+            own.iter().sum::<f64>() / own.len().max(1) as f64
+        };
+        let ways = long.errors.iter().map(|Errors { mean_cm, .. }| number(*mean_cm).into());
+        let halves = ["identified", "corrected"].map(|name| number(mean(name)).into());
+        rows.push(std::iter::once((*cable).into()).chain(halves).chain(ways).collect());
+    }
+    (!rows.is_empty()).then(|| {
+        table(
+            [
+                "real-cables-beyond",
+                "Other motions, and long ones",
+                "Other motions: the recordings to learn from are sorted into eight kinds by the ways of their grips, whole kinds go to one \
+                 of two halves, and each half is predicted by what is identified and learned on the other; the mean of both. Long ones: the grips' ways \
+                 are played to and fro, twenty times in all, in one run; errors of the first and of the last way forth, on which the \
+                 grips move as they were recorded.",
+            ],
+            "cable | #other motions: identified [cm] | #corrected [cm] | #to and fro, identified: first [cm] | #last [cm] | \
+             #corrected: first [cm] | #last [cm]",
+            rows,
+            conditions.clone(),
+        )
+    })
+}
+
+/// What was found, and how long it took.
+fn parameters(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Block {
+    let names = cells.iter().find(|(key, _)| key.method == Method::Identified).map(|(_, own)| &own.parameters);
+    let mut rows: Vec<Vec<Cell>> = Vec::new();
+    for (k, (name, _)) in names.into_iter().flatten().enumerate() {
+        let value = |cable: &&str| told(of(cells, cable, Method::Identified).map(|own| own.parameters[k].1));
+        rows.push(std::iter::once(name.as_str().into()).chain(cables.iter().map(value)).collect());
+    }
+    for (name, method) in
+        [("searching [s]", Method::Identified), ("training the perceptrons [s]", Method::Corrected(1))]
+    {
+        let value = |cable: &&str| told(of(cells, cable, method).map(|own| own.seconds));
+        rows.push(std::iter::once(name.into()).chain(cables.iter().map(value)).collect());
+    }
+    let headings: String = cables.iter().map(|cable| format!(" | #{cable}")).collect();
+    table(
+        ["real-cables-parameters", "What was identified", "Units are in docs/identify.md. Times are of one core."],
+        &format!("parameter{headings}"),
+        rows,
+        conditions.clone(),
+    )
+}
