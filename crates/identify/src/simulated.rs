@@ -34,6 +34,8 @@ pub struct Plan {
     pub noise: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// Whether all of it happens in the plane of x and z, as one camera sees it.
+    pub is_planar: bool,
 }
 
 /// What keeps a cable from being simulated.
@@ -52,14 +54,18 @@ pub enum SimulatedError {
 /// If the parameters make no valid model.
 pub fn recordings(truth: &Parameters, plan: &Plan) -> Result<Vec<Recording>, SimulatedError> {
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
-    let mut recordings: Vec<Recording> = (0..plan.recordings).map(|index| grips(index, plan.frames)).collect();
+    let mut recordings: Vec<Recording> = (0..plan.recordings).map(|index| grips(index, plan)).collect();
     let segments = Resolution::default().segments;
     let cables = recordings.iter().map(|recording| Cable::new(recording, segments)).collect::<Result<Vec<_>, _>>()?;
     for (recording, prediction) in recordings.iter_mut().zip(predict(&cables, truth, plan.frames, 1)?) {
         let free = recording.free();
         for (real, predicted) in recording.markers.iter_mut().zip(prediction.markers).skip(2) {
             for (real, predicted) in real[free.clone()].iter_mut().zip(predicted) {
-                *real = predicted + Vector3::from_fn(|_, _| plan.noise * normal(&mut random));
+                let noise = Vector3::from_fn(|_, _| plan.noise * normal(&mut random));
+                *real = predicted + noise;
+                if plan.is_planar {
+                    real.y = 0.0;
+                }
             }
         }
     }
@@ -74,18 +80,19 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
 
 /// A recording whose markers hang in an arc, its grips moving to and fro in a way of its own; the markers between them are not
 /// yet those of a cable but in the first two frames.
-fn grips(index: usize, frames: usize) -> Recording {
+fn grips(index: usize, plan: &Plan) -> Recording {
     let phase = 1.3 * index as f64;
     let place = |time: f64, k: usize| {
         let s = k as f64 / (MARKERS - 1) as f64;
         let sway = |speed: f64, shift: f64| (speed * time + phase + shift).sin() - (phase + shift).sin();
+        let across = if plan.is_planar { 0.0 } else { 0.06 };
         let end = |x: f64, shift: f64| {
-            Vector3::new(x + 0.04 * sway(4.0, shift), 0.06 * sway(5.0, shift), 0.06 * sway(3.0, shift))
+            Vector3::new(x + 0.04 * sway(4.0, shift), across * sway(5.0, shift), 0.06 * sway(3.0, shift))
         };
         let sag = Vector3::z() * (-0.9 * s * (1.0 - s));
         end(-0.25, 0.0) * (1.0 - s) + end(0.25, 1.0) * s + sag
     };
-    let time: Vec<f64> = (0..frames).map(|frame| INTERVAL * frame as f64).collect();
+    let time: Vec<f64> = (0..plan.frames).map(|frame| INTERVAL * frame as f64).collect();
     let markers = time.iter().map(|&time| (0..MARKERS).map(|k| place(time, k)).collect()).collect();
     Recording { path: PathBuf::from(format!("simulated-{index}")), time, markers }
 }

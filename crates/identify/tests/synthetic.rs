@@ -14,7 +14,7 @@ use identify::simulated::{Plan, csv, recordings};
 use solver::simulation::{Settings, Simulation};
 
 fn recorded(truth: &Parameters, count: usize, frames: usize, noise: f64) -> Vec<Recording> {
-    recordings(truth, &Plan { recordings: count, frames, noise, seed: 7 }).unwrap()
+    recordings(truth, &Plan { recordings: count, frames, noise, seed: 7, is_planar: false }).unwrap()
 }
 
 fn cables(recordings: &[Recording]) -> Vec<Cable> {
@@ -72,6 +72,28 @@ fn what_a_cable_was_made_with_is_identified_within_its_intervals() {
     }
 }
 
+/// One camera sees what happens in its plane: enough for bending, damping and the curvature in that plane.
+#[test]
+fn what_happens_in_a_plane_tells_what_bends_in_it() {
+    let mut truth = Parameters::default();
+    for (parameter, value) in
+        [(Parameter::Bending, 0.035), (Parameter::InnerDamping, 0.05), (Parameter::Curvature2, 0.8)]
+    {
+        truth[parameter] = value;
+    }
+    let plan = Plan { recordings: 8, frames: 60, noise: 1e-3, seed: 7, is_planar: true };
+    let recordings = recordings(&truth, &plan).unwrap();
+    assert!(recordings.iter().flat_map(|own| own.markers.iter().flatten()).all(|marker| marker.y == 0.0));
+    let free = vec![Parameter::Bending, Parameter::InnerDamping, Parameter::Curvature2];
+    let search = Search { free: free.clone(), stages: vec![Stage::of_all(60, 10)], ..Search::default() };
+    let fit = fit(&recordings, &cables(&recordings), &Parameters::default(), &search, &mut |_| true).unwrap();
+    for known in known(&fit).into_iter().filter(|known| free.contains(&known.parameter)) {
+        let [least, most] = known.interval.expect("an interval");
+        let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
+        assert!((truth[known.parameter] - middle).abs() < 1.5 * half, "{}: {least} to {most}", known.parameter);
+    }
+}
+
 /// The intervals are what they say: over many seeds about one in twenty misses the truth.
 #[test]
 fn intervals_hold_as_often_as_they_say() {
@@ -80,7 +102,8 @@ fn intervals_hold_as_often_as_they_say() {
     let search = Search { free: free.clone(), stages: vec![Stage::of_all(40, 8)], ..Search::default() };
     let (mut held, mut all) = (0, 0);
     for seed in 0..40 {
-        let recordings = recordings(&truth, &Plan { recordings: 16, frames: 40, noise: 1e-3, seed }).unwrap();
+        let recordings =
+            recordings(&truth, &Plan { recordings: 16, frames: 40, noise: 1e-3, seed, is_planar: false }).unwrap();
         let fit = fit(&recordings, &cables(&recordings), &truth, &search, &mut |_| true).unwrap();
         for known in known(&fit).iter().filter(|known| free.contains(&known.parameter)) {
             let [least, most] = known.interval.unwrap_or_else(|| panic!("seed {seed}: {} is unknown", known.parameter));
