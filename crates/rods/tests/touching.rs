@@ -18,9 +18,10 @@ struct Case {
     read: Vec<usize>,
 }
 
-fn settings() -> Settings {
+fn settings(integrator: Integrator) -> Settings {
     let step = StepParams {
         formulation: Formulation::Newton,
+        integrator,
         relative_tolerance: 1e-12,
         absolute_tolerance: 1e-14,
         contact_tolerance: 1e-9,
@@ -61,6 +62,9 @@ fn tip_on_ground() -> Case {
     let mut assembly = assembly();
     let own = rod(&mut assembly, [0.0, 0.0, 0.03], Vector3::x(), 0.5);
     assembly.clamp_start(&own);
+    let (segment, force) = (own.end - 2, Vector3::new(0.05, 0.03, -0.02));
+    let load = Load { segment, offset: 0.0, force, torque: Vector3::zeros() };
+    assembly.model_mut().loads.push(load);
     let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
     on_obstacle(&mut assembly, ground, 0.3);
     case("a tip on the ground", assembly, &[6, 25, 40])
@@ -134,12 +138,20 @@ fn directions(model: &Model) -> Vec<(&'static str, Variation)> {
         places.start.positions[i] = vector(i + 40) * 1e-4;
         places.start.turns[i] = vector(i + 50) * 1e-3;
     }
+    let mut loads = Variation::zero(model);
+    loads.loads.iter_mut().for_each(|load| load[0] = Vector3::new(0.02, -0.01, 0.03));
+    out.push(("loads", loads));
     out.extend([("rest shape", rest), ("velocities", velocities), ("places", places)]);
     out
 }
 
 /// A run, with a checkpoint every so many steps, and its states where it is read.
-fn run(case: &Case, variation: Option<(&Variation, f64)>, stretch: usize) -> (Recording, Vec<State>) {
+fn run(
+    case: &Case,
+    integrator: Integrator,
+    variation: Option<(&Variation, f64)>,
+    stretch: usize,
+) -> (Recording, Vec<State>) {
     let (mut model, state) = match variation {
         Some((variation, share)) => moved(&case.model, &case.state, variation, share),
         None => (case.model.clone(), case.state.clone()),
@@ -151,7 +163,7 @@ fn run(case: &Case, variation: Option<(&Variation, f64)>, stretch: usize) -> (Re
     for surface in surfaces {
         surface.friction = Friction::new(surface.friction.sliding * factor);
     }
-    let mut recording = Recording::with_checkpoints(&model, &state, &settings(), stretch).unwrap();
+    let mut recording = Recording::with_checkpoints(&model, &state, &settings(integrator), stretch).unwrap();
     let mut read = Vec::new();
     for step in 1..=*case.read.last().unwrap() {
         let report = recording.step(DT).unwrap();
@@ -165,8 +177,8 @@ fn run(case: &Case, variation: Option<(&Variation, f64)>, stretch: usize) -> (Re
     (recording, read)
 }
 
-fn check(case: &Case) {
-    let (mut recording, states) = run(case, None, usize::MAX);
+fn check(case: &Case, integrator: Integrator) {
+    let (mut recording, states) = run(case, integrator, None, usize::MAX);
     let mut forces = Vec::new();
     recording.simulation().store_contact_forces(&mut forces);
     assert!(!forces.is_empty(), "{}: nothing touches", case.name);
@@ -184,10 +196,10 @@ fn check(case: &Case) {
         })
         .collect();
     let gradient = recording.backward(&weights, Wanted::ALL).unwrap();
-    assert_eq!(run(case, None, 7).0.backward(&weights, Wanted::ALL).unwrap(), gradient, "{}", case.name);
+    assert_eq!(run(case, integrator, None, 7).0.backward(&weights, Wanted::ALL).unwrap(), gradient, "{}", case.name);
     let directions = directions(&case.model);
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
-    let mut forward = Forward::new(&case.model, &case.state, &settings(), &variations).unwrap();
+    let mut forward = Forward::new(&case.model, &case.state, &settings(integrator), &variations).unwrap();
     let mut carried = vec![0.0; directions.len()];
     let mut change = StateVariation::zero(count);
     for step in 1..=*case.read.last().unwrap() {
@@ -212,13 +224,17 @@ fn check(case: &Case) {
     };
     for ((what, variation), carried) in directions.iter().zip(carried) {
         let found = gradient.dot(variation);
-        let at = |share: f64| reading(&run(case, Some((variation, share)), usize::MAX).1);
+        let at = |share: f64| reading(&run(case, integrator, Some((variation, share)), usize::MAX).1);
         let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-        println!("{}, {what}: {found:e} {carried:e} {expected:e}", case.name);
-        assert!((found - carried).abs() <= 1e-8 * found.abs() + 1e-13, "{}, {what}: {found:e} {carried:e}", case.name);
+        println!("{}, {integrator:?}, {what}: {found:e} {carried:e} {expected:e}", case.name);
+        assert!(
+            (found - carried).abs() <= 1e-8 * found.abs() + 1e-13,
+            "{}, {integrator:?}, {what}: {found:e} {carried:e}",
+            case.name
+        );
         assert!(
             (found - expected).abs() <= 1e-4 * expected.abs() + 1e-9,
-            "{}, {what}: {found:e} {expected:e}",
+            "{}, {integrator:?}, {what}: {found:e} {expected:e}",
             case.name
         );
     }
@@ -228,5 +244,7 @@ fn check(case: &Case) {
 fn gradients_through_contacts_are_those_of_differences() {
     let posts = [over_a_post(0.0), over_a_post(0.4)];
     let others = [tip_on_ground(), across(0.9), across(0.1), onto_a_fixed_bar(), sliding()];
-    posts.iter().chain(&others).for_each(check);
+    for case in posts.iter().chain(&others) {
+        Integrator::ALL.into_iter().for_each(|integrator| check(case, integrator));
+    }
 }

@@ -387,11 +387,11 @@ impl Steps for Lockstep {
             return status;
         }
         let status = self.ended(status, params);
+        let begins_anew = self.stage.end_step() || status != Status::Converged;
         if let Some((whole, substeps)) = &mut self.substeps {
             let touching = self.stage.slopes(&mut self.sets, params.contact_tolerance);
-            substeps.extend(Substep::of_all(&self.sets, whole, touching));
+            substeps.extend(Substep::of_all(&self.sets, whole, touching, begins_anew));
         }
-        let begins_anew = self.stage.end_step() || status != Status::Converged;
         for set in &mut self.sets {
             finish(&mut set.component, params.formulation, 1.0, &mut set.counters);
             if begins_anew {

@@ -269,6 +269,31 @@ impl Component<f64> {
             each(load.index, load.body, [force, angular * dt2], of_mass);
         }
     }
+
+    /// Back over [`Component::begin_anew`] after the step that is solved: `bars` become those before it. `each` is told the
+    /// derivative with respect to gravity of each free body, and `of_load` those with respect to the force of a load and, by it, the
+    /// body's mass.
+    pub(crate) fn begin_anew_back(
+        &self,
+        bars: &mut [BodyBar],
+        mut each: impl FnMut(V),
+        mut of_load: impl FnMut(usize, usize, V, f64),
+    ) {
+        let Some(steps) = &self.multistep else { return };
+        let rest = if steps.goes_on() { 0.5 * self.dt } else { 0.0 };
+        let pulls: Vec<V> = bars.iter().map(|bar| bar.now.linear * rest).collect();
+        for (i, bar) in bars.iter_mut().enumerate().filter(|(i, _)| !self.is_still(*i)) {
+            bar.velocity.linear += bar.now.linear;
+            bar.over += bar.now.angular;
+            bar.now = Spatial::zero();
+            each(pulls[i]);
+        }
+        for load in self.loads.iter().filter(|load| !self.is_still(load.body)) {
+            let (pull, inverse_mass) = (pulls[load.body], self.bodies[load.body].inverse_mass);
+            let of_mass = -pull.dot(load.force) * inverse_mass * inverse_mass;
+            of_load(load.index, load.body, pull * inverse_mass, of_mass);
+        }
+    }
 }
 
 /// Derivatives with respect to moments of inertia about the axes of q of the momentum `s I w - h w x I w` in `momentum_back`.

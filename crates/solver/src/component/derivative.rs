@@ -305,8 +305,9 @@ impl Component<f64> {
 }
 
 impl Begin {
-    /// What sets began the same step with, each with the places of its bodies in the `bodies` of all of them.
-    pub(crate) fn together(parts: &[(Self, Vec<usize>)], bodies: usize) -> Option<Self> {
+    /// What sets began the same step with, each with the places of its bodies among all of them: so many, of which so many
+    /// segments come first.
+    pub(crate) fn together(parts: &[(Self, Vec<usize>)], [bodies, segments]: [usize; 2]) -> Option<Self> {
         let (first, _) = parts.first()?;
         let mut all = Self {
             poses: vec![*first.poses.first()?; bodies],
@@ -315,7 +316,10 @@ impl Begin {
             has_given: parts.iter().any(|(part, _)| part.has_given),
             last_dt: first.last_dt,
             last_effective: first.last_effective,
-            steps: None,
+            steps: StepsBefore::together(
+                parts.iter().filter_map(|(part, places)| Some((part.steps.as_ref()?, places.as_slice()))),
+                segments,
+            ),
         };
         for (part, places) in parts {
             scatter(&mut all.poses, &part.poses, places);

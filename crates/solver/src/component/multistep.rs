@@ -26,7 +26,7 @@ mod back;
 
 use nalgebra::Vector3;
 
-use super::derivative::{Group, set_slope};
+use super::derivative::{Group, scatter, set_slope};
 use super::lanes::{copy_lane, copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::predict::angular_momentum;
 use super::state::rate;
@@ -203,7 +203,29 @@ pub(super) struct StepsBefore {
     goes_on: f64,
 }
 
+impl StepsBefore {
+    /// What several sets know of the steps before, each with the places of its segments among all `segments`.
+    pub(super) fn together<'a>(parts: impl Iterator<Item = (&'a Self, &'a [usize])>, segments: usize) -> Option<Self> {
+        let zero = || vec![Spatial::zero(); segments];
+        let mut all: Option<Self> = None;
+        for (part, places) in parts {
+            let new =
+                || Self { now: zero(), earlier: zero(), over: vec![Vec3::zero(); segments], goes_on: part.goes_on };
+            let all = all.get_or_insert_with(new);
+            scatter(&mut all.now, &part.now, places);
+            scatter(&mut all.earlier, &part.earlier, places);
+            scatter(&mut all.over, &part.over, places);
+        }
+        all
+    }
+}
+
 impl Multistep<f64> {
+    /// Whether the step under way goes on from those before.
+    pub(super) fn goes_on(&self) -> bool {
+        self.ratio > 0.0
+    }
+
     /// What the step under way knows of those before.
     pub(super) fn before(&self) -> StepsBefore {
         let Self { now, earlier, over, goes_on, .. } = self;

@@ -178,6 +178,25 @@ impl Adjoint {
         }
 
         let component = &replay.component;
+        if substep.begins_anew {
+            let Variation { gravity, loads, segments, .. } = &mut *out;
+            component.begin_anew_back(
+                bars,
+                |of_gravity| {
+                    if wanted.surroundings {
+                        *gravity += vector(of_gravity);
+                    }
+                },
+                |index, body, of_force, of_mass| {
+                    if wanted.loads {
+                        loads[index][0] += vector(of_force);
+                    }
+                    if wanted.segments {
+                        segments[members.segments[body]].mass += of_mass;
+                    }
+                },
+            );
+        }
         ended.clear();
         for (i, bar) in bars.iter().enumerate() {
             let own = if component.is_still(i) { Ended::default() } else { component.end_back(i, bar) };

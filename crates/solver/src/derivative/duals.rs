@@ -13,6 +13,7 @@ use super::{Substep, Variation};
 use crate::component::{BodyBar, BodyGradient, Component, Group, Members};
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
+use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::topology::Topology;
 
@@ -48,6 +49,9 @@ impl Duals {
         component.predict_step(substep.interval);
         component.place_constant(&substep.poses, &substep.lambda);
         component.end_solved_step();
+        if substep.begins_anew {
+            component.begin_anew(Dual::splat(1.0));
+        }
         let along = |component: &Component<Dual<6>>, body: usize| {
             Vector6::from_fn(|k, _| six(component.velocity_along(body, k)).dot(&six_of(told[body])))
         };

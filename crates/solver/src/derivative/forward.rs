@@ -11,6 +11,7 @@ use crate::component::{Component, Members, move_along, movement_along, slope_of}
 use crate::contact::Touching;
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
+use crate::kernel::lane::Real;
 use crate::simulation::{Settings, Simulation, StepReport};
 use crate::tangent::jacobian::{Field, Jacobian, split as parts};
 
@@ -147,6 +148,9 @@ impl Set {
             chunk.advance(passed, &self.members, &jacobian, &mut self.replay);
         }
         self.replay.component.end_solved_step();
+        if passed.substep.begins_anew {
+            self.replay.component.begin_anew(1.0);
+        }
         Some(())
     }
 }
@@ -200,6 +204,9 @@ impl Chunk {
             }
         }
         component.end_solved_step();
+        if substep.begins_anew {
+            component.begin_anew(Dual::splat(1.0));
+        }
     }
 }
 

@@ -21,6 +21,8 @@ pub(crate) struct Substep {
     pub(crate) lambda: Vec<Spatial<f64>>,
     /// Contacts that press at its end.
     pub(crate) touching: Vec<Touching>,
+    /// Whether the next step forgets those before.
+    pub(crate) begins_anew: bool,
 }
 
 impl Substep {
@@ -28,11 +30,16 @@ impl Substep {
     pub(crate) fn of(component: &Component<f64>) -> Self {
         let interval = Interval { time: component.time(), dt: component.dt() };
         let (poses, lambda) = (component.poses.clone(), component.lambda.clone());
-        Self { interval, begin: component.begin(), poses, lambda, touching: Vec::new() }
+        Self { interval, begin: component.begin(), poses, lambda, touching: Vec::new(), begins_anew: false }
     }
 
     /// The one that sets, which make up `whole`, have just been solved for; `None` where there are none.
-    pub(crate) fn of_all(sets: &[ConnectedSet], whole: &Members, touching: Vec<Touching>) -> Option<Self> {
+    pub(crate) fn of_all(
+        sets: &[ConnectedSet],
+        whole: &Members,
+        touching: Vec<Touching>,
+        begins_anew: bool,
+    ) -> Option<Self> {
         let first = &sets.first()?.component;
         let bodies = whole.segments.len() + whole.anchors.len();
         let parts: Vec<(Begin, Vec<usize>)> =
@@ -45,7 +52,14 @@ impl Substep {
             let joints = set.members.joints.iter().filter_map(|joint| whole.joints.binary_search(joint).ok());
             scatter(&mut lambda, &set.component.lambda, &joints.collect::<Vec<_>>());
         }
-        Some(Self { interval, begin: Begin::together(&parts, bodies)?, poses, lambda, touching })
+        Some(Self {
+            interval,
+            begin: Begin::together(&parts, [bodies, whole.segments.len()])?,
+            poses,
+            lambda,
+            touching,
+            begins_anew,
+        })
     }
 }
 

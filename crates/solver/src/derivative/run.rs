@@ -8,7 +8,6 @@ use super::replay::Replay;
 use super::{DerivativeError, Substep};
 use crate::component::{Members, split, whole};
 use crate::formulation::Tangent;
-use crate::integrator::Integrator;
 use crate::linear::solvers::SolverKind;
 use crate::simulation::{Settings, Simulation, StepReport};
 use crate::step::{Interval, Status, StepParams};
@@ -64,13 +63,11 @@ pub(super) fn refuse_bodies(model: &Model) -> Result<(), DerivativeError> {
 }
 
 /// Refuses what is not differentiated of a run.
-fn check(model: &Model, settings: &Settings) -> Result<(), DerivativeError> {
+fn check(model: &Model) -> Result<(), DerivativeError> {
     let contacts = &model.contacts;
     let surfaces = contacts.between_segments.iter().chain(contacts.obstacles.iter().map(|obstacle| &obstacle.surface));
     refuse(surfaces.into_iter().any(|surface| surface.restitution > 0.0), "contacts that bounce")?;
     refuse(contacts.allow_overlap, "overlaps at the start")?;
-    let goes_on = settings.step.integrator == Integrator::Bdf2;
-    refuse(!contacts.is_empty() && goes_on, "contacts with the integrator bdf2")?;
     check_all(model)
 }
 
@@ -96,7 +93,7 @@ impl Run {
         settings: &Settings,
     ) -> Result<(Self, Vec<(Members, Replay)>), DerivativeError> {
         let settings = solved(model, settings)?;
-        check(model, &settings)?;
+        check(model)?;
         let mut simulation = Simulation::new(model, state, &settings, None)?;
         let all = whole(model);
         simulation.record_substeps(&all.0);
