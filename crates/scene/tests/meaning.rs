@@ -195,6 +195,24 @@ fn strands_point_outwards_from_their_sphere() {
 }
 
 #[test]
+fn rods_of_a_heap_lie_level_one_above_the_other_and_point_anywhere() {
+    let heap = scene::builtin("heap-80").unwrap();
+    assert_eq!((heap.rods.len(), heap.model.segments.len()), (80, 1600));
+    let mut quarters = [0; 4];
+    for (k, rod) in heap.rods.iter().enumerate() {
+        let first = rod.segments.start;
+        let middle = (heap.state.positions[first] + heap.state.positions[rod.segments.end - 1]) * 0.5;
+        assert!((middle - Vector3::z() * (0.02 + 0.012 * k as f64)).norm() < 1e-12, "{middle}");
+        let along = heap.state.axis(first);
+        assert!(along.z.abs() < 1e-12);
+        quarters[usize::from(along.x > 0.0) + 2 * usize::from(along.y > 0.0)] += 1;
+    }
+    // Each quarter has 20 of 80 in the mean, give or take three standard deviations.
+    assert!(quarters.iter().all(|count| (8..=32).contains(count)), "{quarters:?}");
+    assert_eq!(heap, scene::builtin("heap-80").unwrap());
+}
+
+#[test]
 fn ropes_of_a_net_meet_where_they_cross() {
     let scene = everything();
     let net = 25..32;
