@@ -213,7 +213,7 @@ mistakes! {
     a_heap_of_helices: END => "segments = 30\n[[rods]]\nshape.helix = { radius_m = 1, height_m = 1, winding = 1, segments = 9 }\nheap = { count = 2, spacing_m = 1 }\n",
         "15: rods[1].shape: rods of a heap are straight; give `shape.straight`";
     a_heap_without_height: "clamp" => "heap = { count = 2, spacing_m = 0 }\nclamp",
-        "9: rods[0].heap.spacing_m = 0, but it must be > 0 [m]";
+        "9: rods[0].heap.spacing_m = 0, but it must be finite and > 0 [m]";
     too_large_a_heap: "clamp" => "heap = { count = 1_000_000, spacing_m = 1 }\nclamp",
         "6: rods[0]: with this rod the scene has 30000000 segments, but 10000000 are the most";
     a_heap_of_strands: "clamp" => "strands = { count = 2, on = { radius_m = 1 } }\nheap = { count = 2, spacing_m = 1 }\nclamp",
