@@ -144,7 +144,8 @@ fn check_size(source: &Source, file: &format::File, refinement: Refinement) -> R
             segments = segments.saturating_add(Growth::new(source, tree)?.least_segments());
         }
         let strands = rod.strands.as_ref().map_or(Ok(1), |strands| strands.count(source))?;
-        add("rod", entry.span(), segments.saturating_mul(strands))?;
+        let heap = rod.heap.as_ref().map_or(Ok(1), |heap| heap.count(source))?;
+        add("rod", entry.span(), segments.saturating_mul(strands).saturating_mul(heap))?;
     }
     for entry in &file.nets {
         add("net", entry.span(), net::segments(source, entry.get_ref())?)?;

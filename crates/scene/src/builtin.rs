@@ -61,6 +61,10 @@ const FILES: &[(&str, &str)] = files![
     "net",
     "net-on-sphere",
     "hair",
+    "heap-5",
+    "heap-20",
+    "heap-80",
+    "heap-320",
     "long-chain",
     "tiny-rod",
 ];

@@ -20,7 +20,7 @@ pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
 pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;
-pub(crate) use many::{Copies, Net, Strands};
+pub(crate) use many::{Copies, Heap, Net, Strands};
 pub(crate) use motion::{Grip, Hold, Interpolation, Motion, Quaternion};
 pub(crate) use probe::Probe;
 pub(crate) use section::{Bending, Frame, InnerDamping, Piece, Section, Stiffness};
@@ -144,6 +144,7 @@ pub(crate) struct Rod {
     pub(crate) loads: Vec<Spanned<Load>>,
     pub(crate) tree: Option<Tree>,
     pub(crate) strands: Option<Strands>,
+    pub(crate) heap: Option<Heap>,
 }
 
 #[derive(Deserialize)]

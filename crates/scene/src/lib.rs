@@ -29,6 +29,7 @@ mod error;
 mod format;
 mod given;
 mod grips;
+mod heap;
 mod hung;
 mod mesh;
 mod motion;

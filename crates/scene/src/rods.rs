@@ -10,6 +10,7 @@ use toml::Spanned;
 use crate::builder::{Builder, Spot, check_fraction};
 use crate::error::{Result, Source};
 use crate::grips::Grips;
+use crate::heap::Heap;
 use crate::motion::{Prepared, track};
 use crate::refine::mean;
 use crate::shape::number_or;
@@ -18,16 +19,20 @@ use crate::strands::Strands;
 use crate::tree::Growth;
 use crate::{MAX_SEGMENTS, format, properties, section};
 
-/// Builds entry `index` of the file's rods: one rod, or many strands.
+/// Builds entry `index` of the file's rods: one rod, many strands, or a heap.
 pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
     let rod = entry.get_ref();
     let name = builder.new_name(source, &rod.name, format!("rod-{index}"), entry.span())?;
     let branch_of = rod.branch_of.as_ref().map(|place| builder.spot(source, place)).transpose()?;
     let spec = spec(builder, source, rod, branch_of)?;
     let motions = rod.motions.iter().map(|motion| Prepared::new(source, motion)).collect::<Result<Vec<_>>>()?;
-    let Some(strands) = &rod.strands else { return build(builder, source, entry, name, &spec, branch_of, &motions) };
-    let strands = Strands::new(source, strands, rod, &spec, builder.refinement)?;
-    for (k, nodes) in strands.nodes().enumerate() {
+    let copies: Vec<Vec<Vector3<f64>>> = match (&rod.strands, &rod.heap) {
+        (None, None) => return build(builder, source, entry, name, &spec, branch_of, &motions),
+        (Some(strands), None) => Strands::new(source, strands, rod, &spec, builder.refinement)?.nodes().collect(),
+        (None, Some(heap)) => Heap::new(source, heap, rod, &spec)?.nodes().collect(),
+        (Some(strands), Some(_)) => return source.wrong(strands.count.span(), "give either `strands` or `heap`"),
+    };
+    for (k, nodes) in copies.into_iter().enumerate() {
         build(builder, source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None, &motions)?;
     }
     Ok(())

@@ -156,8 +156,8 @@ fn centres(nodes: &[Vector3<f64>], closed: bool) -> impl Iterator<Item = f64> {
 /// Direction of d1 of a rod along `nodes` [m], where it is given.
 pub(crate) fn d1(source: &Source, rod: &format::Rod, nodes: &[Vector3<f64>]) -> Result<Option<Vector3<f64>>> {
     let Some(format::Frame { d1 }) = &rod.frame else { return Ok(None) };
-    if rod.strands.is_some() {
-        return source.wrong(d1.span(), "strands point to all sides; leave `frame` out");
+    if rod.strands.is_some() || rod.heap.is_some() {
+        return source.wrong(d1.span(), "strands and heaps point to all sides; leave `frame` out");
     }
     let direction = source.direction(d1)?;
     let axis = (nodes[1] - nodes[0]).normalize();

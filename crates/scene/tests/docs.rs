@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../README.md");
 const RECIPES: &str = include_str!("../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 60] = [
+const PROBES: [&str; 61] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -48,6 +48,7 @@ const PROBES: [&str; 60] = [
     "rods = [{ shape.curve.zzz = 1 }]",
     "rods = [{ strands.zzz = 1 }]",
     "rods = [{ strands.on.zzz = 1 }]",
+    "rods = [{ heap.zzz = 1 }]",
     "nets = [{ zzz = 1 }]",
     "probes = [{ zzz = 1 }]",
     "copies = [{ zzz = 1 }]",

@@ -210,6 +210,16 @@ mistakes! {
         "15: rods[1].shape: strands are straight; give `shape.straight`";
     strands_on_a_rod: END => "segments = 30\n[[rods]]\nshape.straight = { length_m = 1, segments = 9 }\nbranch_of = { rod = \"a\" }\nstrands = { count = 2, on = { radius_m = 1 } }\n",
         "16: rods[1].branch_of.rod: strands start on their sphere; leave `branch_of` out";
+    a_heap_of_helices: END => "segments = 30\n[[rods]]\nshape.helix = { radius_m = 1, height_m = 1, winding = 1, segments = 9 }\nheap = { count = 2, spacing_m = 1 }\n",
+        "15: rods[1].shape: rods of a heap are straight; give `shape.straight`";
+    a_heap_without_height: "clamp" => "heap = { count = 2, spacing_m = 0 }\nclamp",
+        "9: rods[0].heap.spacing_m = 0, but it must be finite and > 0 [m]";
+    too_large_a_heap: "clamp" => "heap = { count = 1_000_000, spacing_m = 1 }\nclamp",
+        "6: rods[0]: with this rod the scene has 30000000 segments, but 10000000 are the most";
+    a_heap_of_strands: "clamp" => "strands = { count = 2, on = { radius_m = 1 } }\nheap = { count = 2, spacing_m = 1 }\nclamp",
+        "9: rods[0].strands.count: give either `strands` or `heap`";
+    a_heap_with_a_direction: END => "segments = 30\ndirection = [0, 0, 1]\n[rods.heap]\ncount = 3\nspacing_m = 1\n",
+        "14: rods[0].shape.straight.direction: rods of a heap lie about its `centre_m`; leave it out";
     much_jitter: "clamp" => "strands = { count = 2, on = { radius_m = 1 }, jitter = 2 }\nclamp",
         "9: rods[0].strands.jitter = 2, but it must be 0 to 1";
     net_in_space: END => "segments = 30\n[[nets]]\nsize_m = [1, 1, 1]\nmeshes = [1, 1]\nsegments = 1\n",

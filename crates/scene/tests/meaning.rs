@@ -23,7 +23,7 @@ fn names_and_ranges() {
     let net = ropes.map(|rope| rope.replace("net", "net-1"));
     let net: Vec<_> = net.iter().map(String::as_str).collect();
     let curved = ["helix", "arc", "ring"];
-    let own = ["knot", "cable", "strip", "mast"];
+    let own = ["knot", "cable", "strip", "mast", "stack/0", "stack/1"];
     let parts = [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &curved, &strands, &own, &ropes, &copies, &net];
     assert_eq!(names, parts.concat());
     assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2", "obstacle-3", "obstacle-4", "obstacle-5"]);
@@ -195,9 +195,27 @@ fn strands_point_outwards_from_their_sphere() {
 }
 
 #[test]
+fn rods_of_a_heap_lie_level_one_above_the_other_and_point_anywhere() {
+    let heap = scene::builtin("heap-80").unwrap();
+    assert_eq!((heap.rods.len(), heap.model.segments.len()), (80, 1600));
+    let mut quarters = [0; 4];
+    for (k, rod) in heap.rods.iter().enumerate() {
+        let first = rod.segments.start;
+        let middle = (heap.state.positions[first] + heap.state.positions[rod.segments.end - 1]) * 0.5;
+        assert!((middle - Vector3::z() * (0.02 + 0.012 * k as f64)).norm() < 1e-12, "{middle}");
+        let along = heap.state.axis(first);
+        assert!(along.z.abs() < 1e-12);
+        quarters[usize::from(along.x > 0.0) + 2 * usize::from(along.y > 0.0)] += 1;
+    }
+    // Each quarter has 20 of 80 in the mean, give or take three standard deviations.
+    assert!(quarters.iter().all(|count| (8..=32).contains(count)), "{quarters:?}");
+    assert_eq!(heap, scene::builtin("heap-80").unwrap());
+}
+
+#[test]
 fn ropes_of_a_net_meet_where_they_cross() {
     let scene = everything();
-    let net = 25..32;
+    let net = 27..34;
     let (ropes, model) = (&scene.rods[net.clone()], &scene.model);
     let length = |rope: &scene::RodInfo| -> f64 { rope.segments.clone().map(|i| model.segments[i].length).sum() };
     assert!(ropes[..4].iter().all(|rope| rope.segments.len() == 4 && (length(rope) - 2.0).abs() < 1e-12));

@@ -146,7 +146,8 @@ fn nothing_enters_anything_in_any_shipped_scene() {
     let names: Vec<_> = scene::builtins()
         .into_iter()
         .map(|builtin| builtin.name)
-        .filter(|name| !scene::builtin(name).unwrap().model.contacts.is_empty())
+        // Heaps are too many pairs and steps for brute force; the smallest is in the tests of `rods`.
+        .filter(|name| !scene::builtin(name).unwrap().model.contacts.is_empty() && !name.starts_with("heap-"))
         .collect();
     println!("{names:?}");
     assert!(names.len() >= 5);

@@ -1,4 +1,4 @@
-//! The keys of what makes many rods of one entry: strands, nets and copies.
+//! The keys of what makes many rods of one entry: strands, heaps, nets and copies.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -14,6 +14,16 @@ pub(crate) struct Strands {
     pub(crate) gap_m: Option<Number>,
     pub(crate) polar_angle_deg: Option<Number>,
     pub(crate) jitter: Option<Number>,
+    #[serde(default)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Heap {
+    pub(crate) count: Count,
+    pub(crate) centre_m: Option<Vector>,
+    pub(crate) spacing_m: Number,
     #[serde(default)]
     pub(crate) seed: u64,
 }
