@@ -5,7 +5,8 @@
 //!
 //! It is eliminated from the leaves to the roots, a body and the joint at its inner end at a time: with the block Z of both,
 //! B of what follows in their rows, and E of them in the rows that follow, `D <- D - E Z^-1 B`. J is its own inverse, so that
-//! `Z^-1` takes the inverse of 6 x 6 numbers, `N = K_o J_o' alpha~ + J_o^T`, which are regular however small compliances are.
+//! `Z^-1` takes the inverse of 6 x 6 numbers, `N = K_o J_o' alpha~ + J_o^T`, which are regular however small compliances are:
+//! `y = N^-1 (f - K_o J_o' c)` and `dp = J_o' (alpha~ y + c)` for the right-hand sides f and c. N^-1 and K_o are all that is kept.
 //! All that is held counts as one body, the root: to begin at a held end would make a spring of the first joint, beside whose
 //! stiffness that of bending drowns. Joints that close loops, which may lead through what is held, come last, as a dense
 //! border. Refinement follows every solve, as a dense border of what is stiff costs digits.

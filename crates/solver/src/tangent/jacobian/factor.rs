@@ -17,7 +17,7 @@ const EXACT: f64 = 1e-13;
 pub struct Factor {
     /// Bodies from the leaves to the roots, each with the joint at its inner end.
     nodes: Vec<Node>,
-    /// `N = (K_o J_o' alpha~ + J_o^T)^-1`, one entry a node.
+    /// `N^-1` of [`super`], one entry a node.
     factors: Vec<Matrix6<f64>>,
     /// What is left of each body; of a root its inverse.
     left: Vec<Matrix6<f64>>,
