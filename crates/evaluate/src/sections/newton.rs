@@ -68,7 +68,7 @@ impl Section for Newton {
             .with("steps", format!("{steps} of each scene's own length"))
             .with("tolerance", "1e-6 of the prediction's residual");
         let cost = table(
-            ["newton-cost", "Iterations and time of a step", "Times are medians of a step."],
+            ["newton-cost", "Iterations and time of a step", "Times are means over all steps."],
             "scene | matrix | start | #iterations a step | #time of a step [us] | #time, to the positive matrix | worst status",
             cells.iter().flat_map(|(key, endings)| endings.iter().map(|ending| row(key, endings, ending))).collect(),
             conditions.clone(),

@@ -5,7 +5,8 @@
 //!
 //! It is eliminated from the leaves to the roots, a body and the joint at its inner end at a time: with the block Z of both,
 //! B of what follows in their rows, and E of them in the rows that follow, `D <- D - E Z^-1 B`. J is its own inverse, so that
-//! `Z^-1` takes the inverse of 6 x 6 numbers, `N = K_o J_o' alpha~ + J_o^T`, which are regular however small compliances are.
+//! `Z^-1` takes the inverse of 6 x 6 numbers, `N = K_o J_o' alpha~ + J_o^T`, which are regular however small compliances are:
+//! `y = N^-1 (f - K_o J_o' c)` and `dp = J_o' (alpha~ y + c)` for the right-hand sides f and c. N^-1 and K_o are all that is kept.
 //! All that is held counts as one body, the root: to begin at a held end would make a spring of the first joint, beside whose
 //! stiffness that of bending drowns. Joints that close loops, which may lead through what is held, come last, as a dense
 //! border. Refinement follows every solve, as a dense border of what is stiff costs digits.
@@ -78,10 +79,10 @@ pub struct Jacobian {
 /// A joint's blocks.
 #[derive(Clone, Copy, Debug)]
 struct JointBlocks {
-    /// J of bodies a and b, as forces see it.
-    forces: [Rows; 2],
-    /// J' of bodies a and b, as movements see it.
-    movements: [Rows; 2],
+    /// Arms of the connectors of bodies a and b.
+    arms: [Vector3<f64>; 2],
+    /// What stands in the place of `-[r]x` in J' of body a.
+    tilted: Matrix3<f64>,
     /// alpha~ of stretch-shear and of bend-twist.
     compliance: [Matrix3<f64>; 2],
     /// K' of body a (rows) with body b (columns), of their turns.
@@ -89,6 +90,16 @@ struct JointBlocks {
 }
 
 impl JointBlocks {
+    /// J of body a (0) or b (1), as forces see it.
+    fn forces(&self, end: usize) -> Rows {
+        Rows { sigma: [1.0, -1.0][end], mixed: -self.arms[end].cross_matrix() }
+    }
+
+    /// J' of body a (0) or b (1), as movements see it.
+    fn movements(&self, end: usize) -> Rows {
+        if end == 0 { Rows { sigma: 1.0, mixed: self.tilted } } else { self.forces(1) }
+    }
+
     /// `alpha~ x`.
     fn yielded<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
         let [stretch, bend] = &self.compliance;
@@ -151,15 +162,11 @@ impl Jacobian {
     /// with those of body a.
     pub fn new(topology: &Arc<Topology>, equations: &Equations, whole: (&[Matrix3<f64>], &[Matrix3<f64>])) -> Self {
         let held: Vec<bool> = equations.bodies.iter().map(|body| body.is_held()).collect();
-        let joint = |(joint, tilted): (&JointEquation, &Matrix3<f64>)| {
-            let [on_a, on_b] = joint.arms.map(|arm| -arm.cross_matrix());
-            let rows = |sigma: f64, mixed: Matrix3<f64>| Rows { sigma, mixed };
-            JointBlocks {
-                forces: [rows(1.0, on_a), rows(-1.0, on_b)],
-                movements: [rows(1.0, *tilted), rows(-1.0, on_b)],
-                compliance: joint.compliance,
-                coupling: joint.coupling,
-            }
+        let joint = |(joint, tilted): (&JointEquation, &Matrix3<f64>)| JointBlocks {
+            arms: joint.arms,
+            tilted: *tilted,
+            compliance: joint.compliance,
+            coupling: joint.coupling,
         };
         let joints = equations.joints.iter().zip(whole.1).map(joint).collect();
         let own = equations.bodies.iter().zip(whole.0).map(|(body, turning)| {
@@ -190,8 +197,10 @@ impl Jacobian {
         }
         for (j, (joint, ends)) in self.joints.iter().zip(&self.topology.joints).enumerate() {
             let [a, b] = ends.map(|body| body as usize);
-            let (movements, forces) =
-                if transposed { (&joint.forces, &joint.movements) } else { (&joint.movements, &joint.forces) };
+            let (mut movements, mut forces) = ([0, 1].map(|k| joint.movements(k)), [0, 1].map(|k| joint.forces(k)));
+            if transposed {
+                std::mem::swap(&mut movements, &mut forces);
+            }
             let y = &x.joints[j];
             out.joints[j] = movements[0].apply(&x.bodies[a]) + movements[1].apply(&x.bodies[b]) - joint.yielded(y);
             out.bodies[a] += forces[0].tr_apply(y);

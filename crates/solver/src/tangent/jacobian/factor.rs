@@ -17,8 +17,8 @@ const EXACT: f64 = 1e-13;
 pub struct Factor {
     /// Bodies from the leaves to the roots, each with the joint at its inner end.
     nodes: Vec<Node>,
-    /// One entry a node.
-    factors: Vec<NodeFactor>,
+    /// `N^-1` of [`super`], one entry a node.
+    factors: Vec<Matrix6<f64>>,
     /// What is left of each body; of a root its inverse.
     left: Vec<Matrix6<f64>>,
     /// Bodies that no joint leads further from.
@@ -42,15 +42,6 @@ struct Node {
     end: usize,
     /// The body at the other end, unless it is held.
     inner: Option<usize>,
-}
-
-/// A node that has been eliminated.
-#[derive(Clone, Copy, Debug)]
-struct NodeFactor {
-    /// Z^-1: rows of the body's movement and of y, columns of forces and of what the joint misses.
-    inverse: [[Matrix6<f64>; 2]; 2],
-    /// Their movement and y for a movement of the inner body.
-    follow: [Matrix6<f64>; 2],
 }
 
 impl Jacobian {
@@ -101,9 +92,8 @@ impl Factor {
         }
         nodes.reverse();
         let cuts: Vec<usize> = (0..is_used.len()).filter(|&joint| !is_used[joint]).collect();
-        let none = NodeFactor { inverse: [[Matrix6::zeros(); 2]; 2], follow: [Matrix6::zeros(); 2] };
         (cuts.len() <= MOST_CUTS).then(|| Self {
-            factors: vec![none; nodes.len()],
+            factors: vec![Matrix6::zeros(); nodes.len()],
             nodes,
             left: vec![Matrix6::zeros(); bodies],
             roots,
@@ -126,29 +116,27 @@ impl Factor {
         for (node, factor) in self.nodes.iter().zip(&mut self.factors) {
             let joint = &jacobian.joints[node.joint];
             let (own, other) = (node.end, 1 - node.end);
-            let back = &joint.movements[own];
-            let r = back.after(&self.left[node.body]);
-            let n = (joint.yielding(&r) + joint.forces[own].tr_apply(&Matrix6::identity())).try_inverse()?;
-            let missed = n * r;
-            let rest = Matrix6::identity() - joint.yielded(&missed);
-            factor.inverse = [[back.apply(&joint.yielded(&n)), back.apply(&rest)], [n, -missed]];
+            let back = joint.movements(own);
+            let k = self.left[node.body];
+            let r = back.after(&k);
+            let n = (joint.yielding(&r) + joint.forces(own).tr_apply(&Matrix6::identity())).try_inverse()?;
+            *factor = n;
             let Some(inner) = node.inner else { continue };
+            // The node's answer to a movement of the inner body, which couples turns and moves the joint.
             let coupling = jacobian.coupling(node);
-            let [above, below] = &factor.inverse;
-            for (follow, row) in factor.follow.iter_mut().zip([above, below]) {
-                *follow = -joint.movements[other].after(&row[1]);
-                let mut turns = follow.fixed_columns_mut::<3>(3);
-                turns -= row[0].fixed_columns::<3>(3) * coupling;
-            }
+            let moved = joint.movements(other).after(&-Matrix6::identity());
+            let mut force = Matrix6::zeros();
+            force.fixed_view_mut::<3, 3>(3, 3).copy_from(&-coupling);
+            let y = n * (force - r * moved);
+            let movement = back.apply(&(joint.yielded(&y) + moved));
             let left = &mut self.left[inner];
-            *left += joint.forces[other].tr_apply(&factor.follow[1]);
-            add_turned(left, &coupling.transpose(), &factor.follow[0]);
+            *left += joint.forces(other).tr_apply(&y);
+            add_turned(left, &coupling.transpose(), &movement);
         }
         for &root in &self.roots {
             self.left[root] = self.left[root].try_inverse()?;
         }
-        let is_finite = |factor: &NodeFactor| factor.inverse[1][0].iter().all(|x| x.is_finite());
-        self.factors.iter().all(is_finite).then_some(())
+        self.factors.iter().flatten().all(|x| x.is_finite()).then_some(())
     }
 
     fn factor_border(&mut self, jacobian: &Jacobian) -> Option<()> {
@@ -240,42 +228,46 @@ impl Factor {
         let Field { bodies, joints } = x;
         bodies.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(body, _)| *body = Vector6::zeros());
         self.cuts.iter().for_each(|&cut| joints[cut] = Vector6::zeros());
-        for (node, factor) in self.nodes.iter().zip(&self.factors) {
+        for (node, n) in self.nodes.iter().zip(&self.factors) {
             let Some(inner) = node.inner else { continue };
-            let (f, c) = (bodies[node.body], joints[node.joint]);
-            if transposed {
-                bodies[inner] += factor.follow[0].tr_mul(&f) + factor.follow[1].tr_mul(&c);
-            } else {
-                let [[a, b], [d, e]] = &factor.inverse;
-                let force = &jacobian.joints[node.joint].forces[1 - node.end];
-                bodies[inner] -= force.tr_apply(&(d * f + e * c));
-                add_turned(&mut bodies[inner], &-jacobian.coupling(node).transpose(), &(a * f + b * c));
-            }
+            let (joint, other) = (&jacobian.joints[node.joint], 1 - node.end);
+            let [moved, y] = self.answer(jacobian, (node, n), [bodies[node.body], joints[node.joint]], transposed);
+            let rows = if transposed { joint.movements(other) } else { joint.forces(other) };
+            bodies[inner] -= rows.tr_apply(&y);
+            add_turned(&mut bodies[inner], &-jacobian.coupling(node).transpose(), &moved);
         }
         for &root in &self.roots {
             bodies[root] =
                 if transposed { self.left[root].tr_mul(&bodies[root]) } else { self.left[root] * bodies[root] };
         }
-        for (node, factor) in self.nodes.iter().zip(&self.factors).rev() {
+        for (node, n) in self.nodes.iter().zip(&self.factors).rev() {
             let (mut f, mut c) = (bodies[node.body], joints[node.joint]);
-            let [[a, b], [d, e]] = &factor.inverse;
-            let inner = node.inner.map(|inner| bodies[inner]);
-            if transposed {
-                if let Some(v) = inner {
-                    add_turned(&mut f, &-jacobian.coupling(node), &v);
-                    c -= jacobian.joints[node.joint].forces[1 - node.end].apply(&v);
-                }
-                bodies[node.body] = a.tr_mul(&f) + d.tr_mul(&c);
-                joints[node.joint] = b.tr_mul(&f) + e.tr_mul(&c);
-            } else {
-                let (mut moved, mut y) = (a * f + b * c, d * f + e * c);
-                if let Some(v) = inner {
-                    moved += factor.follow[0] * v;
-                    y += factor.follow[1] * v;
-                }
-                bodies[node.body] = moved;
-                joints[node.joint] = y;
+            if let Some(inner) = node.inner {
+                let (joint, other) = (&jacobian.joints[node.joint], 1 - node.end);
+                let rows = if transposed { joint.forces(other) } else { joint.movements(other) };
+                add_turned(&mut f, &-jacobian.coupling(node), &bodies[inner]);
+                c -= rows.apply(&bodies[inner]);
             }
+            [bodies[node.body], joints[node.joint]] = self.answer(jacobian, (node, n), [f, c], transposed);
+        }
+    }
+
+    /// `Z^-1 (f, c)` of a node, or `Z^-T (f, c)`: with the inner body held.
+    fn answer(
+        &self,
+        jacobian: &Jacobian,
+        (node, n): (&Node, &Matrix6<f64>),
+        [f, c]: [Vector6<f64>; 2],
+        transposed: bool,
+    ) -> [Vector6<f64>; 2] {
+        let (joint, k) = (&jacobian.joints[node.joint], &self.left[node.body]);
+        let back = joint.movements(node.end);
+        if transposed {
+            let moved = n.tr_mul(&(joint.yielded(&back.tr_apply(&f)) + c));
+            [moved, back.tr_apply(&(f - k.tr_mul(&moved)))]
+        } else {
+            let y = n * (f - k * back.apply(&c));
+            [back.apply(&(joint.yielded(&y) + c)), y]
         }
     }
 }
