@@ -76,8 +76,8 @@ impl Perceptron {
     }
 
     /// A safetensors file of a perceptron's parameters: `layer.K.weight` [inputs, outputs] and `layer.K.bias` [outputs], F32, and
-    /// what else is to be known in its metadata.
-    pub fn bytes(sizes: &[[usize; 2]], parameters: &[f32], metadata: &[(&str, String)]) -> std::io::Result<Vec<u8>> {
+    /// in its metadata how they came to be, under `training`.
+    pub fn bytes(sizes: &[[usize; 2]], parameters: &[f32], training: &str) -> std::io::Result<Vec<u8>> {
         let mut rest = parameters;
         let mut tensors = Vec::new();
         for (k, &[inputs, outputs]) in sizes.iter().enumerate() {
@@ -88,7 +88,7 @@ impl Perceptron {
                 tensors.push((format!("layer.{k}.{name}"), Tensor { dtype: Dtype::F32, shape, bytes }));
             }
         }
-        let metadata = metadata.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+        let metadata = [("training".to_owned(), training.to_owned())].into();
         safetensors::serialize(tensors.iter().map(|(name, tensor)| (name, tensor)), Some(metadata))
             .map_err(std::io::Error::other)
     }

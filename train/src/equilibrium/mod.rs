@@ -127,17 +127,11 @@ pub(crate) fn run(args: &EquilibriumArgs) -> Result<Outcome> {
         }
     }
     let [median, mean, far, class] = course.validate(&validation)?;
-    let metadata = [
-        ("command", command()),
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        (
-            "validation",
-            format!(
-                "{VALIDATION} queries: median error {median:.4} rad, mean {mean:.4}, above 0.2 rad {far:.2} %, class {class:.2} %"
-            ),
-        ),
-    ];
-    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &metadata)?;
+    let training = format!(
+        "{}; of {VALIDATION} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
+        command()
+    );
+    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
     export::write_atomically(&args.out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
     std::fs::remove_file(&state).context("--out")?;
     if !args.quiet {
