@@ -11,6 +11,7 @@ use dataset::{Config, Scenario};
 use graph::Norms;
 use terminal::{positive, shard, threads};
 
+use crate::equilibrium::EquilibriumArgs;
 use crate::sweep::args::SweepArgs;
 
 /// Epochs between two measurements.
@@ -39,6 +40,7 @@ pub(crate) enum Command {
     /// is done already is not done again, and a cell that was cut off goes on: give the same command. To measure cells
     /// again without training them, on a quiet machine for instance, delete their files in DIR/cells first.
     Sweep(SweepArgs),
+    Equilibrium(EquilibriumArgs),
 }
 
 /// Where a data set is, and how large.

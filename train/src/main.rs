@@ -4,6 +4,7 @@ mod cli;
 mod course;
 mod curves;
 mod data;
+mod equilibrium;
 mod lesson;
 mod measure;
 mod objective;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         None => run::run(&cli.train),
         Some(cli::Command::Data(args)) => data::generate_part(args).map(|()| run::Outcome::Done),
         Some(cli::Command::Sweep(args)) => sweep::run(args),
+        Some(cli::Command::Equilibrium(args)) => equilibrium::run(args),
     };
     match result {
         Ok(run::Outcome::Done) => ExitCode::SUCCESS,

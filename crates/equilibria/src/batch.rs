@@ -208,12 +208,15 @@ impl Worker {
         let (cut, count) = (descent.cut, starts.count());
         let mut forces = vec![Vector3::zeros(); count];
         jobs.clear();
-        turns.resize(queries.len() * count * cut.segments, UnitQuaternion::identity());
-        let places = turns.chunks_mut(count * cut.segments);
-        for (&query, turns) in queries.iter().zip(places) {
+        turns.clear();
+        for &query in queries {
             forces.fill(Vector3::zeros());
-            starts.fill(first + self.places[query], &self.queries[query], &cut, turns, &mut forces);
-            jobs.extend(forces.iter().map(|&force| Job { force, ..Job::new(query) }));
+            let at = turns.len();
+            turns.resize(at + count * cut.segments, UnitQuaternion::identity());
+            let index = first + self.places[query];
+            let own = starts.fill(index, &self.queries[query], &cut, &mut turns[at..], &mut forces);
+            turns.truncate(at + own * cut.segments);
+            jobs.extend(forces[..own].iter().map(|&force| Job { force, ..Job::new(query) }));
         }
     }
 

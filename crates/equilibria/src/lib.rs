@@ -1,8 +1,8 @@
 //! Equilibria of cables between two grips, or in one, many at once and without a history.
 //!
 //! [`batch::solve`] answers queries ([`query::Query`]): it finds stable equilibria ([`answer::Equilibrium`]) of the same discrete
-//! energy as that of [`solver::statics`], by Newton's method with eight queries side by side. This crate knows no networks
-//! and no evidence.
+//! energy as that of [`solver::statics`], by Newton's method with eight queries side by side. This crate trains no
+//! network and knows no evidence.
 //!
 //! ```
 //! use equilibria::{Cable, Grip, Params, Query, solve};
@@ -20,16 +20,19 @@
 //! ```
 //!
 //! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve), `descent` (Newton's method),
-//! `start`, `level` (from a coarse cut to a finer one), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
+//! `start`, `canonical`, `network` and `learned` (starts that a network proposes), `level` (from a coarse cut to a finer one), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
 //! queries and writes answers.
 
 pub mod answer;
 pub mod batch;
+pub mod canonical;
 pub mod derivative;
 mod descent;
 pub mod file;
 mod joint;
+pub mod learned;
 mod level;
+pub mod network;
 pub mod query;
 pub mod sample;
 mod scaled;

@@ -5,10 +5,12 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use equilibria::file::{self, AnswerWriter};
+use equilibria::learned::Learned;
 use equilibria::sample::Distribution;
-use equilibria::{Params, Query, solve};
+use equilibria::start::{Curves, Starts};
+use equilibria::{Params, Query, solve_from};
 use terminal::{Progress, complain, say, shard, threads};
 
 /// Exit code of bad input.
@@ -45,6 +47,10 @@ struct AnswerArgs {
     /// Error that is left: of turns [rad], of moments over EI / L, of the gap at the end over L.
     #[arg(long, default_value_t = Params::default().tolerance)]
     tolerance: f64,
+    /// Where searches begin. curves: two curves, each with both of the two least twists. learned: where a small network says that
+    /// the lowest equilibrium is; rows unlike those of its training begin at the curves.
+    #[arg(long, value_enum, default_value_t = Start::Curves)]
+    start: Start,
     /// Write all equilibria that are found, not the lowest alone.
     #[arg(long)]
     branches: bool,
@@ -57,6 +63,12 @@ struct AnswerArgs {
     /// No progress.
     #[arg(long)]
     quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Start {
+    Curves,
+    Learned,
 }
 
 #[derive(Args)]
@@ -123,12 +135,16 @@ fn answer(args: &AnswerArgs) -> Result<ExitCode> {
     std::fs::create_dir_all(&args.out).with_context(|| format!("--out: cannot create {}", args.out.display()))?;
     let suffix = if parts == 1 { String::new() } else { format!("-{part}-of-{parts}") };
     let mut writer = AnswerWriter::create(&args.out, &suffix, params.segments).context("--out")?;
+    let starts: Box<dyn Starts> = match args.start {
+        Start::Curves => Box::new(Curves::all()),
+        Start::Learned => Box::new(Learned::default()),
+    };
     let progress = Progress::new(rows.len(), "queries", args.quiet)?;
     let (mut done, mut found, mut seconds) = (0, 0, 0.0);
     for chunk in rows.chunks(CHUNK) {
         let queries: Vec<Query> = chunk.iter().filter_map(|(_, query)| query.as_ref().ok().copied()).collect();
         let begin = Instant::now();
-        let mut answers = solve(&queries, &params)?.into_iter();
+        let mut answers = solve_from(&queries, &params, starts.as_ref())?.into_iter();
         seconds += begin.elapsed().as_secs_f64();
         for (row, query) in chunk {
             let answer = match query {

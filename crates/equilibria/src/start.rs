@@ -16,11 +16,11 @@ const NEAR: f64 = 1e-2;
 
 /// Starts of searches.
 pub trait Starts: Sync {
-    /// How many there are of each query.
+    /// How many there are of a query at most.
     fn count(&self) -> usize;
     /// Fills in the orientations of a query's segments, one start after the other: `count * cut.segments` of them, and where
     /// they are known the forces on the first grip, over B / L^2: `count` of them, which are zero. `index` is the query's place
-    /// among all.
+    /// among all. Returns how many starts there are, of which the first places hold the turns and forces.
     fn fill(
         &self,
         index: usize,
@@ -28,7 +28,7 @@ pub trait Starts: Sync {
         cut: &Cut,
         turns: &mut [UnitQuaternion<f64>],
         forces: &mut [Vector3<f64>],
-    );
+    ) -> usize;
 }
 
 /// Starts without any learning: curves with the grips' directions and the cable's length, each with one or two twists.
@@ -60,18 +60,25 @@ impl Starts for Curves {
         (usize::from(self.hermite) + usize::from(self.sagging)) * (1 + usize::from(self.both_twists))
     }
 
-    fn fill(&self, _: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>], _: &mut [Vector3<f64>]) {
+    fn fill(
+        &self,
+        _: usize,
+        query: &Scaled,
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        _: &mut [Vector3<f64>],
+    ) -> usize {
         let mut places = turns.chunks_mut(cut.segments);
         if !query.held {
             for (k, out) in places.enumerate() {
                 free(query, cut, k % 2 == 1, out);
             }
-            return;
+            return self.count();
         }
         let curves =
             [self.hermite.then(|| Curve::hermite(query)), self.sagging.then(|| Curve::bowed(query, -Vector3::z()))];
         for curve in curves.into_iter().flatten() {
-            let Some(first) = places.next() else { return };
+            let Some(first) = places.next() else { break };
             let twists = curve.frames(query, cut, first);
             let second = if self.both_twists { places.next() } else { None };
             if let Some(second) = second {
@@ -80,6 +87,7 @@ impl Starts for Curves {
             }
             twist(cut, twists[0], first);
         }
+        self.count()
     }
 }
 
@@ -97,7 +105,14 @@ impl Starts for RandomCurves {
         self.count
     }
 
-    fn fill(&self, index: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>], _: &mut [Vector3<f64>]) {
+    fn fill(
+        &self,
+        index: usize,
+        query: &Scaled,
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        _: &mut [Vector3<f64>],
+    ) -> usize {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(index as u64);
         for (k, out) in turns.chunks_mut(cut.segments).enumerate() {
@@ -110,6 +125,7 @@ impl Starts for RandomCurves {
             let twists = Curve::bowed(query, side).frames(query, cut, out);
             twist(cut, twists[k % 2], out);
         }
+        self.count
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod starts;
 
+use equilibria::learned::Learned;
 use equilibria::sample::Distribution;
 use equilibria::start::{Curves, RandomCurves, Starts};
 use equilibria::{Answer, Grip, Params, ParamsError, Query, QueryError, solve, solve_from};
@@ -47,7 +48,7 @@ pub struct Measured {
     pub lowest: f64,
 }
 
-/// The ways without learning; neighbours among so many answers.
+/// All ways, with and without learning; neighbours among so many answers.
 ///
 /// # Errors
 /// If a parameter is not allowed.
@@ -66,6 +67,13 @@ pub fn ways(distribution: &Distribution, segments: usize, neighbours: u64) -> Re
         add("Hermite with sag", levels, sag);
         add("Hermite with sag, both twists", levels, twists);
         add("two curves, both twists", levels, four);
+    }
+    for (proposals, name) in [(1, "learned, one proposal"), (2, "learned, one or two proposals")] {
+        for levels in [&[][..], &[11]] {
+            let mut starts = Learned::default();
+            starts.proposals = proposals;
+            ways.push(Way { name: name.to_owned(), levels: levels.to_vec(), starts: Box::new(starts) });
+        }
     }
     let queries: Vec<Query> = (0..neighbours).map(|k| distribution.query(NEIGHBOURS_SEED, k)).collect();
     let answers = solve(&queries, &Params { segments, ..Params::default() })?;
@@ -166,8 +174,8 @@ impl Starts for Later<'_> {
         cut: &equilibria::Cut,
         turns: &mut [UnitQuaternion<f64>],
         forces: &mut [Vector3<f64>],
-    ) {
-        self.starts.fill(self.first + index, query, cut, turns, forces);
+    ) -> usize {
+        self.starts.fill(self.first + index, query, cut, turns, forces)
     }
 }
 

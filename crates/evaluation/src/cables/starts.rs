@@ -36,10 +36,18 @@ impl Starts for Slerp {
         1
     }
 
-    fn fill(&self, _: usize, query: &Scaled, cut: &Cut, turns: &mut [UnitQuaternion<f64>], _: &mut [Vector3<f64>]) {
+    fn fill(
+        &self,
+        _: usize,
+        query: &Scaled,
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        _: &mut [Vector3<f64>],
+    ) -> usize {
         for (k, out) in turns.iter_mut().enumerate() {
             *out = between(&query.ends, cut.place(k));
         }
+        1
     }
 }
 
@@ -58,9 +66,17 @@ impl Starts for Previous {
         1
     }
 
-    fn fill(&self, index: usize, _: &Scaled, _: &Cut, turns: &mut [UnitQuaternion<f64>], forces: &mut [Vector3<f64>]) {
+    fn fill(
+        &self,
+        index: usize,
+        _: &Scaled,
+        _: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        forces: &mut [Vector3<f64>],
+    ) -> usize {
         turns.copy_from_slice(&self.0[index].turns);
         forces[0] = self.0[index].force;
+        1
     }
 }
 
@@ -190,7 +206,7 @@ impl Starts for Neighbours {
         cut: &Cut,
         turns: &mut [UnitQuaternion<f64>],
         forces: &mut [Vector3<f64>],
-    ) {
+    ) -> usize {
         let canonical = Canonical::new(query);
         let (known, ends) = &self.known[self.nearest(&canonical.inputs)];
         let off = [0, 1].map(|k| canonical.ends[k] * ends[k].inverse());
@@ -198,6 +214,7 @@ impl Starts for Neighbours {
             *out = canonical.turn_back(between(&off, cut.place(k)) * own);
         }
         forces[0] = canonical.force_back(known.force);
+        1
     }
 }
 

@@ -1,0 +1,222 @@
+//! A learned start: a small network says where a cable's lowest equilibrium is, in which of two classes of twist, and how sure
+//! it is.
+
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::canonical::{Canonical, INPUTS};
+use crate::network::{Perceptron, WeightsError};
+use crate::sample::Distribution;
+use crate::scaled::{Cut, Scaled};
+use crate::start::{Curves, Starts};
+
+/// Sine modes of each of a quaternion's four parts.
+pub const MODES: usize = 10;
+/// Outputs: the modes, the force in the middle, and how likely the class is.
+pub const OUTPUTS: usize = 4 * MODES + 4;
+/// The distances of the grips over the length that the shipped network has learned; all else as in [`Distribution`].
+pub const DISTANCE: [f64; 2] = [0.1, 0.95];
+/// Least cosine between a grip's axis and the chord: that of 60 degrees.
+const LEAST_COSINE: f64 = 0.5;
+/// Largest compliance of a joint that is none in effect.
+const COMPLIANCE: f64 = 1e-6;
+/// Log-odds beyond which one class alone is proposed: 99 in 100.
+const SURE: f32 = 4.6;
+/// Unit of forces: this and the weight, over B / L^2.
+const FORCE: f64 = 20.0;
+
+static SHIPPED: &[u8] = include_bytes!("../../../checkpoints/equilibrium.safetensors");
+
+/// What the network is asked for: the distribution of its training queries.
+pub fn distribution() -> Distribution {
+    Distribution { distance: DISTANCE, ..Distribution::default() }
+}
+
+/// Starts that a network proposes. Queries unlike those of its training begin at all [`Curves`].
+///
+/// The network gives sine modes of quaternions on their way from grip to grip, whose ends are exact; see [`Canonical`] for its
+/// inputs and for the two classes. The likelier class is proposed, and the other one where it is not unlikely.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    network: Perceptron,
+    /// Most proposals of a query, 1 or 2.
+    pub proposals: usize,
+}
+
+impl Default for Learned {
+    fn default() -> Self {
+        static NETWORK: LazyLock<Perceptron> =
+            LazyLock::new(|| match Perceptron::from_bytes(SHIPPED, INPUTS, OUTPUTS) {
+                Ok(network) => network,
+                Err(error) => unreachable!("{error}"),
+            });
+        Self { network: NETWORK.clone(), proposals: 2 }
+    }
+}
+
+impl Learned {
+    /// Of a file that `train equilibrium` has written.
+    ///
+    /// # Errors
+    /// If it holds no network of these inputs and outputs.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
+        Ok(Self { network: Perceptron::from_bytes(bytes, INPUTS, OUTPUTS)?, proposals: 2 })
+    }
+
+    /// Whether a query is like those of the training: two grips, a round cable that is straight at rest and does not stretch,
+    /// and numbers within their range.
+    pub fn knows(query: &Scaled) -> bool {
+        let distance = query.chord.norm();
+        let near = |q: &UnitQuaternion<f64>| (q * Vector3::z()).dot(&query.chord) >= (LEAST_COSINE - 1e-9) * distance;
+        query.held
+            && query.stiffness[0] == query.stiffness[1]
+            && query.rest == [0.0; 3]
+            && query.compliance <= COMPLIANCE
+            && (DISTANCE[0]..=DISTANCE[1]).contains(&distance)
+            && (1.0..=100.0).contains(&query.weight)
+            && (0.7..=1.0).contains(&query.stiffness[2])
+            && query.ends.iter().all(near)
+    }
+}
+
+impl Starts for Learned {
+    fn count(&self) -> usize {
+        Curves::all().count()
+    }
+
+    fn fill(
+        &self,
+        index: usize,
+        query: &Scaled,
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        forces: &mut [Vector3<f64>],
+    ) -> usize {
+        if !Self::knows(query) {
+            return Curves::all().fill(index, query, cut, turns, forces);
+        }
+        let canonical = Canonical::new(query);
+        let mut outputs = [[0.0; OUTPUTS]; 2];
+        self.network.evaluate(&canonical.inputs(0), &mut outputs[0]);
+        let odds = outputs[0][OUTPUTS - 1];
+        let likelier = usize::from(odds < 0.0);
+        let classes = if self.proposals < 2 || odds.abs() > SURE { [likelier, likelier] } else { [0, 1] };
+        if classes[1] == 1 {
+            self.network.evaluate(&canonical.inputs(1), &mut outputs[1]);
+        }
+        let count = 1 + usize::from(classes[0] != classes[1]);
+        for ((&class, out), force) in classes[..count].iter().zip(turns.chunks_mut(cut.segments)).zip(forces) {
+            decode(&canonical, class, &outputs[class], cut, out);
+            *force = decode_force(&canonical, &outputs[class], query);
+        }
+        count
+    }
+}
+
+/// Frames of the segments.
+fn decode(canonical: &Canonical, class: usize, outputs: &[f32; OUTPUTS], cut: &Cut, out: &mut [UnitQuaternion<f64>]) {
+    let back = canonical.back();
+    let start = canonical.ends[0];
+    let end = canonical.ends[1] * if class == 1 { -1.0 } else { 1.0 };
+    for (k, out) in out.iter_mut().enumerate() {
+        let place = canonical.place(cut.place(k));
+        let mut q = start * (1.0 - place) + end * place;
+        modes(place, |mode, sine| {
+            let own: [f64; 4] = std::array::from_fn(|k| f64::from(outputs[4 * mode + k]));
+            q += Quaternion::new(own[0], own[1], own[2], own[3]) * sine;
+        });
+        *out = back.turn(q);
+    }
+}
+
+/// The force on the first grip. The network says that in the middle.
+fn decode_force(canonical: &Canonical, outputs: &[f32; OUTPUTS], query: &Scaled) -> Vector3<f64> {
+    let own = Vector3::from_fn(|k, _| f64::from(outputs[4 * MODES + k])) * (FORCE + query.weight);
+    canonical.force_back(own) - Vector3::z() * (0.5 * query.weight)
+}
+
+/// Sines of the modes at a place.
+fn modes(place: f64, mut each: impl FnMut(usize, f64)) {
+    let (sine, cosine) = (PI * place).sin_cos();
+    let (mut before, mut own) = (0.0, sine);
+    for mode in 0..MODES {
+        each(mode, own);
+        (before, own) = (own, 2.0 * cosine * own - before);
+    }
+}
+
+/// What the network should say of an equilibrium on equal segments: its class, and the outputs but for the last one.
+///
+/// `force` is that on the first grip, over B / L^2, with the sign of the pull along the cable.
+pub fn encode(
+    canonical: &Canonical,
+    query: &Scaled,
+    turns: &[UnitQuaternion<f64>],
+    force: Vector3<f64>,
+) -> (usize, [f32; OUTPUTS - 1]) {
+    let count = turns.len();
+    let cut = Cut::even(count);
+    let mut before = canonical.ends[0];
+    let mut path = vec![Quaternion::identity(); count];
+    for k in 0..count {
+        let at = (canonical.place(cut.place(k)) * count as f64) as usize;
+        path[at.min(count - 1)] = canonical.turn(&turns[k]);
+    }
+    for q in &mut path {
+        if q.dot(&before) < 0.0 {
+            *q = -*q;
+        }
+        before = *q;
+    }
+    let class = usize::from(before.dot(&canonical.ends[1]) < 0.0);
+    let end = canonical.ends[1] * if class == 1 { -1.0 } else { 1.0 };
+    let mut sums = [0.0; OUTPUTS - 1];
+    for (k, q) in path.iter().enumerate() {
+        let place = cut.place(k);
+        let off = q - canonical.ends[0] * (1.0 - place) - end * place;
+        modes(place, |mode, sine| {
+            let share = 2.0 / count as f64 * sine;
+            for (sum, own) in sums[4 * mode..].iter_mut().zip([off.w, off.i, off.j, off.k]) {
+                *sum += own * share;
+            }
+        });
+    }
+    let middle = canonical.force(force + Vector3::z() * (0.5 * query.weight)) / (FORCE + query.weight);
+    sums[4 * MODES..].copy_from_slice(middle.as_slice());
+    (class, sums.map(|x| x as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Params, Query, solve};
+
+    /// What is left of an answer when it is written down in modes is small, and the class is the one that it is in.
+    #[test]
+    fn answers_come_back_from_their_modes() {
+        let queries: Vec<Query> = (0..200).map(|k| distribution().query(3, k)).collect();
+        let (mut errors, mut classes) = (Vec::new(), [0; 2]);
+        for (query, answer) in queries.iter().zip(solve(&queries, &Params::default()).unwrap()) {
+            let own = &answer.unwrap().equilibria[0];
+            let scaled = Scaled::new(query);
+            assert!(Learned::knows(&scaled));
+            let canonical = Canonical::new(&scaled);
+            let (class, targets) = encode(&canonical, &scaled, &own.orientations, -own.grips[0].force);
+            classes[class] += 1;
+            let mut outputs = [0.0; OUTPUTS];
+            outputs[..OUTPUTS - 1].copy_from_slice(&targets);
+            let cut = Cut::even(own.orientations.len());
+            let mut turns = vec![UnitQuaternion::identity(); cut.segments];
+            decode(&canonical, class, &outputs, &cut, &mut turns);
+            let off = turns.iter().zip(&own.orientations).map(|(a, b)| a.angle_to(b).powi(2)).sum::<f64>();
+            errors.push((off / cut.segments as f64).sqrt());
+            let force = decode_force(&canonical, &outputs, &scaled);
+            assert!((force + own.grips[0].force).norm() <= 1e-5 * (1.0 + force.norm()), "{force}");
+        }
+        errors.sort_by(f64::total_cmp);
+        assert!(errors[100] < 0.01 && errors[199] < 0.1, "{} {} rad", errors[100], errors[199]);
+        assert!(classes.iter().all(|&count| count > 10), "{classes:?}");
+    }
+}

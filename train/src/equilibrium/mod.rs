@@ -1,0 +1,288 @@
+//! `train equilibrium`: the learned start of cables' equilibria ([`equilibria::learned`]).
+
+mod data;
+mod gradient;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use copingnet::{Adam, AdamParams, Backend, TrainingState};
+use dataset::shuffled;
+use equilibria::canonical::INPUTS;
+use equilibria::learned::OUTPUTS;
+use equilibria::network::Perceptron;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use terminal::{Progress, threads};
+
+use self::data::{Sample, samples};
+use crate::cli::threads_or_cores;
+use crate::course::with_ending;
+use crate::run::Outcome;
+
+/// Queries that are solved between two looks at Ctrl-C.
+const CHUNK: u64 = 4096;
+/// Queries of the validation; their seed is the training's and one.
+const VALIDATION: u64 = 4096;
+/// Steps over which the step size rises to its full size.
+const WARM_UP: u64 = 200;
+
+/// Trains the learned start of `equilibria`.
+///
+/// Queries are drawn and solved first, each from twelve starts; the network learns the lowest equilibrium of each class of twist.
+#[derive(Args, Debug)]
+pub(crate) struct EquilibriumArgs {
+    /// Random queries.
+    #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    queries: u64,
+    /// Times through the samples.
+    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    epochs: u64,
+    /// Size of the two inner layers.
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u16).range(1..=256))]
+    width: u16,
+    /// Samples in a batch, two a query.
+    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    batch: u32,
+    /// Largest step size of Adam; it falls to nothing as a cosine.
+    #[arg(long, default_value_t = 3e-3, value_parser = terminal::positive)]
+    learning_rate: f64,
+    /// Seed of the queries, the parameters and the samples' order.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 40))]
+    seed: u64,
+    /// Threads [default: one a core]. The weights have the same bits on any number.
+    #[arg(long, value_parser = threads)]
+    threads: Option<usize>,
+    /// What computes the network: ndarray; flex, wgpu or cuda where built with that cargo feature.
+    #[arg(long, default_value_t = Backend::default())]
+    backend: Backend,
+    /// The weights to write; until the training is done its state is in FILE.state.
+    #[arg(long, value_name = "FILE", default_value = "trained/equilibrium.safetensors")]
+    out: PathBuf,
+    /// Replace weights that are there already.
+    #[arg(long)]
+    force: bool,
+    /// Goes on with a training that was cut off: the result has the same bits as if it had not been.
+    #[arg(long, conflicts_with = "force")]
+    resume: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// A training under way.
+struct Course<'a> {
+    args: &'a EquilibriumArgs,
+    sizes: Vec<[usize; 2]>,
+    samples: Vec<Sample>,
+    parameters: Vec<f32>,
+    adam: Adam,
+    epoch: u64,
+    batch: u64,
+}
+
+/// Trains as the command line says.
+pub(crate) fn run(args: &EquilibriumArgs) -> Result<Outcome> {
+    let state = with_ending(&args.out, ".state");
+    if !args.resume {
+        check_place(args, &state)?;
+    }
+    rayon::ThreadPoolBuilder::new().num_threads(threads_or_cores(args.threads)).build_global()?;
+    let begin = Instant::now();
+    let Some(samples) = draw(args)? else { return Ok(Outcome::Interrupted) };
+    let validation = samples_of_validation(args)?;
+    let mut course = Course::new(args, samples);
+    if args.resume {
+        course.resume(&state).context("--resume")?;
+    }
+    if !args.quiet {
+        terminal::print(format_args!(
+            "{} samples; error of turns [rad], of the validation queries",
+            course.samples.len()
+        ))?;
+        terminal::print(format_args!("epoch      s  loss      median  mean    > .2 %  class %"))?;
+    }
+    // The rows are the progress; this hears of Ctrl-C.
+    let progress = Progress::new(0, "epochs", true)?;
+    let device = args.backend.device().autodiff();
+    while course.epoch < args.epochs {
+        let loss = course.go(&device, &progress);
+        if progress.stopped() {
+            course.save(&state)?;
+            if !args.quiet {
+                terminal::print(format_args!("stopped; go on with --resume ({})", state.display()))?;
+            }
+            return Ok(Outcome::Interrupted);
+        }
+        course.save(&state)?;
+        if !args.quiet {
+            let [median, mean, far, class] = course.validate(&validation)?;
+            let (epoch, seconds) = (course.epoch, begin.elapsed().as_secs_f64());
+            terminal::print(format_args!(
+                "{epoch:5} {seconds:6.0}  {loss:.6}  {median:.4}  {mean:.4}  {far:6.2}  {class:.2}"
+            ))?;
+        }
+    }
+    let [median, mean, far, class] = course.validate(&validation)?;
+    let training = format!(
+        "{}; of {VALIDATION} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
+        command()
+    );
+    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
+    export::write_atomically(&args.out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
+    std::fs::remove_file(&state).context("--out")?;
+    if !args.quiet {
+        terminal::print(format_args!("wrote {}", args.out.display()))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Sees that nothing of worth is there.
+fn check_place(args: &EquilibriumArgs, state: &Path) -> Result<()> {
+    let folder = args.out.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder).with_context(|| format!("--out: cannot make the folder {}", folder.display()))?;
+    if state.exists() {
+        bail!("{} is the state of a training that was cut off: go on by --resume, or delete it", state.display());
+    }
+    if args.out.exists() && !args.force {
+        bail!("--out {}: it is there already; give another place, or --force", args.out.display());
+    }
+    Ok(())
+}
+
+/// The samples of the training; `None` after Ctrl-C.
+fn draw(args: &EquilibriumArgs) -> Result<Option<Vec<Sample>>> {
+    let progress = Progress::new(args.queries as usize, "queries", args.quiet)?;
+    let mut all = Vec::new();
+    let mut first = 0;
+    while first < args.queries {
+        let count = CHUNK.min(args.queries - first);
+        all.extend(samples(args.seed, first, count)?);
+        first += count;
+        if !progress.advance_by(count as usize) {
+            break;
+        }
+    }
+    Ok(if progress.finish() { None } else { Some(all) })
+}
+
+fn samples_of_validation(args: &EquilibriumArgs) -> Result<Vec<Sample>> {
+    samples(args.seed + 1, 0, VALIDATION.min(args.queries))
+}
+
+impl<'a> Course<'a> {
+    fn new(args: &'a EquilibriumArgs, samples: Vec<Sample>) -> Self {
+        let inner = [usize::from(args.width); 2];
+        let sizes = Perceptron::layers(INPUTS, &inner, OUTPUTS);
+        let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+        let mut parameters = Vec::new();
+        for &[inputs, outputs] in &sizes {
+            // Half of the inputs' variance goes on (He et al. 2015); biases begin at zero.
+            let bound = (6.0 / inputs as f32).sqrt();
+            parameters.extend((0..inputs * outputs).map(|_| rng.random_range(-bound..bound)));
+            parameters.resize(parameters.len() + outputs, 0.0);
+        }
+        let adam = Adam::new(parameters.len());
+        Self { args, sizes, samples, parameters, adam, epoch: 0, batch: 0 }
+    }
+
+    /// What is left of an epoch, or as much of it as there is time for before Ctrl-C. Returns the mean loss.
+    fn go(&mut self, device: &burn::tensor::Device, progress: &Progress) -> f64 {
+        let size = self.args.batch as usize;
+        let order = shuffled(self.samples.len(), self.args.seed, self.epoch);
+        let batches = order.len().div_ceil(size) as u64;
+        let (mut sum, mut count) = (0.0, 0);
+        for batch in order.chunks(size).skip(self.batch as usize) {
+            let batch: Vec<&Sample> = batch.iter().map(|&k| &self.samples[k]).collect();
+            let (loss, gradient) = gradient::gradient(&self.sizes, &self.parameters, &batch, device);
+            let done = self.adam.steps as f64 / (self.args.epochs * batches) as f64;
+            let rise = ((self.adam.steps + 1) as f64 / WARM_UP as f64).min(1.0);
+            let rate = self.args.learning_rate * rise * 0.5 * (1.0 + (std::f64::consts::PI * done.min(1.0)).cos());
+            let params = AdamParams { beta_1: 0.9, beta_2: 0.99, clip: 1.0 };
+            self.adam.step(&params, rate, &gradient, &mut self.parameters);
+            (sum, count, self.batch) = (sum + loss, count + 1, self.batch + 1);
+            if progress.stopped() {
+                break;
+            }
+        }
+        if self.batch == batches {
+            (self.epoch, self.batch) = (self.epoch + 1, 0);
+        }
+        sum / f64::from(count.max(1))
+    }
+
+    /// Of the samples with the lowest equilibrium: the median and mean error of the turns [rad], how many are above 0.2 rad [%];
+    /// and how often the class is the right one [%].
+    fn validate(&self, samples: &[Sample]) -> Result<[f64; 4]> {
+        let network = Perceptron::new(&self.sizes, &self.parameters)?;
+        let (mut errors, mut right, mut outputs) = (Vec::new(), 0, [0.0; OUTPUTS]);
+        for own in samples {
+            network.evaluate(&own.inputs, &mut outputs);
+            right += usize::from((outputs[OUTPUTS - 1] > 0.0) == own.is_lowest);
+            if let (Some(targets), true) = (own.targets, own.is_lowest) {
+                let off = outputs[..OUTPUTS - 4].iter().zip(targets).map(|(a, b)| f64::from(a - b).powi(2));
+                errors.push((2.0 * off.sum::<f64>()).sqrt());
+            }
+        }
+        errors.sort_by(f64::total_cmp);
+        let count = errors.len().max(1) as f64;
+        let far = errors.iter().filter(|&&own| own > 0.2).count() as f64;
+        let median = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
+        let percent = 100.0 * right as f64 / samples.len() as f64;
+        Ok([median, errors.iter().sum::<f64>() / count, 100.0 * far / count, percent])
+    }
+
+    fn fingerprint(&self) -> BTreeMap<String, String> {
+        let EquilibriumArgs { queries, epochs, width, batch, learning_rate, seed, backend, .. } = self.args;
+        let settings = [
+            ("queries", queries.to_string()),
+            ("epochs", epochs.to_string()),
+            ("width", width.to_string()),
+            ("batch", batch.to_string()),
+            ("learning-rate", format!("{learning_rate:?}")),
+            ("seed", seed.to_string()),
+            ("backend", backend.to_string()),
+        ];
+        settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+
+    fn save(&self, file: &Path) -> Result<()> {
+        let counters = [("epoch", self.epoch), ("batch", self.batch), ("steps", self.adam.steps)];
+        let tensors = [("parameters", &self.parameters), ("mean", &self.adam.mean), ("square", &self.adam.square)];
+        let state = TrainingState {
+            fingerprint: self.fingerprint(),
+            counters: counters.map(|(key, value)| (key.to_owned(), value)).into(),
+            tensors: tensors.map(|(key, values)| (key.to_owned(), values.clone())).into(),
+            ..TrainingState::default()
+        };
+        Ok(state.save(file)?)
+    }
+
+    /// Goes on from the state that was kept.
+    fn resume(&mut self, file: &Path) -> Result<()> {
+        let state = TrainingState::load(file)?;
+        state.check_fingerprint(file, &self.fingerprint())?;
+        let counter = |key: &str| {
+            state.counters.get(key).copied().with_context(|| format!("{}: no counter {key}", file.display()))
+        };
+        (self.epoch, self.batch, self.adam.steps) = (counter("epoch")?, counter("batch")?, counter("steps")?);
+        for (key, to) in
+            [("parameters", &mut self.parameters), ("mean", &mut self.adam.mean), ("square", &mut self.adam.square)]
+        {
+            match state.tensors.get(key) {
+                Some(values) if values.len() == to.len() => to.copy_from_slice(values),
+                _ => bail!("{}: tensor {key} has not {} values", file.display(), to.len()),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The command line, without the way to the program.
+fn command() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("train {}", arguments.join(" "))
+}
