@@ -160,9 +160,9 @@ pub fn encode(
     let cut = Cut::even(count);
     let mut before = canonical.ends[0];
     let mut path = vec![Quaternion::identity(); count];
-    for k in 0..count {
+    for (k, q) in turns.iter().enumerate() {
         let at = (canonical.place(cut.place(k)) * count as f64) as usize;
-        path[at.min(count - 1)] = canonical.turn(&turns[k]);
+        path[at.min(count - 1)] = canonical.turn(q);
     }
     for q in &mut path {
         if q.dot(&before) < 0.0 {
