@@ -150,7 +150,7 @@ fn beyond(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Option
     })
 }
 
-/// What was found, and how long it took.
+/// What was found.
 fn parameters(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Block {
     let names = cells.iter().find(|(key, _)| key.method == Method::Identified).map(|(_, own)| &own.parameters);
     let mut rows: Vec<Vec<Cell>> = Vec::new();
@@ -158,15 +158,9 @@ fn parameters(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Bl
         let value = |cable: &&str| told(of(cells, cable, Method::Identified).map(|own| own.parameters[k].1));
         rows.push(std::iter::once(name.as_str().into()).chain(cables.iter().map(value)).collect());
     }
-    for (name, method) in
-        [("searching [s]", Method::Identified), ("training the perceptrons [s]", Method::Corrected(1))]
-    {
-        let value = |cable: &&str| told(of(cells, cable, method).map(|own| own.seconds));
-        rows.push(std::iter::once(name.into()).chain(cables.iter().map(value)).collect());
-    }
     let headings: String = cables.iter().map(|cable| format!(" | #{cable}")).collect();
     table(
-        ["real-cables-parameters", "What was identified", "Units are in docs/identify.md. Times are of one core."],
+        ["real-cables-parameters", "What was identified", "Units are in docs/identify.md."],
         &format!("parameter{headings}"),
         rows,
         conditions.clone(),
