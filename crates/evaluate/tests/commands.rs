@@ -311,6 +311,9 @@ fn starts_of_cables_are_compared() {
     let (sag, all) = (of("Hermite with sag", "-"), of("two curves, both twists", "11"));
     assert!(percent(all, "lowest %") > 95.0 && percent(all, "lowest %") > percent(sag, "lowest %"));
     assert!(median(all, "solves") < 0.6 * median(sag, "solves"));
+    let learned = of("learned, one or two proposals", "11");
+    assert!(percent(learned, "lowest %") > 95.0);
+    assert!(4.0 * percent(learned, "coarse solves") < percent(all, "coarse solves"));
     let near = of("nearest of 200, k-d tree", "-");
     assert_eq!(near["solves"], of("nearest of 200, one by one", "-")["solves"]);
     let paths = table(&folder, "cables-paths");
