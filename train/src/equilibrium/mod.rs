@@ -129,7 +129,7 @@ pub(crate) fn run(args: &EquilibriumArgs) -> Result<Outcome> {
     let [median, mean, far, class] = course.validate(&validation)?;
     let training = format!(
         "{}; of {VALIDATION} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
-        command()
+        course.command()
     );
     let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
     export::write_atomically(&args.out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
@@ -235,6 +235,15 @@ impl<'a> Course<'a> {
         Ok([median, errors.iter().sum::<f64>() / count, 100.0 * far / count, percent])
     }
 
+    /// The command that makes these weights again.
+    fn command(&self) -> String {
+        let EquilibriumArgs { queries, epochs, width, batch, learning_rate, seed, backend, .. } = self.args;
+        format!(
+            "train equilibrium --queries {queries} --epochs {epochs} --width {width} --batch {batch} \
+             --learning-rate {learning_rate} --seed {seed} --backend {backend}"
+        )
+    }
+
     fn fingerprint(&self) -> BTreeMap<String, String> {
         let EquilibriumArgs { queries, epochs, width, batch, learning_rate, seed, backend, .. } = self.args;
         let settings = [
@@ -279,10 +288,4 @@ impl<'a> Course<'a> {
         }
         Ok(())
     }
-}
-
-/// The command line, without the way to the program.
-fn command() -> String {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    format!("train {}", arguments.join(" "))
 }
