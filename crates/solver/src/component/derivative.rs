@@ -164,11 +164,12 @@ impl<const D: usize> Component<Dual<D>> {
         let transverse = 0.5 * (variation.inertia.x + variation.inertia.y);
         let constants = &mut self.bodies[i];
         let inverse = constants.inverse_mass.value;
-        constants.inverse_mass.slope[k] = -variation.mass * inverse * inverse;
+        let inverse_slope = -variation.mass * inverse * inverse;
+        constants.inverse_mass.slope[k] = inverse_slope;
         constants.transverse.slope[k] = transverse;
         constants.axial.slope[k] = variation.inertia.z;
         if let Some(steps) = &mut self.multistep {
-            steps.seed_inertia(i, k, transverse, variation.inertia.z);
+            steps.seed_inertia(i, k, [inverse_slope, transverse, variation.inertia.z]);
         }
         if let Some(drag) = &mut self.drag {
             drag.seed_inertia(i, k, variation.mass, transverse);

@@ -248,9 +248,10 @@ impl<T: Real> Multistep<T> {
 }
 
 impl<const D: usize> Multistep<Dual<D>> {
-    /// Lets a segment's moments of inertia across and about its axis change along a direction.
-    pub(super) fn seed_inertia(&mut self, index: usize, k: usize, transverse: f64, axial: f64) {
+    /// Lets the reciprocal of a segment's mass and its moments of inertia across and about its axis change along a direction.
+    pub(super) fn seed_inertia(&mut self, index: usize, k: usize, [inverse_mass, transverse, axial]: [f64; 3]) {
         let own = &mut self.bodies[index];
+        own.inverse_mass.slope[k] = inverse_mass;
         (own.transverse.slope[k], own.axial.slope[k]) = (transverse, axial);
     }
 
