@@ -1,7 +1,8 @@
 //! Outer iterations with the exact tangent: Newton's method on the equations of a step.
 //!
 //! An iteration tries the whole step of [`crate::tangent`], then halves of it, and takes the first that leaves less of the
-//! residual. Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
+//! residual. What the tangent leaves out of a step is put right by a second solve with the same factor (deferred correction),
+//! where it would be felt. Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
 
 use super::{Attempt, TangentChoice, begin, evaluate, may_go_on, solve, update};
 use crate::component::{BodyPose, Component, Residuals};
@@ -15,6 +16,9 @@ use crate::tangent::Equations;
 use crate::tangent::elimination::Elimination;
 use crate::topology::Topology;
 
+/// What the tangent leaves out is put right where it would leave more than this share of the square of the residual: Newton's
+/// method itself leaves about as much.
+const OF_SQUARE: f64 = 0.1;
 /// Shares of a step that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
@@ -23,6 +27,8 @@ const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 pub(crate) struct Exact {
     equations: Equations,
     elimination: Elimination,
+    /// One entry a body: what the tangent leaves out.
+    left_out: Vec<Spatial<f64>>,
     dp: Vec<Spatial<f64>>,
     poses: Vec<BodyPose<f64>>,
     lambda: Vec<Spatial<f64>>,
@@ -39,28 +45,37 @@ impl Exact {
                 rows: Vec::new(),
             },
             elimination: Elimination::new(topology)?,
+            left_out: Vec::with_capacity(bodies),
             dp: Vec::with_capacity(bodies),
             poses: Vec::with_capacity(bodies),
             lambda: Vec::with_capacity(joints),
         }))
     }
 
-    /// One iteration from the last evaluation, which left `residuals`. Returns those after it; `None` where the tangent is of
-    /// no use, and then nothing has changed.
+    /// One iteration from the last evaluation, which left `residuals`, towards a `target`. Returns those after it; `None` where
+    /// the tangent is of no use, and then nothing has changed.
     fn iterate(
         &mut self,
         component: &mut Component<f64>,
         residuals: &Residuals<f64>,
+        target: f64,
         counters: &mut Counters,
     ) -> Option<Residuals<f64>> {
         if !component.has_multipliers() {
             return None;
         }
         let mut watch = Stopwatch::start();
-        let Self { equations, elimination, dp, poses, lambda } = self;
+        let Self { equations, elimination, left_out, dp, poses, lambda } = self;
         component.gather(equations, 1.0);
         watch.mark(&mut counters.times.assemble);
         let is_solved = elimination.solve(equations);
+        if is_solved {
+            let now = residuals.worst();
+            let left = component.left_out(equations, &elimination.corrections, left_out);
+            if left > target.max(OF_SQUARE * now * now) {
+                elimination.solve_again(equations, left_out);
+            }
+        }
         watch.mark(&mut counters.times.solve);
         if !is_solved {
             return None;
@@ -108,7 +123,8 @@ pub(crate) fn attempt_exactly(
         }
         before = now;
         let is_exact = tangents.as_ref().is_none_or(|tangents| tangents.is_exact());
-        let found = if is_exact { exact.iterate(component, &attempt.residuals, counters) } else { None };
+        let found =
+            if is_exact { exact.iterate(component, &attempt.residuals, attempt.target, counters) } else { None };
         if let Some(tangents) = &mut tangents {
             tangents.count(found.is_some());
         }

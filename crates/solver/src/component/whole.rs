@@ -4,11 +4,12 @@
 //! second derivative H in rotation vectors: two turns do not commute. Tangents need H alone, as at a solution the T sum to
 //! zero; the torque of the inertia, which is no gradient, has a derivative of its own.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector6};
 
 use super::Component;
 use super::multistep::gyroscopic;
-use super::tangent::{matrix, vector};
+use super::tangent::vector;
+use crate::kernel::Spatial;
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::tangent::Equations;
 
@@ -44,7 +45,7 @@ impl Component<f64> {
         bodies.clear();
         bodies.extend((0..self.poses.len()).map(|i| match self.is_still(i) {
             true => Matrix3::zeros(),
-            false => equations.bodies[i].turning + self.lopsided_inertia(i) * share,
+            false => equations.bodies[i].turning + columns(|by| self.lopsided_inertia(i, by)) * share,
         }));
         let mut add = |body: usize, torque: Vec3<f64>| {
             if !self.is_still(body) {
@@ -76,26 +77,67 @@ impl Component<f64> {
         system.across.get(j).map_or(arms, |across| [arms[0] + across[0], arms[1] + across[1]])
     }
 
-    /// What the derivative of the inertia's torque has beyond the symmetric part of `I phi`.
-    fn lopsided_inertia(&self, i: usize) -> Matrix3<f64> {
+    /// What the derivative of the inertia's torque has beyond the symmetric part of `I phi`, along a turn.
+    #[inline(always)]
+    fn lopsided_inertia(&self, i: usize, by: Vec3<f64>) -> Vec3<f64> {
         let q = self.poses[i].q;
         let (cosine, phi) = turn_since(q, self.predicted[i].q);
         let inertia = self.inertia_of(i, q);
         let of = |x: Vec3<f64>| inertia.apply(x);
-        let turned = |cosine: f64, turn: Vec3<f64>, by: Vec3<f64>| by * cosine - by.cross(turn) * 0.5;
-        let symmetric = matrix(self.turning(i, inertia).full());
-        let torque = of(phi);
+        let turned = |cosine: f64, turn: Vec3<f64>| by * cosine - by.cross(turn) * 0.5;
+        let symmetric = self.turning(i, inertia).apply(by);
+        let (torque, on_phi) = (of(phi), turned(cosine, phi));
         // The inertia turns along: all as it is, and phi less by as much.
+        let of_euler = by.cross(torque) + of(on_phi) - symmetric;
         if self.multistep.is_none() {
-            return columns(|by| by.cross(torque) + of(turned(cosine, phi, by))) - symmetric;
+            return of_euler;
         }
         let (cosine_since, theta) = turn_since(q, self.start[i].q);
-        let torque = torque + gyroscopic(of, theta, phi);
-        let slope = |by: Vec3<f64>| {
-            let (on_theta, on_phi) = (turned(cosine_since, theta, by), turned(cosine, phi, by));
-            by.cross(torque) + of(on_phi) + gyroscopic(of, on_theta, phi) + gyroscopic(of, theta, on_phi)
-        };
-        columns(slope) - symmetric
+        let on_theta = turned(cosine_since, theta);
+        of_euler + by.cross(gyroscopic(of, theta, phi)) + gyroscopic(of, on_theta, phi) + gyroscopic(of, theta, on_phi)
+    }
+
+    /// What the exact tangent leaves out of the torques on bodies as they move by `dp`, with its sign turned, one entry a body
+    /// [kg m^2]; returns the largest residual [rad] that it would leave. Equations are those of [`Self::gather`].
+    pub(crate) fn left_out(&self, equations: &Equations, dp: &[Vector6<f64>], forces: &mut Vec<Spatial<f64>>) -> f64 {
+        forces.clear();
+        forces.resize(self.poses.len(), Spatial::zero());
+        let dt2 = self.effective * self.effective;
+        // Torques that do not turn along with the body.
+        for load in &self.loads {
+            forces[load.body].angular += load.torque * dt2;
+        }
+        let mut largest = 0.0_f64;
+        for (i, own) in forces.iter_mut().enumerate() {
+            let mut constant = std::mem::replace(own, Spatial::zero()).angular;
+            if self.is_still(i) {
+                continue;
+            }
+            if let Some(pushed) = self.pushed.get(i) {
+                constant += pushed.angular;
+            }
+            let by = Vec3([dp[i][3], dp[i][4], dp[i][5]]);
+            // All that turns along: it balances the inertia's torque but for the defect.
+            let torque = self.torque_of_inertia(i) + Vec3(equations.bodies[i].defect[1].into()) - constant;
+            own.angular = -(self.lopsided_inertia(i, by) + torque.cross(by) * 0.5);
+            largest = largest.max(self.system.bodies[i].inverse_inertia.apply(own.angular).norm_squared());
+        }
+        largest.sqrt()
+    }
+
+    /// The inertia's torque on a body times dt^2 [kg m^2].
+    #[inline(always)]
+    fn torque_of_inertia(&self, i: usize) -> Vec3<f64> {
+        let q = self.poses[i].q;
+        let (_, phi) = turn_since(q, self.predicted[i].q);
+        let inertia = self.inertia_of(i, q);
+        let of = |x: Vec3<f64>| inertia.apply(x);
+        let torque = of(phi);
+        if self.multistep.is_none() {
+            return torque;
+        }
+        let (_, theta) = turn_since(q, self.start[i].q);
+        torque + gyroscopic(of, theta, phi)
     }
 
     /// How a joint's stretch-shear rows change as body a, with the connector's `arm`, turns and takes the frame along that its

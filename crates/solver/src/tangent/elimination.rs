@@ -25,6 +25,7 @@ use super::Equations;
 use super::halves::Halves;
 use super::problem::Problem;
 use super::sweep::Sweep;
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::topology::Topology;
 
@@ -86,6 +87,19 @@ impl Elimination {
     /// bodies: it is singular, or next to it.
     pub fn solve_as_it_is(&mut self, equations: &Equations) -> Option<usize> {
         self.solve_with(equations, true)
+    }
+
+    /// Solves the equations of the last solve again with further forces and torques on bodies, one entry a body, by its factor.
+    /// Returns whether it could: rings have no such way.
+    pub(crate) fn solve_again(&mut self, equations: &Equations, forces: &[Spatial<f64>]) -> bool {
+        let Self { topology, memory, corrections, multipliers, .. } = self;
+        let Memory::Tree(sweep, halves) = memory else { return false };
+        let problem = Problem { topology, far: None, equations };
+        vectorized(
+            #[inline(always)]
+            || halves.solve_with(forces, sweep, &problem, corrections, multipliers),
+        );
+        true
     }
 
     fn solve_with(&mut self, equations: &Equations, is_left: bool) -> Option<usize> {

@@ -32,9 +32,7 @@ impl Halves {
         corrections: &mut [Vector6<f64>],
         multipliers: &mut [Vector6<f64>],
     ) -> bool {
-        let (nodes, fold) = (problem.nodes().len(), self.factors.len());
-        // Of a chain the last node is the root, and one more may come first.
-        let first = if fold > 0 { nodes - 1 - 2 * fold } else { 0 };
+        let (nodes, fold, first) = self.places(problem);
         sweep.begin(problem);
         let is_done = sweep.up(problem, 0..first)
             && (fold == 0 || self.up(sweep, problem, first))
@@ -43,6 +41,49 @@ impl Halves {
         if !is_done {
             return false;
         }
+        self.substitute(sweep, problem, corrections, multipliers);
+        true
+    }
+
+    /// Solves the equations of the last problem again, with further forces on its bodies.
+    #[inline(always)]
+    pub(super) fn solve_with(
+        &mut self,
+        forces: &[Spatial<f64>],
+        sweep: &mut Sweep<1>,
+        problem: &Problem<'_>,
+        corrections: &mut [Vector6<f64>],
+        multipliers: &mut [Vector6<f64>],
+    ) {
+        let (nodes, fold, first) = self.places(problem);
+        sweep.begin_carrying();
+        sweep.carry(problem, forces, 0..first);
+        if fold > 0 {
+            self.carry(sweep, problem, forces, first);
+        }
+        sweep.carry(problem, forces, first + 2 * fold..nodes);
+        sweep.end_carrying(problem, forces);
+        self.substitute(sweep, problem, corrections, multipliers);
+    }
+
+    /// Number of nodes, of pairs of them, and the first node of a pair.
+    #[inline(always)]
+    fn places(&self, problem: &Problem<'_>) -> (usize, usize, usize) {
+        let (nodes, fold) = (problem.nodes().len(), self.factors.len());
+        // Of a chain the last node is the root, and one more may come first.
+        (nodes, fold, if fold > 0 { nodes - 1 - 2 * fold } else { 0 })
+    }
+
+    /// The way down.
+    #[inline(always)]
+    fn substitute(
+        &self,
+        sweep: &mut Sweep<1>,
+        problem: &Problem<'_>,
+        corrections: &mut [Vector6<f64>],
+        multipliers: &mut [Vector6<f64>],
+    ) {
+        let (nodes, fold, first) = self.places(problem);
         let numbers = sweep.first_movements(problem, corrections);
         for k in (first + 2 * fold..nodes).rev() {
             sweep.substitute(problem, k, &numbers, corrections, multipliers);
@@ -53,7 +94,6 @@ impl Halves {
         for k in (0..first).rev() {
             sweep.substitute(problem, k, &numbers, corrections, multipliers);
         }
-        true
     }
 
     /// Eliminates both halves, whose nodes begin at `first`.
@@ -98,10 +138,42 @@ impl Halves {
         true
     }
 
+    /// Adds forces on bodies in both halves.
+    #[inline(always)]
+    fn carry(&mut self, sweep: &mut Sweep<1>, problem: &Problem<'_>, forces: &[Spatial<f64>], first: usize) {
+        let fold = self.factors.len();
+        let nodes = problem.nodes();
+        let start = |sweep: &Sweep<1>, node: &Node| match node.follows {
+            true => sweep.carried(node.outer as usize),
+            false => forces[node.outer as usize],
+        };
+        let mut carried = Spatial::both(start(sweep, &nodes[first]), start(sweep, &nodes[first + fold]));
+        let mut last = [0; 2];
+        for k in 0..fold {
+            let pair = [first + k, first + fold + k];
+            let [a, b] = [&nodes[pair[0]], &nodes[pair[1]]];
+            last = [a.inner as usize, b.inner as usize];
+            if self.apart[k] {
+                for (side, node) in [a, b].into_iter().enumerate() {
+                    sweep.set_carried(node.outer as usize, carried.one(side));
+                    sweep.carry_one(problem, forces, pair[side]);
+                }
+                carried = Spatial::both(sweep.carried(last[0]), sweep.carried(last[1]));
+            } else {
+                let terms = Terms::both(&problem.terms(a), &problem.terms(b));
+                let added = self.factors[k].carry(&terms, carried);
+                carried = Spatial::both(forces[last[0]], forces[last[1]]).plus(added, Both::splat(1.0));
+            }
+        }
+        for (side, body) in last.into_iter().enumerate() {
+            sweep.set_carried(body, carried.one(side));
+        }
+    }
+
     /// Substitutes in both halves.
     #[inline(always)]
     fn down(
-        &mut self,
+        &self,
         sweep: &mut Sweep<1>,
         problem: &Problem<'_>,
         first: usize,

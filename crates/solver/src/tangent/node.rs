@@ -236,6 +236,19 @@ impl<T: Real, const M: usize> Factor<T, M> {
     }
 }
 
+impl<T: Real> Factor<T, 1> {
+    /// Adds a force on the outer body; returns what it adds to that on the inner one.
+    #[inline(always)]
+    pub(super) fn carry(&mut self, terms: &Terms<T>, force: Spatial<T>) -> Spatial<T> {
+        let mut forces = terms.on_outer(force).to_array();
+        for (first, part) in [0, 3].into_iter().zip(&mut self.parts) {
+            part.carry(first, &mut forces);
+        }
+        let left = Spatial::from_array(forces);
+        terms.on_inner(Spatial { linear: -left.linear, angular: -left.angular })
+    }
+}
+
 #[inline(always)]
 fn beside<T: Real>([a, b, c]: [T; 3], [d, e, f]: [T; 3]) -> [T; 6] {
     [a, b, c, d, e, f]

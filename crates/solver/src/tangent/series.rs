@@ -217,6 +217,25 @@ impl<T: Real, const M: usize> Series<T, M> {
     }
 }
 
+impl<T: Real> Series<T, 1> {
+    /// Adds forces, of which those from `first` on are these rows', to the right-hand side; takes off what the rows yield to
+    /// them.
+    #[inline(always)]
+    pub(super) fn carry(&mut self, first: usize, forces: &mut [T; 6]) {
+        let mut added = self.root.gather([[forces[first]], [forces[first + 1]], [forces[first + 2]]]);
+        let [m10, m20, m21] = self.lower;
+        let (q0, q1) = (self.weight(0), self.weight(1));
+        subtract(&mut added, [m10 * q0, m20 * q0, m21 * q1]);
+        for k in 0..3 {
+            let yielded = self.weight(k) * added[k][0];
+            for r in 0..6 {
+                forces[r] -= self.rows[k][r] * yielded;
+            }
+            self.alone[k][0] += added[k][0];
+        }
+    }
+}
+
 /// Forward substitution of three rows.
 #[inline(always)]
 fn subtract<T: Real, const N: usize>(rows: &mut [[T; N]; 3], [c10, c20, c21]: [T; 3]) {

@@ -1,4 +1,5 @@
-//! The way up the tree of joints, which eliminates node after node, and the way down, which substitutes.
+//! The way up the tree of joints, which eliminates node after node, and the way down, which substitutes. Forces that come later
+//! go up once more, through the factors.
 
 use nalgebra::Vector6;
 
@@ -26,8 +27,10 @@ pub(super) struct Sweep<const M: usize> {
     pub(super) left: Vec<Left<f64, M>>,
     /// One entry a node.
     factors: Vec<Factor<f64, M>>,
-    /// Movements of the bodies that are left alone, in the order of the roots.
-    roots: Vec<[[f64; M]; 6]>,
+    /// Bodies that are left alone, in the order of the roots.
+    roots: Vec<Root<M>>,
+    /// Of those, how many a pass has not come to yet.
+    roots_left: usize,
     /// Bodies that had to be made heavier.
     pub(super) mended: usize,
     /// Whether what is not at a minimum is left as it is.
@@ -36,14 +39,23 @@ pub(super) struct Sweep<const M: usize> {
     pub(super) wrong: usize,
 }
 
+/// A body that is left alone: its movement, and the factor of its block where it is free.
+#[derive(Clone, Copy, Debug)]
+struct Root<const M: usize> {
+    movement: [[f64; M]; 6],
+    factor: Option<Cholesky>,
+}
+
 impl<const M: usize> Sweep<M> {
     pub(super) fn new(topology: &Topology) -> Self {
         let zero = Stiffness::of_parts(Sym3::zero(), Sym3::zero());
         let nodes = topology.elimination.as_deref().map_or(0, <[Node]>::len);
+        let ends = topology.elimination.iter().flatten().filter(|node| node.leaves == Leaves::Nothing).count();
         Self {
             left: vec![Left::new(zero, Spatial::zero()); topology.bodies()],
             factors: vec![Factor::zero(); nodes],
-            roots: Vec::with_capacity(topology.bodies()),
+            roots: Vec::with_capacity(ends + 1),
+            roots_left: 0,
             mended: 0,
             is_left: false,
             wrong: 0,
@@ -166,7 +178,7 @@ impl<const M: usize> Sweep<M> {
     /// Eliminates a body that is left alone, one whose rows have such a `length`.
     fn eliminate_root(&mut self, problem: &Problem<'_>, body: u32, length: f64) -> bool {
         if problem.is_held(body) {
-            self.roots.push([[0.0; M]; 6]);
+            self.roots.push(Root { movement: [[0.0; M]; 6], factor: None });
             return true;
         }
         let mut left = self.left[body as usize];
@@ -181,7 +193,7 @@ impl<const M: usize> Sweep<M> {
                         take_row_off(&mut self.left[far], row, 1.0 / pivot);
                     }
                 }
-                self.roots.push(factor.backward(rows));
+                self.roots.push(Root { movement: factor.backward(rows), factor: Some(factor) });
                 return true;
             }
             if self.is_left {
@@ -197,6 +209,7 @@ impl<const M: usize> Sweep<M> {
     pub(super) fn first_movements(&mut self, problem: &Problem<'_>, corrections: &mut [Vector6<f64>]) -> [f64; M] {
         let mut numbers = [0.0; M];
         numbers[0] = 1.0;
+        self.roots_left = self.roots.len();
         if let Some(far) = problem.far {
             self.substitute_root(far, &numbers, corrections);
             numbers[1..].copy_from_slice(corrections[far].as_slice());
@@ -208,8 +221,9 @@ impl<const M: usize> Sweep<M> {
 
     /// The movement of the last root that has not been substituted yet.
     fn substitute_root(&mut self, body: usize, numbers: &[f64; M], corrections: &mut [Vector6<f64>]) {
-        if let Some(root) = self.roots.pop() {
-            let movement = root.map(|row| row.iter().zip(numbers).map(|(x, number)| x * number).sum());
+        self.roots_left -= 1;
+        if let Some(root) = self.roots.get(self.roots_left) {
+            let movement = root.movement.map(|row| row.iter().zip(numbers).map(|(x, number)| x * number).sum());
             corrections[body] = Vector6::from(movement);
         }
     }
@@ -241,6 +255,69 @@ impl<const M: usize> Sweep<M> {
             transmitted
         };
         multipliers[node.joint as usize] = -six(transmitted);
+    }
+}
+
+impl Sweep<1> {
+    /// Adds forces on bodies to a system that has been solved.
+    #[inline(always)]
+    pub(super) fn carry(&mut self, problem: &Problem<'_>, forces: &[Spatial<f64>], nodes: std::ops::Range<usize>) {
+        for k in nodes {
+            self.carry_one(problem, forces, k);
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn carry_one(&mut self, problem: &Problem<'_>, forces: &[Spatial<f64>], k: usize) {
+        let node = problem.nodes()[k];
+        let terms = problem.terms(&node);
+        let [outer, inner] = [node.outer as usize, node.inner as usize];
+        let mut added = Spatial::zero();
+        if !problem.is_apart(node.outer) {
+            let own = if node.follows { self.carried(outer) } else { forces[outer] };
+            added = self.factors[k].carry(&terms, own);
+        }
+        if !problem.is_held(node.inner) {
+            let own = if node.resumes { self.carried(inner) } else { forces[inner] };
+            self.set_carried(inner, own.plus(added, 1.0));
+        }
+        if node.leaves == Leaves::Nothing {
+            let own = self.carried(inner);
+            self.carry_to_root(own);
+        }
+    }
+
+    /// Begins to add forces.
+    pub(super) fn begin_carrying(&mut self) {
+        self.roots_left = 0;
+    }
+
+    /// Ends that: a single body has no node.
+    pub(super) fn end_carrying(&mut self, problem: &Problem<'_>, forces: &[Spatial<f64>]) {
+        if problem.nodes().is_empty() {
+            self.carry_to_root(forces[0]);
+        }
+    }
+
+    fn carry_to_root(&mut self, force: Spatial<f64>) {
+        let root = &mut self.roots[self.roots_left];
+        self.roots_left += 1;
+        let Some(factor) = &root.factor else { return };
+        let (rows, _) = factor.forward(&force.to_array().map(|x| [x]));
+        for (own, [added]) in root.movement.iter_mut().zip(factor.backward(rows)) {
+            own[0] += added;
+        }
+    }
+
+    /// What has been carried to a body.
+    #[inline(always)]
+    pub(super) fn carried(&self, body: usize) -> Spatial<f64> {
+        column(&self.left[body].forces, 0)
+    }
+
+    #[inline(always)]
+    pub(super) fn set_carried(&mut self, body: usize, force: Spatial<f64>) {
+        set_column(&mut self.left[body].forces, 0, force);
     }
 }
 

@@ -44,9 +44,7 @@ fn exact_steps_are_those_of_the_positive_matrix_in_fewer_iterations() {
         for integrator in Integrator::ALL {
             let [(positive, slow), (exact, fast)] = [Tangent::Positive, Tangent::Exact]
                 .map(|tangent| run(&model, &state, &settings_of(tangent, integrator), dt));
-            // BDF2 leaves more of its inertia out of the tangent.
-            let is_faster = integrator == Integrator::Bdf2 || fast < slow;
-            assert!(is_faster, "{name}: {fast} iterations a step, {slow} with the positive matrix");
+            assert!(fast < slow, "{name} {integrator}: {fast} iterations a step, {slow} with the positive matrix");
             for (a, b) in positive.positions.iter().zip(&exact.positions) {
                 assert!((a - b).norm() < 1e-6, "{name} {integrator}: {a} {b}");
             }
@@ -54,13 +52,13 @@ fn exact_steps_are_those_of_the_positive_matrix_in_fewer_iterations() {
     }
 }
 
-/// At the end of a step each iteration leaves the square of what the one before has left, and a small share of it: the part of
-/// the inertia that is not symmetric is left out of the tangent. The positive matrix leaves about half.
+/// At the end of a step each iteration leaves the square of what the one before has left; on rings also a small share of it,
+/// as what is not symmetric of the inertia is left out of the tangent there. The positive matrix leaves about half.
 #[test]
-fn residuals_fall_nearly_quadratically_at_the_end_of_a_step() {
-    const SHARE: f64 = 2e-3;
+fn residuals_fall_quadratically_at_the_end_of_a_step() {
     const ROUNDING: f64 = 1e-13;
-    for (name, (model, state), dt) in [("helix", helix(50), DT), ("tree", tree(), 0.25 * DT), ("ring", ring(), DT)] {
+    let scenes = [("helix", helix(50), DT, 0.0), ("tree", tree(), 0.25 * DT, 0.0), ("ring", ring(), DT, 2e-3)];
+    for (name, (model, state), dt, share) in scenes {
         let usual = settings_of(Tangent::Exact, Integrator::Euler);
         // Steps with a cap on their iterations leave what these leave.
         let mut capped = usual;
@@ -78,7 +76,7 @@ fn residuals_fall_nearly_quadratically_at_the_end_of_a_step() {
                 counters.worst_stretch.max(counters.worst_bend).max(counters.worst_momentum)
             });
             for pair in left.windows(2) {
-                let most = pair[0] * pair[0] + SHARE * pair[0] + ROUNDING;
+                let most = 2.0 * pair[0] * pair[0] + share * pair[0] + ROUNDING;
                 assert!(pair[1] <= most, "{name}, step {step}: {left:?}");
             }
         }

@@ -244,6 +244,37 @@ fn long_chains_agree_with_a_dense_solve() {
     }
 }
 
+/// A solve again with further forces is one of their sum, whatever was held or made heavier on the way.
+#[test]
+fn further_forces_add_to_those_of_the_last_solve() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(10);
+    let mut mended = 0;
+    for trial in 0..200 {
+        let soft = if trial % 3 == 0 { 0.6 } else { 0.0 };
+        let (topology, mut equations) = equations(rng, trial % 2, soft);
+        let forces: Vec<[Vector3<f64>; 2]> = equations
+            .bodies
+            .iter()
+            .map(|body| if body.is_held() { [Vector3::zeros(); 2] } else { [random(rng), random(rng)] })
+            .collect();
+        let mut elimination = Elimination::new(&topology).unwrap();
+        assert!(elimination.solve(&equations));
+        let further: Vec<Spatial<f64>> =
+            forces.iter().map(|force| Spatial::from_array(stacked(force).into())).collect();
+        assert!(elimination.solve_again(&equations, &further) && elimination.solve_again(&equations, &further));
+        for (body, force) in equations.bodies.iter_mut().zip(&forces) {
+            (0..2).for_each(|part| body.defect[part] += 2.0 * force[part]);
+        }
+        let mut summed = Elimination::new(&topology).unwrap();
+        assert!(summed.solve(&equations));
+        mended += summed.mended;
+        let [found, expected] = [&elimination, &summed].map(solution);
+        let error = (found - &expected).norm() / expected.norm().max(f64::MIN_POSITIVE);
+        assert!(error < 1e-9, "trial {trial}: {error:e}");
+    }
+    assert!(mended > 10, "{mended}");
+}
+
 /// Where signs are wrong there is a step all the same, and it goes down the energy of bodies without joints.
 #[test]
 fn a_body_in_an_unstable_place_is_made_heavier() {
