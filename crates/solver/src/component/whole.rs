@@ -10,6 +10,7 @@ use super::Component;
 use super::multistep::gyroscopic;
 use super::tangent::vector;
 use crate::kernel::Spatial;
+use crate::kernel::dispatch::vectorized;
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::tangent::Equations;
 
@@ -45,7 +46,7 @@ impl Component<f64> {
         bodies.clear();
         bodies.extend((0..self.poses.len()).map(|i| match self.is_still(i) {
             true => Matrix3::zeros(),
-            false => equations.bodies[i].turning + columns(|by| self.lopsided_inertia(i, by)) * share,
+            false => equations.bodies[i].turning + columns(|by| self.lopsided_inertia(i, by)[1]) * share,
         }));
         let mut add = |body: usize, torque: Vec3<f64>| {
             if !self.is_still(body) {
@@ -77,24 +78,28 @@ impl Component<f64> {
         system.across.get(j).map_or(arms, |across| [arms[0] + across[0], arms[1] + across[1]])
     }
 
-    /// What the derivative of the inertia's torque has beyond the symmetric part of `I phi`, along a turn.
+    /// The inertia's torque T on a body times dt^2 [kg m^2], and what its derivative along a turn has beyond the symmetric part of
+    /// that of `I phi`.
+    ///
+    /// I turns along: all is as it is, and phi less by as much. So the derivative of `I phi` is `s I + I [phi]x / 2 - [I phi]x`
+    /// with the cosine s of half the angle, and `I [phi]x + [phi]x I = [tr(I) phi - I phi]x`.
     #[inline(always)]
-    fn lopsided_inertia(&self, i: usize, by: Vec3<f64>) -> Vec3<f64> {
+    fn lopsided_inertia(&self, i: usize, by: Vec3<f64>) -> [Vec3<f64>; 2] {
         let q = self.poses[i].q;
         let (cosine, phi) = turn_since(q, self.predicted[i].q);
         let inertia = self.inertia_of(i, q);
         let of = |x: Vec3<f64>| inertia.apply(x);
-        let turned = |cosine: f64, turn: Vec3<f64>| by * cosine - by.cross(turn) * 0.5;
-        let symmetric = self.turning(i, inertia).apply(by);
-        let (torque, on_phi) = (of(phi), turned(cosine, phi));
-        // The inertia turns along: all as it is, and phi less by as much.
-        let of_euler = by.cross(torque) + of(on_phi) - symmetric;
+        let torque = of(phi);
+        let Sym3([xx, yy, zz, ..]) = inertia;
+        let beyond = (phi * (0.25 * (xx + yy + zz)) - torque * 1.25).cross(by);
         if self.multistep.is_none() {
-            return of_euler;
+            return [torque, beyond];
         }
+        let turned = |cosine: f64, turn: Vec3<f64>| by * cosine - by.cross(turn) * 0.5;
         let (cosine_since, theta) = turn_since(q, self.start[i].q);
-        let on_theta = turned(cosine_since, theta);
-        of_euler + by.cross(gyroscopic(of, theta, phi)) + gyroscopic(of, on_theta, phi) + gyroscopic(of, theta, on_phi)
+        let extra = gyroscopic(of, theta, phi);
+        let change = gyroscopic(of, turned(cosine_since, theta), phi) + gyroscopic(of, theta, turned(cosine, phi));
+        [torque + extra, beyond + by.cross(extra) + change]
     }
 
     /// What the exact tangent leaves out of the torques on bodies as they move by `dp`, with its sign turned, one entry a body
@@ -107,37 +112,30 @@ impl Component<f64> {
         for load in &self.loads {
             forces[load.body].angular += load.torque * dt2;
         }
-        let mut largest = 0.0_f64;
-        for (i, own) in forces.iter_mut().enumerate() {
-            let mut constant = std::mem::replace(own, Spatial::zero()).angular;
-            if self.is_still(i) {
-                continue;
-            }
-            if let Some(pushed) = self.pushed.get(i) {
-                constant += pushed.angular;
-            }
-            let by = Vec3([dp[i][3], dp[i][4], dp[i][5]]);
-            // All that turns along: it balances the inertia's torque but for the defect.
-            let torque = self.torque_of_inertia(i) + Vec3(equations.bodies[i].defect[1].into()) - constant;
-            own.angular = -(self.lopsided_inertia(i, by) + torque.cross(by) * 0.5);
-            largest = largest.max(self.system.bodies[i].inverse_inertia.apply(own.angular).norm_squared());
+        for (own, pushed) in forces.iter_mut().zip(&self.pushed) {
+            own.angular += pushed.angular;
         }
-        largest.sqrt()
-    }
-
-    /// The inertia's torque on a body times dt^2 [kg m^2].
-    #[inline(always)]
-    fn torque_of_inertia(&self, i: usize) -> Vec3<f64> {
-        let q = self.poses[i].q;
-        let (_, phi) = turn_since(q, self.predicted[i].q);
-        let inertia = self.inertia_of(i, q);
-        let of = |x: Vec3<f64>| inertia.apply(x);
-        let torque = of(phi);
-        if self.multistep.is_none() {
-            return torque;
-        }
-        let (_, theta) = turn_since(q, self.start[i].q);
-        torque + gyroscopic(of, theta, phi)
+        let bodies = equations.bodies.iter().zip(dp);
+        vectorized(
+            #[inline(always)]
+            || {
+                let mut largest = 0.0_f64;
+                for (i, (own, (body, dp))) in forces.iter_mut().zip(bodies).enumerate() {
+                    let constant = std::mem::replace(own, Spatial::zero()).angular;
+                    if body.is_held() {
+                        continue;
+                    }
+                    let by = Vec3([dp[3], dp[4], dp[5]]);
+                    let [of_inertia, beyond] = self.lopsided_inertia(i, by);
+                    // What turns along with the body balances the inertia's torque but for the defect.
+                    let turning_along = of_inertia + Vec3(body.defect[1].into()) - constant;
+                    own.angular = -(beyond + turning_along.cross(by) * 0.5);
+                    let left = self.system.bodies[i].inverse_inertia.apply(own.angular);
+                    largest = largest.max(left.norm_squared());
+                }
+                largest.sqrt()
+            },
+        )
     }
 
     /// How a joint's stretch-shear rows change as body a, with the connector's `arm`, turns and takes the frame along that its

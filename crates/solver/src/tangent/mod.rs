@@ -13,8 +13,8 @@
 //! small compliances are. K is symmetric where g is the gradient of an energy. What is not is
 //! left out: a part of the inertia that is of first order in the turn from the predicted pose, BDF2's gyroscopic share (half
 //! of which would couple tilts of an axis to the spin about it, which is light, as the whole does not), and how frames turn in
-//! which stretch is measured (of first order in the strain, and in what inner damping of stretch remembers of it). So
-//! convergence is nearly quadratic.
+//! which stretch is measured (of first order in the strain, and in what inner damping of stretch remembers of it). Steps
+//! bring the inertia's part in by a second solve with the same factor, so that convergence is quadratic.
 
 mod cholesky;
 pub mod curvature;
