@@ -9,6 +9,7 @@ use crate::component::{BodyPose, Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
+use crate::kernel::dispatch::vectorized;
 use crate::linear::LinearSolver;
 use crate::start::StepGuess;
 use crate::step::{Interval, StepParams};
@@ -113,6 +114,8 @@ pub(crate) fn attempt_exactly(
     guess: &mut dyn StepGuess<f64>,
     counters: &mut Counters,
 ) -> Attempt<f64> {
+    // The exact tangent takes bodies and joints together.
+    component.is_apart = true;
     let mut attempt = begin(component, interval, params, guess, counters);
     let mut before = attempt.residuals.worst();
     for iteration in 0..params.max_iterations.saturating_mul(2) {
@@ -129,6 +132,10 @@ pub(crate) fn attempt_exactly(
             tangents.count(found.is_some());
         }
         attempt.residuals = found.unwrap_or_else(|| {
+            vectorized(
+                #[inline(always)]
+                || component.bring_momentum_in(),
+            );
             solve(component, iteration, 1, solver, guess, counters);
             update(component, params.formulation, 1.0, counters);
             let mut watch = Stopwatch::start();
@@ -137,5 +144,6 @@ pub(crate) fn attempt_exactly(
             residuals
         });
     }
+    component.is_apart = false;
     attempt
 }

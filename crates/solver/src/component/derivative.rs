@@ -29,8 +29,12 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     pub(super) fn missed(&self, j: usize) -> Spatial<T> {
         let (system, terms) = (&self.system, &self.system.joints[j]);
+        let rhs = terms.to_world(terms.rhs, system.frame(j));
+        if self.is_apart {
+            return rhs;
+        }
         // The right-hand side of the dual system has J M^-1 g in it.
-        terms.to_world(terms.rhs, system.frame(j)).plus(system.constraint_change(j, &self.momentum), T::splat(1.0))
+        rhs.plus(system.constraint_change(j, &self.momentum), T::splat(1.0))
     }
 
     /// Whether a body is held, or an anchor.

@@ -223,18 +223,26 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Carries the corrections in `momentum` over to residuals and right-hand sides.
+    /// Carries the corrections in `momentum` over to the residuals, and to the right-hand sides if they are not kept apart.
     #[inline(always)]
     fn add_momentum(&mut self, worst: &mut Residuals<T>) {
-        let Self { system, momentum, .. } = self;
         let mut largest = T::zero();
-        for (constants, dp) in self.bodies.iter().zip(momentum.iter()).take(self.segments) {
+        for (constants, dp) in self.bodies.iter().zip(&self.momentum).take(self.segments) {
             let size = dp.linear.norm_squared() / (constants.length * constants.length);
             let turn = dp.angular.norm_squared();
             largest = largest.max(size).max(turn);
             worst.check += size + turn;
         }
         worst.momentum = largest.sqrt();
+        if !self.is_apart {
+            self.bring_momentum_in();
+        }
+    }
+
+    /// Carries the corrections in `momentum` over to the right-hand sides: `b += J M^-1 g`.
+    #[inline(always)]
+    pub(crate) fn bring_momentum_in(&mut self) {
+        let Self { system, momentum, .. } = self;
         for j in 0..system.joints.len() {
             let q_a = system.frame(j);
             let terms = &system.joints[j];

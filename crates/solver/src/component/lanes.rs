@@ -146,6 +146,7 @@ impl<T: Real> Component<T> {
             dlambda: vec![Spatial::zero(); self.lambda.len()],
             scratch: vec![Spatial::zero(); self.scratch.len()],
             momentum: Vec::new(),
+            is_apart: false,
             pulls: vec![Vec3::zero(); self.pulls.len()],
             held: self.held.iter().map(|held| pick(*held, lane)).collect(),
             pushes: Vec::new(),

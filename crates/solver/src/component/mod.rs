@@ -181,6 +181,8 @@ pub struct Component<T> {
     scratch: Vec<Spatial<T>>,
     /// Per body: the correction (dx, dphi) that the momentum residual asks for; empty where it is not used.
     momentum: Vec<Spatial<T>>,
+    /// Whether the right-hand sides of the dual system are left without what those corrections ask of joints.
+    pub(crate) is_apart: bool,
     /// Per body: the force times dt^2 by which its axis is pulled, for the geometric stiffness.
     pulls: Vec<Vec3<T>>,
     /// The pulls as forces at the end of the last step [N m].
@@ -264,6 +266,7 @@ impl<T: Real> Component<T> {
             dlambda: vec![Spatial::zero(); joints],
             scratch: vec![Spatial::zero(); bodies],
             momentum: Vec::new(),
+            is_apart: false,
             pulls: vec![Vec3::zero(); bodies],
             held: vec![Vec3::zero(); bodies],
             pushes: Vec::new(),

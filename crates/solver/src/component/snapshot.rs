@@ -36,6 +36,7 @@ impl<T: Real> Component<T> {
             dlambda: _,
             scratch: _,
             momentum: _,
+            is_apart: _,
             pulls: _,
             pulls_hold: _,
             pushes: _,
