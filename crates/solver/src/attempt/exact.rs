@@ -4,12 +4,15 @@
 //! residual. What the tangent leaves out of a step is put right by a second solve with the same factor (deferred correction),
 //! where it would be felt. Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
 
+use nalgebra::Vector3;
+
 use super::{Attempt, TangentChoice, begin, evaluate, may_go_on, solve, update};
 use crate::component::{BodyPose, Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
+use crate::kernel::math::Vec3;
 use crate::linear::LinearSolver;
 use crate::start::StepGuess;
 use crate::step::{Interval, StepParams};
@@ -29,7 +32,7 @@ pub(crate) struct Exact {
     equations: Equations,
     elimination: Elimination,
     /// One entry a body: what the tangent leaves out.
-    left_out: Vec<Spatial<f64>>,
+    left_out: Vec<Vec3<f64>>,
     dp: Vec<Spatial<f64>>,
     poses: Vec<BodyPose<f64>>,
     lambda: Vec<Spatial<f64>>,
@@ -74,7 +77,10 @@ impl Exact {
             let now = residuals.worst();
             let left = component.left_out(equations, &elimination.corrections, left_out);
             if left > target.max(OF_SQUARE * now * now) {
-                elimination.solve_again(equations, left_out);
+                for (body, left_out) in equations.bodies.iter_mut().zip(left_out) {
+                    body.defect[1] += Vector3::from(left_out.0);
+                }
+                elimination.solve_again(equations);
             }
         }
         watch.mark(&mut counters.times.solve);

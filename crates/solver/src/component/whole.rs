@@ -9,7 +9,6 @@ use nalgebra::{Matrix3, Vector6};
 use super::Component;
 use super::multistep::gyroscopic;
 use super::tangent::vector;
-use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::tangent::Equations;
@@ -104,24 +103,24 @@ impl Component<f64> {
 
     /// What the exact tangent leaves out of the torques on bodies as they move by `dp`, with its sign turned, one entry a body
     /// [kg m^2]; returns the largest residual [rad] that it would leave. Equations are those of [`Self::gather`].
-    pub(crate) fn left_out(&self, equations: &Equations, dp: &[Vector6<f64>], forces: &mut Vec<Spatial<f64>>) -> f64 {
-        forces.clear();
-        forces.resize(self.poses.len(), Spatial::zero());
+    pub(crate) fn left_out(&self, equations: &Equations, dp: &[Vector6<f64>], torques: &mut Vec<Vec3<f64>>) -> f64 {
+        torques.clear();
+        torques.resize(self.poses.len(), Vec3::zero());
         let dt2 = self.effective * self.effective;
         // Torques that do not turn along with the body.
         for load in &self.loads {
-            forces[load.body].angular += load.torque * dt2;
+            torques[load.body] += load.torque * dt2;
         }
-        for (own, pushed) in forces.iter_mut().zip(&self.pushed) {
-            own.angular += pushed.angular;
+        for (own, pushed) in torques.iter_mut().zip(&self.pushed) {
+            *own += pushed.angular;
         }
         let bodies = equations.bodies.iter().zip(dp);
         vectorized(
             #[inline(always)]
             || {
                 let mut largest = 0.0_f64;
-                for (i, (own, (body, dp))) in forces.iter_mut().zip(bodies).enumerate() {
-                    let constant = std::mem::replace(own, Spatial::zero()).angular;
+                for (i, (own, (body, dp))) in torques.iter_mut().zip(bodies).enumerate() {
+                    let constant = std::mem::replace(own, Vec3::zero());
                     if body.is_held() {
                         continue;
                     }
@@ -129,8 +128,8 @@ impl Component<f64> {
                     let [of_inertia, beyond] = self.lopsided_inertia(i, by);
                     // What turns along with the body balances the inertia's torque but for the defect.
                     let turning_along = of_inertia + Vec3(body.defect[1].into()) - constant;
-                    own.angular = -(beyond + turning_along.cross(by) * 0.5);
-                    let left = self.system.bodies[i].inverse_inertia.apply(own.angular);
+                    *own = -(beyond + turning_along.cross(by) * 0.5);
+                    let left = self.system.bodies[i].inverse_inertia.apply(*own);
                     largest = largest.max(left.norm_squared());
                 }
                 largest.sqrt()

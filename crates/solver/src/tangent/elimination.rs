@@ -25,7 +25,6 @@ use super::Equations;
 use super::halves::Halves;
 use super::problem::Problem;
 use super::sweep::Sweep;
-use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::topology::Topology;
 
@@ -89,15 +88,15 @@ impl Elimination {
         self.solve_with(equations, true)
     }
 
-    /// Solves the equations of the last solve again with further forces and torques on bodies, one entry a body, by its factor.
-    /// Returns whether it could: rings have no such way.
-    pub(crate) fn solve_again(&mut self, equations: &Equations, forces: &[Spatial<f64>]) -> bool {
+    /// Solves equations that differ from those of the last solve in their right-hand sides alone, by its factor; returns whether
+    /// it could: rings have no such way.
+    pub(crate) fn solve_again(&mut self, equations: &Equations) -> bool {
         let Self { topology, memory, corrections, multipliers, .. } = self;
         let Memory::Tree(sweep, halves) = memory else { return false };
         let problem = Problem { topology, far: None, equations };
         vectorized(
             #[inline(always)]
-            || halves.solve_with(forces, sweep, &problem, corrections, multipliers),
+            || halves.solve_again(sweep, &problem, corrections, multipliers),
         );
         true
     }

@@ -45,11 +45,10 @@ impl Halves {
         true
     }
 
-    /// Solves the equations of the last problem again, with further forces on its bodies.
+    /// Solves for other right-hand sides of the last problem.
     #[inline(always)]
-    pub(super) fn solve_with(
+    pub(super) fn solve_again(
         &mut self,
-        forces: &[Spatial<f64>],
         sweep: &mut Sweep<1>,
         problem: &Problem<'_>,
         corrections: &mut [Vector6<f64>],
@@ -57,12 +56,12 @@ impl Halves {
     ) {
         let (nodes, fold, first) = self.places(problem);
         sweep.begin_carrying();
-        sweep.carry(problem, forces, 0..first);
+        sweep.carry(problem, 0..first);
         if fold > 0 {
-            self.carry(sweep, problem, forces, first);
+            self.carry(sweep, problem, first);
         }
-        sweep.carry(problem, forces, first + 2 * fold..nodes);
-        sweep.end_carrying(problem, forces);
+        sweep.carry(problem, first + 2 * fold..nodes);
+        sweep.end_carrying(problem);
         self.substitute(sweep, problem, corrections, multipliers);
     }
 
@@ -138,14 +137,14 @@ impl Halves {
         true
     }
 
-    /// Adds forces on bodies in both halves.
+    /// Takes other right-hand sides in both halves.
     #[inline(always)]
-    fn carry(&mut self, sweep: &mut Sweep<1>, problem: &Problem<'_>, forces: &[Spatial<f64>], first: usize) {
+    fn carry(&mut self, sweep: &mut Sweep<1>, problem: &Problem<'_>, first: usize) {
         let fold = self.factors.len();
         let nodes = problem.nodes();
         let start = |sweep: &Sweep<1>, node: &Node| match node.follows {
             true => sweep.carried(node.outer as usize),
-            false => forces[node.outer as usize],
+            false => problem.force(node.outer),
         };
         let mut carried = Spatial::both(start(sweep, &nodes[first]), start(sweep, &nodes[first + fold]));
         let mut last = [0; 2];
@@ -156,13 +155,13 @@ impl Halves {
             if self.apart[k] {
                 for (side, node) in [a, b].into_iter().enumerate() {
                     sweep.set_carried(node.outer as usize, carried.one(side));
-                    sweep.carry_one(problem, forces, pair[side]);
+                    sweep.carry_one(problem, pair[side]);
                 }
                 carried = Spatial::both(sweep.carried(last[0]), sweep.carried(last[1]));
             } else {
                 let terms = Terms::both(&problem.terms(a), &problem.terms(b));
                 let added = self.factors[k].carry(&terms, carried);
-                carried = Spatial::both(forces[last[0]], forces[last[1]]).plus(added, Both::splat(1.0));
+                carried = Spatial::both(problem.force(a.inner), problem.force(b.inner)).plus(added, Both::splat(1.0));
             }
         }
         for (side, body) in last.into_iter().enumerate() {

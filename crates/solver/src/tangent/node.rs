@@ -188,13 +188,13 @@ impl<T: Real, const M: usize> Factor<T, M> {
         left.turning = turning + Sym3([both(0, 0), both(1, 1), both(2, 2), both(0, 1), both(0, 2), both(1, 2)]);
         let bend = Series::new(Root::new(terms.compliance[1]), turning, rows, alone);
         bend.take_off(&mut left, &mut forces);
-        let added = Self::on_inner(terms, &left, &forces);
+        let added = Left { stiffness: left.seen(terms.arms[1]), forces: Self::on_inner(terms, &forces) };
         (Self { parts: [stretch, bend] }, added)
     }
 
-    /// What is left of a node as the inner body sees it.
+    /// Forces of a node on the inner body, from those in the joint's rows.
     #[inline(always)]
-    fn on_inner(terms: &Terms<T>, left: &Stiffness<T>, forces: &[[T; M]; 6]) -> Left<T, M> {
+    fn on_inner(terms: &Terms<T>, forces: &[[T; M]; 6]) -> [[T; M]; 6] {
         let mut added = [[T::zero(); M]; 6];
         for c in 0..M {
             let x = column(forces, c);
@@ -204,7 +204,7 @@ impl<T: Real, const M: usize> Factor<T, M> {
             }
             set_column(&mut added, c, terms.on_inner(x));
         }
-        Left { stiffness: left.seen(terms.arms[1]), forces: added }
+        added
     }
 
     /// Whether the energy of the node and of all beyond it is at a minimum with the inner body held.
@@ -237,15 +237,30 @@ impl<T: Real, const M: usize> Factor<T, M> {
 }
 
 impl<T: Real> Factor<T, 1> {
-    /// Adds a force on the outer body; returns what it adds to that on the inner one.
+    /// Takes another right-hand side, that of `terms` and a force on the outer body; returns the force on the inner one.
+    ///
+    /// P, of which three rows are known from stretch-shear before its elimination and three from bend-twist after it, takes
+    /// `P rhs` off the forces.
     #[inline(always)]
     pub(super) fn carry(&mut self, terms: &Terms<T>, force: Spatial<T>) -> Spatial<T> {
-        let mut forces = terms.on_outer(force).to_array();
-        for (first, part) in [0, 3].into_iter().zip(&mut self.parts) {
-            part.carry(first, &mut forces);
+        let rhs = terms.rhs.to_array();
+        let [f0, f1, f2, f3, f4, f5] = terms.on_outer(force).to_array();
+        let [stretch, bend] = &mut self.parts;
+        stretch.take([f0, f1, f2], rhs);
+        let alone = stretch.alone.map(|[x]| x);
+        let along = stretch.along(rhs);
+        let [p0, p1, p2] = stretch.undone(along).0;
+        let [e3, e4, e5] = terms.coupling.map(|row| Vec3(row).dot(terms.rhs.angular));
+        let mut forces = [f0 - p0, f1 - p1, f2 - p2, f3 + e3, f4 + e4, f5 + e5];
+        let both = [alone[0] + along[0], alone[1] + along[1], alone[2] + along[2]];
+        stretch.take_off_forces(alone, both, &mut forces);
+        bend.take([forces[3], forces[4], forces[5]], rhs);
+        let alone = bend.alone.map(|[x]| x);
+        for (force, p) in forces[3..].iter_mut().zip(bend.undone(bend.along(rhs)).0) {
+            *force -= p;
         }
-        let left = Spatial::from_array(forces);
-        terms.on_inner(Spatial { linear: -left.linear, angular: -left.angular })
+        bend.take_off_forces(alone, alone, &mut forces);
+        column(&Self::on_inner(terms, &forces.map(|x| [x])), 0)
     }
 }
 

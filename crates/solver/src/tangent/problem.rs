@@ -61,6 +61,12 @@ impl Problem<'_> {
         self.is_held(body) || self.far == Some(body as usize)
     }
 
+    /// Force and torque on a body.
+    #[inline(always)]
+    pub(super) fn force(&self, body: u32) -> Spatial<f64> {
+        spatial(&self.equations.bodies[body as usize].defect)
+    }
+
     /// A body before any of its joints is eliminated.
     #[inline(always)]
     pub(super) fn fresh<const M: usize>(&self, body: u32) -> Left<f64, M> {

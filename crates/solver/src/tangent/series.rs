@@ -218,21 +218,54 @@ impl<T: Real, const M: usize> Series<T, M> {
 }
 
 impl<T: Real> Series<T, 1> {
-    /// Adds forces, of which those from `first` on are these rows', to the right-hand side; takes off what the rows yield to
-    /// them.
+    /// Takes another right-hand side: `alone` less what the rows are for a movement u.
     #[inline(always)]
-    pub(super) fn carry(&mut self, first: usize, forces: &mut [T; 6]) {
-        let mut added = self.root.gather([[forces[first]], [forces[first + 1]], [forces[first + 2]]]);
-        let [m10, m20, m21] = self.lower;
-        let (q0, q1) = (self.weight(0), self.weight(1));
-        subtract(&mut added, [m10 * q0, m20 * q0, m21 * q1]);
+    pub(super) fn take(&mut self, alone: [T; 3], u: [T; 6]) {
+        let mut alone = self.root.gather(alone.map(|x| [x]));
+        subtract(&mut alone, self.reduction());
+        let moved = self.along(u);
         for k in 0..3 {
-            let yielded = self.weight(k) * added[k][0];
-            for r in 0..6 {
-                forces[r] -= self.rows[k][r] * yielded;
-            }
-            self.alone[k][0] += added[k][0];
+            self.alone[k][0] = alone[k][0] - moved[k];
         }
+    }
+
+    /// The rows, forward substituted, along a movement.
+    #[inline(always)]
+    pub(super) fn along(&self, u: [T; 6]) -> [T; 3] {
+        let mut out = [T::zero(); 3];
+        for k in 0..3 {
+            for c in 0..6 {
+                out[k] += self.rows[k][c] * u[c];
+            }
+        }
+        out
+    }
+
+    /// Undoes the forward substitution of three rows.
+    #[inline(always)]
+    pub(super) fn undone(&self, [x0, x1, x2]: [T; 3]) -> Vec3<T> {
+        let [c10, c20, c21] = self.reduction();
+        self.root.apply_inverse_transposed([x0, x1 + c10 * x0, x2 + c20 * x0 + c21 * x1])
+    }
+
+    /// Takes off forces what the rows yield to `of_shifts`, in the first three of them, and to `of_turns`.
+    #[inline(always)]
+    pub(super) fn take_off_forces(&self, of_shifts: [T; 3], of_turns: [T; 3], forces: &mut [T; 6]) {
+        for k in 0..3 {
+            let weight = self.weight(k);
+            let (shift, turn) = (weight * of_shifts[k], weight * of_turns[k]);
+            for r in 0..3 {
+                forces[r] -= self.rows[k][r] * shift;
+                forces[3 + r] -= self.rows[k][3 + r] * turn;
+            }
+        }
+    }
+
+    /// Shares of rows that the elimination has taken off later ones: entries (1, 0), (2, 0), (2, 1).
+    #[inline(always)]
+    fn reduction(&self) -> [T; 3] {
+        let ([m10, m20, m21], first) = (self.lower, self.weight(0));
+        [m10 * first, m20 * first, m21 * self.weight(1)]
     }
 }
 

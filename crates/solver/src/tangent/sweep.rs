@@ -259,53 +259,56 @@ impl<const M: usize> Sweep<M> {
 }
 
 impl Sweep<1> {
-    /// Adds forces on bodies to a system that has been solved.
-    #[inline(always)]
-    pub(super) fn carry(&mut self, problem: &Problem<'_>, forces: &[Spatial<f64>], nodes: std::ops::Range<usize>) {
-        for k in nodes {
-            self.carry_one(problem, forces, k);
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn carry_one(&mut self, problem: &Problem<'_>, forces: &[Spatial<f64>], k: usize) {
-        let node = problem.nodes()[k];
-        let terms = problem.terms(&node);
-        let [outer, inner] = [node.outer as usize, node.inner as usize];
-        let mut added = Spatial::zero();
-        if !problem.is_apart(node.outer) {
-            let own = if node.follows { self.carried(outer) } else { forces[outer] };
-            added = self.factors[k].carry(&terms, own);
-        }
-        if !problem.is_held(node.inner) {
-            let own = if node.resumes { self.carried(inner) } else { forces[inner] };
-            self.set_carried(inner, own.plus(added, 1.0));
-        }
-        if node.leaves == Leaves::Nothing {
-            let own = self.carried(inner);
-            self.carry_to_root(own);
-        }
-    }
-
-    /// Begins to add forces.
+    /// Begins to take other right-hand sides of a system that has been solved.
     pub(super) fn begin_carrying(&mut self) {
         self.roots_left = 0;
     }
 
-    /// Ends that: a single body has no node.
-    pub(super) fn end_carrying(&mut self, problem: &Problem<'_>, forces: &[Spatial<f64>]) {
-        if problem.nodes().is_empty() {
-            self.carry_to_root(forces[0]);
+    /// Takes them at nodes in turn.
+    #[inline(always)]
+    pub(super) fn carry(&mut self, problem: &Problem<'_>, nodes: std::ops::Range<usize>) {
+        for k in nodes {
+            self.carry_one(problem, k);
         }
     }
 
-    fn carry_to_root(&mut self, force: Spatial<f64>) {
+    #[inline(always)]
+    pub(super) fn carry_one(&mut self, problem: &Problem<'_>, k: usize) {
+        let node = problem.nodes()[k];
+        let terms = problem.terms(&node);
+        let [outer, inner] = [node.outer as usize, node.inner as usize];
+        let added = if problem.is_apart(node.outer) {
+            let [stretch, bend] = problem.hold(&node, &terms).unwrap_or([Sym3::zero(); 2]);
+            let rhs = terms.rhs;
+            terms.on_inner(Spatial { linear: stretch.apply(rhs.linear), angular: bend.apply(rhs.angular) })
+        } else {
+            let own = if node.follows { self.carried(outer) } else { problem.force(node.outer) };
+            self.factors[k].carry(&terms, own)
+        };
+        if !problem.is_held(node.inner) {
+            let own = if node.resumes { self.carried(inner) } else { problem.force(node.inner) };
+            self.set_carried(inner, own.plus(added, 1.0));
+        }
+        if node.leaves == Leaves::Nothing {
+            self.carry_to_root(inner);
+        }
+    }
+
+    /// Ends that: a single body has no node.
+    pub(super) fn end_carrying(&mut self, problem: &Problem<'_>) {
+        if problem.nodes().is_empty() {
+            self.set_carried(0, problem.force(0));
+            self.carry_to_root(0);
+        }
+    }
+
+    fn carry_to_root(&mut self, body: usize) {
+        let force = self.left[body].forces;
         let root = &mut self.roots[self.roots_left];
         self.roots_left += 1;
-        let Some(factor) = &root.factor else { return };
-        let (rows, _) = factor.forward(&force.to_array().map(|x| [x]));
-        for (own, [added]) in root.movement.iter_mut().zip(factor.backward(rows)) {
-            own[0] += added;
+        if let Some(factor) = &root.factor {
+            let (rows, _) = factor.forward(&force);
+            root.movement = factor.backward(rows);
         }
     }
 
