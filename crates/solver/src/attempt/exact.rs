@@ -2,7 +2,7 @@
 //!
 //! An iteration tries the whole step of [`crate::tangent`], then halves of it, and takes the first that leaves less of the
 //! residual. What the tangent leaves out of a step is put right by a second solve with the same factor (deferred correction),
-//! where it would be felt. Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
+//! where it would be felt. The last iteration takes the factor of the one before, where that is enough (Shamanskii 1967). Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
 
 use nalgebra::Vector3;
 
@@ -23,6 +23,9 @@ use crate::topology::Topology;
 /// What the tangent leaves out is put right where it would leave more than this share of the square of the residual: Newton's
 /// method itself leaves about as much.
 const OF_SQUARE: f64 = 0.1;
+/// An iteration takes the factor of the one before where that leaves less than the target: this many times the product of the
+/// residuals before both.
+const OF_PRODUCT: f64 = 0.2;
 /// Shares of a step that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
@@ -31,6 +34,8 @@ const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 pub(crate) struct Exact {
     equations: Equations,
     elimination: Elimination,
+    /// The residual that the factor was made for, as long as a further iteration may take it; infinite where none may.
+    factored_at: f64,
     /// One entry a body: what the tangent leaves out.
     left_out: Vec<Vec3<f64>>,
     dp: Vec<Spatial<f64>>,
@@ -49,6 +54,7 @@ impl Exact {
                 rows: Vec::new(),
             },
             elimination: Elimination::new(topology)?,
+            factored_at: f64::INFINITY,
             left_out: Vec::with_capacity(bodies),
             dp: Vec::with_capacity(bodies),
             poses: Vec::with_capacity(bodies),
@@ -69,19 +75,27 @@ impl Exact {
             return None;
         }
         let mut watch = Stopwatch::start();
-        let Self { equations, elimination, left_out, dp, poses, lambda } = self;
-        component.gather(equations, 1.0);
-        watch.mark(&mut counters.times.assemble);
-        let is_solved = elimination.solve(equations);
-        if is_solved {
-            let now = residuals.worst();
-            let left = component.left_out(equations, &elimination.corrections, left_out);
-            if left > target.max(OF_SQUARE * now * now) {
-                for (body, left_out) in equations.bodies.iter_mut().zip(left_out) {
-                    body.defect[1] += Vector3::from(left_out.0);
-                }
-                elimination.solve_again(equations);
+        let Self { equations, elimination, factored_at, left_out, dp, poses, lambda } = self;
+        let now = residuals.worst();
+        let is_again = OF_PRODUCT * *factored_at * now <= target && {
+            component.gather_right_hand_sides(equations);
+            watch.mark(&mut counters.times.assemble);
+            elimination.solve_again(equations)
+        };
+        let is_solved = is_again || {
+            component.gather(equations, 1.0);
+            watch.mark(&mut counters.times.assemble);
+            elimination.solve(equations)
+        };
+        *factored_at = if is_again || elimination.mended > 0 { f64::INFINITY } else { now };
+        if is_solved
+            && !is_again
+            && component.left_out(equations, &elimination.corrections, left_out) > target.max(OF_SQUARE * now * now)
+        {
+            for (body, left_out) in equations.bodies.iter_mut().zip(left_out) {
+                body.defect[1] += Vector3::from(left_out.0);
             }
+            elimination.solve_again(equations);
         }
         watch.mark(&mut counters.times.solve);
         if !is_solved {
@@ -96,6 +110,7 @@ impl Exact {
             let found = evaluate(component, Formulation::Newton, counters);
             watch.mark(&mut counters.times.assemble);
             if found.check.is_finite() && found.worst() < residuals.worst() {
+                *factored_at = if share < 1.0 { f64::INFINITY } else { *factored_at };
                 component.solves += 1;
                 counters.iterations += 1;
                 counters.segment_iterations += component.segments() as u64;
@@ -120,6 +135,7 @@ pub(crate) fn attempt_exactly(
     guess: &mut dyn StepGuess<f64>,
     counters: &mut Counters,
 ) -> Attempt<f64> {
+    exact.factored_at = f64::INFINITY;
     // The exact tangent takes bodies and joints together.
     component.is_apart = true;
     let mut attempt = begin(component, interval, params, guess, counters);

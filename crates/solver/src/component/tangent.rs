@@ -34,6 +34,23 @@ impl Component<f64> {
         );
     }
 
+    /// Gathers their right-hand sides alone.
+    pub(crate) fn gather_right_hand_sides(&self, Equations { bodies, joints, .. }: &mut Equations) {
+        vectorized(
+            #[inline(always)]
+            || {
+                for (i, body) in bodies.iter_mut().enumerate().filter(|(_, body)| !body.is_held()) {
+                    let defect = self.defect(i);
+                    body.defect = [vector(defect.linear), vector(defect.angular)];
+                }
+                for (j, joint) in joints.iter_mut().enumerate() {
+                    let rhs = self.missed(j);
+                    joint.rhs = [vector(rhs.linear), vector(rhs.angular)];
+                }
+            },
+        );
+    }
+
     #[inline(always)]
     fn gather_all(&self, Equations { bodies, joints, rows }: &mut Equations, share: f64) {
         bodies.clear();
