@@ -1,5 +1,7 @@
 //! A component beside itself in dual numbers: what a step's equations change by, and how bodies follow.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use rod::{Air, Model};
 
@@ -229,8 +231,10 @@ impl<const D: usize> Component<Dual<D>> {
 /// What a step begins with.
 #[derive(Clone, Debug)]
 pub(crate) struct Begin {
-    poses: Vec<BodyPose<f64>>,
+    /// Those that the step before ended with, as a rule, and then kept once.
+    pub(crate) poses: Arc<Vec<BodyPose<f64>>>,
     velocities: Vec<Spatial<f64>>,
+    /// Empty where nothing was given.
     given: Vec<f64>,
     has_given: bool,
     last_dt: f64,
@@ -298,9 +302,9 @@ impl Component<f64> {
     /// What the step under way, which has not ended yet, began with.
     pub(crate) fn begin(&self) -> Begin {
         Begin {
-            poses: self.start.clone(),
+            poses: Arc::new(self.start.clone()),
             velocities: self.velocities.clone(),
-            given: self.given.clone(),
+            given: if self.has_given { self.given.clone() } else { Vec::new() },
             has_given: self.has_given,
             last_dt: self.last_dt,
             last_effective: self.last_effective,
@@ -314,24 +318,27 @@ impl Begin {
     /// segments come first.
     pub(crate) fn together(parts: &[(Self, Vec<usize>)], [bodies, segments]: [usize; 2]) -> Option<Self> {
         let (first, _) = parts.first()?;
-        let mut all = Self {
-            poses: vec![*first.poses.first()?; bodies],
-            velocities: vec![Spatial::zero(); bodies],
-            given: vec![-1.0; bodies],
-            has_given: parts.iter().any(|(part, _)| part.has_given),
+        let has_given = parts.iter().any(|(part, _)| part.has_given);
+        let mut poses = vec![*first.poses.first()?; bodies];
+        let mut velocities = vec![Spatial::zero(); bodies];
+        let mut given = vec![-1.0; if has_given { bodies } else { 0 }];
+        for (part, places) in parts {
+            scatter(&mut poses, &part.poses, places);
+            scatter(&mut velocities, &part.velocities, places);
+            scatter(&mut given, &part.given, places);
+        }
+        Some(Self {
+            poses: Arc::new(poses),
+            velocities,
+            given,
+            has_given,
             last_dt: first.last_dt,
             last_effective: first.last_effective,
             steps: StepsBefore::together(
                 parts.iter().filter_map(|(part, places)| Some((part.steps.as_ref()?, places.as_slice()))),
                 segments,
             ),
-        };
-        for (part, places) in parts {
-            scatter(&mut all.poses, &part.poses, places);
-            scatter(&mut all.velocities, &part.velocities, places);
-            scatter(&mut all.given, &part.given, places);
-        }
-        Some(all)
+        })
     }
 }
 
@@ -345,14 +352,14 @@ pub(crate) fn scatter<T: Copy>(all: &mut [T], part: &[T], places: &[usize]) {
 impl<T: Real> Component<T> {
     /// Goes back to where a step began, as constants.
     pub(crate) fn begin_at(&mut self, begin: &Begin) {
-        for (own, pose) in self.poses.iter_mut().zip(&begin.poses) {
+        for (own, pose) in self.poses.iter_mut().zip(begin.poses.iter()) {
             *own = BodyPose::splat(pose);
         }
         for (own, from) in self.velocities.iter_mut().zip(&begin.velocities) {
             *own = Spatial::splat(*from);
         }
-        for (own, from) in self.given.iter_mut().zip(&begin.given) {
-            *own = T::splat(*from);
+        for (i, own) in self.given.iter_mut().enumerate() {
+            *own = T::splat(begin.given.get(i).copied().unwrap_or(-1.0));
         }
         self.has_given = begin.has_given;
         self.last_dt = T::splat(begin.last_dt);

@@ -1,5 +1,7 @@
 //! What derivatives need of a step that a simulation has accepted.
 
+use std::sync::Arc;
+
 use rod::Body;
 
 use crate::component::{Begin, BodyPose, Component, Members, scatter};
@@ -16,7 +18,7 @@ pub(crate) struct Substep {
     /// What it began with.
     pub(crate) begin: Begin,
     /// Poses at its end.
-    pub(crate) poses: Vec<BodyPose<f64>>,
+    pub(crate) poses: Arc<Vec<BodyPose<f64>>>,
     /// Multipliers.
     pub(crate) lambda: Vec<Spatial<f64>>,
     /// Contacts that press at its end.
@@ -29,8 +31,15 @@ impl Substep {
     /// The one that a component has just been solved for.
     pub(crate) fn of(component: &Component<f64>) -> Self {
         let interval = Interval { time: component.time(), dt: component.dt() };
-        let (poses, lambda) = (component.poses.clone(), component.lambda.clone());
+        let (poses, lambda) = (Arc::new(component.poses.clone()), component.lambda.clone());
         Self { interval, begin: component.begin(), poses, lambda, touching: Vec::new(), begins_anew: false }
+    }
+
+    /// Lets poses be kept once that the step `before` ended with and this one begins with.
+    pub(crate) fn share_poses(&mut self, before: &Self) {
+        if self.begin.poses == before.poses {
+            self.begin.poses = before.poses.clone();
+        }
     }
 
     /// The one that sets, which make up `whole`, have just been solved for; `None` where there are none.
@@ -55,7 +64,7 @@ impl Substep {
         Some(Self {
             interval,
             begin: Begin::together(&parts, [bodies, whole.segments.len()])?,
-            poses,
+            poses: Arc::new(poses),
             lambda,
             touching,
             begins_anew,

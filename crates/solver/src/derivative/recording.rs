@@ -128,7 +128,12 @@ impl Recording {
         let Self { run, sets, .. } = self;
         run.step(dt, &mut |members, passed| {
             if let Some(set) = sets.iter_mut().find(|set| set.adjoint.members == *members) {
-                set.kept.extend(passed);
+                for mut passed in passed {
+                    if let Some(before) = set.kept.last() {
+                        passed.substep.share_poses(&before.substep);
+                    }
+                    set.kept.push(passed);
+                }
             }
             Some(())
         })
