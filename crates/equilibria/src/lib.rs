@@ -20,7 +20,7 @@
 //! ```
 //!
 //! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve), `descent` (Newton's method),
-//! `start`, `canonical`, `network` and `learned` (starts that a network proposes), `level` (from a coarse cut to a finer one), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
+//! `start`, `known` (starts at answers), `canonical`, `network` and `learned` (starts that a network proposes), `level` (from a coarse cut to a finer one), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
 //! queries and writes answers.
 
 pub mod answer;
@@ -30,6 +30,7 @@ pub mod derivative;
 mod descent;
 pub mod file;
 mod joint;
+pub mod known;
 pub mod learned;
 mod level;
 pub mod network;

@@ -2,6 +2,7 @@
 
 mod starts;
 
+use equilibria::known::{Known, Previous};
 use equilibria::learned::Learned;
 use equilibria::sample::Distribution;
 use equilibria::start::{Curves, RandomCurves, Starts};
@@ -12,7 +13,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::precision::clock::thread_time;
 
-pub use starts::{Known, Neighbours, Previous, Slerp};
+pub use starts::{Neighbours, Slerp};
 
 /// Queries that are timed together.
 const CHUNK: usize = 250;

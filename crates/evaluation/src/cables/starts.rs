@@ -2,31 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use equilibria::known::Known;
 use equilibria::start::Starts;
-use equilibria::{Answer, Cut, Query, Scaled};
+use equilibria::{Cut, Query, Scaled};
 use knn::tree::{Nearest, Tree};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-
-/// Turns and the force on the first grip that are known: of an answer, over B / L^2.
-#[derive(Clone, Debug, Default)]
-pub struct Known {
-    turns: Vec<UnitQuaternion<f64>>,
-    force: Vector3<f64>,
-}
-
-impl Known {
-    /// Whether there is anything.
-    pub(super) fn is_known(&self) -> bool {
-        !self.turns.is_empty()
-    }
-
-    /// Those of the lowest equilibrium; `None` where there is none.
-    pub fn of(query: &Query, answer: &Answer) -> Option<Self> {
-        let own = answer.equilibria.first()?;
-        let unit = query.cable.bending[0].max(query.cable.bending[1]) / query.cable.length.powi(2);
-        Some(Self { turns: own.orientations.clone(), force: own.grips[0].force / -unit })
-    }
-}
 
 /// Turns that go evenly from one grip's to the other's.
 pub struct Slerp;
@@ -53,31 +33,6 @@ impl Starts for Slerp {
 
 fn between([a, b]: &[UnitQuaternion<f64>; 2], share: f64) -> UnitQuaternion<f64> {
     a.try_slerp(b, share, 1e-9).unwrap_or(*a)
-}
-
-/// The answers to the queries before, one a query.
-pub struct Previous(
-    /// What is known, on the segments of the answers to come.
-    pub Vec<Known>,
-);
-
-impl Starts for Previous {
-    fn count(&self) -> usize {
-        1
-    }
-
-    fn fill(
-        &self,
-        index: usize,
-        _: &Scaled,
-        _: &Cut,
-        turns: &mut [UnitQuaternion<f64>],
-        forces: &mut [Vector3<f64>],
-    ) -> usize {
-        turns.copy_from_slice(&self.0[index].turns);
-        forces[0] = self.0[index].force;
-        1
-    }
 }
 
 /// Inputs of the search for neighbours.
