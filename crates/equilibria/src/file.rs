@@ -1,4 +1,4 @@
-//! Queries from CSV files, and answers to files.
+//! Queries from files, CSV or safetensors, and answers to files.
 //!
 //! A file that is no table of queries is refused as a whole. A row of which a value is not allowed has its own error, and the
 //! others are answered.
@@ -9,7 +9,7 @@ use std::path::Path;
 
 use export::{ExportError, TableWriter, Tensor, write_atomically};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use safetensors::Dtype;
+use safetensors::{Dtype, SafeTensors};
 use thiserror::Error;
 
 use crate::answer::{Answer, Equilibrium};
@@ -25,12 +25,12 @@ const MORE: [&str; 5] = ["ei2_n_m2", "curvature1_1_m", "curvature2_1_m", "twist_
 
 /// Why a file is refused.
 #[derive(Debug, Error)]
-#[error("{file}: line {line}: {message}")]
+#[error("{file}: {place}{message}")]
 pub struct FileError {
     /// The file.
     pub file: String,
-    /// The line.
-    pub line: u64,
+    /// Where in it, as "line 3: "; empty where all of it is meant.
+    pub place: String,
     /// What is wrong with it.
     pub message: String,
 }
@@ -51,7 +51,7 @@ struct Columns {
 /// # Errors
 /// If a column is missing, not known or there twice, or a row has not as many values as the header.
 pub fn read(text: &str, file: &str) -> Result<Vec<Row>, FileError> {
-    let wrong = |line, message| FileError { file: file.to_owned(), line, message };
+    let wrong = |line: u64, message| FileError { file: file.to_owned(), place: format!("line {line}: "), message };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let header: Vec<String> = match reader.headers() {
         Ok(header) => header.iter().map(str::to_owned).collect(),
@@ -64,12 +64,52 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Row>, FileError> {
             let line = error.position().map_or(1, csv::Position::line);
             wrong(line, "this row has not as many values as the header has columns".to_owned())
         })?;
-        rows.push(columns.query(&header, &record));
+        let value = |column: usize| match &record[column] {
+            "" => Ok(None),
+            text => text.parse::<f64>().map(Some).map_err(|_| format!("`{text:.40}`")),
+        };
+        rows.push(columns.query(&header, &value));
     }
     if rows.is_empty() {
         return Err(wrong(1, "there are no rows below the header".to_owned()));
     }
     Ok(rows)
+}
+
+/// The queries in the bytes of a safetensors file: a tensor a column, named as in a CSV file, of f64 or f32 [rows]. An end is free
+/// where all of its numbers are NaN.
+///
+/// # Errors
+/// If it is no such file, a tensor is missing, not known, of another type or of another shape than the others.
+pub fn read_tensors(bytes: &[u8], file: &str) -> Result<Vec<Row>, FileError> {
+    let wrong = |message: String| FileError { file: file.to_owned(), place: String::new(), message };
+    let tensors = SafeTensors::deserialize(bytes).map_err(|error| wrong(format!("is no safetensors file: {error}")))?;
+    let mut header: Vec<String> = tensors.names().into_iter().map(str::to_owned).collect();
+    header.sort();
+    let columns = Columns::new(&header).map_err(|message| wrong(message.replace("column", "tensor")))?;
+    let mut values: Vec<Vec<f64>> = Vec::new();
+    for name in &header {
+        let tensor = tensors.tensor(name).map_err(|error| wrong(format!("tensor `{name}`: {error}")))?;
+        let own: Vec<f64> = match tensor.dtype() {
+            Dtype::F64 => tensor.data().as_chunks().0.iter().map(|&x| f64::from_le_bytes(x)).collect(),
+            Dtype::F32 => tensor.data().as_chunks().0.iter().map(|&x| f64::from(f32::from_le_bytes(x))).collect(),
+            other => return Err(wrong(format!("tensor `{name}` is of {other:?}, but it must be of F64 or F32"))),
+        };
+        let rows = values.first().map_or(own.len(), Vec::len);
+        if tensor.shape() != [rows] || rows == 0 {
+            let shape = tensor.shape();
+            return Err(wrong(format!(
+                "tensor `{name}` has the shape {shape:?}, but it must be [rows], the same in all"
+            )));
+        }
+        values.push(own);
+    }
+    let is_end: Vec<bool> = header.iter().map(|name| END.contains(&name.as_str())).collect();
+    let row = |row: usize| {
+        let value = |column: usize| Ok(Some(values[column][row]).filter(|x| !(x.is_nan() && is_end[column])));
+        columns.query(&header, &value)
+    };
+    Ok((0..values.first().map_or(0, Vec::len)).map(row).collect())
 }
 
 impl Columns {
@@ -99,14 +139,16 @@ impl Columns {
         Ok(columns)
     }
 
-    fn query(&self, header: &[String], record: &csv::StringRecord) -> Row {
+    /// The query of a row, of which `value` is a column's number, nothing, or what stands there in the place of a number.
+    fn query(&self, header: &[String], value: &dyn Fn(usize) -> Result<Option<f64>, String>) -> Row {
         let number = |column: usize| {
-            let text = &record[column];
-            text.parse::<f64>().map_err(|_| format!("{} = `{text:.40}`, but it must be a number", header[column]))
+            let wrong = |found: &str| format!("{} = {found}, but it must be a number", header[column]);
+            value(column).map_err(|found| wrong(&found))?.ok_or_else(|| wrong("``"))
         };
         let [length, bending, torsion, weight] = self.cable;
         let mut cable = Cable::new(number(length)?, number(bending)?, number(torsion)?, number(weight)?);
-        let more = |k: usize| self.more[k].filter(|&column| !record[column].is_empty()).map(number).transpose();
+        let is_there = |column: &usize| !matches!(value(*column), Ok(None));
+        let more = |k: usize| self.more[k].filter(is_there).map(number).transpose();
         if let Some(second) = more(0)? {
             cable.bending[1] = second;
         }
@@ -123,7 +165,7 @@ impl Columns {
             let orientation = UnitQuaternion::new_unchecked(Quaternion::new(qw, qx, qy, qz));
             Ok(Grip { position: Vector3::new(x, y, z), orientation })
         };
-        let held = self.end.filter(|end| end.iter().any(|&column| !record[column].is_empty()));
+        let held = self.end.filter(|end| end.iter().any(is_there));
         let query = Query { cable, start: grip(self.start)?, end: held.map(grip).transpose()? };
         query.validate().map_err(|error| error.to_string())?;
         Ok(query)

@@ -36,7 +36,7 @@ enum Command {
 
 #[derive(Args)]
 struct AnswerArgs {
-    /// The queries: a CSV file, a row a query (docs/equilibria.md has the columns).
+    /// The queries: a CSV or safetensors file, a row a query (docs/equilibria.md has the columns).
     queries: Option<PathBuf>,
     /// The folder to write answers.csv and shapes.safetensors to.
     #[arg(long, default_value = "out/equilibria")]
@@ -128,10 +128,15 @@ fn answer(args: &AnswerArgs) -> Result<ExitCode> {
         rayon::ThreadPoolBuilder::new().num_threads(count).build_global()?;
     }
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    let cannot = || format!("cannot read {name}");
+    let all = match path.extension() {
+        Some(extension) if extension == "safetensors" => {
+            file::read_tensors(&std::fs::read(path).with_context(cannot)?, &name)?
+        }
+        _ => file::read(&std::fs::read_to_string(path).with_context(cannot)?, &name)?,
+    };
     let (part, parts) = args.shard;
-    let rows: Vec<(usize, file::Row)> =
-        file::read(&text, &name)?.into_iter().enumerate().filter(|(row, _)| row % parts == part).collect();
+    let rows: Vec<(usize, file::Row)> = all.into_iter().enumerate().filter(|(row, _)| row % parts == part).collect();
     std::fs::create_dir_all(&args.out).with_context(|| format!("--out: cannot create {}", args.out.display()))?;
     let suffix = if parts == 1 { String::new() } else { format!("-{part}-of-{parts}") };
     let mut writer = AnswerWriter::create(&args.out, &suffix, params.segments).context("--out")?;

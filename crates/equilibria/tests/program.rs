@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use safetensors::SafeTensors;
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensors};
 use tempfile::TempDir;
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
@@ -35,6 +36,56 @@ fn sampled(count: &str) -> TempDir {
 fn lines(folder: &Path, file: &str) -> Vec<Vec<String>> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_path(folder.join(file)).unwrap();
     reader.records().map(|record| record.unwrap().iter().map(str::to_owned).collect()).collect()
+}
+
+/// The columns of a table as tensors.
+fn tensors(table: &[Vec<String>]) -> Vec<(String, Vec<u8>)> {
+    let column = |(k, name): (usize, &String)| {
+        let values = table[1..].iter().map(|row| row[k].parse().unwrap_or(f64::NAN));
+        (name.clone(), values.flat_map(f64::to_le_bytes).collect())
+    };
+    table[0].iter().enumerate().map(column).collect()
+}
+
+fn write_tensors(file: &Path, columns: &[(String, Vec<u8>)]) {
+    let view = |bytes| TensorView::new(Dtype::F64, vec![<[u8]>::len(bytes) / 8], bytes).unwrap();
+    let views = columns.iter().map(|(name, bytes)| (name, view(bytes)));
+    safetensors::serialize_to_file(views, None, file).unwrap();
+}
+
+/// Tensors are answered as a table of the same numbers is, a free end and a row that cannot be included.
+#[test]
+fn tensors_are_queries_too() {
+    let folder = sampled("12");
+    let file = folder.path().join("queries.csv");
+    let mut table = lines(folder.path(), "queries.csv");
+    let place = |name: &str| table[0].iter().position(|own| own == name).unwrap();
+    let (length, end) = (place("length_m"), place("end_x_m"));
+    table[3][length] = "0.01".into();
+    table[5][end..end + 7].fill(String::new());
+    let text: Vec<String> = table.iter().map(|row| row.join(",")).collect();
+    fs::write(file, text.join("\n")).unwrap();
+    let mut columns = tensors(&table);
+    write_tensors(&folder.path().join("queries.safetensors"), &columns);
+    for (queries, out) in [("queries.csv", "a"), ("queries.safetensors", "b")] {
+        let said = succeeds(folder.path(), &[queries, "--out", out, "--segments", "20"]);
+        assert!(said.contains("11 of 12"), "{said}");
+    }
+    for name in ["answers.csv", "shapes.safetensors"] {
+        let [a, b] = ["a", "b"].map(|out| fs::read(folder.path().join(out).join(name)).unwrap());
+        assert!(a == b, "{name}");
+    }
+    let refuse = |columns: &[(String, Vec<u8>)]| {
+        write_tensors(&folder.path().join("wrong.safetensors"), columns);
+        refused(folder.path(), &["wrong.safetensors", "--out", "wrong"])
+    };
+    columns[0].1.truncate(16);
+    assert!(refuse(&columns).contains("[rows], the same in all"));
+    columns.remove(0);
+    assert!(refuse(&columns).contains("is missing"));
+    fs::write(folder.path().join("wrong.safetensors"), "nothing").unwrap();
+    let said = refused(folder.path(), &["wrong.safetensors", "--out", "wrong"]);
+    assert!(said.contains("wrong.safetensors: is no safetensors file"), "{said}");
 }
 
 #[test]
