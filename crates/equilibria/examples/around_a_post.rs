@@ -18,7 +18,7 @@ use std::time::Instant;
 use equilibria::known::{Known, Previous};
 use equilibria::learned::Learned;
 use equilibria::start::{Curves, Starts};
-use equilibria::{Answer, Cable, Equilibrium, Grip, Params, Query, solve_from};
+use equilibria::{Answer, Cable, Equilibrium, Grip, Params, ParamsError, Query, solve_from};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -115,8 +115,11 @@ fn moved(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// The lowest equilibrium of each pose at which the cable is free, and the time that all of them took [s].
-fn shapes(poses: &[Pose], starts: &dyn Starts) -> Result<(Vec<Option<Equilibrium>>, f64), Box<dyn Error>> {
+/// The lowest equilibrium of each pose; `None` where there is none at which the cable is free.
+type Shapes = Vec<Option<Equilibrium>>;
+
+/// Those of all poses, and the time that they took [s].
+fn shapes(poses: &[Pose], starts: &dyn Starts) -> Result<(Shapes, f64), ParamsError> {
     let queries: Vec<Query> = poses.iter().map(query).collect();
     let params = Params { segments: 50, tolerance: 1e-6, ..Params::default() };
     let begin = Instant::now();
