@@ -32,7 +32,7 @@ impl Known {
 }
 
 /// Half of a 95 % interval, in standard deviations.
-const WIDTH: f64 = 1.96;
+pub(crate) const WIDTH: f64 = 1.96;
 /// Widest interval of a parameter that counts as determined, in factors or, of those that may be zero, in shares of its bounds.
 const WIDEST: [f64; 2] = [30.0, 0.5];
 
@@ -43,7 +43,7 @@ const WIDEST: [f64; 2] = [30.0, 0.5];
 /// gradient. It needs no model of the noise, and errors may be alike all along a recording.
 pub fn known(fit: &Fit) -> Vec<Known> {
     let inner: Vec<usize> = (0..fit.free.len()).filter(|&k| !is_at_bound(fit.free[k], &fit.parameters)).collect();
-    let spreads = spreads(fit, &inner);
+    let spreads = spreads(&fit.normals, &inner);
     let of = |parameter: Parameter| {
         let value = fit.parameters[parameter];
         let place = inner.iter().position(|&k| fit.free[k] == parameter);
@@ -55,13 +55,13 @@ pub fn known(fit: &Fit) -> Vec<Known> {
 
 /// Standard deviations of the coordinates of some of the free parameters; `None` where the matrix is singular, or there are
 /// too few recordings.
-fn spreads(fit: &Fit, inner: &[usize]) -> Option<Vec<f64>> {
-    let (recordings, count) = (fit.normals.len(), inner.len());
+pub(crate) fn spreads(normals: &[Normal], inner: &[usize]) -> Option<Vec<f64>> {
+    let (recordings, count) = (normals.len(), inner.len());
     let freedom = recordings.checked_sub(count).filter(|&freedom| freedom > 0)? as f64;
-    let sum: Normal = fit.normals.iter().sum();
+    let sum: Normal = normals.iter().sum();
     let inverse = sum.matrix.select_rows(inner).select_columns(inner).try_inverse()?;
     let mut scores = DMatrix::zeros(count, count);
-    for normal in &fit.normals {
+    for normal in normals {
         let gradient = normal.gradient.select_rows(inner);
         scores += &gradient * gradient.transpose();
     }

@@ -5,6 +5,7 @@
 //! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
 //! [`CableFile`](result::CableFile), a [`scene`], and a [`page`]. [`simulated`]
 //! makes recordings of a cable whose numbers are known. [`hanging`] finds the stiffness of wires from photographs of how they hang.
+//! [`noodle`] identifies a rod with one clamp whose full pose is recorded.
 //! [`motions`] says which recordings are of one kind of motion.
 
 pub mod cable;
@@ -13,6 +14,7 @@ pub mod fit;
 pub mod hanging;
 pub mod metric;
 pub mod motions;
+pub mod noodle;
 pub mod page;
 pub mod parameter;
 pub mod predict;

@@ -9,6 +9,7 @@ use clap::{Parser, Subcommand};
 use identify::cable::{Cable, Resolution};
 use identify::confidence::{Known, known};
 use identify::fit::{Search, fit};
+use identify::noodle;
 use identify::page::{self, Predicted};
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::{Prediction, predict};
@@ -19,6 +20,7 @@ use report::{Conditions, significant};
 use terminal::{Progress, complain, positive, say, threads};
 
 mod hanging_command;
+mod noodle_command;
 
 /// Exit code of bad input.
 const BAD_INPUT: u8 = 2;
@@ -40,7 +42,7 @@ struct Cli {
     /// The folder to write to.
     #[arg(long, default_value = "out/identify")]
     out: PathBuf,
-    /// Segments between two markers.
+    /// Segments between two markers; of a noodle, segments in all.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=100))]
     segments: Option<u16>,
     /// Steps from frame to frame.
@@ -121,6 +123,26 @@ fn run(cli: &Cli) -> Result<ExitCode> {
     }
     if let Some(count) = cli.threads {
         rayon::ThreadPoolBuilder::new().num_threads(count).build_global()?;
+    }
+    if let Some(train) = noodle_command::noodles(&cli.recordings)? {
+        let unknown = [
+            (cli.from.is_some(), "--from"),
+            (cli.steps.is_some(), "--steps"),
+            (cli.unit_m.to_bits() != 1f64.to_bits(), "--unit-m"),
+            (!cli.hold.is_empty(), "--hold"),
+            (!cli.free.is_empty(), "--free"),
+        ];
+        if let Some((_, option)) = unknown.iter().find(|(is_given, _)| *is_given) {
+            bail!("{option}: not for recordings of a noodle");
+        }
+        let eval = match cli.eval[..] {
+            [] => Vec::new(),
+            _ => noodle_command::noodles(&cli.eval)?.context("--eval: there must be recordings of a noodle")?,
+        };
+        let usual = noodle::Resolution::default();
+        let resolution = noodle::Resolution { segments: cli.segments.map_or(usual.segments, usize::from), ..usual };
+        let stopped = noodle_command::run(&train, &eval, resolution, &cli.out, cli.quiet)?;
+        return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
     }
     let earlier = cli.from.as_deref().map(CableFile::read).transpose().map_err(|message| anyhow!(message))?;
     let usual = earlier.as_ref().map_or(Resolution::default(), CableFile::resolution);

@@ -17,6 +17,20 @@ fn folder(name: &str) -> Option<PathBuf> {
 }
 
 #[test]
+fn tables_of_noodles_are_read() {
+    let Some(folder) = folder("prb-noodle") else { return };
+    for k in 1..=4 {
+        let recording = identify::noodle::read(&folder.join(format!("traj{k}.csv"))).unwrap();
+        let last = *recording.time.last().unwrap();
+        assert!(
+            recording.time.len() > 6000 && (25.0..27.0).contains(&last),
+            "{} frames, {last} s",
+            recording.time.len()
+        );
+    }
+}
+
+#[test]
 fn pickles_of_deform_are_read() {
     for (cable, markers) in [("DLO1", 13), ("DLO2", 12), ("DLO3", 12)] {
         let Some(folder) = folder(&format!("deform/{cable}")) else { continue };
