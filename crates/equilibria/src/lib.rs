@@ -20,7 +20,7 @@
 //! ```
 //!
 //! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve), `descent` (Newton's method),
-//! `start`, `known` (starts at answers), `canonical`, `network` and `learned` (starts that a network proposes), `level` (from a coarse cut to a finer one), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
+//! `start`, `known` (starts at answers), `canonical`, `network` and `learned` (starts that a network proposes), `level` (from a coarse cut to a finer one), `model` (a model as a query), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
 //! queries and writes answers.
 
 pub mod answer;
@@ -33,6 +33,7 @@ mod joint;
 pub mod known;
 pub mod learned;
 mod level;
+pub mod model;
 pub mod network;
 pub mod query;
 pub mod sample;
@@ -42,5 +43,6 @@ mod sweep;
 
 pub use answer::{Answer, Equilibrium, Wrench};
 pub use batch::{Params, ParamsError, solve, solve_from};
+pub use model::CableOfModel;
 pub use query::{Cable, Grip, Query, QueryError};
 pub use scaled::{Cut, Scaled};

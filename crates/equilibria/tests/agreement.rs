@@ -1,7 +1,9 @@
 //! The answers are equilibria of the solver's own statics.
 
+use std::f64::consts::TAU;
+
 use equilibria::sample::Distribution;
-use equilibria::{Cable, Equilibrium, Grip, Params, Query, solve};
+use equilibria::{Cable, CableOfModel, Equilibrium, Grip, Params, Query, solve};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, LineInertia, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape};
 use solver::statics::{StaticParams, equilibrium};
@@ -104,7 +106,7 @@ fn statics_finds_nothing_lower() {
         let (model, mut state) = model(query, &found[0], 0.0);
         // Turns go evenly from grip to grip, with whole turns about the axis for some.
         let (start, end) = (query.start.orientation, query.end.unwrap().orientation);
-        let twist = std::f64::consts::TAU * (k % 3) as f64;
+        let twist = TAU * (k % 3) as f64;
         let mut place = query.start.position;
         for i in 0..30 {
             let share = (i as f64 + 0.5) / 30.0;
@@ -126,4 +128,58 @@ fn statics_finds_nothing_lower() {
         "of 100: {elsewhere} at other equilibria than the lowest; of 34 without whole turns {known} at branches that were found"
     );
     assert!(elsewhere > 20 && known > 30, "{elsewhere}, {known}");
+}
+
+#[test]
+fn models_ask_the_queries_they_are_made_of() {
+    let queries: Vec<Query> = queries().into_iter().filter(|query| query.end.is_some()).collect();
+    for (k, (query, answer)) in queries.iter().zip(solve(&queries, &Params::default()).unwrap()).enumerate() {
+        let found = &answer.unwrap().equilibria[0];
+        let (mut model, mut state) = model(query, found, 1e-3);
+        let cable = CableOfModel::new(&model, &state).unwrap_or_else(|| panic!("query {k}"));
+        let same = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs().max(1.0);
+        assert_eq!((cable.query.start, cable.query.end), (query.start, query.end));
+        let numbers = |Cable { length, bending, torsion, weight, rest, stretch_compliance }: Cable| {
+            [length, bending[0], bending[1], torsion, weight, rest.x, rest.y, rest.z, stretch_compliance]
+        };
+        let pairs = numbers(cable.query.cable).into_iter().zip(numbers(query.cable));
+        assert!(pairs.into_iter().all(|(a, b)| same(a, b)), "query {k}: {:?}, {:?}", cable.query.cable, query.cable);
+        assert!(cable.is_near(&state, found));
+        let before = state.clone();
+        // A turn of twist more is another class, two are too far.
+        for turns in [1.0, 2.0] {
+            for (i, q) in state.orientations.iter_mut().enumerate() {
+                let share = turns * (i as f64 + 0.5) / found.positions.len() as f64;
+                *q = before.orientations[i] * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), TAU * share);
+            }
+            assert!(!cable.is_near(&state, found), "query {k}, {turns} turns");
+        }
+        cable.store(found, &mut state);
+        assert_eq!((&state.positions, &state.orientations), (&found.positions, &found.orientations));
+        model.segments[3].added_mass = 1e-3;
+        assert_eq!(CableOfModel::new(&model, &state), None);
+        model.segments[3].added_mass = 0.0;
+        model.joints[4].twist_compliance *= 2.0;
+        assert_eq!(CableOfModel::new(&model, &state), None);
+    }
+}
+
+/// Fixed segments at the ends are grips, too: the model has the query's shape but for its end joints.
+#[test]
+fn fixed_segments_are_grips() {
+    let mut assembly = Assembly::new(-Vector3::z() * GRAVITY);
+    let material = Material { youngs_modulus: 2e7, torsion_modulus: 8e6, density: 1500.0 };
+    let hung = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 20);
+    let rod = assembly.rod(&RodSpec::new(hung, 4e-3, material));
+    for segment in [rod.start, rod.end - 1] {
+        assembly.fix(segment);
+    }
+    let (model, mut state) = assembly.finish();
+    state.positions[19].x -= 0.25;
+    let cable = CableOfModel::new(&model, &state).unwrap();
+    assert_eq!(cable.segments, (1..19).collect::<Vec<_>>());
+    let end = cable.query.end.unwrap();
+    assert!((cable.query.start.position - Vector3::x() * 0.05).norm() < 1e-12, "{}", cable.query.start.position);
+    assert!((end.position - Vector3::x() * 0.7).norm() < 1e-12, "{}", end.position);
+    assert!((cable.query.cable.length - 0.9).abs() < 1e-12);
 }

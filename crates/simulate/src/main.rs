@@ -12,6 +12,7 @@ mod exports;
 mod files;
 mod going_on;
 mod keep;
+mod learned_start;
 mod list;
 mod measured;
 mod modes;

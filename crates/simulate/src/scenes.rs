@@ -50,6 +50,11 @@ fn origin<'a>(scene: &'a Scene, BeginArgs { from }: &'a BeginArgs) -> Option<(St
     Some((format!("{key} {}", origin.folder.display()), origin))
 }
 
+/// Whether a scene begins with a frame of another run.
+pub(crate) fn begins_with_frame(scene: &Scene, begin: &BeginArgs) -> bool {
+    origin(scene, begin).is_some()
+}
+
 /// Puts in the frame of another run from which the scene is to begin, if there is one.
 pub(crate) fn begin_with_frame(scene: &mut Scene, begin: &BeginArgs) -> Result<()> {
     let Some((what, Origin { folder, frame })) = origin(scene, begin) else { return Ok(()) };

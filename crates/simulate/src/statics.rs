@@ -14,6 +14,7 @@ use crate::Outcome;
 use crate::cli::{RestArgs, StaticArgs};
 use crate::files::{Files, Wanted, Written};
 use crate::numbers::{energy_scale, number, share, unless_noise};
+use crate::learned_start::{self, Begin};
 use crate::{along, branches, scenes};
 use terminal::say;
 
@@ -41,6 +42,9 @@ impl Sought {
 struct Report {
     #[serde(flatten)]
     sought: Sought,
+    /// Linear solves of the search from the learned start, before all others; missing where the search began as drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    learned_start_solves: Option<u32>,
     /// Loops in which a wind's drag stays as it is, and the most linear solves of one; missing without wind.
     #[serde(skip_serializing_if = "Option::is_none")]
     wind_loops: Option<usize>,
@@ -130,6 +134,9 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
     let params = params(args);
     let mut state = scene.state.clone();
     let begin = Instant::now();
+    let is_free = !args.rest.keep_unstable && !scenes::begins_with_frame(&scene, &args.rest.begin);
+    let is_learned = args.start == Begin::Learned && is_free;
+    let proposed = if is_learned { learned_start::propose(&scene.model, &mut state) } else { None };
     let found = equilibrium(&scene.model, &mut state, &params).with_context(|| scene.name.clone())?;
     let tip = |segments: &std::ops::Range<usize>| {
         let last = segments.end - 1;
@@ -144,6 +151,7 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
     let in_loops = found.loops > 0 && scene.model.air.is_some();
     let report = Report {
         sought: Sought::new(&scene, found.converged, found.steps, begin),
+        learned_start_solves: proposed,
         wind_loops: in_loops.then_some(found.loops),
         most_solves_in_loop: in_loops.then_some(found.most_in_loop),
         contacts: (found.converged && !obstacles.is_empty()).then(|| found.contacts.iter().filter_map(press).collect()),
@@ -180,6 +188,12 @@ fn print(report: &Report) -> Result<()> {
         report.sought.linear_solves,
         number(report.sought.wall_s)
     )?;
+    if let Some(solves) = report.learned_start_solves {
+        say!(
+            "begun near the lowest equilibrium, which a network proposed and {solves} more solves found; --start drawn begins as \
+             the scene is drawn"
+        )?;
+    }
     if let (Some(loops), Some(most)) = (report.wind_loops, report.most_solves_in_loop) {
         say!("in {loops} loops with the air's force held as it is, of at most {most} linear solves each")?;
     }
