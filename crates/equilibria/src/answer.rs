@@ -77,19 +77,28 @@ impl Finish {
         let z = Vector3::z();
         let gap = |pull: Vector3<f64>| pull * scaled.compliance;
         // Along the cable: each joint gives way to the force that it bears.
-        let own_weight = |k: usize| scaled.weight * cut.lengths[usize::from(k != 0 && k + 1 != cut.segments)];
+        let own_weight = |k: usize| scaled.weight * cut.length(k);
+        let [carried, carried_at] = scaled.carried;
+        let after = |k: usize| cut.share_after(k, carried_at);
         let (mut pull, mut place) = (job.force, Vector3::zeros());
         let mut positions = Vec::with_capacity(turns.len());
         let mut lifted = 0.0;
         let mut stretched = 0.0;
         for (k, q) in turns.iter().enumerate() {
-            let axis = q * z * cut.lengths[usize::from(k != 0 && k + 1 != cut.segments)];
+            let axis = q * z * cut.length(k);
             stretched += 0.5 * scaled.compliance * pull.norm_squared();
+            // Whether what is carried was borne before this segment, and is after it.
+            let borne = [k > 0 && after(k - 1) > 0.0, after(k) > 0.0];
+            let to_it = if borne[0] { Vector3::zeros() } else { gap(pull) } + axis * (1.0 - after(k));
+            lifted += carried * to_it.z;
             place += gap(pull) + axis * 0.5;
             positions.push(query.start.position + place * length);
             lifted += own_weight(k) * place.z;
             place += axis * 0.5;
             pull += z * own_weight(k);
+            if borne[0] != borne[1] {
+                pull += z * carried;
+            }
         }
         let end = if scaled.held { pull } else { Vector3::zeros() };
         stretched += 0.5 * scaled.compliance * end.norm_squared();
@@ -98,7 +107,7 @@ impl Finish {
             Wrench { force: -job.force * force, moment: world(&scaled.ends[0], balance.moments[0]) * moment },
             Wrench { force: end * force, moment: world(&scaled.ends[1], balance.moments[1]) * moment },
         ];
-        let lift = query.cable.weight * length * query.start.position.z;
+        let lift = (query.cable.weight * length + query.cable.carried.weight) * query.start.position.z;
         let energy = (balance.energy + lifted + stretched) * moment + lift;
         Equilibrium { positions, orientations: turns.to_vec(), grips, energy, residual }
     }

@@ -8,9 +8,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use crate::scaled::Scaled;
 
 /// Numbers that a network reads of a query.
-pub const INPUTS: usize = 12;
+pub const INPUTS: usize = 16;
 
-/// A query of a round cable that is straight at rest, between two grips, in its canonical frame: the chord goes upwards in the
+/// A query of a round cable without twist at rest, between two grips, in its canonical frame: the chord goes upwards in the
 /// plane of x and z, towards x; the cable leaves the first grip towards y; its first frame is turned from the world's by the
 /// smallest rotation.
 ///
@@ -29,6 +29,9 @@ pub struct Canonical {
 
 /// Where cosine and sine of half of the twist are among the inputs.
 const TWIST: usize = 8;
+/// Units of curvatures at rest and of weights that are carried.
+const CURVATURE: f64 = 0.25;
+const CARRIED: f64 = 0.05;
 
 impl Canonical {
     /// That of a query whose end is held.
@@ -52,18 +55,30 @@ impl Canonical {
         let weight = query.weight.max(f64::MIN_POSITIVE).log10() - 1.0;
         let torsion = 5.0 * (query.stiffness[2] - 0.85);
         let (cos, sin) = (sign * twist.w, sign * twist.k);
+        // Curvatures at rest, in the frame that is reversed, mirrored and turned about its axis.
+        let [mut bent, other, _] = query.rest;
+        for changes in [is_reversed, is_mirrored] {
+            bent = if changes { -bent } else { bent };
+        }
+        let bent = roll.inverse() * Vector3::new(bent, other, 0.0) * CURVATURE;
+        let [carried, place] = query.carried;
+        let carried = carried * CARRIED;
+        let off = carried * (2.0 * if is_reversed { 1.0 - place } else { place } - 1.0);
         Self {
             is_reversed,
             about,
             is_mirrored,
             roll,
             ends: [start.into_inner(), end.into_inner() * sign],
-            numbers: [across, chord.z, a.x, a.y, a.z, b.x, b.y, b.z, cos, sin, weight, torsion],
+            numbers: [
+                across, chord.z, a.x, a.y, a.z, b.x, b.y, b.z, cos, sin, weight, torsion, bent.x, bent.y, carried, off,
+            ],
         }
     }
 
     /// What a network reads of the query and a class, 0 or 1: the chord's x and z over L; the tangents at both grips; cosine and
-    /// sine of half of the twist; log10 of `w L^3 / B`, less 1; GJ / B, from -.75 to .75.
+    /// sine of half of the twist; log10 of `w L^3 / B`, less 1; GJ / B, from -.75 to .75; curvatures at rest, over 4 / L; the weight that is carried, over
+    /// 20 B / L^2, and that times its place, from -1 to 1.
     pub fn inputs(&self, class: usize) -> [f32; INPUTS] {
         let mut numbers = self.numbers;
         if class == 1 {
@@ -91,7 +106,7 @@ impl Canonical {
         Back { about: self.about.inverse(), is_mirrored: self.is_mirrored, last }
     }
 
-    /// The force in the middle of the cable, in the canonical frame.
+    /// The mean of the forces at both grips, in the canonical frame.
     pub(crate) fn force(&self, force: Vector3<f64>) -> Vector3<f64> {
         let own = reflected(self.is_mirrored, self.about * force);
         if self.is_reversed { -own } else { own }

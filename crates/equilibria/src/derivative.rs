@@ -17,7 +17,7 @@ use crate::scaled::{Cut, Scaled, set};
 use crate::sweep::{Chain, Row};
 
 /// Number of parameters.
-pub const PARAMETERS: usize = 20;
+pub const PARAMETERS: usize = 22;
 /// Position of the start's grip [m], and its turn, a world rotation vector [rad].
 pub const START: [Range<usize>; 2] = [0..3, 3..6];
 /// Position and turn of the end's grip.
@@ -30,6 +30,10 @@ pub const STIFFNESS: Range<usize> = 13..16;
 pub const WEIGHT: usize = 16;
 /// Curvatures about d1 and d2 and twist at rest [1/m].
 pub const REST: Range<usize> = 17..20;
+/// Weight that is carried [N].
+pub const CARRIED: usize = 20;
+/// Its place [m].
+pub const CARRIED_AT: usize = 21;
 
 /// How an equilibrium changes with a parameter, per unit of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,18 +45,20 @@ pub struct Derivative {
 }
 
 /// Parameters of a query without units.
-const SCALED: usize = 17;
+const SCALED: usize = 19;
 const CHORD: usize = 0;
 const TURNS: [usize; 2] = [3, 6];
 const BENDING: usize = 9;
 const OWN_WEIGHT: usize = 12;
 const OWN_REST: usize = 13;
 const COMPLIANCE: usize = 16;
+const OWN_CARRIED: usize = 17;
+const OWN_PLACE: usize = 18;
 
 const WIDTH: usize = 8;
 type Wide = Lanes<WIDTH>;
 
-/// The derivatives of a stable equilibrium of a query with respect to its [`PARAMETERS`], of which [`START`] to [`REST`] say
+/// The derivatives of a stable equilibrium of a query with respect to its [`PARAMETERS`], of which [`START`] to [`CARRIED_AT`] say
 /// which is which; those of the end's grip are zero where the end is free.
 pub fn derivatives(query: &Query, found: &Equilibrium) -> Vec<Derivative> {
     let cut = Cut::even(found.orientations.len());
@@ -177,21 +183,37 @@ impl At<'_> {
                 let k = parameter - BENDING;
                 bend(&|kind, u| unit(k) * ((u.0[k] - chain.rest[kind][k]) * 4.0 / cut.joints()[kind]));
             }
-            OWN_WEIGHT => {
+            OWN_WEIGHT | OWN_CARRIED | OWN_PLACE => {
+                let [carried, place] = scaled.carried;
+                let after = |i: usize| cut.share_after(i, place);
+                // The force before a free end changes with the weight: it bears all of it.
+                let all = if scaled.held { 0.0 } else { 1.0 };
                 for (i, q) in chain.turns.iter().enumerate() {
-                    // The force before a free end changes with the weight: it bears all of it.
-                    let before = cut.place(i) - if scaled.held { 0.0 } else { 1.0 };
-                    let length = cut.lengths[usize::from(i != 0 && i + 1 != count)];
-                    let t = q.rotate_back(unit(2)) * (before * length);
+                    let before = match parameter {
+                        OWN_WEIGHT => cut.place(i) - all,
+                        OWN_CARRIED => after(i) - all,
+                        _ if after(i) > 0.0 && after(i) < 1.0 => -carried / cut.length(i),
+                        _ => 0.0,
+                    };
+                    let t = q.rotate_back(unit(2)) * (before * cut.length(i));
                     add(i, Vec3([t.0[1], -t.0[0], 0.0]));
                 }
-                return unit(2) * (-scaled.compliance * all_compliances * 0.5);
+                let borne = match parameter {
+                    OWN_WEIGHT => all_compliances * 0.5,
+                    OWN_CARRIED => loaded(cut, place),
+                    _ => 0.0,
+                };
+                return unit(2) * (-scaled.compliance * borne);
             }
-            OWN_REST..16 => {
+            OWN_REST..=15 => {
                 let k = parameter - OWN_REST;
                 bend(&|kind, _| unit(k) * (-chain.stiffness[kind][k] * 0.5 * cut.joints()[kind]));
             }
-            _ => return -(chain.force + unit(2) * (0.5 * scaled.weight)) * all_compliances,
+            _ => {
+                let [carried, place] = scaled.carried;
+                let all = chain.force + unit(2) * (0.5 * scaled.weight);
+                return -(all * all_compliances + unit(2) * (carried * loaded(cut, place)));
+            }
         }
         Vec3::zero()
     }
@@ -217,10 +239,14 @@ impl At<'_> {
                 }
                 weights[OWN_WEIGHT] = 3.0 * scaled.weight / length;
                 weights[COMPLIANCE] = -3.0 * scaled.compliance / length;
+                weights[OWN_CARRIED] = 2.0 * scaled.carried[0] / length;
+                weights[OWN_PLACE] = -scaled.carried[1] / length;
             }
             13..16 => weights[BENDING + parameter - STIFFNESS.start] = 1.0 / bending,
             WEIGHT => weights[OWN_WEIGHT] = length.powi(3) / bending,
-            _ => weights[OWN_REST + parameter - REST.start] = length,
+            17..20 => weights[OWN_REST + parameter - REST.start] = length,
+            CARRIED => weights[OWN_CARRIED] = length.powi(2) / bending,
+            _ => weights[OWN_PLACE] = 1.0 / length,
         }
         if !scaled.held {
             weights[CHORD..CHORD + 3].fill(0.0);
@@ -233,13 +259,13 @@ impl At<'_> {
         let mut pull = weighted(&|change| change.force) * scaled.compliance;
         let mut force = Vector3::from(self.chain.force.0) * weights[COMPLIANCE];
         if !scaled.held {
-            pull -= z * (weights[OWN_WEIGHT] * scaled.compliance);
+            pull -= z * ((weights[OWN_WEIGHT] + weights[OWN_CARRIED]) * scaled.compliance);
         }
         let mut derivative = Derivative::default();
         let mut place = Vector3::zeros();
-        let count = self.cut.segments;
+        let mut was_borne = false;
         for (i, q) in self.found.orientations.iter().enumerate() {
-            let size = self.cut.lengths[usize::from(i != 0 && i + 1 != count)];
+            let size = self.cut.length(i);
             let turn = weighted(&|change| change.turns[i]);
             let axis = (q * turn.cross(&z)) * (0.5 * size);
             place += pull + force + axis;
@@ -253,7 +279,18 @@ impl At<'_> {
             place += axis;
             pull += z * (weights[OWN_WEIGHT] * size * scaled.compliance);
             force += z * (scaled.weight * size * weights[COMPLIANCE]);
+            let is_borne = self.cut.share_after(i, scaled.carried[1]) > 0.0;
+            if is_borne != was_borne {
+                pull += z * (weights[OWN_CARRIED] * scaled.compliance);
+                force += z * (scaled.carried[0] * weights[COMPLIANCE]);
+            }
+            was_borne = is_borne;
         }
         derivative
     }
+}
+
+/// How many joints bear what is carried at a place.
+fn loaded(cut: &Cut, place: f64) -> f64 {
+    (0..cut.segments).filter(|&i| cut.share_after(i, place) > 0.0).count() as f64
 }

@@ -102,7 +102,7 @@ impl Descent {
                     }
                     let query = &queries[job.query];
                     // A free end bears nothing, and so the first grip bears all.
-                    let force = if query.held { job.force } else { Vector3::z() * -query.weight };
+                    let force = if query.held { job.force } else { Vector3::z() * -(query.weight + query.carried[0]) };
                     for k in 0..3 {
                         self.chain.force.0[k].set_lane(lane, force[k]);
                     }

@@ -13,15 +13,16 @@ use safetensors::{Dtype, SafeTensors};
 use thiserror::Error;
 
 use crate::answer::{Answer, Equilibrium};
-use crate::query::{Cable, Grip, Query};
+use crate::query::{Cable, Carried, Grip, Query};
 
 /// Columns that each file has.
 const CABLE: [&str; 4] = ["length_m", "ei_n_m2", "gj_n_m2", "weight_n_m"];
 const START: [&str; 7] = ["start_x_m", "start_y_m", "start_z_m", "start_qw", "start_qx", "start_qy", "start_qz"];
 /// Those of the second grip: all or none, and in a row with a free end all are empty.
 const END: [&str; 7] = ["end_x_m", "end_y_m", "end_z_m", "end_qw", "end_qx", "end_qy", "end_qz"];
-/// Columns that may be missing: a second bending stiffness, the rest shape, and the compliance of a joint.
-const MORE: [&str; 5] = ["ei2_n_m2", "curvature1_1_m", "curvature2_1_m", "twist_1_m", "stretch_m_n"];
+/// Columns that may be missing: a second bending stiffness, the rest shape, the compliance of a joint, and a weight at a place.
+const MORE: [&str; 7] =
+    ["ei2_n_m2", "curvature1_1_m", "curvature2_1_m", "twist_1_m", "stretch_m_n", "carried_n", "carried_at_m"];
 
 /// Why a file is refused.
 #[derive(Debug, Error)]
@@ -43,7 +44,7 @@ struct Columns {
     cable: [usize; 4],
     start: [usize; 7],
     end: Option<[usize; 7]>,
-    more: [Option<usize>; 5],
+    more: [Option<usize>; 7],
 }
 
 /// The queries in the text of a CSV file; `file` stands in errors. See `docs/equilibria.md` for the columns.
@@ -156,6 +157,7 @@ impl Columns {
         if let Some(compliance) = more(4)? {
             cable.stretch_compliance = compliance;
         }
+        cable.carried = Carried { weight: more(5)?.unwrap_or(0.0), place: more(6)?.unwrap_or(0.0) };
         let grip = |columns: [usize; 7]| -> Result<Grip, String> {
             let mut values = [0.0; 7];
             for (value, column) in values.iter_mut().zip(columns) {
@@ -181,13 +183,15 @@ pub fn text(queries: &[Query]) -> String {
         format!("{},{},{},{},{},{},{}", x.x, x.y, x.z, q.w, q.i, q.j, q.k)
     };
     for Query { cable, start, end } in queries {
-        let Cable { length, bending: [first, second], torsion, weight, rest, stretch_compliance } = cable;
+        let Cable { length, bending: [first, second], torsion, weight, rest, stretch_compliance, carried } = cable;
         let _ = writeln!(
             text,
-            "{length},{first},{torsion},{weight},{second},{},{},{},{stretch_compliance},{},{}",
+            "{length},{first},{torsion},{weight},{second},{},{},{},{stretch_compliance},{},{},{},{}",
             rest.x,
             rest.y,
             rest.z,
+            carried.weight,
+            carried.place,
             grip(start),
             end.as_ref().map_or_else(|| ",".repeat(6), grip)
         );

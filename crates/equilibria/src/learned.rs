@@ -14,10 +14,17 @@ use crate::start::{Curves, Starts};
 
 /// Sine modes of each of a quaternion's four parts.
 pub const MODES: usize = 10;
-/// Outputs: the modes, the force in the middle, and how likely the class is.
+/// Outputs: the modes, the mean of the forces at both grips, and how likely the class is.
 pub const OUTPUTS: usize = 4 * MODES + 4;
-/// The distances of the grips over the length that the shipped network has learned; all else as in [`Distribution`].
+/// What the shipped network has learned: distances of the grips over the length, curvatures at rest times the length, weights
+/// that are carried over B / L^2; all else as in [`Distribution`].
 pub const DISTANCE: [f64; 2] = [0.1, 0.95];
+/// The largest of the curvatures.
+pub const CURVATURE: f64 = 4.0;
+/// The largest of the weights.
+pub const CARRIED: f64 = 50.0;
+/// Share of its training that is straight at rest and carries nothing.
+const PLAIN: f64 = 0.5;
 /// Least cosine between a grip's axis and the chord: that of 60 degrees.
 const LEAST_COSINE: f64 = 0.5;
 /// Largest compliance of a joint that is none in effect.
@@ -31,7 +38,7 @@ static SHIPPED: &[u8] = include_bytes!("../../../checkpoints/equilibrium.safeten
 
 /// What the network is asked for: the distribution of its training queries.
 pub fn distribution() -> Distribution {
-    Distribution { distance: DISTANCE, ..Distribution::default() }
+    Distribution { distance: DISTANCE, curvature: CURVATURE, carried: CARRIED, plain: PLAIN }
 }
 
 /// Starts that a network proposes. Queries unlike those of its training begin at all [`Curves`].
@@ -65,14 +72,16 @@ impl Learned {
         Ok(Self { network: Perceptron::from_bytes(bytes, INPUTS, OUTPUTS)?, proposals: 2 })
     }
 
-    /// Whether a query is like those of the training: two grips, a round cable that is straight at rest and does not stretch,
+    /// Whether a query is like those of the training: two grips, a round cable that is not twisted at rest and does not stretch,
     /// and numbers within their range.
     pub fn knows(query: &Scaled) -> bool {
         let distance = query.chord.norm();
         let near = |q: &UnitQuaternion<f64>| (q * Vector3::z()).dot(&query.chord) >= (LEAST_COSINE - 1e-9) * distance;
         query.held
             && query.stiffness[0] == query.stiffness[1]
-            && query.rest == [0.0; 3]
+            && query.rest[2] == 0.0
+            && query.rest[0].hypot(query.rest[1]) <= CURVATURE
+            && query.carried[0] <= CARRIED
             && query.compliance <= COMPLIANCE
             && (DISTANCE[0]..=DISTANCE[1]).contains(&distance)
             && (1.0..=100.0).contains(&query.weight)
@@ -131,10 +140,11 @@ fn decode(canonical: &Canonical, class: usize, outputs: &[f32; OUTPUTS], cut: &C
     }
 }
 
-/// The force on the first grip. The network says that in the middle.
+/// The force on the first grip. The network says the mean of those at both grips.
 fn decode_force(canonical: &Canonical, outputs: &[f32; OUTPUTS], query: &Scaled) -> Vector3<f64> {
-    let own = Vector3::from_fn(|k, _| f64::from(outputs[4 * MODES + k])) * (FORCE + query.weight);
-    canonical.force_back(own) - Vector3::z() * (0.5 * query.weight)
+    let weight = query.weight + query.carried[0];
+    let own = Vector3::from_fn(|k, _| f64::from(outputs[4 * MODES + k])) * (FORCE + weight);
+    canonical.force_back(own) - Vector3::z() * (0.5 * weight)
 }
 
 /// Sines of the modes at a place.
@@ -183,7 +193,8 @@ pub fn encode(
             }
         });
     }
-    let middle = canonical.force(force + Vector3::z() * (0.5 * query.weight)) / (FORCE + query.weight);
+    let weight = query.weight + query.carried[0];
+    let middle = canonical.force(force + Vector3::z() * (0.5 * weight)) / (FORCE + weight);
     sums[4 * MODES..].copy_from_slice(middle.as_slice());
     (class, sums.map(|x| x as f32))
 }

@@ -44,5 +44,5 @@ mod sweep;
 pub use answer::{Answer, Equilibrium, Wrench};
 pub use batch::{Params, ParamsError, solve, solve_from};
 pub use model::CableOfModel;
-pub use query::{Cable, Grip, Query, QueryError};
+pub use query::{Cable, Carried, Grip, Query, QueryError};
 pub use scaled::{Cut, Scaled};

@@ -85,6 +85,9 @@ struct SampleArgs {
     /// Largest curvature at rest times the length.
     #[arg(long, default_value_t = 0.0)]
     curvature: f64,
+    /// Largest weight that is carried, over B / L^2, anywhere on the cable.
+    #[arg(long, default_value_t = 0.0)]
+    carried: f64,
     /// The file to write.
     #[arg(long, default_value = "out/queries.csv")]
     out: PathBuf,
@@ -106,9 +109,11 @@ fn sample(args: &SampleArgs) -> Result<ExitCode> {
     let [least, most] = args.distance[..] else { return Err(anyhow!("--distance must be two numbers")) };
     let is_range = 0.0 <= least && least <= most && most <= 1.0;
     ensure!(is_range, "--distance {least} {most}, but it must be two numbers from 0 to 1, the larger one last");
-    let curvature = args.curvature;
-    ensure!((0.0..=1e3).contains(&curvature), "--curvature {curvature}, but it must be a number from 0 to 1000");
-    let distribution = Distribution { distance: [least, most], curvature };
+    let SampleArgs { curvature, carried, .. } = *args;
+    for (flag, value) in [("--curvature", curvature), ("--carried", carried)] {
+        ensure!((0.0..=1e3).contains(&value), "{flag} {value}, but it must be a number from 0 to 1000");
+    }
+    let distribution = Distribution { distance: [least, most], curvature, carried, ..Distribution::default() };
     let queries: Vec<Query> = (0..args.count).map(|k| distribution.query(args.seed, k)).collect();
     if let Some(folder) = args.out.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| format!("--out: cannot create {}", folder.display()))?;

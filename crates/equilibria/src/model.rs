@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Body, Freedom, Joint, Model, Segment, State};
 
 use crate::answer::Equilibrium;
-use crate::query::{Cable, Grip, Query};
+use crate::query::{Cable, Carried, Grip, Query};
 
 /// By how much stiffnesses, lengths and weights along a cable may differ, relative to the first.
 const EVEN: f64 = 1e-9;
@@ -22,16 +22,15 @@ pub struct CableOfModel {
 }
 
 impl CableOfModel {
-    /// The query that a model asks: one even cable that nothing but its weight along -z pulls at, between two grips that
-    /// stand still. The grips are anchors, or fixed segments at its ends, which are where `state` has them. `None` of all other
-    /// models.
+    /// The query that a model asks: one even cable between two grips that stand still, at which nothing pulls but its weight along
+    /// -z and at most one more: a load that pulls that way, or a mass that is added to a segment. The grips are anchors, or
+    /// fixed segments at its ends, which are where `state` has them. `None` of all other models.
     ///
     /// Where segments are fixed, the query's end joints are half as long as the model's, so that its answer is near to the
     /// model's equilibrium; else it is the same.
     pub fn new(model: &Model, state: &State) -> Option<Self> {
         let gravity = model.gravity;
-        let is_alone = model.loads.is_empty()
-            && model.motions.is_empty()
+        let is_alone = model.motions.is_empty()
             && model.open.is_empty()
             && model.changes.is_empty()
             && model.contacts.is_empty()
@@ -51,7 +50,7 @@ impl CableOfModel {
         };
         let torsion = |joint: &Joint| 1.0 / (joint.twist_compliance * joint.length);
         let own = |i: &usize| &model.segments[*i];
-        let weight = |segment: &Segment| -gravity.z * segment.mass() / segment.length;
+        let weight = |segment: &Segment| -gravity.z * segment.own_mass() / segment.length;
         let length = own(&segments[0]).length;
         let is_even = segments.iter().map(own).all(|other| {
             same(other.length, length) && same(weight(other), weight(own(&segments[0]))) && other.body.is_none()
@@ -68,7 +67,9 @@ impl CableOfModel {
         if !is_even {
             return None;
         }
+        let carried = carried(model, &segments)?;
         let cable = Cable {
+            carried,
             length: length * segments.len() as f64,
             bending: bending(first),
             torsion: torsion(first),
@@ -112,6 +113,27 @@ impl CableOfModel {
         }
         (sign > 0.0, sum)
     }
+}
+
+/// What a cable of these segments carries; `None` where that is more than one weight.
+fn carried(model: &Model, segments: &[usize]) -> Option<Carried> {
+    let mut all = Vec::new();
+    for (k, &i) in segments.iter().enumerate() {
+        let Segment { length, added_mass, .. } = model.segments[i];
+        let centre = length * (k as f64 + 0.5);
+        if added_mass > 0.0 {
+            all.push(Carried { weight: -model.gravity.z * added_mass, place: centre });
+        }
+        for load in model.loads.iter().filter(|load| load.segment == i) {
+            let is_weight = load.force.x == 0.0 && load.force.y == 0.0 && load.force.z <= 0.0;
+            let is_on_it = load.torque == Vector3::zeros() && load.offset.abs() <= 0.5 * length;
+            if !is_weight || !is_on_it {
+                return None;
+            }
+            all.push(Carried { weight: -load.force.z, place: centre + load.offset });
+        }
+    }
+    (all.len() < 2).then(|| all.first().copied().unwrap_or_default())
 }
 
 fn same(a: f64, b: f64) -> bool {

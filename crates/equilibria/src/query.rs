@@ -18,13 +18,24 @@ pub struct Cable {
     pub rest: Vector3<f64>,
     /// Compliance of each joint against stretch and shear [m/N]; 1e-10 is in effect none.
     pub stretch_compliance: f64,
+    /// A weight that hangs from it.
+    pub carried: Carried,
+}
+
+/// A weight at a place of a cable, such as a connector or a lamp.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Carried {
+    /// Weight [N].
+    pub weight: f64,
+    /// Place along the cable's axis, from its start [m].
+    pub place: f64,
 }
 
 impl Cable {
-    /// One that is straight at rest, round, and does not stretch.
+    /// One that is straight at rest, round, does not stretch, and carries nothing.
     pub fn new(length: f64, bending: f64, torsion: f64, weight: f64) -> Self {
         let rest = Vector3::zeros();
-        Self { length, bending: [bending; 2], torsion, weight, rest, stretch_compliance: 1e-10 }
+        Self { length, bending: [bending; 2], torsion, weight, rest, stretch_compliance: 1e-10, carried: Carried::default() }
     }
 }
 
@@ -114,6 +125,10 @@ impl Query {
         }
         let compliance = cable.stretch_compliance;
         check("stretch compliance", compliance, (0.0..=LARGEST).contains(&compliance), "from 0 to 1e12")?;
+        let Carried { weight, place } = cable.carried;
+        check("carried weight", weight, (0.0..=LARGEST).contains(&weight), "from 0 to 1e12")?;
+        let is_on_it = (0.0..=cable.length).contains(&place);
+        check("place of the carried weight", place, is_on_it, "from 0 to the length")?;
         start.validate(["position of the start", "orientation of the start"])?;
         let Some(end) = end else { return Ok(()) };
         end.validate(["position of the end", "orientation of the end"])?;

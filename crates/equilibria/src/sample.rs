@@ -6,7 +6,7 @@ use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::query::{Cable, Grip, Query};
+use crate::query::{Cable, Carried, Grip, Query};
 
 /// Which queries are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,18 +15,22 @@ pub struct Distribution {
     pub distance: [f64; 2],
     /// The largest curvature at rest times the length.
     pub curvature: f64,
+    /// The largest weight that is carried, over B / L^2.
+    pub carried: f64,
+    /// Share of the queries that are straight at rest and carry nothing.
+    pub plain: f64,
 }
 
 impl Default for Distribution {
     fn default() -> Self {
-        Self { distance: [0.3, 0.95], curvature: 0.0 }
+        Self { distance: [0.3, 0.95], curvature: 0.0, carried: 0.0, plain: 0.0 }
     }
 }
 
 impl Distribution {
     /// Query `index` of a seed: a cable of 1 m with E I = 1 N m^2, weight `w L^3 / EI` log-uniform from 1 to 100, GJ / EI from 0.7
     /// to 1; grips at a uniform distance in all directions, their axes the chord turned by up to 60 degrees about random axes,
-    /// twist up to half a turn either way.
+    /// twist up to half a turn either way. Curvature at rest and the weight that is carried are uniform from 0, and so is its place.
     pub fn query(&self, seed: u64, index: u64) -> Query {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index);
@@ -48,6 +52,10 @@ impl Distribution {
         let last = between(&tangents[0], &tangents[1]) * first * twist;
         let mut cable = Cable::new(1.0, 1.0, 0.7 + 0.3 * unit(), 100f64.powf(unit()));
         cable.rest = Vector3::new(bent.x, bent.y, 0.0) * (self.curvature * unit());
+        cable.carried = Carried { weight: self.carried * unit(), place: unit() };
+        if unit() < self.plain {
+            (cable.rest, cable.carried) = (Vector3::zeros(), Carried::default());
+        }
         let start = Grip { position: Vector3::zeros(), orientation: first };
         let end = Grip { position: chord * distance, orientation: last };
         Query { cable, start, end: Some(end) }

@@ -18,6 +18,8 @@ pub struct Scaled {
     pub weight: f64,
     /// Compliance of a joint.
     pub compliance: f64,
+    /// A weight that it carries, and its place, from 0 to 1.
+    pub carried: [f64; 2],
     /// From grip to grip.
     pub chord: Vector3<f64>,
     /// Orientations of the grips.
@@ -38,6 +40,7 @@ impl Scaled {
             rest: [0, 1, 2].map(|k| cable.rest[k] * length),
             weight: cable.weight * length.powi(3) / bending,
             compliance: cable.stretch_compliance * bending / length.powi(3),
+            carried: [cable.carried.weight * length.powi(2) / bending, cable.carried.place / length],
             chord: (other.position - start.position) / length,
             ends: [start.orientation, other.orientation],
             held: end.is_some(),
@@ -77,6 +80,16 @@ impl Cut {
         }
     }
 
+    /// Length of a segment.
+    pub(crate) fn length(&self, segment: usize) -> f64 {
+        self.lengths[usize::from(segment != 0 && segment + 1 != self.segments)]
+    }
+
+    /// Share of a segment that is further along the cable than a place.
+    pub(crate) fn share_after(&self, segment: usize, place: f64) -> f64 {
+        ((self.place(segment) - place) / self.length(segment) + 0.5).clamp(0.0, 1.0)
+    }
+
     /// Lengths of the kinds of joints, see [`crate::sweep::KINDS`].
     pub(crate) fn joints(&self) -> [f64; 3] {
         let [end, inner] = self.lengths;
@@ -112,16 +125,20 @@ impl<T: Real> Chain<T> {
             }
         }
         self.held.set_lane(lane, if query.held { 1.0 } else { 0.0 });
-        let mut before = 0.0;
+        let [carried, place] = query.carried;
+        let (mut before, mut loaded) = (0.0, 0.0);
         for (i, weight) in self.weights.iter_mut().enumerate() {
-            let own = query.weight * cut.lengths[usize::from(i != 0 && i + 1 != cut.segments)];
-            weight.set_lane(lane, before + 0.5 * own);
+            let own = query.weight * cut.length(i);
+            let share = cut.share_after(i, place);
+            weight.set_lane(lane, before + 0.5 * own + carried * share);
             before += own;
+            loaded += f64::from(u8::from(share > 0.0));
         }
         let joints = cut.segments as f64 + 1.0;
         self.compliance.set_lane(lane, query.compliance * joints);
-        // The mean of the weights before all joints is half the cable's: they are symmetric.
-        self.sag.set_lane(lane, query.compliance * joints * 0.5 * query.weight);
+        // The mean of the weights before all joints is half the cable's: they are symmetric. Those after the segment that carries
+        // something bear that, too.
+        self.sag.set_lane(lane, query.compliance * (joints * 0.5 * query.weight + loaded * carried));
         for k in 0..3 {
             self.chord.0[k].set_lane(lane, query.chord[k]);
         }

@@ -5,14 +5,14 @@ use std::f64::consts::TAU;
 use equilibria::sample::Distribution;
 use equilibria::{Cable, CableOfModel, Equilibrium, Grip, Params, Query, solve};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, LineInertia, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape};
+use rod::{Assembly, LineInertia, Load, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape};
 use solver::statics::{StaticParams, equilibrium};
 
 const GRAVITY: f64 = 9.81;
 
 /// The query's cable as a model, in the shape of an answer whose segments are turned a little.
 fn model(query: &Query, found: &Equilibrium, off: f64) -> (Model, State) {
-    let Cable { length, bending, torsion, weight, rest, stretch_compliance } = query.cable;
+    let Cable { length, bending, torsion, weight, rest, stretch_compliance, carried } = query.cable;
     let segments = found.positions.len();
     let section = Section::Known {
         stiffness: Stiffness { stretch: 1.0, shear: 1.0, bending, torsion },
@@ -29,6 +29,13 @@ fn model(query: &Query, found: &Equilibrium, off: f64) -> (Model, State) {
             Material { youngs_modulus: 1.0, torsion_modulus: 1.0, density: 1.0 },
         )
     });
+    if carried.weight > 0.0 {
+        let place = carried.place / length * segments as f64;
+        let segment = (place as usize).min(segments - 1);
+        let offset = (place - segment as f64 - 0.5) * length / segments as f64;
+        let force = Vector3::z() * -carried.weight;
+        assembly.load(Load { segment, offset, force, torque: Vector3::zeros() });
+    }
     assembly.clamp_start(&rod);
     if query.end.is_some() {
         assembly.clamp_end(&rod);
@@ -49,6 +56,7 @@ fn model(query: &Query, found: &Equilibrium, off: f64) -> (Model, State) {
 fn queries() -> Vec<Query> {
     let mut queries: Vec<Query> = (0..24).map(|k| Distribution::default().query(7, k)).collect();
     queries.extend((0..8).map(|k| Distribution { curvature: 4.0, ..Distribution::default() }.query(8, k)));
+    queries.extend((0..16).map(|k| Distribution { carried: 40.0, ..Distribution::default() }.query(9, k)));
     for (k, query) in queries.iter_mut().enumerate() {
         // Other units, unlike axes, a cable that stretches, an end that is free.
         if k % 2 == 1 {
@@ -58,6 +66,8 @@ fn queries() -> Vec<Query> {
             query.cable.torsion *= bending;
             query.cable.weight *= bending / length.powi(3);
             query.cable.rest /= length;
+            query.cable.carried.weight *= bending / length.powi(2);
+            query.cable.carried.place *= length;
             let shift = Vector3::new(1.0, -2.0, 3.0);
             query.start.position = shift;
             query.end = query.end.map(|end| Grip { position: end.position * length + shift, ..end });
@@ -139,8 +149,11 @@ fn models_ask_the_queries_they_are_made_of() {
         let cable = CableOfModel::new(&model, &state).unwrap_or_else(|| panic!("query {k}"));
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs().max(1.0);
         assert_eq!((cable.query.start, cable.query.end), (query.start, query.end));
-        let numbers = |Cable { length, bending, torsion, weight, rest, stretch_compliance }: Cable| {
-            [length, bending[0], bending[1], torsion, weight, rest.x, rest.y, rest.z, stretch_compliance]
+        let numbers = |cable: Cable| {
+            let Cable { length, bending: [first, second], torsion, weight, rest, stretch_compliance, carried } = cable;
+            let place = if carried.weight > 0.0 { carried.place } else { 0.0 };
+            let [x, y, z] = rest.into();
+            [length, first, second, torsion, weight, x, y, z, stretch_compliance, carried.weight, place]
         };
         let pairs = numbers(cable.query.cable).into_iter().zip(numbers(query.cable));
         assert!(pairs.into_iter().all(|(a, b)| same(a, b)), "query {k}: {:?}, {:?}", cable.query.cable, query.cable);
@@ -156,9 +169,13 @@ fn models_ask_the_queries_they_are_made_of() {
         }
         cable.store(found, &mut state);
         assert_eq!((&state.positions, &state.orientations), (&found.positions, &found.orientations));
-        model.segments[3].added_mass = 1e-3;
+        for segment in [3, 5] {
+            model.segments[segment].added_mass = 1e-3;
+        }
         assert_eq!(CableOfModel::new(&model, &state), None);
-        model.segments[3].added_mass = 0.0;
+        for segment in [3, 5] {
+            model.segments[segment].added_mass = 0.0;
+        }
         model.joints[4].twist_compliance *= 2.0;
         assert_eq!(CableOfModel::new(&model, &state), None);
     }

@@ -24,14 +24,16 @@ fn changed(query: &Query, parameter: usize, by: f64) -> Query {
         13 | 14 => own.cable.bending[parameter - 13] += by,
         15 => own.cable.torsion += by,
         16 => own.cable.weight += by,
-        _ => own.cable.rest[parameter - 17] += by,
+        17..20 => own.cable.rest[parameter - 17] += by,
+        20 => own.cable.carried.weight += by,
+        _ => own.cable.carried.place += by,
     }
     own
 }
 
 #[test]
 fn shapes_change_as_their_derivatives_say() {
-    let distribution = Distribution { curvature: 2.0, ..Distribution::default() };
+    let distribution = Distribution { curvature: 2.0, carried: 30.0, ..Distribution::default() };
     for k in 0..6 {
         let mut query = distribution.query(3, k);
         query.cable.bending[1] = 0.6;

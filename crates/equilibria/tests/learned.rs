@@ -2,7 +2,7 @@
 
 use equilibria::learned::{Learned, distribution};
 use equilibria::start::Curves;
-use equilibria::{Grip, Params, Query, Scaled, solve, solve_from};
+use equilibria::{Cable, Grip, Params, Query, Scaled, solve, solve_from};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 fn queries(count: u64) -> Vec<Query> {
@@ -29,6 +29,11 @@ fn both(query: &Query, change: impl Fn(Grip) -> Grip) -> Query {
     Query { start: change(query.start), end: query.end.map(change), ..*query }
 }
 
+/// The same cable with another Darboux vector at rest.
+fn bent(query: Query, rest: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Query {
+    Query { cable: Cable { rest: rest(query.cable.rest), ..query.cable }, ..query }
+}
+
 const MOVES: [Move; 4] = [
     (
         "turned about the vertical",
@@ -36,12 +41,13 @@ const MOVES: [Move; 4] = [
         |p| about() * p,
         false,
     ),
-    ("mirrored", |query| both(query, mirrored), |p| Vector3::new(p.x, -p.y, p.z), false),
+    ("mirrored", |query| bent(both(query, mirrored), |k| Vector3::new(-k.x, k.y, -k.z)), |p| Vector3::new(p.x, -p.y, p.z), false),
     (
         "turned about its own axis",
         |query| {
             let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -0.7);
-            both(query, |own| Grip { orientation: own.orientation * roll, ..own })
+            let own = both(query, |own| Grip { orientation: own.orientation * roll, ..own });
+            bent(own, |k| roll.inverse() * k)
         },
         |p| p,
         false,
@@ -51,6 +57,8 @@ const MOVES: [Move; 4] = [
         |query| {
             let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
             let own = both(query, |own| Grip { orientation: own.orientation * half, ..own });
+            let mut own = bent(own, |k| Vector3::new(-k.x, k.y, k.z));
+            own.cable.carried.place = own.cable.length - own.cable.carried.place;
             Query { start: own.end.unwrap(), end: Some(own.start), ..own }
         },
         |p| p,
@@ -105,11 +113,13 @@ fn answers_are_those_of_the_curves_and_come_in_fewer_solves() {
 
 #[test]
 fn unknown_queries_begin_at_the_curves() {
-    let mut queries = queries(9);
+    let mut queries = queries(11);
     queries[0].end = None;
     queries[1].cable.bending[1] *= 0.9;
-    queries[2].cable.rest.x = 0.5;
+    queries[2].cable.rest.z = 0.5;
     queries[3].cable.weight = 200.0;
+    queries[9].cable.rest.x = 4.5;
+    queries[10].cable.carried.weight = 60.0;
     queries[4].cable.weight = 0.0;
     queries[5].cable.torsion = 1.2;
     queries[6].cable.stretch_compliance = 1e-3;

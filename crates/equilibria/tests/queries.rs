@@ -165,7 +165,7 @@ fn the_extremes_are_answered() {
     let mut queries = Vec::new();
     for distance in [0.0, 0.05, 0.99, 0.9999, 1.0] {
         for (k, mut query) in
-            (0..40).map(|k| Distribution { distance: [distance; 2], curvature: 0.0 }.query(5, k)).enumerate()
+            (0..40).map(|k| Distribution { distance: [distance; 2], ..Distribution::default() }.query(5, k)).enumerate()
         {
             query.cable.weight = [0.0, 1.0, 1e3, 1e5][k % 4];
             if distance > 0.95 {
@@ -188,7 +188,7 @@ fn the_extremes_are_answered() {
 fn short_steps_answer_more_of_the_hard_queries() {
     let queries: Vec<Query> = (0..500)
         .map(|k| {
-            let mut query = Distribution { distance: [0.0, 1.0], curvature: 20.0 }.query(6, k);
+            let mut query = Distribution { distance: [0.0, 1.0], curvature: 20.0, ..Distribution::default() }.query(6, k);
             (query.cable.bending[1], query.cable.torsion) = (0.02, 50.0);
             query
         })

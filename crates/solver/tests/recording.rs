@@ -6,7 +6,7 @@ mod common;
 use common::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, BodyShape, InnerDamping, Model, Pose, RigidBody, RodSpec, State, shape};
-use solver::derivative::{Recording, StateVariation, Variation, Wanted};
+use solver::derivative::{Forward, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
 use solver::linear::solvers::SolverKind;
@@ -114,6 +114,25 @@ fn threads_give_the_same_bits() {
     };
     assert_eq!(of(1), of(2));
     assert_eq!(of(1), of(4));
+}
+
+#[test]
+fn threads_give_forward_sensitivities_the_same_bits() {
+    let (model, state) = two_rods();
+    let directions = [Parameter::Bending(Rods::One(0)), Parameter::Density(Rods::All)].map(|of| of.variation(&model));
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut forward = Forward::new(&model, &state, &solved(Integrator::Bdf2), &directions).unwrap();
+            (0..STEPS).for_each(|_| forward.step(STEP).map(drop).unwrap());
+            [0, 1].map(|direction| {
+                let mut change = StateVariation::zero(model.segments.len());
+                forward.store_change(direction, &mut change);
+                change
+            })
+        })
+    };
+    assert_eq!(of(1), of(3));
 }
 
 #[test]

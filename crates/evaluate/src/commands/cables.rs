@@ -32,6 +32,12 @@ pub(crate) struct CablesArgs {
     /// Smallest and largest distance of the grips over the length.
     #[arg(long, num_args = 2, value_names = ["LEAST", "MOST"], default_values_t = Distribution::default().distance)]
     distance: Vec<f64>,
+    /// Largest curvature at rest times the length.
+    #[arg(long, default_value_t = 0.0)]
+    curvature: f64,
+    /// Largest weight that is carried, over B / L^2.
+    #[arg(long, default_value_t = 0.0)]
+    carried: f64,
     /// Answers among which neighbours are looked for.
     #[arg(long, default_value = "20000", value_parser = at_least_one)]
     neighbours: usize,
@@ -49,9 +55,13 @@ pub(crate) fn cables(args: &CablesArgs) -> Result<Outcome> {
     let [least, most] = [args.distance[0], args.distance[1]];
     let is_range = 0.0 < least && least <= most && most < 1.0;
     ensure!(is_range, "--distance {least} {most}, but it must be two numbers between 0 and 1, the larger one last");
+    let CablesArgs { curvature, carried, .. } = *args;
+    for (flag, value) in [("--curvature", curvature), ("--carried", carried)] {
+        ensure!((0.0..=1e3).contains(&value), "{flag} {value}, but it must be a number from 0 to 1000");
+    }
     args.output.prepare()?;
     let segments = usize::from(args.segments);
-    let distribution = Distribution { distance: [least, most], ..Distribution::default() };
+    let distribution = Distribution { distance: [least, most], curvature, carried, ..Distribution::default() };
     let queries: Vec<Query> = (0..args.queries as u64).map(|k| distribution.query(args.seed, k)).collect();
     let ways = cables::ways(&distribution, segments, args.neighbours as u64)?;
     let progress = Progress::new(ways.len() * args.rounds + PATHS.len() * STEPS, "ways", args.output.quiet)?;
@@ -60,6 +70,8 @@ pub(crate) fn cables(args: &CablesArgs) -> Result<Outcome> {
         .with("seed", args.seed.to_string())
         .with("segments", segments.to_string())
         .with("distance over length", format!("{least} to {most}"))
+        .with("largest curvature times length", curvature.to_string())
+        .with("largest carried weight, B / L^2", carried.to_string())
         .with("neighbours", args.neighbours.to_string())
         .with("rounds", args.rounds.to_string());
     let mut blocks = Vec::new();

@@ -1,6 +1,7 @@
 //! Forward sensitivities: derivatives along a few directions, carried with the motion.
 
 use nalgebra::{SVector, Vector3, Vector6};
+use rayon::prelude::*;
 use rod::{Model, State};
 
 use super::replay::{Replay, component};
@@ -92,15 +93,11 @@ impl Forward {
     /// If `dt` is not finite and positive, the step does not converge, or one before has not, or its equations are singular;
     /// derivatives are not to be used any more then.
     pub fn step(&mut self, dt: f64) -> Result<StepReport, DerivativeError> {
-        let Self { run, sets, .. } = self;
-        run.step(dt, &mut |members, passed| {
-            if let Some(set) = sets.iter_mut().find(|set| set.members == *members) {
-                for passed in passed {
-                    set.advance(&passed)?;
-                }
-            }
-            Some(())
-        })
+        let (report, passed) = self.run.step(dt)?;
+        let steps = self.sets.par_iter_mut().zip(passed);
+        let done = steps.map(|(set, passed)| passed.iter().try_for_each(|passed| set.advance(passed)));
+        done.collect::<Option<()>>().ok_or(DerivativeError::Singular { step: self.run.steps })?;
+        Ok(report)
     }
 
     /// Time since the start [s].

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use rod::{Body, Model, State};
 
 use super::adjoint::{Adjoint, Origin};
@@ -125,18 +126,16 @@ impl Recording {
     }
 
     fn step_kept(&mut self, dt: f64) -> Result<StepReport, DerivativeError> {
-        let Self { run, sets, .. } = self;
-        run.step(dt, &mut |members, passed| {
-            if let Some(set) = sets.iter_mut().find(|set| set.adjoint.members == *members) {
-                for mut passed in passed {
-                    if let Some(before) = set.kept.last() {
-                        passed.substep.share_poses(&before.substep);
-                    }
-                    set.kept.push(passed);
+        let (report, passed) = self.run.step(dt)?;
+        for (set, passed) in self.sets.iter_mut().zip(passed) {
+            for mut passed in passed {
+                if let Some(before) = set.kept.last() {
+                    passed.substep.share_poses(&before.substep);
                 }
+                set.kept.push(passed);
             }
-            Some(())
-        })
+        }
+        Ok(report)
     }
 
     /// Takes the steps of a stretch once more.
@@ -188,10 +187,12 @@ impl Recording {
             }
         }
         let steps = self.lengths.len();
-        let mut out = Variation::zero(&self.model);
         for set in &mut self.sets {
             set.begin(steps, objective);
         }
+        // Each thread has its part of the sets. These write to places of their own, so that parts add up to the same bits.
+        let share = self.sets.len().div_ceil(rayon::current_num_threads()).max(1);
+        let mut parts: Vec<Variation> = self.sets.chunks(share).map(|_| Variation::zero(&self.model)).collect();
         let last = self.checkpoints.len().saturating_sub(1);
         let end = if last > 0 || !self.is_kept { Some(self.run.simulation.snapshot()) } else { None };
         for stretch in (0..self.checkpoints.len()).rev() {
@@ -199,14 +200,19 @@ impl Recording {
                 self.is_kept = false;
                 self.repeat(stretch)?;
             }
-            for set in &mut self.sets {
-                set.back(&self.model, objective, wanted, &mut out)?;
-            }
+            let parts = self.sets.par_chunks_mut(share).zip(&mut parts);
+            let back = |(sets, out): (&mut [Set], &mut Variation)| {
+                sets.iter_mut().try_for_each(|set| set.back(&self.model, objective, wanted, out))
+            };
+            parts.map(back).collect::<Vec<_>>().into_iter().collect::<Result<(), DerivativeError>>()?;
         }
         if let Some(end) = end {
             self.run.simulation.restore(&end)?;
             self.run.steps = steps;
         }
+        let mut parts = parts.into_iter();
+        let mut out = parts.next().unwrap_or_else(|| Variation::zero(&self.model));
+        parts.for_each(|part| out.add(&part));
         for set in &mut self.sets {
             set.end(objective, &mut out);
         }
@@ -284,10 +290,7 @@ impl Set {
         self.adjoint.end(out);
         out.gravity += self.gravity;
         (0..2).for_each(|k| out.damping[k] += self.damping[k]);
-        out.air.density += self.air.density;
-        out.air.normal_drag += self.air.normal_drag;
-        out.air.tangential_drag += self.air.tangential_drag;
-        out.air.wind += self.air.wind;
+        out.air.add(&self.air);
         let members = &self.adjoint.members;
         for (body, poses) in self.held.drain(..) {
             let body = match body.checked_sub(members.segments.len()) {

@@ -1,5 +1,6 @@
 //! A run that derivatives are taken of: its simulation, and the steps that its connected sets are taken through.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use rod::{Model, State};
@@ -21,6 +22,8 @@ pub(super) struct Run {
     pub(super) simulation: Simulation,
     /// Steps so far.
     pub(super) steps: usize,
+    /// Number of the set that a segment is the first of.
+    sets: HashMap<usize, usize>,
     /// The step that was not solved, after which there are no derivatives.
     failed: Option<(usize, Status)>,
 }
@@ -103,8 +106,10 @@ impl Run {
         };
         // What can touch is stepped together.
         let sets = if model.contacts.is_empty() { split(model) } else { vec![all] };
-        let sets = sets.into_iter().map(replay).collect::<Result<_, DerivativeError>>()?;
-        Ok((Self { simulation, steps: 0, failed: None }, sets))
+        let sets = sets.into_iter().map(replay).collect::<Result<Vec<_>, DerivativeError>>()?;
+        let first = |(k, (members, _)): (usize, &(Members, Replay))| Some((*members.segments.first()?, k));
+        let numbers = sets.iter().enumerate().filter_map(first).collect();
+        Ok((Self { simulation, steps: 0, sets: numbers, failed: None }, sets))
     }
 
     /// Whether all steps were solved.
@@ -115,16 +120,11 @@ impl Run {
         self.failed.map_or(Ok(()), |(step, status)| Err(DerivativeError::Step { step, status }))
     }
 
-    /// Advances by `dt` [s], and hands `each` what every set has passed through; `None` is returned where that has singular
-    /// equations.
+    /// Advances by `dt` [s]. Returns, beside how the step ended, what every set has passed through.
     ///
     /// # Errors
-    /// If `dt` is not finite and positive, a step does not converge, now or before, or its equations are singular.
-    pub(super) fn step(
-        &mut self,
-        dt: f64,
-        each: &mut dyn FnMut(&Members, &mut dyn Iterator<Item = Passed>) -> Option<()>,
-    ) -> Result<StepReport, DerivativeError> {
+    /// If `dt` is not finite and positive, or a step does not converge, now or before.
+    pub(super) fn step(&mut self, dt: f64) -> Result<(StepReport, Vec<Vec<Passed>>), DerivativeError> {
         self.check()?;
         let begin = self.simulation.time();
         let report = self.simulation.step(dt)?;
@@ -134,14 +134,15 @@ impl Run {
             self.check()?;
         }
         let step = self.steps - 1;
+        let mut all: Vec<Vec<Passed>> = self.sets.iter().map(|_| Vec::new()).collect();
         for (members, substeps) in self.simulation.take_substeps() {
-            let mut passed = substeps.into_iter().map(|substep| {
+            let Some(&set) = members.segments.first().and_then(|first| self.sets.get(first)) else { continue };
+            all[set].extend(substeps.into_iter().map(|substep| {
                 let Interval { time, dt: own } = substep.interval;
                 let shares = [time, time + own].map(|time| (time - begin) / dt);
                 Passed { substep, step, shares }
-            });
-            each(members, &mut passed).ok_or(DerivativeError::Singular { step: step + 1 })?;
+            }));
         }
-        Ok(report)
+        Ok((report, all))
     }
 }
