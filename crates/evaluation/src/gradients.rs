@@ -21,6 +21,8 @@ pub struct Costs {
     pub backward_ms: f64,
     /// Back through the steps: with respect to everything.
     pub backward_all_ms: f64,
+    /// The same with a checkpoint each square root of the steps in the place of all steps.
+    pub checkpoints_ms: f64,
     /// The run with derivatives along one direction, in all.
     pub forward_ms: f64,
 }
@@ -32,9 +34,20 @@ impl Costs {
             recording_ms: self.recording_ms.min(other.recording_ms),
             backward_ms: self.backward_ms.min(other.backward_ms),
             backward_all_ms: self.backward_all_ms.min(other.backward_all_ms),
+            checkpoints_ms: self.checkpoints_ms.min(other.checkpoints_ms),
             forward_ms: self.forward_ms.min(other.forward_ms),
         }
     }
+}
+
+/// A scene so many times over, each copy by itself.
+pub fn beside(scene: &Scene, copies: usize) -> Scene {
+    let mut all = scene.clone();
+    for _ in 1..copies {
+        all.model.append(&scene.model);
+        all.state.append(&scene.state);
+    }
+    all
 }
 
 /// Runs so many steps of a scene, alone and with derivatives of its last segment's height at the end, so many times in turns.
@@ -84,12 +97,17 @@ fn once(Scene { model, state, run, .. }: &Scene, steps: usize) -> Result<Costs, 
     let objective = [(steps, height)];
     let backward_ms = timed(|| recording.backward(&objective, Wanted::default()))?.1;
     let backward_all_ms = timed(|| recording.backward(&objective, Wanted::ALL))?.1;
+    drop(recording);
+    let stretch = steps.isqrt().max(1);
+    let mut recording = Recording::with_checkpoints(model, state, &settings, stretch)?;
+    (0..steps).try_for_each(|_| recording.step(run.dt).map(|_| ()))?;
+    let checkpoints_ms = timed(|| recording.backward(&objective, Wanted::ALL))?.1;
     let forward_ms = timed(|| {
         let mut forward = Forward::new(model, state, &settings, &[Parameter::Bending(Rods::All).variation(model)])?;
         (0..steps).try_for_each(|_| forward.step(run.dt).map(|_| ()))
     })?
     .1;
-    Ok(Costs { run_ms, recording_ms, backward_ms, backward_all_ms, forward_ms })
+    Ok(Costs { run_ms, recording_ms, backward_ms, backward_all_ms, checkpoints_ms, forward_ms })
 }
 
 /// What a closure returns, and the wall time that it took [ms].
