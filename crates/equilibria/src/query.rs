@@ -90,6 +90,9 @@ pub enum QueryError {
 
 /// By how much the norm of an orientation may differ from 1.
 const NORM: f64 = 1e-6;
+/// Compliance of a joint from which a cable may be too short [m/N], and how far it may be stretched, over its length.
+const YIELDS: f64 = 1e-9;
+const LONGEST: f64 = 1.5;
 /// Largest magnitude of a number, in its unit.
 const LARGEST: f64 = 1e12;
 
@@ -133,7 +136,9 @@ impl Query {
         let Some(end) = end else { return Ok(()) };
         end.validate(["position of the end", "orientation of the end"])?;
         let distance = (end.position - start.position).norm();
-        if distance > cable.length {
+        // One that stretches may be too short: it is taut then.
+        let reach = if compliance >= YIELDS { LONGEST } else { 1.0 };
+        if distance > reach * cable.length {
             return Err(QueryError::TooFar { distance, length: cable.length });
         }
         Ok(())

@@ -16,7 +16,7 @@ pub struct Scaled {
     pub rest: [f64; 3],
     /// Weight of the cable.
     pub weight: f64,
-    /// Compliance of a joint.
+    /// Compliance of a joint of the cable's own cut.
     pub compliance: f64,
     /// A weight that it carries, and its place, from 0 to 1.
     pub carried: [f64; 2],
@@ -80,6 +80,11 @@ impl Cut {
         }
     }
 
+    /// Joints of the cable's own cut, of which this is one, or a coarser one with ends of the same length.
+    fn own_joints(&self) -> f64 {
+        (1.0 / self.lengths[0]).round() + 1.0
+    }
+
     /// Length of a segment.
     pub(crate) fn length(&self, segment: usize) -> f64 {
         self.lengths[usize::from(segment != 0 && segment + 1 != self.segments)]
@@ -134,11 +139,13 @@ impl<T: Real> Chain<T> {
             before += own;
             loaded += f64::from(u8::from(share > 0.0));
         }
-        let joints = cut.segments as f64 + 1.0;
-        self.compliance.set_lane(lane, query.compliance * joints);
+        // A coarser cut yields as much as the cable's own.
+        let compliance = query.compliance * cut.own_joints();
+        self.compliance.set_lane(lane, compliance);
         // The mean of the weights before all joints is half the cable's: they are symmetric. Those after the segment that carries
         // something bear that, too.
-        self.sag.set_lane(lane, query.compliance * (joints * 0.5 * query.weight + loaded * carried));
+        let borne = 0.5 * query.weight + carried * loaded / (cut.segments as f64 + 1.0);
+        self.sag.set_lane(lane, compliance * borne);
         for k in 0..3 {
             self.chord.0[k].set_lane(lane, query.chord[k]);
         }

@@ -204,3 +204,25 @@ fn short_steps_answer_more_of_the_hard_queries() {
     println!("of 500 {once} are answered at once, {again} in all");
     assert!(again > once + 50 && again >= 475, "{once}, {again}");
 }
+
+/// A cable that is too short for its grips is taut: its tension is what stretches it that far, and it sags as a parabola.
+#[test]
+fn a_cable_that_is_too_short_is_taut() {
+    let (segments, stiffness, strain) = (50, 1e4, 0.02);
+    let mut cable = Cable::new(1.0, 1e-3, 1e-3, 3.0);
+    // Each joint yields as its length of the cable: the two at the grips, half a segment long, count as one.
+    cable.stretch_compliance = 1.0 / (stiffness * (segments as f64 + 1.0));
+    let along_x = UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::x()).unwrap();
+    let grip = |x: f64| Grip { position: Vector3::x() * x, orientation: along_x };
+    let query = Query { cable, start: grip(0.0), end: Some(grip(1.0 + strain)) };
+    let answer = solve(&[query], &Params { segments, ..Params::default() }).unwrap().remove(0).unwrap();
+    let own = &answer.equilibria[0];
+    let tension = own.grips[1].force.x;
+    assert!((tension / (strain * stiffness) - 1.0).abs() < 1e-3, "{tension} N");
+    // w l^2 / 8 T, less what the stiff ends hold up: the slope there begins within sqrt(B / T) of the grips.
+    let sag = -own.positions[segments / 2].z;
+    let bare = 3.0 * (1.0 + strain) / (8.0 * tension) * (1.0 - 4.0 * (1e-3 / tension).sqrt());
+    assert!((sag / bare - 1.0).abs() < 0.01, "{sag} m, {bare} m");
+    let stiff = Query { cable: Cable { stretch_compliance: 1e-10, ..cable }, ..query };
+    assert!(matches!(solve(&[stiff], &Params::default()).unwrap()[0], Err(QueryError::TooFar { .. })));
+}

@@ -307,7 +307,9 @@ fn starts_of_cables_are_compared() {
         own.unwrap_or_else(|| panic!("no row {start}, {levels}: {rows:?}"))
     };
     let percent = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().expect("a number");
-    assert!(rows.iter().all(|row| percent(row, "failed %") == 0.0), "{rows:?}");
+    let is_continued = |row: &&BTreeMap<String, String>| row["start"].contains("continuation");
+    assert!(rows.iter().all(|row| percent(row, "failed %") == 0.0 || is_continued(&row)), "{rows:?}");
+    assert_eq!(rows.iter().filter(is_continued).count(), 4);
     let (sag, all) = (of("Hermite with sag", "-"), of("two curves, both twists", "11"));
     assert!(percent(all, "lowest %") > 95.0 && percent(all, "lowest %") > percent(sag, "lowest %"));
     assert!(median(all, "solves") < 0.6 * median(sag, "solves"));

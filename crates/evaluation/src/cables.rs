@@ -1,5 +1,6 @@
 //! Starts for the equilibria of cables between two grips: time, solves, and how often they lead to the lowest equilibrium.
 
+mod continuation;
 mod starts;
 
 use equilibria::known::{Known, Previous};
@@ -13,6 +14,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::precision::clock::thread_time;
 
+pub use continuation::Continued;
 pub use starts::{Neighbours, Slerp};
 
 /// Queries that are timed together.
@@ -32,6 +34,14 @@ pub struct Way {
     pub levels: Vec<usize>,
     /// Where it begins.
     pub starts: Box<dyn Starts>,
+    /// What it is brought there by, and in how many steps.
+    pub continued: Option<(Continued, usize)>,
+}
+
+impl Way {
+    fn new(name: &str, levels: &[usize], starts: impl Starts + 'static) -> Self {
+        Self { name: name.to_owned(), levels: levels.to_vec(), starts: Box::new(starts), continued: None }
+    }
 }
 
 /// What a way came to.
@@ -57,14 +67,12 @@ pub fn ways(distribution: &Distribution, segments: usize, neighbours: u64) -> Re
     let curves = |hermite, sagging, both_twists| Curves { hermite, sagging, both_twists };
     let (plain, sag) = (curves(true, false, false), curves(false, true, false));
     let (twists, four) = (curves(false, true, true), Curves::all());
-    let mut ways = vec![Way { name: "slerp".to_owned(), levels: Vec::new(), starts: Box::new(Slerp) }];
-    let mut add = |name: &str, levels: &[usize], own: Curves| {
-        ways.push(Way { name: name.to_owned(), levels: levels.to_vec(), starts: Box::new(own) });
-    };
+    let mut ways = vec![Way::new("slerp", &[], Slerp)];
+    let mut add = |name: &str, levels: &[usize], own: Curves| ways.push(Way::new(name, levels, own));
     add("Hermite", &[], plain);
     add("Hermite with sag", &[], sag);
     add("Hermite with sag, both twists", &[], twists);
-    for levels in [&[7][..], &[11], &[14], &[7, 14], &[7, 20]] {
+    for levels in [&[7][..], &[11], &[14], &[7, 14], &[7, 20], &[7, 12, 20]] {
         add("Hermite with sag", levels, sag);
         add("Hermite with sag, both twists", levels, twists);
         add("two curves, both twists", levels, four);
@@ -73,7 +81,13 @@ pub fn ways(distribution: &Distribution, segments: usize, neighbours: u64) -> Re
         for levels in [&[][..], &[11]] {
             let mut starts = Learned::default();
             starts.proposals = proposals;
-            ways.push(Way { name: name.to_owned(), levels: levels.to_vec(), starts: Box::new(starts) });
+            ways.push(Way::new(name, levels, starts));
+        }
+    }
+    for (what, name) in [(Continued::Load, "load"), (Continued::Pose, "pose")] {
+        for steps in [3, 6] {
+            let name = format!("{name} continuation in {steps} steps");
+            ways.push(Way { continued: Some((what, steps)), ..Way::new(&name, &[], sag) });
         }
     }
     let queries: Vec<Query> = (0..neighbours).map(|k| distribution.query(NEIGHBOURS_SEED, k)).collect();
@@ -85,7 +99,7 @@ pub fn ways(distribution: &Distribution, segments: usize, neighbours: u64) -> Re
         .collect();
     for (with_tree, how) in [(false, "one by one"), (true, "k-d tree")] {
         let name = format!("nearest of {}, {how}", known.len());
-        ways.push(Way { name, levels: Vec::new(), starts: Box::new(Neighbours::new(&known, with_tree)) });
+        ways.push(Way::new(&name, &[], Neighbours::new(&known, with_tree)));
     }
     Ok(ways)
 }
@@ -107,7 +121,7 @@ pub fn measure(
     for round in 0..rounds {
         for (k, way) in ways.iter().enumerate() {
             let params = Params { segments, levels: way.levels.clone(), again: false, ..Params::default() };
-            let (times, answers) = timed(queries, &params, way.starts.as_ref())?;
+            let (times, answers) = timed(queries, &params, way.starts.as_ref(), way.continued)?;
             if round == 0 {
                 all.push((times, answers));
             } else {
@@ -136,14 +150,23 @@ pub fn measure(
 }
 
 /// Answers, and the time a query of each part of them.
-fn timed(queries: &[Query], params: &Params, starts: &dyn Starts) -> Result<(Vec<f64>, Answers), ParamsError> {
+fn timed(
+    queries: &[Query],
+    params: &Params,
+    starts: &dyn Starts,
+    continued: Option<(Continued, usize)>,
+) -> Result<(Vec<f64>, Answers), ParamsError> {
     let (mut times, mut answers) = (Vec::new(), Vec::new());
     for (k, part) in queries.chunks(CHUNK).enumerate() {
         let starts = Later { first: k * CHUNK, starts };
         // The thread that answers is the one that is timed.
         let (own, seconds) = rayon::scope(|_| {
             let begin = now();
-            (solve_from(part, params, &starts), now() - begin)
+            let own = match continued {
+                None => solve_from(part, params, &starts),
+                Some(way) => continuation::solve(part, params, &starts, way),
+            };
+            (own, now() - begin)
         });
         answers.extend(own?);
         times.push(seconds / part.len() as f64);
@@ -243,8 +266,8 @@ pub fn measure_paths(
     let mut lengths = Vec::new();
     for k in 0..steps {
         queries = queries.iter().enumerate().map(|(path, query)| gone_on(query, step, path, k)).collect();
-        let previous = timed(&queries, &direct, &Previous(last.clone()))?;
-        let others = timed(&queries, &params, &Curves::all())?;
+        let previous = timed(&queries, &direct, &Previous(last.clone()), None)?;
+        let others = timed(&queries, &params, &Curves::all(), None)?;
         for ((query, known), answer) in queries.iter().zip(&mut last).zip(&previous.1) {
             if let Some(own) = answer.as_ref().ok().and_then(|own| Known::of(query, own)) {
                 *known = own;

@@ -36,7 +36,7 @@ fn between([a, b]: &[UnitQuaternion<f64>; 2], share: f64) -> UnitQuaternion<f64>
 }
 
 /// Inputs of the search for neighbours.
-const INPUTS: usize = 12;
+const INPUTS: usize = 16;
 
 /// A query turned about the vertical so that the second grip lies in the plane of x and z, mirrored at that plane so that the
 /// cable leaves the first grip towards y, and turned about its own axis.
@@ -50,7 +50,7 @@ struct Canonical {
 }
 
 impl Canonical {
-    /// Of a round cable that is straight at rest, between two grips.
+    /// Of a round cable that is not twisted at rest, between two grips.
     fn new(query: &Scaled) -> Self {
         let about_z = |angle: f64| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
         let shortest = |a: &Vector3<f64>, b: &Vector3<f64>| {
@@ -67,6 +67,9 @@ impl Canonical {
         let end = last * roll;
         let twist = turn((shortest(&tangents[0], &tangents[1]) * base).inverse() * end);
         let [a, b] = tangents;
+        let sign = if is_mirrored { -1.0 } else { 1.0 };
+        let bent = roll.inverse() * Vector3::new(sign * query.rest[0], query.rest[1], 0.0) * 0.25;
+        let [carried, place] = [query.carried[0] * 0.05, query.carried[1]];
         let numbers = [
             chord.x,
             chord.z,
@@ -80,6 +83,10 @@ impl Canonical {
             twist.sin(),
             (1.0 + query.weight).log10() * 0.5,
             query.stiffness[2],
+            bent.x,
+            bent.y,
+            carried,
+            carried * (2.0 * place - 1.0),
         ];
         Self { inputs: numbers.map(|x| x as f32), about, is_mirrored, roll, ends: [base, end] }
     }
@@ -184,7 +191,8 @@ mod tests {
     /// an answer.
     #[test]
     fn a_query_that_is_known_is_answered_at_once() {
-        let queries: Vec<Query> = (0..40).map(|k| Distribution::default().query(2, k)).collect();
+        let distribution = Distribution { curvature: 4.0, carried: 50.0, plain: 0.5, ..Distribution::default() };
+        let queries: Vec<Query> = (0..40).map(|k| distribution.query(2, k)).collect();
         let params = Params { segments: 30, ..Params::default() };
         let answers = solve(&queries, &params).unwrap();
         let all: Vec<(Query, Known)> = queries
@@ -198,10 +206,13 @@ mod tests {
             position: about * reflected(true, grip.position),
             orientation: about * mirrored(true, grip.orientation) * roll,
         };
-        let others: Vec<Query> = queries
-            .iter()
-            .map(|query| Query { start: changed(query.start), end: query.end.map(changed), ..*query })
-            .collect();
+        let other = |query: &Query| {
+            let mut other = Query { start: changed(query.start), end: query.end.map(changed), ..*query };
+            let rest = query.cable.rest;
+            other.cable.rest = roll.inverse() * Vector3::new(-rest.x, rest.y, -rest.z);
+            other
+        };
+        let others: Vec<Query> = queries.iter().map(other).collect();
         let direct = Params { levels: Vec::new(), again: false, ..params };
         for with_tree in [false, true] {
             let again = solve_from(&others, &direct, &Neighbours::new(&all, with_tree)).unwrap();
