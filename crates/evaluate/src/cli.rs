@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 
-use crate::commands::cables::CablesArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::random::{GuessesArgs, StepsArgs};
 use crate::commands::stress::StressArgs;
@@ -36,8 +35,6 @@ pub(crate) enum Command {
     Guesses(GuessesArgs),
     /// Measure starts of whole steps on random scenes, slack ones too: outer iterations and time (formulation newton).
     Steps(StepsArgs),
-    /// Measure starts for the equilibria of cables between two grips: time, solves, how often the lowest one is found.
-    Cables(CablesArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
     Stress(StressArgs),
 }

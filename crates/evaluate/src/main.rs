@@ -16,7 +16,7 @@ mod ways;
 use std::process::ExitCode;
 
 use crate::cli::Command;
-use crate::commands::{cables, compare, random, stress};
+use crate::commands::{compare, random, stress};
 
 /// How a command ended: the program's exit code.
 #[repr(u8)]
@@ -45,7 +45,6 @@ fn main() -> ExitCode {
         Command::Compare(args) => compare::compare(&args),
         Command::Guesses(args) => random::guesses(&args),
         Command::Steps(args) => random::steps(&args),
-        Command::Cables(args) => cables::cables(&args),
         Command::Stress(args) => stress::stress(&args),
     };
     let outcome = result.unwrap_or_else(|error| {

@@ -11,6 +11,7 @@ use equilibria::{Answer, Grip, Params, ParamsError, Query, QueryError, solve, so
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
 
 use crate::precision::clock::thread_time;
 
@@ -45,10 +46,10 @@ impl Way {
 }
 
 /// What a way came to.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measured {
-    /// Time a query [s], and half of its 95 % interval over parts of the queries, each the best of its rounds.
-    pub seconds: [f64; 2],
+    /// Time a query [us], and half of its 95 % interval over parts of the queries, each the best of its rounds.
+    pub query_us: [f64; 2],
     /// Solves a query on the cable's own segments, and half of the mean's 95 % interval.
     pub solves: [f64; 2],
     /// Solves a query on coarse levels.
@@ -221,7 +222,7 @@ fn summary(
     let solves: Vec<f64> = found.iter().map(|own| f64::from(own.solves)).collect();
     let lowest = answers.iter().enumerate().filter(|(k, own)| is_lowest(*k, own)).count();
     Measured {
-        seconds: mean(times),
+        query_us: mean(times).map(|seconds| 1e6 * seconds),
         solves: mean(&solves),
         coarse_solves: found.iter().map(|own| f64::from(own.coarse_solves)).sum::<f64>() / found.len().max(1) as f64,
         failed: 1.0 - found.len() as f64 / count,

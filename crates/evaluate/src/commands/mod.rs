@@ -1,7 +1,6 @@
 //! What a user measures by hand: ways and guesses on scenes of one's own choice, the stability table. Each command makes
 //! text and tables, prints them, and with `--out` writes them as a page.
 
-pub(crate) mod cables;
 pub(crate) mod compare;
 pub(crate) mod random;
 pub(crate) mod stress;

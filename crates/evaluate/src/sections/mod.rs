@@ -1,6 +1,7 @@
 //! The sections of the report, a file each: what a section measures, and in a file below it how that is shown.
 
 mod ablation;
+mod cables;
 pub(crate) mod claims;
 mod dynamics;
 mod equilibria;
@@ -60,6 +61,18 @@ static EXACT: Place = Place {
     has_networks: false,
 };
 
+/// What a learned start of equilibria is worth.
+static STARTS: Place = Place {
+    folder: "equilibria",
+    title: "Elastic rods: equilibria without a history",
+    lead: &[
+        "Between two steps of a motion the last solution is a start that is hard to beat. A planner asks otherwise: thousands of \
+         independent questions, with several answers each. This page has what a learned start is worth there.",
+        "One command, `cargo run -p evaluate -- report --only cables`, measures it in minutes. Every table has a CSV file.",
+    ],
+    has_networks: false,
+};
+
 /// How near simulations come to real cables.
 static REAL: Place = Place {
     folder: "real",
@@ -92,6 +105,10 @@ const fn exact(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job
     Named { name, about, page: &EXACT, job }
 }
 
+const fn starts(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
+    Named { name, about, page: &STARTS, job }
+}
+
 const fn real(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
     Named { name, about, page: &REAL, job }
 }
@@ -101,7 +118,7 @@ fn cells<S: Section + 'static>(section: S) -> Box<dyn Job> {
 }
 
 /// All sections, in the order of their pages.
-pub(crate) static SECTIONS: [Named; 15] = [
+pub(crate) static SECTIONS: [Named; 16] = [
     learned("precision", "Error against run time", || cells(precision::Precision::default())),
     learned("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
     learned("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),
@@ -116,6 +133,7 @@ pub(crate) static SECTIONS: [Named; 15] = [
     exact("newton", "Steps with the exact tangent", || cells(newton::Newton)),
     exact("equilibria", "Equilibria by Newton's method", || cells(equilibria::Equilibria)),
     exact("gradients", "Derivatives of runs", || cells(gradients::Gradients)),
+    starts("cables", "Starts for the equilibria of cables", || cells(cables::Cables)),
     real("real-cables", "Predictions of real cables (with --recordings alone)", || {
         cells(real_cables::RealCables::default())
     }),

@@ -1,0 +1,249 @@
+//! Starts for the equilibria of cables between two grips: time, solves, and how often the lowest equilibrium is found.
+
+use anyhow::Result;
+use equilibria::Query;
+use equilibria::sample::Distribution;
+use evaluation::cables::{self, Measured, PathStep, Way};
+use report::{Block, Cell, Section as PageSection};
+use serde::{Deserialize, Serialize};
+
+use crate::blocks::{section, table};
+use crate::cells::Section;
+use crate::context::Context;
+use crate::show::number;
+
+/// A set of random queries.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct CablesKey {
+    set: String,
+    segments: usize,
+    /// Distances of the grips over the length.
+    distance: [f64; 2],
+    /// Largest curvature at rest times the length.
+    curvature: f64,
+    /// Largest weight that is carried, over B / L^2.
+    carried: f64,
+    queries: usize,
+    neighbours: usize,
+    rounds: usize,
+    /// Whether paths are measured, too.
+    has_paths: bool,
+}
+
+/// A way, or the previous answer on a path, as it was measured.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Row {
+    start: String,
+    levels: Vec<usize>,
+    is_learned: bool,
+    measured: Measured,
+}
+
+/// All ways on a set, and on paths.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Answered {
+    ways: Vec<Row>,
+    paths: Vec<Row>,
+}
+
+pub(crate) struct Cables;
+
+/// Seed of the queries.
+const SEED: u64 = 1;
+/// Steps of the second grip on paths: its distance over the length, and its turn [degrees].
+const STEPS: [(f64, f64); 2] = [(0.02, 5.0), (0.1, 20.0)];
+/// Queries of a path.
+const LENGTH: usize = 10;
+/// By how much less often a rival may find the lowest equilibrium.
+const LESS: f64 = 0.005;
+/// The learned start that is held against others.
+const OURS: (&str, usize) = ("learned, one or two proposals", 11);
+const OURS_FOR_ANY: (&str, usize) = ("learned, one proposal", 11);
+
+const INTRODUCTION: &str = "Which shape does a cable take between two grips? Asked without a history, the start of the search decides \
+    how long the answer takes, and which of several equilibria it is. Every start is brought to the same tolerance, 1e-8. The lowest \
+    equilibrium is the lowest of all ways and of 30 random starts, to 1e-6 of its energy.";
+
+impl CablesKey {
+    fn distribution(&self) -> Distribution {
+        let Self { distance, curvature, carried, .. } = *self;
+        Distribution { distance, curvature, carried, ..Distribution::default() }
+    }
+}
+
+impl Section for Cables {
+    type Key = CablesKey;
+    type Value = Answered;
+    const ID: &'static str = "cables";
+
+    fn keys(&self, context: &Context) -> Result<Vec<CablesKey>> {
+        let [queries, neighbours, rounds] = context.size.pick([60, 200, 1], [3000, 20_000, 5]);
+        let distance = Distribution::default().distance;
+        let plain = |set: &str, segments: usize| CablesKey {
+            set: set.to_owned(),
+            segments,
+            distance,
+            curvature: 0.0,
+            carried: 0.0,
+            queries,
+            neighbours,
+            rounds,
+            has_paths: false,
+        };
+        if queries < 3000 {
+            return Ok(vec![CablesKey { has_paths: true, ..plain("30 segments", 30) }]);
+        }
+        Ok(vec![
+            plain("30 segments", 30),
+            CablesKey { has_paths: true, ..plain("50 segments", 50) },
+            plain("100 segments", 100),
+            CablesKey { distance: [0.1, 0.4], ..plain("slack", 50) },
+            CablesKey { curvature: 4.0, ..plain("bent at rest", 50) },
+            CablesKey { carried: 50.0, ..plain("with a weight", 50) },
+            CablesKey { distance: [0.95, 0.99], ..plain("outside of the training", 50) },
+            CablesKey { neighbours: 100_000, ..plain("more neighbours", 50) },
+        ])
+    }
+
+    fn seconds(&self, key: &CablesKey) -> f64 {
+        let way = 25e-6 * key.segments as f64 / 50.0;
+        way * key.queries as f64 * (35 * key.rounds + 40) as f64 + 3e-5 * key.neighbours as f64
+    }
+
+    fn measure(&mut self, _: &Context, key: &CablesKey, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Answered>> {
+        let distribution = key.distribution();
+        let queries: Vec<Query> = (0..key.queries as u64).map(|k| distribution.query(SEED, k)).collect();
+        let ways = cables::ways(&distribution, key.segments, key.neighbours as u64)?;
+        let Some(measured) = cables::measure(&queries, &ways, key.segments, key.rounds, &mut *go_on)? else {
+            return Ok(None);
+        };
+        let row = |(way, measured): (&Way, Measured)| Row {
+            start: way.name.clone(),
+            levels: way.levels.clone(),
+            is_learned: way.name.starts_with("learned"),
+            measured,
+        };
+        let ways = ways.iter().zip(measured).map(row).collect();
+        let paths = if key.has_paths { paths(key, &queries, go_on)? } else { Some(Vec::new()) };
+        Ok(paths.map(|paths| Answered { ways, paths }))
+    }
+
+    fn show(&self, context: &Context, cells: &[(&CablesKey, &Answered)]) -> Result<PageSection> {
+        let Some((first, _)) = cells.first() else { return Ok(section([Self::ID, TITLE, INTRODUCTION], Vec::new())) };
+        let conditions = context
+            .without_networks("of the thread; look-ups, inference and answers included")
+            .with("queries", format!("{} of each set, seed {SEED}", first.queries))
+            .with("rounds", format!("{}, in turns; the best of each counts", first.rounds));
+        let mut blocks = vec![table(
+            [
+                "cables-gain",
+                "The learned start beside the fastest without learning",
+                "The rival is the fastest start without learning that finds the lowest equilibrium at most half a per cent less \
+                 often than the learned one, which proposes one or two. For any equilibrium: the fastest of all without \
+                 learning, over the learned start with one proposal. Times in us a query.",
+            ],
+            "set | #distance of grips | #segments | #learned [us] | #lowest % | rival | coarse levels | #rival [us] | #lowest % | \
+             #rival, to learned | #for any equilibrium",
+            cells.iter().map(|(key, answered)| gain(key, answered)).collect(),
+            conditions.clone(),
+        )];
+        for (number, (key, answered)) in cells.iter().enumerate() {
+            let id = format!("cables-{}", number + 1);
+            let title = format!("All starts: {}", key.set);
+            let caption = "With half of the mean's 95 % interval. Solves are linear solves on the cable's own segments.";
+            let conditions = conditions
+                .clone()
+                .with("segments", key.segments.to_string())
+                .with("distance of the grips over the length", format!("{} to {}", key.distance[0], key.distance[1]))
+                .with("curvature at rest times the length, at most", key.curvature.to_string())
+                .with("weight that is carried over B / L^2, at most", key.carried.to_string());
+            blocks.push(rows([&id, &title, caption], &answered.ways, conditions.clone()));
+            if key.has_paths {
+                let caption = "The second grip goes and turns in random directions. Lowest: the lower one of both ways.";
+                blocks.push(rows(["cables-paths", "On a path", caption], &answered.paths, conditions));
+            }
+        }
+        Ok(section([Self::ID, TITLE, INTRODUCTION], blocks))
+    }
+}
+
+const TITLE: &str = "Starts for the equilibria of cables";
+
+/// The previous answer as a start.
+fn paths(key: &CablesKey, queries: &[Query], go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Row>>> {
+    let first = &queries[..queries.len() / LENGTH];
+    let mut rows = Vec::new();
+    for (distance, degrees) in STEPS {
+        let step = PathStep { distance, angle: degrees.to_radians() };
+        let Some([previous, curves]) = cables::measure_paths(first, step, LENGTH, key.segments, &mut *go_on)? else {
+            return Ok(None);
+        };
+        let words = format!("steps of {distance} L and {degrees} degrees");
+        let row = |name: &str, levels: &[usize], measured| {
+            let start = format!("{name}, {words}");
+            Row { start, levels: levels.to_vec(), is_learned: false, measured }
+        };
+        rows.extend([row("previous answer", &[], previous), row("two curves, both twists", &[11], curves)]);
+    }
+    Ok(Some(rows))
+}
+
+fn levels(row: &Row) -> String {
+    let levels: Vec<String> = row.levels.iter().map(ToString::to_string).collect();
+    if levels.is_empty() { "-".to_owned() } else { levels.join(", ") }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.2}", 100.0 * share)
+}
+
+/// The fastest without learning that finds the lowest in this share of the queries.
+fn rival(rows: &[Row], lowest: f64) -> Option<&Row> {
+    let fits = |row: &&Row| !row.is_learned && row.measured.lowest >= lowest && row.measured.failed < 1e-3;
+    rows.iter().filter(fits).min_by(|a, b| a.measured.query_us[0].total_cmp(&b.measured.query_us[0]))
+}
+
+fn gain(key: &CablesKey, Answered { ways, .. }: &Answered) -> Vec<Cell> {
+    let of = |(name, level): (&str, usize)| ways.iter().find(|row| row.start == name && row.levels == [level]);
+    let distance = format!("{} to {}", key.distance[0], key.distance[1]);
+    let mut cells: Vec<Cell> = vec![key.set.as_str().into(), distance.into(), key.segments.to_string().into()];
+    let row = of(OURS).zip(of(OURS_FOR_ANY)).and_then(|(own, own_for_any)| {
+        Some((own, rival(ways, own.measured.lowest - LESS)?, own_for_any, rival(ways, 0.0)?))
+    });
+    let Some((own, rival, own_for_any, rival_for_any)) = row else {
+        cells.extend((0..8).map(|_| Cell::muted("-")));
+        return cells;
+    };
+    let time = |row: &Row| row.measured.query_us[0];
+    let texts = [
+        number(time(own)),
+        percent(own.measured.lowest),
+        rival.start.clone(),
+        levels(rival),
+        number(time(rival)),
+        percent(rival.measured.lowest),
+        number(time(rival) / time(own)),
+        number(time(rival_for_any) / time(own_for_any)),
+    ];
+    cells.extend(texts.into_iter().map(Cell::from));
+    cells
+}
+
+fn rows(head: [&str; 3], rows: &[Row], conditions: report::Conditions) -> Block {
+    let with_interval = |[mean, half]: [f64; 2]| format!("{} +- {}", number(mean), number(half));
+    let row = |row: &Row| {
+        let Measured { query_us, solves, coarse_solves, failed, lowest } = &row.measured;
+        let texts = [
+            row.start.clone(),
+            levels(row),
+            with_interval(*query_us),
+            with_interval(*solves),
+            number(*coarse_solves),
+            percent(*failed),
+            percent(*lowest),
+        ];
+        texts.into_iter().map(Cell::from).collect()
+    };
+    let headings = "start | coarse levels | #time [us] | #solves | #coarse solves | #failed % | #lowest %";
+    table(head, headings, rows.iter().map(row).collect(), conditions)
+}
