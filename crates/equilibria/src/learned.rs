@@ -90,6 +90,17 @@ impl Learned {
     }
 }
 
+impl Learned {
+    /// How likely the lowest equilibrium is in each of the two classes of twist, see [`Canonical`]; `None` of queries unlike those
+    /// of the training.
+    pub fn likelihoods(&self, query: &Scaled) -> Option<[f64; 2]> {
+        let mut outputs = [0.0; OUTPUTS];
+        Self::knows(query).then(|| self.network.evaluate(&Canonical::new(query).inputs(0), &mut outputs))?;
+        let odds = f64::from(outputs[OUTPUTS - 1]).exp();
+        Some([odds / (1.0 + odds), 1.0 / (1.0 + odds)])
+    }
+}
+
 impl Starts for Learned {
     fn count(&self) -> usize {
         Curves::all().count()
@@ -203,6 +214,50 @@ pub fn encode(
 mod tests {
     use super::*;
     use crate::{Params, Query, solve};
+
+    /// Of other queries than those of the training: errors of the likelier class's turns against the lowest equilibrium, where
+    /// that is in this class.
+    #[test]
+    fn starts_are_near_the_lowest_equilibrium() {
+        let kinds = [("plain", 0.0, 0.0), ("bent at rest", CURVATURE, 0.0), ("with a weight", 0.0, CARRIED)];
+        for (name, curvature, carried) in kinds {
+            let distribution = Distribution { curvature, carried, plain: 0.0, ..distribution() };
+            let queries: Vec<Query> = (0..1000).map(|k| distribution.query(33, k)).collect();
+            let learned = Learned { proposals: 1, ..Learned::default() };
+            let cut = Cut::even(Params::default().segments);
+            let mut errors = Vec::new();
+            for (k, answer) in solve(&queries, &Params::default()).unwrap().iter().enumerate() {
+                let lowest = &answer.as_ref().unwrap().equilibria[0].orientations;
+                let mut turns = vec![UnitQuaternion::identity(); learned.count() * cut.segments];
+                let mut forces = vec![Vector3::zeros(); learned.count()];
+                learned.fill(k, &Scaled::new(&queries[k]), &cut, &mut turns, &mut forces);
+                let off = turns.iter().zip(lowest).map(|(a, b)| a.angle_to(b).powi(2)).sum::<f64>();
+                errors.push((off / cut.segments as f64).sqrt());
+            }
+            errors.sort_by(f64::total_cmp);
+            println!("{name}: median error {:.4} rad, nine in ten below {:.4} rad", errors[500], errors[900]);
+            assert!(errors[500] < 0.12, "{name}: {} rad", errors[500]);
+        }
+    }
+
+    /// Of the queries with about the same likelihood, that share has its lowest equilibrium in the first class.
+    #[test]
+    fn likelihoods_are_shares() {
+        let queries: Vec<Query> = (0..2000).map(|k| distribution().query(34, k)).collect();
+        let mut parts = [[0.0; 3]; 5];
+        for (query, answer) in queries.iter().zip(solve(&queries, &Params::default()).unwrap()) {
+            let (scaled, own) = (Scaled::new(query), answer.unwrap().equilibria.remove(0));
+            let (class, _) = encode(&Canonical::new(&scaled), &scaled, &own.orientations, Vector3::zeros());
+            let [first, second] = Learned::default().likelihoods(&scaled).unwrap();
+            assert!((first + second - 1.0).abs() < 1e-12);
+            let part = &mut parts[((5.0 * first) as usize).min(4)];
+            *part = [part[0] + 1.0, part[1] + first, part[2] + f64::from(u8::from(class == 0))];
+        }
+        for [count, expected, found] in parts {
+            let spread = (expected * (1.0 - expected / count)).sqrt();
+            assert!(count > 30.0 && (expected - found).abs() < 3.0 * spread + 0.05 * count, "{parts:?}");
+        }
+    }
 
     /// What is left of an answer when it is written down in modes is small, and the class is the one that it is in.
     #[test]

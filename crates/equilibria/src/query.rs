@@ -35,7 +35,15 @@ impl Cable {
     /// One that is straight at rest, round, does not stretch, and carries nothing.
     pub fn new(length: f64, bending: f64, torsion: f64, weight: f64) -> Self {
         let rest = Vector3::zeros();
-        Self { length, bending: [bending; 2], torsion, weight, rest, stretch_compliance: 1e-10, carried: Carried::default() }
+        Self {
+            length,
+            bending: [bending; 2],
+            torsion,
+            weight,
+            rest,
+            stretch_compliance: 1e-10,
+            carried: Carried::default(),
+        }
     }
 }
 

@@ -5,7 +5,9 @@ use std::f64::consts::TAU;
 use equilibria::sample::Distribution;
 use equilibria::{Cable, CableOfModel, Equilibrium, Grip, Params, Query, solve};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, LineInertia, Load, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape};
+use rod::{
+    Assembly, LineInertia, Load, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape,
+};
 use solver::statics::{StaticParams, equilibrium};
 
 const GRAVITY: f64 = 9.81;

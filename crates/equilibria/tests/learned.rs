@@ -41,7 +41,12 @@ const MOVES: [Move; 4] = [
         |p| about() * p,
         false,
     ),
-    ("mirrored", |query| bent(both(query, mirrored), |k| Vector3::new(-k.x, k.y, -k.z)), |p| Vector3::new(p.x, -p.y, p.z), false),
+    (
+        "mirrored",
+        |query| bent(both(query, mirrored), |k| Vector3::new(-k.x, k.y, -k.z)),
+        |p| Vector3::new(p.x, -p.y, p.z),
+        false,
+    ),
     (
         "turned about its own axis",
         |query| {

@@ -188,7 +188,8 @@ fn the_extremes_are_answered() {
 fn short_steps_answer_more_of_the_hard_queries() {
     let queries: Vec<Query> = (0..500)
         .map(|k| {
-            let mut query = Distribution { distance: [0.0, 1.0], curvature: 20.0, ..Distribution::default() }.query(6, k);
+            let mut query =
+                Distribution { distance: [0.0, 1.0], curvature: 20.0, ..Distribution::default() }.query(6, k);
             (query.cable.bending[1], query.cable.torsion) = (0.02, 50.0);
             query
         })

@@ -13,8 +13,8 @@ use solver::statics::{StaticParams, equilibrium};
 use crate::Outcome;
 use crate::cli::{RestArgs, StaticArgs};
 use crate::files::{Files, Wanted, Written};
-use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::learned_start::{self, Begin};
+use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::{along, branches, scenes};
 use terminal::say;
 

@@ -150,7 +150,8 @@ impl Section for Cables {
         for (number, (key, answered)) in cells.iter().enumerate() {
             let id = format!("cables-{}", number + 1);
             let title = format!("All starts: {}", key.set);
-            let caption = "With half of the mean's 95 % interval. Solves are linear solves on the cable's own segments.";
+            let caption =
+                "With half of the mean's 95 % interval. Solves are linear solves on the cable's own segments.";
             let conditions = conditions
                 .clone()
                 .with("segments", key.segments.to_string())
@@ -159,7 +160,8 @@ impl Section for Cables {
                 .with("weight that is carried over B / L^2, at most", key.carried.to_string());
             blocks.push(rows([&id, &title, caption], &answered.ways, conditions.clone()));
             if key.has_paths {
-                let caption = "The second grip goes and turns in random directions. Lowest: the lower one of both ways.";
+                let caption =
+                    "The second grip goes and turns in random directions. Lowest: the lower one of both ways.";
                 blocks.push(rows(["cables-paths", "On a path", caption], &answered.paths, conditions));
             }
         }

@@ -68,9 +68,8 @@ impl Section for Gradients {
             .with("repetitions", format!("{turns}, in turns; the least time of each"));
         let middle = cells.first().map(|(key, _)| *key);
         let over = |x: fn(&GradientKey) -> usize, fixed: fn(&GradientKey) -> usize| {
-            let is_own = |key: &GradientKey| {
-                middle.is_some_and(|middle| fixed(key) == fixed(middle) && key.rods == middle.rods)
-            };
+            let is_own =
+                |key: &GradientKey| middle.is_some_and(|middle| fixed(key) == fixed(middle) && key.rods == middle.rods);
             let mut own: Vec<_> =
                 cells.iter().filter(|(key, _)| is_own(key)).map(|&(key, costs)| (x(key), costs)).collect();
             own.sort_by_key(|(place, _)| *place);
@@ -121,6 +120,7 @@ fn row(key: &GradientKey, costs: &Costs) -> Vec<Cell> {
     let ratio = |ms: f64| number(ms / costs.run_ms);
     let sizes = [key.segments, key.steps, key.rods].map(|count| count.to_string());
     let plain = [costs.run_ms, costs.recording_ms].map(number);
-    let beside = [costs.backward_ms, costs.backward_all_ms, costs.checkpoints_ms, costs.forward_ms].map(|ms| [number(ms), ratio(ms)]);
+    let beside = [costs.backward_ms, costs.backward_all_ms, costs.checkpoints_ms, costs.forward_ms]
+        .map(|ms| [number(ms), ratio(ms)]);
     sizes.into_iter().chain(plain).chain(beside.into_iter().flatten()).map(Cell::from).collect()
 }
