@@ -53,7 +53,7 @@ impl Canonical {
         let twist = (shortest(&a, &b) * start).inverse() * end;
         let sign = if twist.w < 0.0 { -1.0 } else { 1.0 };
         let weight = query.weight.max(f64::MIN_POSITIVE).log10() - 1.0;
-        let torsion = 5.0 * (query.stiffness[2] - 0.85);
+        let torsion = 3.0 * query.stiffness[2].ln();
         let (cos, sin) = (sign * twist.w, sign * twist.k);
         // Curvatures at rest, in the frame that is reversed, mirrored and turned about its axis.
         let [mut bent, other, _] = query.rest;
@@ -77,7 +77,7 @@ impl Canonical {
     }
 
     /// What a network reads of the query and a class, 0 or 1: the chord's x and z over L; the tangents at both grips; cosine and
-    /// sine of half of the twist; log10 of `w L^3 / B`, less 1; GJ / B, from -.75 to .75; curvatures at rest, over 4 / L; the weight that is carried, over
+    /// sine of half of the twist; log10 of `w L^3 / B`, less 1; three times the logarithm of GJ / B; curvatures at rest, over 4 / L; the weight that is carried, over
     /// 20 B / L^2, and that times its place, from -1 to 1.
     pub fn inputs(&self, class: usize) -> [f32; INPUTS] {
         let mut numbers = self.numbers;

@@ -1,7 +1,7 @@
 //! A learned start: a small network says where a cable's lowest equilibrium is, in which of two classes of twist, and how sure
 //! it is.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -23,10 +23,14 @@ pub const DISTANCE: [f64; 2] = [0.1, 0.95];
 pub const CURVATURE: f64 = 4.0;
 /// The largest of the weights.
 pub const CARRIED: f64 = 50.0;
-/// Share of its training that is straight at rest and carries nothing.
+/// GJ / EI.
+pub const TORSION: [f64; 2] = [0.6, 2.0];
+/// The largest angle between a grip's axis and the chord.
+pub const ANGLE: f64 = FRAC_PI_2;
+/// Share of its training that is as [`Distribution`] says, but for the distance.
 const PLAIN: f64 = 0.5;
-/// Least cosine between a grip's axis and the chord: that of 60 degrees.
-const LEAST_COSINE: f64 = 0.5;
+/// What rounding may add to a number within its range.
+const ROUNDING: f64 = 1e-9;
 /// Largest compliance of a joint that is none in effect.
 const COMPLIANCE: f64 = 1e-6;
 /// Log-odds beyond which one class alone is proposed: 99 in 100.
@@ -38,7 +42,8 @@ static SHIPPED: &[u8] = include_bytes!("../../../checkpoints/equilibrium.safeten
 
 /// What the network is asked for: the distribution of its training queries.
 pub fn distribution() -> Distribution {
-    Distribution { distance: DISTANCE, curvature: CURVATURE, carried: CARRIED, plain: PLAIN }
+    let (distance, torsion) = (DISTANCE, TORSION);
+    Distribution { distance, curvature: CURVATURE, carried: CARRIED, torsion, angle: ANGLE, plain: PLAIN }
 }
 
 /// Starts that a network proposes. Queries unlike those of its training begin at all [`Curves`].
@@ -76,7 +81,7 @@ impl Learned {
     /// and numbers within their range.
     pub fn knows(query: &Scaled) -> bool {
         let distance = query.chord.norm();
-        let near = |q: &UnitQuaternion<f64>| (q * Vector3::z()).dot(&query.chord) >= (LEAST_COSINE - 1e-9) * distance;
+        let near = |q: &UnitQuaternion<f64>| (q * Vector3::z()).dot(&query.chord) >= (ANGLE.cos() - ROUNDING) * distance;
         query.held
             && query.stiffness[0] == query.stiffness[1]
             && query.rest[2] == 0.0
@@ -85,7 +90,7 @@ impl Learned {
             && query.compliance <= COMPLIANCE
             && (DISTANCE[0]..=DISTANCE[1]).contains(&distance)
             && (1.0..=100.0).contains(&query.weight)
-            && (0.7..=1.0).contains(&query.stiffness[2])
+            && (TORSION[0] - ROUNDING..=TORSION[1] + ROUNDING).contains(&query.stiffness[2])
             && query.ends.iter().all(near)
     }
 }

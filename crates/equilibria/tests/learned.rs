@@ -126,7 +126,7 @@ fn unknown_queries_begin_at_the_curves() {
     queries[9].cable.rest.x = 4.5;
     queries[10].cable.carried.weight = 60.0;
     queries[4].cable.weight = 0.0;
-    queries[5].cable.torsion = 1.2;
+    queries[5].cable.torsion = 2.2;
     queries[6].cable.stretch_compliance = 1e-3;
     let far = queries[7].end.unwrap();
     let across = UnitQuaternion::rotation_between(&(far.orientation * Vector3::z()), &-far.position).unwrap();
