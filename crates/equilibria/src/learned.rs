@@ -81,7 +81,8 @@ impl Learned {
     /// and numbers within their range.
     pub fn knows(query: &Scaled) -> bool {
         let distance = query.chord.norm();
-        let near = |q: &UnitQuaternion<f64>| (q * Vector3::z()).dot(&query.chord) >= (ANGLE.cos() - ROUNDING) * distance;
+        let near =
+            |q: &UnitQuaternion<f64>| (q * Vector3::z()).dot(&query.chord) >= (ANGLE.cos() - ROUNDING) * distance;
         query.held
             && query.stiffness[0] == query.stiffness[1]
             && query.rest[2] == 0.0
@@ -224,9 +225,14 @@ mod tests {
     /// that is in this class.
     #[test]
     fn starts_are_near_the_lowest_equilibrium() {
-        let kinds = [("plain", 0.0, 0.0), ("bent at rest", CURVATURE, 0.0), ("with a weight", 0.0, CARRIED)];
-        for (name, curvature, carried) in kinds {
-            let distribution = Distribution { curvature, carried, plain: 0.0, ..distribution() };
+        let plain = Distribution { distance: DISTANCE, ..Distribution::default() };
+        let kinds = [
+            ("plain", plain, 0.1),
+            ("bent at rest", Distribution { curvature: CURVATURE, ..plain }, 0.16),
+            ("with a weight", Distribution { carried: CARRIED, ..plain }, 0.14),
+            ("of all kinds", Distribution { plain: 0.0, ..distribution() }, 0.18),
+        ];
+        for (name, distribution, most) in kinds {
             let queries: Vec<Query> = (0..1000).map(|k| distribution.query(33, k)).collect();
             let learned = Learned { proposals: 1, ..Learned::default() };
             let cut = Cut::even(Params::default().segments);
@@ -241,7 +247,7 @@ mod tests {
             }
             errors.sort_by(f64::total_cmp);
             println!("{name}: median error {:.4} rad, nine in ten below {:.4} rad", errors[500], errors[900]);
-            assert!(errors[500] < 0.12, "{name}: {} rad", errors[500]);
+            assert!(errors[500] < most, "{name}: {} rad", errors[500]);
         }
     }
 
