@@ -19,6 +19,7 @@ use identify::scene;
 use report::{Conditions, significant};
 use terminal::{Progress, complain, positive, say, threads};
 
+mod branched_command;
 mod hanging_command;
 mod noodle_command;
 
@@ -142,6 +143,19 @@ fn run(cli: &Cli) -> Result<ExitCode> {
         let usual = noodle::Resolution::default();
         let resolution = noodle::Resolution { segments: cli.segments.map_or(usual.segments, usize::from), ..usual };
         let stopped = noodle_command::run(&train, &eval, resolution, &cli.out, cli.quiet)?;
+        return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
+    }
+    if cli.from.is_none() && branched_command::are_branched(&cli.recordings)? {
+        if !(cli.hold.is_empty() && cli.free.is_empty()) {
+            bail!("--hold and --free: not for recordings of a cable with branches");
+        }
+        let usual = Resolution::default();
+        let resolution = Resolution {
+            segments: cli.segments.map_or(usual.segments, usize::from),
+            steps: cli.steps.map_or(usual.steps, usize::from),
+        };
+        let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+        let stopped = branched_command::run(&cli.recordings, &cli.eval, reading, resolution, &cli.out, cli.quiet)?;
         return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
     }
     let earlier = cli.from.as_deref().map(CableFile::read).transpose().map_err(|message| anyhow!(message))?;
