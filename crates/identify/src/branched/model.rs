@@ -1,6 +1,7 @@
 //! The model of a cable with branches, and predictions with it.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -66,10 +67,9 @@ impl BranchedCable {
     pub fn model(&self, numbers: &Numbers) -> (Model, State) {
         let mut assembly = self.parent.assembly(&numbers.parent);
         self.twist(assembly.state_mut(), numbers);
-        for (twig, &[side, kink]) in self.twigs.iter().zip(&numbers.branches) {
+        for (twig, &[_, first, second]) in self.twigs.iter().zip(&numbers.branches) {
             let joint = &mut assembly.model_mut().joints[twig.junction - 1];
-            joint.rest_darboux +=
-                Vector3::new(-side.sin(), side.cos(), 0.0) * (2.0 * (0.5 * kink).sin() / joint.length);
+            joint.rest_darboux += Vector3::new(first, second, 0.0) / joint.length;
             self.add(&mut assembly, twig, numbers);
         }
         assembly.finish()
@@ -82,7 +82,7 @@ impl BranchedCable {
             let (_, before): (f64, f64) = turns[turns.len() - 1];
             turns.push((node as f64, before + (angle - before + PI).rem_euclid(TAU) - PI));
         };
-        for (twig, [side, _]) in self.twigs.iter().zip(&numbers.branches) {
+        for (twig, [side, ..]) in self.twigs.iter().zip(&numbers.branches) {
             turn(twig.junction, twig.side(state) - side);
         }
         let segments = self.parent.first_nodes().len() - 1;
@@ -114,7 +114,31 @@ impl BranchedCable {
         if let Some(joint) = assembly.model_mut().joints.last_mut() {
             joint.measure_from_rest(1.0);
         }
+        self.balance(assembly, &rod);
         set_velocities(assembly.state_mut(), rod.start, &twig.nodes, self.parent.interval());
+    }
+
+    /// Gives the joints of a branch, whose last joint is that to the parent, the rest shape with which it hangs as it is drawn under gravity.
+    fn balance(&self, assembly: &mut Assembly, rod: &Range<usize>) {
+        let State { positions, orientations, .. } = assembly.state_mut().clone();
+        let model = assembly.model_mut();
+        let count = model.joints.len();
+        let (mut weight, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        let mut at = positions[rod.end - 1];
+        for segment in rod.clone().rev() {
+            let half = orientations[segment] * Vector3::z() * (0.5 * model.segments[segment].length);
+            let start = positions[segment] - half;
+            let own = model.gravity * model.segments[segment].mass();
+            // About the segment's start: of what hangs beyond it, and of itself.
+            moment += (at - start).cross(&weight) + half.cross(&own);
+            weight += own;
+            at = start;
+            let joint = if segment == rod.start { count - 1 } else { count - 1 - (rod.end - segment) };
+            let joint = &mut model.joints[joint];
+            let local = orientations[segment].inverse() * moment;
+            let soft = Vector3::new(joint.bend_compliance, joint.bend_compliance, joint.twist_compliance);
+            joint.rest_darboux -= local.component_mul(&soft) * joint.length;
+        }
     }
 
     /// The free markers.

@@ -13,14 +13,16 @@ pub enum Number {
     BranchMass,
     /// The side of the parent on which a branch leaves it: angle about the parent's axis from its d1 [rad].
     Side(usize),
-    /// Angle [rad] by which the parent bends at rest where a branch begins, towards the branch.
-    Kink(usize),
+    /// Angle [rad] by which the parent bends at rest about its d1 where a branch begins.
+    Kink1(usize),
+    /// The same about its d2.
+    Kink2(usize),
 }
 
 impl Number {
     /// The numbers of a cable with so many branches.
     pub fn all(branches: usize) -> Vec<Self> {
-        let own = (0..branches).flat_map(|k| [Self::Side(k), Self::Kink(k)]);
+        let own = (0..branches).flat_map(|k| [Self::Side(k), Self::Kink1(k), Self::Kink2(k)]);
         let parent = Parameter::DEFAULT.map(Self::Parent);
         parent.into_iter().chain([Self::BranchBending, Self::BranchMass]).chain(own).collect()
     }
@@ -32,7 +34,8 @@ impl Number {
             Self::BranchBending => "branch-bending".to_owned(),
             Self::BranchMass => "branch-mass".to_owned(),
             Self::Side(branch) => format!("side-{}", branch + 1),
-            Self::Kink(branch) => format!("kink-{}", branch + 1),
+            Self::Kink1(branch) => format!("kink-{}-1", branch + 1),
+            Self::Kink2(branch) => format!("kink-{}-2", branch + 1),
         }
     }
 
@@ -41,7 +44,7 @@ impl Number {
         match self {
             Self::Parent(parameter) => parameter.unit(),
             Self::BranchBending | Self::BranchMass => "1",
-            Self::Side(_) | Self::Kink(_) => "rad",
+            Self::Side(_) | Self::Kink1(_) | Self::Kink2(_) => "rad",
         }
     }
 
@@ -52,7 +55,7 @@ impl Number {
             Self::BranchBending => [0.01, 100.0],
             Self::BranchMass => [0.05, 20.0],
             Self::Side(_) => [-6.3, 6.3],
-            Self::Kink(_) => [-1.5, 1.5],
+            Self::Kink1(_) | Self::Kink2(_) => [-1.5, 1.5],
         }
     }
 
@@ -61,7 +64,7 @@ impl Number {
         match self {
             Self::Parent(parameter) => parameter.coordinate(value),
             Self::BranchBending | Self::BranchMass => value.ln(),
-            Self::Side(_) | Self::Kink(_) => value,
+            Self::Side(_) | Self::Kink1(_) | Self::Kink2(_) => value,
         }
     }
 
@@ -71,7 +74,7 @@ impl Number {
         match self {
             Self::Parent(parameter) => parameter.value(coordinate),
             Self::BranchBending | Self::BranchMass => coordinate.exp().clamp(least, most),
-            Self::Side(_) | Self::Kink(_) => coordinate.clamp(least, most),
+            Self::Side(_) | Self::Kink1(_) | Self::Kink2(_) => coordinate.clamp(least, most),
         }
     }
 }
@@ -85,14 +88,14 @@ pub struct Numbers {
     pub branch_bending: f64,
     /// [`Number::BranchMass`].
     pub branch_mass: f64,
-    /// [`Number::Side`] and [`Number::Kink`] of each branch.
-    pub branches: Vec<[f64; 2]>,
+    /// [`Number::Side`], [`Number::Kink1`] and [`Number::Kink2`] of each branch.
+    pub branches: Vec<[f64; 3]>,
 }
 
 impl Numbers {
     /// Where a search begins, with branches that leave on these sides [rad].
     pub fn start(sides: &[f64]) -> Self {
-        let branches = sides.iter().map(|&side| [side, 0.0]).collect();
+        let branches = sides.iter().map(|&side| [side, 0.0, 0.0]).collect();
         Self { parent: Parameters::default(), branch_bending: 1.0, branch_mass: 1.0, branches }
     }
 
@@ -103,7 +106,8 @@ impl Numbers {
             Number::BranchBending => self.branch_bending,
             Number::BranchMass => self.branch_mass,
             Number::Side(branch) => self.branches[branch][0],
-            Number::Kink(branch) => self.branches[branch][1],
+            Number::Kink1(branch) => self.branches[branch][1],
+            Number::Kink2(branch) => self.branches[branch][2],
         }
     }
 
@@ -114,7 +118,8 @@ impl Numbers {
             Number::BranchBending => self.branch_bending = value,
             Number::BranchMass => self.branch_mass = value,
             Number::Side(branch) => self.branches[branch][0] = value,
-            Number::Kink(branch) => self.branches[branch][1] = value,
+            Number::Kink1(branch) => self.branches[branch][1] = value,
+            Number::Kink2(branch) => self.branches[branch][2] = value,
         }
     }
 }
