@@ -91,14 +91,9 @@ pub fn fit(
 
 /// Where the search begins: with branches on the sides on which they are seen, at the bending stiffness of a few that fits best.
 fn begun(all: &All<'_>, cables: &[BranchedCable], tree: &Tree) -> Result<Numbers, SimulationError> {
-    let seen = Numbers::start(&vec![0.0; tree.branches.len()]);
-    let sides: Vec<Vec<f64>> = cables.iter().map(|cable| cable.sides(&seen)).collect();
-    let mean = |branch: usize| {
-        let (y, x) =
-            sides.iter().map(|sides| sides[branch].sin_cos()).fold((0.0, 0.0), |(y, x), of| (y + of.0, x + of.1));
-        y.atan2(x)
-    };
-    let start = Numbers::start(&(0..tree.branches.len()).map(mean).collect::<Vec<_>>());
+    let sides = cables.iter().flat_map(BranchedCable::sides).map(f64::sin_cos);
+    let (y, x) = sides.fold((0.0, 0.0), |(y, x), side| (y + side.0, x + side.1));
+    let start = Numbers::start(tree.branches.len(), y.atan2(x));
     let mut best = (f64::INFINITY, start.clone());
     for bending in SCAN {
         let mut numbers = start.clone();
@@ -127,8 +122,8 @@ impl All<'_> {
     }
 
     fn numbers(&self, x: &DVector<f64>) -> Numbers {
-        let mut numbers =
-            Numbers::start(&vec![0.0; self.numbers.iter().filter(|of| matches!(of, Number::Side(_))).count()]);
+        let branches = self.numbers.iter().filter(|of| matches!(of, Number::Kink(_))).count();
+        let mut numbers = Numbers::start(branches, 0.0);
         self.numbers.iter().zip(x).for_each(|(&of, &x)| numbers.set(of, of.value(x)));
         numbers
     }

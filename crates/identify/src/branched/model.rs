@@ -10,7 +10,7 @@ use solver::simulation::SimulationError;
 
 use super::{Numbers, Tree};
 use crate::cable::{Cable, DENSITY, RADIUS, set_velocities, youngs_modulus};
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, Parameters};
 use crate::predict::{Prediction, end_of, simulated};
 use crate::recording::{GRIPPED, Recording};
 use crate::spline;
@@ -54,8 +54,8 @@ impl BranchedCable {
 
     /// On which side of the parent each branch leaves it in the first frame, were the parent not twisted: angle about the parent's
     /// axis from its d1 [rad].
-    pub fn sides(&self, numbers: &Numbers) -> Vec<f64> {
-        let (_, state) = self.parent.assembly(&numbers.parent).finish();
+    pub fn sides(&self) -> Vec<f64> {
+        let (_, state) = self.parent.assembly(&Parameters::default()).finish();
         self.twigs.iter().map(|twig| twig.side(&state)).collect()
     }
 
@@ -67,12 +67,30 @@ impl BranchedCable {
     pub fn model(&self, numbers: &Numbers) -> (Model, State) {
         let mut assembly = self.parent.assembly(&numbers.parent);
         self.twist(assembly.state_mut(), numbers);
-        for (twig, &[_, first, second]) in self.twigs.iter().zip(&numbers.branches) {
-            let joint = &mut assembly.model_mut().joints[twig.junction - 1];
-            joint.rest_darboux += Vector3::new(first, second, 0.0) / joint.length;
+        self.bend(assembly.model_mut(), numbers);
+        for twig in &self.twigs {
             self.add(&mut assembly, twig, numbers);
         }
         assembly.finish()
+    }
+
+    /// Gives the joints of the parent their rest shape.
+    fn bend(&self, model: &mut Model, numbers: &Numbers) {
+        let towards = Vector3::new(-numbers.side.sin(), numbers.side.cos(), 0.0);
+        let segments = self.segments();
+        let clamps = [(0, segments - 1), (segments, segments)];
+        for (node, joint) in clamps.into_iter().chain((1..segments).map(|node| (node, node - 1))) {
+            let span = self.twigs.iter().filter(|twig| twig.junction < node).count();
+            let kinks = self.twigs.iter().zip(&numbers.kinks).filter(|(twig, _)| twig.junction == node);
+            let joint = &mut model.joints[joint];
+            let kink: f64 = kinks.map(|(_, kink)| 2.0 * (0.5 * kink).sin() / joint.length).sum();
+            joint.rest_darboux += towards * (numbers.curvatures[span] + kink);
+        }
+    }
+
+    /// Segments of the parent.
+    fn segments(&self) -> usize {
+        self.parent.first_nodes().len() - 1
     }
 
     /// Twists the parent as the branches show.
@@ -82,10 +100,10 @@ impl BranchedCable {
             let (_, before): (f64, f64) = turns[turns.len() - 1];
             turns.push((node as f64, before + (angle - before + PI).rem_euclid(TAU) - PI));
         };
-        for (twig, [side, ..]) in self.twigs.iter().zip(&numbers.branches) {
-            turn(twig.junction, twig.side(state) - side);
+        for twig in &self.twigs {
+            turn(twig.junction, twig.side(state) - numbers.side);
         }
-        let segments = self.parent.first_nodes().len() - 1;
+        let segments = self.segments();
         turn(segments, self.parent.twisted(&numbers.parent));
         for i in 0..segments {
             let place = i as f64 + 0.5;
@@ -143,7 +161,7 @@ impl BranchedCable {
 
     /// The free markers.
     fn markers(&self, model: &Model, state: &State) -> Vec<Vector3<f64>> {
-        let mut first = self.parent.first_nodes().len() - 1;
+        let mut first = self.segments();
         let mut nodes: Vec<usize> = self.parent.marker_nodes().collect();
         for twig in &self.twigs {
             let segments = twig.nodes[0].len() - 1;

@@ -2,7 +2,7 @@
 
 use crate::parameter::{Parameter, Parameters};
 
-/// A number of a cable with branches, global for all its recordings.
+/// A number of a cable with branches, global for all its recordings. At rest such a cable lies in a plane, its branches too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     /// A number of the parent.
@@ -11,31 +11,34 @@ pub enum Number {
     BranchBending,
     /// Mass per length of the branches, to that of the parent.
     BranchMass,
-    /// The side of the parent on which a branch leaves it: angle about the parent's axis from its d1 [rad].
-    Side(usize),
-    /// Angle [rad] by which the parent bends at rest about its d1 where a branch begins.
-    Kink1(usize),
-    /// The same about its d2.
-    Kink2(usize),
+    /// The side of the parent on which its branches leave it at rest: angle about its axis from d1 [rad].
+    Side,
+    /// Curvature of the parent at rest towards that side [1/m], from the start or a branch's beginning on to the next.
+    Curvature(usize),
+    /// Angle by which the parent bends at rest towards that side where a branch begins [rad].
+    Kink(usize),
 }
 
 impl Number {
     /// The numbers of a cable with so many branches.
     pub fn all(branches: usize) -> Vec<Self> {
-        let own = (0..branches).flat_map(|k| [Self::Side(k), Self::Kink1(k), Self::Kink2(k)]);
-        let parent = Parameter::DEFAULT.map(Self::Parent);
-        parent.into_iter().chain([Self::BranchBending, Self::BranchMass]).chain(own).collect()
+        use Parameter::{Bending, Grip, InnerDamping, OuterDamping, Roll, TiltX, TiltY, Twist};
+        let parent = [Bending, Twist, InnerDamping, OuterDamping, TiltX, TiltY, Grip, Roll].map(Self::Parent);
+        let curvatures = (0..=branches).map(Self::Curvature);
+        let kinks = (0..branches).map(Self::Kink);
+        let own = [Self::BranchBending, Self::BranchMass, Self::Side];
+        parent.into_iter().chain(own).chain(curvatures).chain(kinks).collect()
     }
 
-    /// Its name; branches count from 1.
+    /// Its name; branches and the spans between them count from 1.
     pub fn name(self) -> String {
         match self {
             Self::Parent(parameter) => parameter.name().to_owned(),
             Self::BranchBending => "branch-bending".to_owned(),
             Self::BranchMass => "branch-mass".to_owned(),
-            Self::Side(branch) => format!("side-{}", branch + 1),
-            Self::Kink1(branch) => format!("kink-{}-1", branch + 1),
-            Self::Kink2(branch) => format!("kink-{}-2", branch + 1),
+            Self::Side => "side".to_owned(),
+            Self::Curvature(span) => format!("curvature-{}", span + 1),
+            Self::Kink(branch) => format!("kink-{}", branch + 1),
         }
     }
 
@@ -44,7 +47,8 @@ impl Number {
         match self {
             Self::Parent(parameter) => parameter.unit(),
             Self::BranchBending | Self::BranchMass => "1",
-            Self::Side(_) | Self::Kink1(_) | Self::Kink2(_) => "rad",
+            Self::Curvature(_) => "1/m",
+            Self::Side | Self::Kink(_) => "rad",
         }
     }
 
@@ -54,8 +58,18 @@ impl Number {
             Self::Parent(parameter) => parameter.bounds(),
             Self::BranchBending => [0.01, 100.0],
             Self::BranchMass => [0.05, 20.0],
-            Self::Side(_) => [-6.3, 6.3],
-            Self::Kink1(_) | Self::Kink2(_) => [-1.5, 1.5],
+            Self::Side => [-6.3, 6.3],
+            Self::Curvature(_) => [-20.0, 20.0],
+            Self::Kink(_) => [-1.5, 1.5],
+        }
+    }
+
+    /// Whether its logarithm is searched for, so that its spread is a factor.
+    pub fn is_logarithmic(self) -> bool {
+        match self {
+            Self::Parent(parameter) => parameter.is_logarithmic(),
+            Self::BranchBending | Self::BranchMass => true,
+            Self::Side | Self::Curvature(_) | Self::Kink(_) => false,
         }
     }
 
@@ -63,8 +77,8 @@ impl Number {
     pub fn coordinate(self, value: f64) -> f64 {
         match self {
             Self::Parent(parameter) => parameter.coordinate(value),
-            Self::BranchBending | Self::BranchMass => value.ln(),
-            Self::Side(_) | Self::Kink1(_) | Self::Kink2(_) => value,
+            _ if self.is_logarithmic() => value.ln(),
+            _ => value,
         }
     }
 
@@ -73,8 +87,8 @@ impl Number {
         let [least, most] = self.bounds();
         match self {
             Self::Parent(parameter) => parameter.value(coordinate),
-            Self::BranchBending | Self::BranchMass => coordinate.exp().clamp(least, most),
-            Self::Side(_) | Self::Kink1(_) | Self::Kink2(_) => coordinate.clamp(least, most),
+            _ if self.is_logarithmic() => coordinate.exp().clamp(least, most),
+            _ => coordinate.clamp(least, most),
         }
     }
 }
@@ -82,21 +96,25 @@ impl Number {
 /// A value for each number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Numbers {
-    /// Those of the parent.
+    /// Those of the parent; its curvatures are 0, and `curvatures` has them.
     pub parent: Parameters,
     /// [`Number::BranchBending`].
     pub branch_bending: f64,
     /// [`Number::BranchMass`].
     pub branch_mass: f64,
-    /// [`Number::Side`], [`Number::Kink1`] and [`Number::Kink2`] of each branch.
-    pub branches: Vec<[f64; 3]>,
+    /// [`Number::Side`].
+    pub side: f64,
+    /// [`Number::Curvature`] of each span, one more than there are branches.
+    pub curvatures: Vec<f64>,
+    /// [`Number::Kink`] of each branch.
+    pub kinks: Vec<f64>,
 }
 
 impl Numbers {
-    /// Where a search begins, with branches that leave on these sides [rad].
-    pub fn start(sides: &[f64]) -> Self {
-        let branches = sides.iter().map(|&side| [side, 0.0, 0.0]).collect();
-        Self { parent: Parameters::default(), branch_bending: 1.0, branch_mass: 1.0, branches }
+    /// Where a search begins, with so many branches, all of which leave on this side [rad].
+    pub fn start(branches: usize, side: f64) -> Self {
+        let (curvatures, kinks) = (vec![0.0; branches + 1], vec![0.0; branches]);
+        Self { parent: Parameters::default(), branch_bending: 1.0, branch_mass: 1.0, side, curvatures, kinks }
     }
 
     /// The value of a number.
@@ -105,21 +123,22 @@ impl Numbers {
             Number::Parent(parameter) => self.parent[parameter],
             Number::BranchBending => self.branch_bending,
             Number::BranchMass => self.branch_mass,
-            Number::Side(branch) => self.branches[branch][0],
-            Number::Kink1(branch) => self.branches[branch][1],
-            Number::Kink2(branch) => self.branches[branch][2],
+            Number::Side => self.side,
+            Number::Curvature(span) => self.curvatures[span],
+            Number::Kink(branch) => self.kinks[branch],
         }
     }
 
     /// Sets a number.
     pub fn set(&mut self, number: Number, value: f64) {
-        match number {
-            Number::Parent(parameter) => self.parent[parameter] = value,
-            Number::BranchBending => self.branch_bending = value,
-            Number::BranchMass => self.branch_mass = value,
-            Number::Side(branch) => self.branches[branch][0] = value,
-            Number::Kink1(branch) => self.branches[branch][1] = value,
-            Number::Kink2(branch) => self.branches[branch][2] = value,
-        }
+        let place = match number {
+            Number::Parent(parameter) => &mut self.parent[parameter],
+            Number::BranchBending => &mut self.branch_bending,
+            Number::BranchMass => &mut self.branch_mass,
+            Number::Side => &mut self.side,
+            Number::Curvature(span) => &mut self.curvatures[span],
+            Number::Kink(branch) => &mut self.kinks[branch],
+        };
+        *place = value;
     }
 }
