@@ -145,9 +145,11 @@ fn run(cli: &Cli) -> Result<ExitCode> {
         let stopped = noodle_command::run(&train, &eval, resolution, &cli.out, cli.quiet)?;
         return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
     }
-    if cli.from.is_none() && branched_command::are_branched(&cli.recordings)? {
-        if !(cli.hold.is_empty() && cli.free.is_empty()) {
-            bail!("--hold and --free: not for recordings of a cable with branches");
+    if branched_command::are_branched(&cli.recordings)? {
+        let unknown =
+            [(cli.from.is_some(), "--from"), (!cli.hold.is_empty(), "--hold"), (!cli.free.is_empty(), "--free")];
+        if let Some((_, option)) = unknown.iter().find(|(is_given, _)| *is_given) {
+            bail!("{option}: not for recordings of a cable with branches");
         }
         let usual = Resolution::default();
         let resolution = Resolution {
