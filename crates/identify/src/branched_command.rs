@@ -124,8 +124,12 @@ pub(crate) fn run(
     })?;
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
+    let (count, all) = (train.recordings.len(), Number::all(tree.branches.len()));
+    if count <= all.len() {
+        say!("no intervals: {} numbers need more recordings than {count} for them", all.len())?;
+    }
     let mut numbers = BTreeMap::new();
-    for (&number, &interval) in Number::all(tree.branches.len()).iter().zip(&found.intervals) {
+    for (&number, &interval) in all.iter().zip(&found.intervals) {
         let value = found.numbers.get(number);
         let told = interval
             .map_or_else(String::new, |[low, high]| format!("{} to {}", significant(low, 3), significant(high, 3)));
