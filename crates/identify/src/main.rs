@@ -26,7 +26,8 @@ mod noodle_command;
 /// Exit code of bad input.
 const BAD_INPUT: u8 = 2;
 
-/// Identifies a cable between two grips from recordings of markers along it, and predicts further recordings.
+/// Identifies a cable between two grips from recordings of markers along it, and predicts further recordings. It may have branches;
+/// or one clamp holds it, whose pose is recorded.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 struct Cli {

@@ -100,9 +100,10 @@ impl BranchedCable {
             let (_, before): (f64, f64) = turns[turns.len() - 1];
             turns.push((node as f64, before + (angle - before + PI).rem_euclid(TAU) - PI));
         };
-        for twig in &self.twigs {
-            turn(twig.junction, twig.side(state) - numbers.side);
-        }
+        let mut twigs: Vec<&Twig> = self.twigs.iter().collect();
+        twigs.sort_by_key(|twig| twig.junction);
+        twigs.dedup_by_key(|twig| twig.junction);
+        twigs.iter().for_each(|twig| turn(twig.junction, twig.side(state) - numbers.side));
         let segments = self.segments();
         turn(segments, self.parent.twisted(&numbers.parent));
         for i in 0..segments {
