@@ -12,11 +12,11 @@ use identify::predict::Prediction;
 use identify::recording::{Reading, Recording, files, is_flat, read_flat};
 use identify::result::Value;
 use report::significant;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use terminal::{Progress, complain, say};
 
 /// All that is needed to repeat an identification of a cable with branches.
-#[derive(Serialize)]
+#[derive(Deserialize, Serialize)]
 struct BranchedFile {
     numbers: BTreeMap<String, Value>,
     /// Markers of the parent.
@@ -32,12 +32,47 @@ struct BranchedFile {
 }
 
 /// Errors of a coordinate [m].
-#[derive(Serialize)]
+#[derive(Deserialize, Serialize)]
 struct ErrorsFile {
     mean: f64,
     /// Of the parent, then of each branch.
     rods: Vec<f64>,
     root_mean_square: f64,
+}
+
+impl BranchedFile {
+    fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).with_context(|| format!("--from: {}", path.display()))?;
+        serde_json::from_str(&text)
+            .with_context(|| format!("--from: {}: no result of a cable with branches", path.display()))
+    }
+
+    /// The rods of the recordings' cable, if they are as here.
+    fn tree(&self, recordings: &[Recording]) -> Result<Tree> {
+        let tree = Tree::of(recordings).map_err(|message| anyhow!(message))?;
+        if tree.parent != self.parent_markers || branches(&tree) != self.branches {
+            bail!("--from: it is of a cable with other branches than these recordings'");
+        }
+        Ok(tree)
+    }
+
+    fn numbers(&self) -> Result<Numbers> {
+        let mut numbers = Numbers::start(self.branches.len(), 0.0);
+        for number in Number::all(self.branches.len()) {
+            let (name, [least, most]) = (number.name(), number.bounds());
+            let value = self.numbers.get(&name).with_context(|| format!("--from: there is no {name}"))?.value;
+            if !(least..=most).contains(&value) {
+                bail!("--from: {name} = {value}, but it must be {least} to {most} {}", number.unit());
+            }
+            numbers.set(number, value);
+        }
+        Ok(numbers)
+    }
+}
+
+/// The parent's marker where each branch begins, and the branch's first marker.
+fn branches(tree: &Tree) -> Vec<[usize; 2]> {
+    tree.branches.iter().map(|branch| [branch.junction, branch.markers.start]).collect()
 }
 
 /// Recordings with their cables.
@@ -89,35 +124,81 @@ impl Set {
     }
 }
 
-/// Identifies a cable with branches, predicts, prints and writes `result.json`. Returns whether it was stopped.
+/// Identifies a cable with branches, or takes the result of an earlier identification, predicts, prints and writes `result.json`.
+/// Returns whether the search was stopped.
 ///
 /// # Errors
-/// If no recording is of use, a model is not valid or a file cannot be written.
+/// If no recording is of use, the earlier result is of another cable, a model is not valid or a file cannot be written.
 pub(crate) fn run(
-    train: &[PathBuf],
-    eval: &[PathBuf],
+    [train, eval]: [&[PathBuf]; 2],
+    from: Option<&Path>,
     reading: Reading,
-    Resolution { segments, steps }: Resolution,
+    [segments, steps]: [Option<u16>; 2],
     out: &Path,
     quiet: bool,
 ) -> Result<bool> {
     std::fs::create_dir_all(out).with_context(|| format!("--out: cannot create {}", out.display()))?;
-    let train = read(train, reading)?;
-    let tree = Tree::of(&train).map_err(|message| anyhow!(message))?;
+    let earlier = from.map(BranchedFile::read).transpose()?;
+    let [train, eval] = [read(train, reading)?, read(eval, reading)?];
+    let told = if train.is_empty() { &eval } else { &train };
+    let tree = match &earlier {
+        Some(file) => file.tree(told)?,
+        None => Tree::of(&train).map_err(|message| anyhow!(message))?,
+    };
     say!("parent: markers 0 to {}", tree.parent - 1)?;
     for (k, branch) in tree.branches.iter().enumerate() {
         let (first, last) = (branch.markers.start, branch.markers.end - 1);
         say!("branch {}: markers {first} to {last}, from marker {}", k + 1, branch.junction)?;
     }
-    let train = Set::new(train, &tree, segments)?;
-    let eval = match eval {
-        [] => None,
-        eval => Some(Set::new(read(eval, reading)?, &tree, segments)?),
+    let usual = earlier
+        .as_ref()
+        .map_or(Resolution::default(), |file| Resolution { segments: file.segments, steps: file.steps });
+    let resolution = Resolution {
+        segments: segments.map_or(usual.segments, usize::from),
+        steps: steps.map_or(usual.steps, usize::from),
     };
+    let set = |recordings: Vec<Recording>| match recordings.is_empty() {
+        true => Ok(None),
+        false => Set::new(recordings, &tree, resolution.segments).map(Some),
+    };
+    let (train, eval) = (set(train)?, set(eval)?);
+    let (mut file, numbers) = match (earlier, &train) {
+        (Some(file), _) => {
+            let numbers = file.numbers()?;
+            (file, numbers)
+        }
+        (None, Some(train)) => identified(train, &tree, resolution, quiet)?,
+        (None, None) => bail!("none of the recordings is of use"),
+    };
+    file.errors_m.clear();
+    for number in Number::all(tree.branches.len()) {
+        let Some(Value { value, interval, .. }) = file.numbers.get(&number.name()) else { continue };
+        let told = interval
+            .map_or_else(String::new, |[low, high]| format!("{} to {}", significant(low, 3), significant(high, 3)));
+        say!("{:<14} {:>9} {:<8} {told}", number.name(), significant(*value, 3), number.unit())?;
+    }
+    for (name, set) in [("train", &train), ("eval", &eval)] {
+        if let Some(set) = set {
+            errors(name, set, &tree, &numbers, resolution.steps, &mut file.errors_m)?;
+        }
+    }
+    let path = out.join("result.json");
+    write_json(&path, &file)?;
+    say!("result: {}", path.display())?;
+    Ok(file.stopped && from.is_none())
+}
+
+/// Searches for the numbers.
+fn identified(
+    train: &Set,
+    tree: &Tree,
+    Resolution { segments, steps }: Resolution,
+    quiet: bool,
+) -> Result<(BranchedFile, Numbers)> {
     let began = Instant::now();
     let progress = Progress::new(ITERATIONS, "iterations", quiet)?;
     let mut done = 0;
-    let found = fit(&train.recordings, &train.cables, &tree, steps, &mut |now| {
+    let found = fit(&train.recordings, &train.cables, tree, steps, &mut |now| {
         let go_on = progress.advance_by(now - done);
         done = now;
         go_on
@@ -125,38 +206,26 @@ pub(crate) fn run(
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
     let (count, all) = (train.recordings.len(), Number::all(tree.branches.len()));
+    say!("searched for {} s", significant(seconds, 2))?;
     if count <= all.len() {
         say!("no intervals: {} numbers need more recordings than {count} for them", all.len())?;
     }
-    let mut numbers = BTreeMap::new();
-    for (&number, &interval) in all.iter().zip(&found.intervals) {
-        let value = found.numbers.get(number);
-        let told = interval
-            .map_or_else(String::new, |[low, high]| format!("{} to {}", significant(low, 3), significant(high, 3)));
-        say!("{:<14} {:>9} {:<8} {told}", number.name(), significant(value, 3), number.unit())?;
-        numbers.insert(number.name(), Value { value, unit: number.unit().to_owned(), interval });
-    }
-    let mut errors_m = BTreeMap::new();
-    for (name, set) in [("train", Some(&train)), ("eval", eval.as_ref())] {
-        if let Some(set) = set {
-            errors(name, set, &tree, &found.numbers, steps, &mut errors_m)?;
-        }
-    }
+    let value = |(&number, &interval): (&Number, &Option<[f64; 2]>)| {
+        let unit = number.unit().to_owned();
+        (number.name(), Value { value: found.numbers.get(number), unit, interval })
+    };
     let file = BranchedFile {
-        numbers,
+        numbers: all.iter().zip(&found.intervals).map(value).collect(),
         parent_markers: tree.parent,
-        branches: tree.branches.iter().map(|branch| [branch.junction, branch.markers.start]).collect(),
+        branches: branches(tree),
         segments,
         steps,
         recordings: train.recordings.iter().map(|recording| recording.path.display().to_string()).collect(),
         stopped: found.stopped,
         seconds,
-        errors_m,
+        errors_m: BTreeMap::new(),
     };
-    let path = out.join("result.json");
-    write_json(&path, &file)?;
-    say!("searched for {} s; result: {}", significant(seconds, 2), path.display())?;
-    Ok(found.stopped)
+    Ok((file, found.numbers))
 }
 
 /// Predicts recordings and tells how far off they are.

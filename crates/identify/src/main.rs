@@ -146,19 +146,14 @@ fn run(cli: &Cli) -> Result<ExitCode> {
         let stopped = noodle_command::run(&train, &eval, resolution, &cli.out, cli.quiet)?;
         return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
     }
-    if branched_command::are_branched(&cli.recordings)? {
-        let unknown =
-            [(cli.from.is_some(), "--from"), (!cli.hold.is_empty(), "--hold"), (!cli.free.is_empty(), "--free")];
-        if let Some((_, option)) = unknown.iter().find(|(is_given, _)| *is_given) {
-            bail!("{option}: not for recordings of a cable with branches");
+    let all: Vec<PathBuf> = cli.recordings.iter().chain(&cli.eval).cloned().collect();
+    if branched_command::are_branched(&all)? {
+        if !(cli.hold.is_empty() && cli.free.is_empty()) {
+            bail!("--hold and --free: not for recordings of a cable with branches");
         }
-        let usual = Resolution::default();
-        let resolution = Resolution {
-            segments: cli.segments.map_or(usual.segments, usize::from),
-            steps: cli.steps.map_or(usual.steps, usize::from),
-        };
         let reading = Reading { rate: cli.rate, unit: cli.unit_m };
-        let stopped = branched_command::run(&cli.recordings, &cli.eval, reading, resolution, &cli.out, cli.quiet)?;
+        let (from, finely) = (cli.from.as_deref(), [cli.segments, cli.steps]);
+        let stopped = branched_command::run([&cli.recordings, &cli.eval], from, reading, finely, &cli.out, cli.quiet)?;
         return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
     }
     let earlier = cli.from.as_deref().map(CableFile::read).transpose().map_err(|message| anyhow!(message))?;
