@@ -51,7 +51,7 @@ impl BranchedFile {
     fn tree(&self, recordings: &[Recording]) -> Result<Tree> {
         let tree = Tree::of(recordings).map_err(|message| anyhow!(message))?;
         if tree.parent != self.parent_markers || branches(&tree) != self.branches {
-            bail!("--from: it is of a cable with other branches than these recordings'");
+            bail!("it is of a cable with other branches than these recordings'");
         }
         Ok(tree)
     }
@@ -60,9 +60,9 @@ impl BranchedFile {
         let mut numbers = Numbers::start(self.branches.len(), 0.0);
         for number in Number::all(self.branches.len()) {
             let (name, [least, most]) = (number.name(), number.bounds());
-            let value = self.numbers.get(&name).with_context(|| format!("--from: there is no {name}"))?.value;
+            let value = self.numbers.get(&name).with_context(|| format!("there is no {name}"))?.value;
             if !(least..=most).contains(&value) {
-                bail!("--from: {name} = {value}, but it must be {least} to {most} {}", number.unit());
+                bail!("{name} = {value}, but it must be {least} to {most} {}", number.unit());
             }
             numbers.set(number, value);
         }
@@ -138,11 +138,12 @@ pub(crate) fn run(
     quiet: bool,
 ) -> Result<bool> {
     std::fs::create_dir_all(out).with_context(|| format!("--out: cannot create {}", out.display()))?;
+    let place = || format!("--from: {}", from.unwrap_or(out).display());
     let earlier = from.map(BranchedFile::read).transpose()?;
     let [train, eval] = [read(train, reading)?, read(eval, reading)?];
     let told = if train.is_empty() { &eval } else { &train };
     let tree = match &earlier {
-        Some(file) => file.tree(told)?,
+        Some(file) => file.tree(told).with_context(place)?,
         None => Tree::of(&train).map_err(|message| anyhow!(message))?,
     };
     say!("parent: markers 0 to {}", tree.parent - 1)?;
@@ -164,7 +165,7 @@ pub(crate) fn run(
     let (train, eval) = (set(train)?, set(eval)?);
     let (mut file, numbers) = match (earlier, &train) {
         (Some(file), _) => {
-            let numbers = file.numbers()?;
+            let numbers = file.numbers().with_context(place)?;
             (file, numbers)
         }
         (None, Some(train)) => identified(train, &tree, resolution, quiet)?,
