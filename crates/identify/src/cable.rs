@@ -93,6 +93,11 @@ impl Cable {
 
     /// The model of the cable with these parameters, and its state in the first frame.
     pub fn model(&self, parameters: &Parameters) -> (Model, State) {
+        self.assembly(parameters).finish()
+    }
+
+    /// The cable in its grips: its segments are the first, and so are the joints between them.
+    pub(crate) fn assembly(&self, parameters: &Parameters) -> Assembly {
         let mut assembly = self.begin.assembly(parameters);
         let springs = springs(parameters);
         let model = assembly.model_mut();
@@ -103,7 +108,12 @@ impl Cable {
             model.motions.push(Driven { carried, ..Driven::new(Body::Anchor(end), self.motions[end].clone()) });
             model.soften(joints + end, &springs);
         }
-        assembly.finish()
+        assembly
+    }
+
+    /// Time from the first frame to the second [s].
+    pub(crate) fn interval(&self) -> f64 {
+        self.begin.interval
     }
 
     /// Nodes of the rod in the first frame [m].
@@ -160,19 +170,18 @@ impl Begin {
             )
         });
         assembly.clamp_start(&rod).clamp_end(&rod);
-        self.set_velocities(assembly.state_mut());
+        set_velocities(assembly.state_mut(), 0, &self.nodes, self.interval);
         assembly
     }
+}
 
-    /// The velocities between the first two frames.
-    fn set_velocities(&self, state: &mut State) {
-        let [now, next] = &self.nodes;
-        for i in 0..state.len() {
-            let [before, after] = [now, next].map(|nodes| (nodes[i], nodes[i + 1]));
-            state.velocities[i] = ((after.0 + after.1) - (before.0 + before.1)) * (0.5 / self.interval);
-            let [from, to] = [before, after].map(|(a, b)| (b - a).normalize());
-            state.angular_velocities[i] = carry(&from, &to).scaled_axis() / self.interval;
-        }
+/// Gives the segments of a rod, from `first` on, the velocities from its nodes in one frame to those in the next.
+pub(crate) fn set_velocities(state: &mut State, first: usize, nodes: &[Vec<Vector3<f64>>; 2], interval: f64) {
+    for i in 0..nodes[0].len() - 1 {
+        let [now, next] = nodes.each_ref().map(|nodes| (nodes[i], nodes[i + 1]));
+        state.velocities[first + i] = ((next.0 + next.1) - (now.0 + now.1)) * (0.5 / interval);
+        let [from, to] = [now, next].map(|(a, b)| (b - a).normalize());
+        state.angular_velocities[first + i] = carry(&from, &to).scaled_axis() / interval;
     }
 }
 

@@ -1,6 +1,6 @@
 //! The fit: least squares with Huber's loss over all recordings.
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
 use optimise::{LeastSquares, Normal, Residuals};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use solver::simulation::SimulationError;
 use crate::cable::Cable;
 use crate::parameter::{Parameter, Parameters};
 use crate::predict::{Prediction, TOGETHER, together};
-use crate::recording::Recording;
+use crate::recording::{GRIPPED, Recording};
 
 /// How to search.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,7 +192,8 @@ impl<'a> Part<'a> {
         let run = |cables| together(cables, parameters, self.frames, self.search.steps);
         let chunks: Result<Vec<Vec<Prediction>>, _> = self.cables.par_chunks(TOGETHER).map(run).collect();
         let predictions = chunks?.into_iter().flatten();
-        let loss = |(real, predicted): (&&Recording, _)| normal(real, &predicted, &[], &[], self.search.huber).loss;
+        let loss =
+            |(real, predicted): (&&Recording, _)| normal(&recorded(real), &predicted, &[], &[], self.search.huber).loss;
         Ok(self.recordings.iter().zip(predictions).map(loss).sum())
     }
 
@@ -213,7 +214,7 @@ impl<'a> Part<'a> {
             let runs = (0..=free.len()).into_par_iter().map(run).collect::<Result<Vec<_>, _>>()?;
             let of = |(k, recording): (usize, &&Recording)| {
                 let beside: Vec<&Prediction> = runs[1..].iter().map(|run| &run[k]).collect();
-                normal(recording, &runs[0][k], &beside, &differences, *huber)
+                normal(&recorded(recording), &runs[0][k], &beside, &differences, *huber)
             };
             Ok(recordings.iter().enumerate().map(of).collect())
         };
@@ -240,10 +241,15 @@ fn difference(parameter: Parameter, parameters: &Parameters) -> f64 {
     if parameter.coordinate(parameters[parameter]) + DIFFERENCE > most { -DIFFERENCE } else { DIFFERENCE }
 }
 
-/// What a recording says of a prediction and those `beside` it, one for each free parameter, whose coordinates differ by
-/// `differences`.
-fn normal(
-    recording: &Recording,
+/// Where a free marker of a recording was in a frame.
+fn recorded(recording: &Recording) -> impl Fn(usize, usize) -> Vector3<f64> {
+    |frame, marker| recording.markers[frame][GRIPPED + marker]
+}
+
+/// What a recording, which says where a free marker was in a frame, tells of a prediction and those `beside` it, one for each free
+/// parameter, whose coordinates differ by `differences`.
+pub(crate) fn normal(
+    recorded: &dyn Fn(usize, usize) -> Vector3<f64>,
     predicted: &Prediction,
     beside: &[&Prediction],
     differences: &[f64],
@@ -252,8 +258,8 @@ fn normal(
     let mut normal = Normal::zero(beside.len());
     let mut slope = vec![0.0; beside.len()];
     for (frame, markers) in predicted.markers.iter().enumerate() {
-        let real = &recording.markers[frame][recording.free()];
-        for (marker, (here, real)) in markers.iter().zip(real).enumerate() {
+        for (marker, here) in markers.iter().enumerate() {
+            let real = recorded(frame, marker);
             for axis in 0..3 {
                 if real[axis].is_nan() {
                     continue;

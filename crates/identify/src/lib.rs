@@ -5,9 +5,10 @@
 //! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
 //! [`CableFile`](result::CableFile), a [`scene`], and a [`page`]. [`simulated`]
 //! makes recordings of a cable whose numbers are known. [`hanging`] finds the stiffness of wires from photographs of how they hang.
-//! [`noodle`] identifies a rod with one clamp whose full pose is recorded.
+//! [`noodle`] identifies a rod with one clamp whose full pose is recorded, [`branched`] a cable with branches.
 //! [`motions`] says which recordings are of one kind of motion.
 
+pub mod branched;
 pub mod cable;
 pub mod confidence;
 pub mod fit;

@@ -19,13 +19,15 @@ use identify::scene;
 use report::{Conditions, significant};
 use terminal::{Progress, complain, positive, say, threads};
 
+mod branched_command;
 mod hanging_command;
 mod noodle_command;
 
 /// Exit code of bad input.
 const BAD_INPUT: u8 = 2;
 
-/// Identifies a cable between two grips from recordings of markers along it, and predicts further recordings.
+/// Identifies a cable between two grips from recordings of markers along it, and predicts further recordings. It may have branches;
+/// or one clamp holds it, whose pose is recorded.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 struct Cli {
@@ -142,6 +144,16 @@ fn run(cli: &Cli) -> Result<ExitCode> {
         let usual = noodle::Resolution::default();
         let resolution = noodle::Resolution { segments: cli.segments.map_or(usual.segments, usize::from), ..usual };
         let stopped = noodle_command::run(&train, &eval, resolution, &cli.out, cli.quiet)?;
+        return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
+    }
+    let all: Vec<PathBuf> = cli.recordings.iter().chain(&cli.eval).cloned().collect();
+    if branched_command::are_branched(&all)? {
+        if !(cli.hold.is_empty() && cli.free.is_empty()) {
+            bail!("--hold and --free: not for recordings of a cable with branches");
+        }
+        let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+        let (from, finely) = (cli.from.as_deref(), [cli.segments, cli.steps]);
+        let stopped = branched_command::run([&cli.recordings, &cli.eval], from, reading, finely, &cli.out, cli.quiet)?;
         return Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS });
     }
     let earlier = cli.from.as_deref().map(CableFile::read).transpose().map_err(|message| anyhow!(message))?;

@@ -89,31 +89,42 @@ pub(crate) fn watched(
     watch: &mut dyn FnMut(usize, &Model, &State),
 ) -> Result<Vec<usize>, SimulationError> {
     let models: Vec<(Model, State)> = cables.iter().map(|cable| cable.model(parameters)).collect();
+    let times: Vec<&[f64]> = cables.iter().map(|cable| &cable.time[..cable.time.len().min(frames)]).collect();
+    simulated(&models, &times, steps, watch)
+}
+
+/// Simulates models whose frames come at these `times` [s], the same as far as they go, as [`watched`] does.
+pub(crate) fn simulated(
+    models: &[(Model, State)],
+    times: &[&[f64]],
+    steps: usize,
+    watch: &mut dyn FnMut(usize, &Model, &State),
+) -> Result<Vec<usize>, SimulationError> {
     let copies: Vec<_> = models.iter().map(|(model, state)| (model, state)).collect();
-    let (Some((first, _)), Some(longest)) = (models.first(), cables.iter().max_by_key(|cable| cable.time.len())) else {
+    let (Some((first, _)), Some(longest)) = (models.first(), times.iter().max_by_key(|time| time.len())) else {
         return Ok(Vec::new());
     };
     let step = step_params();
     let choice = choose(first, &step, None);
     // In lanes nothing has a start of its own.
     let guess: GuessFactory<'_> = &|model, members, topology| choice.build_guess(model, members, topology);
-    let guess = (cables.len() < IN_LANES).then_some(guess);
+    let guess = (models.len() < IN_LANES).then_some(guess);
     let mut batch = Batch::new(&copies, &Settings { step, solver: choice.solver }, guess)?;
-    let mut unsolved = vec![0; cables.len()];
+    let mut unsolved = vec![0; models.len()];
     let mut state = State::default();
-    for frame in 0..longest.time.len().min(frames) {
+    for frame in 0..longest.len() {
         if frame > 0 {
-            let dt = (longest.time[frame] - longest.time[frame - 1]) / steps as f64;
+            let dt = (longest[frame] - longest[frame - 1]) / steps as f64;
             for _ in 0..steps {
                 batch.step(dt)?;
                 for (copy, unsolved) in unsolved.iter_mut().enumerate() {
-                    let counts = frame < cables[copy].time.len();
+                    let counts = frame < times[copy].len();
                     *unsolved += usize::from(counts && batch.status(copy) > Status::ConvergedInSubsteps);
                 }
             }
         }
-        for (copy, cable) in cables.iter().enumerate() {
-            if frame < cable.time.len() {
+        for (copy, time) in times.iter().enumerate() {
+            if frame < time.len() {
                 batch.store(copy, &mut state);
                 watch(copy, &models[copy].0, &state);
             }
@@ -123,7 +134,7 @@ pub(crate) fn watched(
 }
 
 /// Where the segment before a node ends.
-fn end_of(model: &Model, state: &State, node: usize) -> Vector3<f64> {
+pub(crate) fn end_of(model: &Model, state: &State, node: usize) -> Vector3<f64> {
     let segment = node - 1;
     state.positions[segment] + state.axis(segment) * (0.5 * model.segments[segment].length)
 }

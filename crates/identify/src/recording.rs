@@ -7,11 +7,14 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 mod check;
+mod flat;
 mod grid;
 mod pickle;
 mod read;
 mod table;
 
+pub(crate) use check::{check_neighbours, fill_grips};
+pub use flat::{is_flat, read_flat};
 pub use read::{Reading, files, read, read_all};
 
 /// Markers at each end of a cable that its grips hold, and that are given to a prediction over all time.

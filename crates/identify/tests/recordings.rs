@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use identify::recording::{Reading, files, read_all};
+use identify::branched::{Branch, Tree};
+use identify::recording::{Reading, files, read_all, read_flat};
 
 fn folder(name: &str) -> Option<PathBuf> {
     let Some(root) = std::env::var_os("REAL_CABLES") else {
@@ -27,6 +28,23 @@ fn tables_of_noodles_are_read() {
             "{} frames, {last} s",
             recording.time.len()
         );
+    }
+}
+
+#[test]
+fn pickles_of_deft_are_read_and_tell_where_branches_begin() {
+    let Some(folder) = folder("deft/BDLO1") else { return };
+    for (part, count) in [("train", 12), ("eval", 6)] {
+        let paths = files(&[folder.join(part)]).unwrap();
+        let recordings: Vec<_> = paths.iter().map(|path| read_flat(path, Reading::default()).unwrap()).collect();
+        assert_eq!(recordings.len(), count);
+        assert!(recordings.iter().all(|recording| (recording.frames(), recording.count()) == (500, 20)));
+        let tree = Tree::of(&recordings).unwrap();
+        let branches = [(4, 13..17), (8, 17..20)].map(|(junction, markers)| Branch { junction, markers }).to_vec();
+        assert_eq!(tree, Tree { parent: 13, branches });
+        for recording in recordings {
+            tree.checked(recording).unwrap();
+        }
     }
 }
 

@@ -36,24 +36,34 @@ pub(super) fn checked(mut recording: Recording) -> Result<Recording, RecordingEr
             return wrong(format!("frame {}: time {} s, but it must be later than {} s", frame + 1, pair[1], pair[0]));
         }
     }
-    for (frame, markers) in recording.markers.iter().enumerate() {
-        for (marker, position) in markers.iter().enumerate() {
-            if position.iter().any(|x| x.is_infinite()) {
-                return Err(RecordingError::at(&path, frame, marker, "a coordinate is infinite"));
-            }
-        }
-    }
+    check_finite(&recording)?;
+    fill_grips(&mut recording, count)?;
+    check_distances(&recording)?;
+    Ok(recording)
+}
+
+/// Fills the gaps of the grips of a cable, whose markers are the first `count`, and refuses markers lost in the first two frames.
+pub(crate) fn fill_grips(recording: &mut Recording, count: usize) -> Result<(), RecordingError> {
     for marker in (0..GRIPPED).chain(count - GRIPPED..count) {
-        fill(&mut recording, marker)?;
+        fill(recording, marker)?;
     }
     for frame in 0..2 {
         if let Some(marker) = recording.markers[frame].iter().position(is_lost) {
             let message = "it is lost, but the first two frames say how the cable starts: cut them off";
-            return Err(RecordingError::at(&path, frame, marker, message));
+            return Err(RecordingError::at(&recording.path, frame, marker, message));
         }
     }
-    check_distances(&recording)?;
-    Ok(recording)
+    Ok(())
+}
+
+/// Refuses infinite coordinates; what is no number is a marker that was lost.
+pub(super) fn check_finite(recording: &Recording) -> Result<(), RecordingError> {
+    for (frame, markers) in recording.markers.iter().enumerate() {
+        if let Some(marker) = markers.iter().position(|position| position.iter().any(|x| x.is_infinite())) {
+            return Err(RecordingError::at(&recording.path, frame, marker, "a coordinate is infinite"));
+        }
+    }
+    Ok(())
 }
 
 /// Whether a marker was lost.
@@ -89,9 +99,17 @@ fn fill(recording: &mut Recording, marker: usize) -> Result<(), RecordingError> 
 
 /// Refuses other units, and markers that swap or jump.
 fn check_distances(recording: &Recording) -> Result<(), RecordingError> {
-    let distance = |markers: &[Vector3<f64>], marker: usize| (markers[marker + 1] - markers[marker]).norm();
-    let medians: Vec<f64> = (0..recording.count() - 1)
-        .map(|marker| median(recording.markers.iter().map(|markers| distance(markers, marker)).collect()))
+    let neighbours: Vec<[usize; 2]> = (1..recording.count()).map(|marker| [marker - 1, marker]).collect();
+    let mean = check_neighbours(recording, &neighbours)?;
+    check_order(recording, mean)
+}
+
+/// Refuses other units, and pairs of neighbours that get far from each other; returns their mean distance [m].
+pub(crate) fn check_neighbours(recording: &Recording, neighbours: &[[usize; 2]]) -> Result<f64, RecordingError> {
+    let distance = |markers: &[Vector3<f64>], [a, b]: [usize; 2]| (markers[b] - markers[a]).norm();
+    let medians: Vec<f64> = neighbours
+        .iter()
+        .map(|&pair| median(recording.markers.iter().map(|markers| distance(markers, pair)).collect()))
         .collect();
     let length: f64 = medians.iter().sum();
     if !(LENGTHS[0]..=LENGTHS[1]).contains(&length) {
@@ -100,20 +118,19 @@ fn check_distances(recording: &Recording) -> Result<(), RecordingError> {
         return Err(RecordingError::new(&recording.path, message));
     }
     let mean = length / medians.len() as f64;
-    check_order(recording, mean)?;
     for (frame, markers) in recording.markers.iter().enumerate() {
-        for (marker, &usual) in medians.iter().enumerate() {
-            let found = distance(markers, marker);
+        for (&pair, &usual) in neighbours.iter().zip(&medians) {
+            let found = distance(markers, pair);
             if (found - usual).abs() > FARTHEST * mean {
                 let message = format!(
                     "{found:.4} m to marker {}, but mostly {usual:.4} m: markers swapped, or one jumps",
-                    marker + 1
+                    pair[1]
                 );
-                return Err(RecordingError::at(&recording.path, frame, marker, message));
+                return Err(RecordingError::at(&recording.path, frame, pair[0], message));
             }
         }
     }
-    Ok(())
+    Ok(mean)
 }
 
 /// Refuses markers that are one and the same, and neighbours that are told in the wrong order in all frames: a smooth cable is

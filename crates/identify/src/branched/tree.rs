@@ -1,0 +1,165 @@
+//! Which markers lie on which rod.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use crate::recording::{GRIPPED, Recording, RecordingError, check_neighbours, fill_grips};
+
+/// The rods of a cable with branches, by their markers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tree {
+    /// Markers on the parent, the first ones, in their order from grip to grip.
+    pub parent: usize,
+    /// The branches.
+    pub branches: Vec<Branch>,
+}
+
+/// A branch.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Branch {
+    /// The parent's marker where it begins.
+    pub junction: usize,
+    /// Its own markers, in their order from there to its end.
+    pub markers: Range<usize>,
+}
+
+impl Tree {
+    /// Finds the rods of a cable from its recordings, whose markers come rod by rod: those of the parent from one grip to the other, then
+    /// those of each branch from its junction to its end.
+    ///
+    /// A cable does not stretch, so that neighbours never get far from each other: a marker goes on with the rod if, of all before it,
+    /// the last one stays nearest; else a branch begins there. It begins at that marker of the parent whose distance changes least.
+    ///
+    /// # Errors
+    /// If there is no branch, the parent has too few markers, or a branch begins in a grip.
+    pub fn of(recordings: &[Recording]) -> Result<Self, String> {
+        let count = recordings.first().map_or(0, Recording::count);
+        let nearest = |marker: usize, among: Range<usize>, of: &dyn Fn(usize, usize) -> f64| {
+            among.min_by(|&a, &b| of(marker, a).total_cmp(&of(marker, b)))
+        };
+        let farthest = |a, b| recordings.iter().flat_map(|recording| distances(recording, a, b)).fold(0.0, f64::max);
+        let begins: Vec<usize> =
+            (1..count).filter(|&marker| nearest(marker, 0..marker, &farthest) != Some(marker - 1)).collect();
+        let parent = *begins.first().ok_or("there is no branch: each marker goes on where the one before it is")?;
+        if parent < 2 * GRIPPED + 1 {
+            return Err(format!(
+                "{parent} markers on the parent, but there must be at least two in each grip, one between"
+            ));
+        }
+        let shakes = |a, b| recordings.iter().map(|recording| variance(distances(recording, a, b))).sum();
+        let ends = begins[1..].iter().copied().chain([count]);
+        let branch = |(&first, end): (&usize, usize)| {
+            let junction = nearest(first, 0..parent, &shakes).unwrap_or(0);
+            if !(GRIPPED..parent - GRIPPED).contains(&junction) {
+                return Err(format!("the branch of marker {first} begins at marker {junction}, which is in a grip"));
+            }
+            Ok(Branch { junction, markers: first..end })
+        };
+        Ok(Self { parent, branches: begins.iter().zip(ends).map(branch).collect::<Result<_, _>>()? })
+    }
+
+    /// The recording with the gaps of its grips filled, if it is one of this cable.
+    ///
+    /// # Errors
+    /// With the file, and the frame and the marker, if there is another number of markers, one is lost where it must not be, or two
+    /// neighbours are much farther from each other than mostly: markers swapped, or one jumps.
+    pub fn checked(&self, mut recording: Recording) -> Result<Recording, RecordingError> {
+        if recording.count() != self.count() {
+            let message = format!("{} markers, but there must be {}", recording.count(), self.count());
+            return Err(RecordingError::new(&recording.path, message));
+        }
+        fill_grips(&mut recording, self.parent)?;
+        check_neighbours(&recording, &self.neighbours().collect::<Vec<_>>())?;
+        Ok(recording)
+    }
+
+    /// Markers in all.
+    pub fn count(&self) -> usize {
+        self.branches.last().map_or(self.parent, |branch| branch.markers.end)
+    }
+
+    /// The markers that are to be predicted: all but those in the grips.
+    pub fn free(&self) -> impl Iterator<Item = usize> {
+        (GRIPPED..self.parent - GRIPPED).chain(self.parent..self.count())
+    }
+
+    /// The markers of each rod: of the parent with those in its grips, then of each branch.
+    pub fn rods(&self) -> impl Iterator<Item = Range<usize>> {
+        std::iter::once(0..self.parent).chain(self.branches.iter().map(|branch| branch.markers.clone()))
+    }
+
+    /// Pairs of markers that are neighbours on a rod.
+    pub fn neighbours(&self) -> impl Iterator<Item = [usize; 2]> {
+        let along = |markers: Range<usize>| (markers.start + 1..markers.end).map(|marker| [marker - 1, marker]);
+        let junctions = self.branches.iter().map(|branch| [branch.junction, branch.markers.start]);
+        self.rods().flat_map(along).chain(junctions)
+    }
+}
+
+/// Distances [m] of two markers in the frames where neither was lost.
+pub(super) fn distances(recording: &Recording, a: usize, b: usize) -> impl Iterator<Item = f64> {
+    let apart = move |markers: &Vec<Vector3<f64>>| (markers[a] - markers[b]).norm();
+    recording.markers.iter().map(apart).filter(|distance| distance.is_finite())
+}
+
+fn variance(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut count, mut mean, mut sum) = (0.0, 0.0, 0.0);
+    for value in values {
+        count += 1.0;
+        let from = value - mean;
+        mean += from / count;
+        sum += from * (value - mean);
+    }
+    sum / count
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+
+    /// A parent of seven markers that bends, and two branches of two markers, which are stiff at their junctions: the second leaves
+    /// so flat that its first marker is nearer to the next one of the parent than to its junction.
+    fn recording() -> Recording {
+        let frames = 40;
+        let row = |frame: usize| {
+            let bend = 0.25 + 0.2 * (0.4 * frame as f64).sin();
+            let mut markers = vec![Vector3::zeros()];
+            let direction = |angle: f64| Vector3::new(angle.cos(), angle.sin(), 0.0);
+            for k in 0..6 {
+                let last = markers[k];
+                markers.push(last + direction(bend * k as f64) * 0.1);
+            }
+            for (junction, lean) in [(2, -1.6), (4, -0.5)] {
+                // As the segment before the junction turns.
+                let along = direction(bend * (junction - 1) as f64 + lean);
+                let start = markers[junction];
+                markers.extend([start + along * 0.09, start + along * 0.16]);
+            }
+            markers
+        };
+        let time = (0..frames).map(|frame| 0.01 * frame as f64).collect();
+        Recording { path: PathBuf::from("tree"), time, markers: (0..frames).map(row).collect() }
+    }
+
+    #[test]
+    fn branches_begin_where_the_distance_does_not_change() {
+        let recording = recording();
+        let near = |a, b| distances(&recording, a, b).fold(0.0, f64::max);
+        assert!(near(9, 5) < near(9, 4), "{} {}", near(9, 5), near(9, 4));
+        let tree = Tree::of(std::slice::from_ref(&recording)).unwrap();
+        let branches = [(2, 7..9), (4, 9..11)].map(|(junction, markers)| Branch { junction, markers }).to_vec();
+        assert_eq!(tree, Tree { parent: 7, branches });
+        assert_eq!(tree.free().collect::<Vec<_>>(), [2, 3, 4, 7, 8, 9, 10]);
+        assert_eq!(tree.neighbours().last(), Some([4, 9]));
+    }
+
+    #[test]
+    fn a_cable_without_branches_is_refused() {
+        let mut recording = recording();
+        recording.markers.iter_mut().for_each(|markers| markers.truncate(7));
+        assert!(Tree::of(&[recording]).unwrap_err().contains("no branch"));
+    }
+}

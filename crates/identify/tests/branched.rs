@@ -1,0 +1,175 @@
+//! Cables with branches: their files, and a simulated one that is identified back.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use identify::branched::{Branch, BranchedCable, Errors, Number, Numbers, Tree, fit, predict};
+use identify::parameter::Parameter;
+use identify::recording::{Reading, Recording, is_flat, read_flat};
+use nalgebra::Vector3;
+
+/// Segments between two markers.
+const PARTS: usize = 2;
+
+fn tree() -> Tree {
+    Tree { parent: 8, branches: vec![Branch { junction: 4, markers: 8..11 }] }
+}
+
+/// A parent that hangs between two grips, which sway in a way of their own, and a branch that hangs on it.
+fn grips(index: usize, frames: usize) -> Recording {
+    let phase = 1.3 * index as f64;
+    let row = |frame: usize| {
+        let sway = |speed: f64| (0.01 * speed * frame as f64 + phase).sin() - phase.sin();
+        let shift = |s: f64| Vector3::new(0.04 * sway(4.0 + s), 0.08 * sway(5.0 - s), 0.06 * sway(3.0 + s));
+        let on_parent = |k: usize| {
+            let s = k as f64 / 7.0;
+            shift(s) + Vector3::new(0.5 * s, 0.0, -1.1 * s * (1.0 - s))
+        };
+        let mut markers: Vec<_> = (0..8).map(on_parent).collect();
+        let junction = markers[4];
+        let along = Vector3::new(0.3, 0.4, -0.8).normalize();
+        markers.extend((1..4).map(|k| junction + along * (0.06 * k as f64)));
+        markers
+    };
+    let time = (0..frames).map(|frame| 0.01 * frame as f64).collect();
+    Recording { path: PathBuf::from(format!("tree-{index}")), time, markers: (0..frames).map(row).collect() }
+}
+
+/// The same with the free markers of a cable with `truth` from the third frame on.
+fn recorded(truth: &Numbers, index: usize, frames: usize) -> Recording {
+    let mut recording = grips(index, frames);
+    let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
+    let predicted = predict(&[cable], truth, frames, 1).unwrap().remove(0);
+    assert_eq!(predicted.unsolved, 0);
+    for (real, predicted) in recording.markers.iter_mut().zip(predicted.markers).skip(2) {
+        tree().free().zip(predicted).for_each(|(marker, predicted)| real[marker] = predicted);
+    }
+    recording
+}
+
+fn truth() -> Numbers {
+    let side = BranchedCable::new(&grips(0, 3), &tree(), PARTS).unwrap().sides()[0];
+    let mut truth = Numbers::start(1, side + 0.2);
+    for (number, value) in [
+        (Number::Parent(Parameter::Bending), 0.05),
+        (Number::Parent(Parameter::InnerDamping), 0.08),
+        (Number::BranchMass, 1.6),
+        (Number::Curvature(1), 1.5),
+        (Number::Kink(0), -0.3),
+    ] {
+        truth.set(number, value);
+    }
+    truth
+}
+
+#[test]
+fn a_prediction_begins_where_the_recording_does() {
+    let recording = grips(1, 5);
+    assert_eq!(Tree::of(&[recorded(&truth(), 1, 60)]).unwrap(), tree());
+    let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
+    let (model, state) = cable.model(&truth());
+    model.validate(&state).unwrap();
+    assert_eq!((model.segments.len(), model.rods()), (PARTS * (5 + 3), 2));
+    let prediction = predict(&[cable], &truth(), 1, 1).unwrap().remove(0);
+    for (marker, predicted) in tree().free().zip(&prediction.markers[0]) {
+        assert!((predicted - recording.markers[0][marker]).norm() < 1e-9, "{marker}");
+    }
+}
+
+#[test]
+fn a_branch_hangs_still_in_the_first_frame() {
+    // Its parent is so stiff that it hardly moves, and so is nothing but a holder; all stand still.
+    let mut recording = grips(0, 30);
+    let first = recording.markers[0].clone();
+    recording.markers.iter_mut().for_each(|markers| markers.clone_from(&first));
+    let mut numbers = Numbers::start(1, BranchedCable::new(&recording, &tree(), PARTS).unwrap().sides()[0]);
+    let cable = |numbers: &Numbers| {
+        let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
+        let predicted = predict(&[cable], numbers, 30, 1).unwrap().remove(0);
+        let bend = |markers: &Vec<Vector3<f64>>| {
+            let [_, _, .., a, b, c] = markers[..] else { panic!("{} markers", markers.len()) };
+            (b - a).angle(&(c - b))
+        };
+        predicted.markers.iter().map(bend).fold(0.0, f64::max)
+    };
+    numbers.parent[Parameter::Bending] = 50.0;
+    numbers.branch_bending = 2e-4;
+    // EI / (rho A) is 0.01 m^4/s^2: from rest as it is drawn, gravity would bend it by 0.06 rad.
+    let found = cable(&numbers);
+    assert!(found < 0.02, "{found} rad");
+}
+
+#[test]
+fn a_simulated_tree_is_identified_back() {
+    let truth = truth();
+    let recordings: Vec<_> = (0..3).map(|index| recorded(&truth, index, 90)).collect();
+    let of = |recording: &Recording| BranchedCable::new(recording, &tree(), PARTS).unwrap();
+    let cables: Vec<_> = recordings.iter().map(of).collect();
+    let found = fit(&recordings, &cables, &tree(), 1, &mut |_| true).unwrap();
+    assert!(found.intervals.iter().all(Option::is_none), "three recordings are fewer than the numbers");
+    for number in [Number::Parent(Parameter::Bending), Number::BranchMass] {
+        let error = found.numbers.get(number) / truth.get(number) - 1.0;
+        assert!(error.abs() < 0.05, "{}: {}", number.name(), found.numbers.get(number));
+    }
+    let fresh = recorded(&truth, 3, 90);
+    let error =
+        |numbers: &Numbers| Errors::of(&fresh, &tree(), &predict(&[of(&fresh)], numbers, 90, 1).unwrap()[0]).mean;
+    let start = error(&Numbers::start(1, truth.side));
+    assert!(error(&found.numbers) < 0.05 * start, "{} m, where the search began {start} m", error(&found.numbers));
+}
+
+/// A pickle of a list of a tuple of three lists, those of the axes x, y and z of the file, y up.
+fn pickle(folder: &Path, name: &str, recording: &Recording) -> PathBuf {
+    let mut bytes = b"\x80\x04](".to_vec();
+    bytes.push(b'(');
+    for axis in [|at: &Vector3<f64>| -at.y, |at: &Vector3<f64>| at.z, |at: &Vector3<f64>| -at.x] {
+        bytes.extend(b"](");
+        for at in recording.markers.iter().flatten() {
+            bytes.push(b'G');
+            bytes.extend(axis(at).to_be_bytes());
+        }
+        bytes.push(b'e');
+    }
+    bytes.extend(b"te.");
+    let path = folder.join(name);
+    fs::write(&path, bytes).unwrap();
+    path
+}
+
+#[test]
+fn flat_pickles_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = grips(2, 24);
+    let path = pickle(folder.path(), "tree.pkl", &recording);
+    assert!(is_flat(&path));
+    let read = read_flat(&path, Reading { rate: 50.0, unit: 1.0 }).unwrap();
+    assert_eq!((read.frames(), read.count()), (24, 11));
+    assert_eq!(read.markers, recording.markers);
+    assert!((read.time[3] - 0.06).abs() < 1e-12);
+}
+
+#[test]
+fn bad_recordings_give_one_error_with_frame_and_marker() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = |change: &dyn Fn(&mut Recording)| {
+        let mut recording = grips(0, 30);
+        change(&mut recording);
+        let read = read_flat(&pickle(folder.path(), "bad.pkl", &recording), Reading::default());
+        read.and_then(|recording| tree().checked(recording)).unwrap_err().to_string()
+    };
+    for (message, parts) in [
+        (told(&|bad| bad.markers[4][9].x = f64::INFINITY), ["bad.pkl: frame 4, marker 9", "infinite"]),
+        (told(&|bad| bad.markers[1][10].y = f64::NAN), ["bad.pkl: frame 1, marker 10", "first two frames"]),
+        (told(&|bad| bad.markers[7].swap(5, 10)), ["bad.pkl: frame 7, marker 4", "swapped"]),
+        (told(&|bad| bad.markers.iter_mut().for_each(|row| row.truncate(10))), ["bad.pkl: 10 markers", "must be 11"]),
+        (told(&|bad| bad.markers.truncate(1)), ["bad.pkl: 11 positions", "3 frames or more"]),
+    ] {
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
+    let other = folder.path().join("other.pkl");
+    fs::write(&other, b"\x80\x04](K\x01K\x02e.").unwrap();
+    assert!(!is_flat(&other));
+    assert!(
+        read_flat(&other, Reading::default()).unwrap_err().to_string().contains("other.pkl: an array of the shape [2]")
+    );
+}
