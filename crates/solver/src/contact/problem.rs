@@ -58,6 +58,13 @@ impl Bound {
         [normal, x * share, y * share]
     }
 
+    /// An impulse with no more friction than there may be at rest.
+    pub(crate) fn within_rest(self, [normal, x, y]: Row) -> Row {
+        let (size, most) = (length([x, y]), self.at_rest(normal));
+        let share = if size > most { most / size } else { 1.0 };
+        [normal, x * share, y * share]
+    }
+
     /// The derivative of [`Bound::sliding`].
     pub(crate) fn slope(self) -> f64 {
         match self {
@@ -146,7 +153,7 @@ impl Problem {
 
     /// A block by its place in its block row.
     #[inline]
-    fn block(&self, row: usize, place: usize) -> Block3 {
+    pub(crate) fn block(&self, row: usize, place: usize) -> Block3 {
         let range = self.start[row]..self.start[row + 1];
         let at = |r: usize| {
             let first = 9 * range.start + 3 * r * range.len() + 3 * place;
@@ -162,6 +169,19 @@ impl Problem {
         for row in 0..self.start.len() - 1 {
             self.diagonal.push(self.block(row, self.place(row as u32, row as u32)));
         }
+    }
+
+    /// The block of a contact's own impulse.
+    pub(crate) fn diagonal(&self, contact: usize) -> &Block3 {
+        &self.diagonal[contact]
+    }
+
+    /// The blocks of a block row right of its diagonal: column, response along both normals, place.
+    pub(crate) fn after(&self, row: usize) -> impl Iterator<Item = (usize, f64, usize)> {
+        let range = self.start[row]..self.start[row + 1];
+        let normals = &self.values[9 * range.start..9 * range.start + 3 * range.len()];
+        let first = self.place(row as u32, row as u32) + 1;
+        (first..range.len()).map(move |place| (self.columns[range.start + place] as usize, normals[3 * place], place))
     }
 
     /// Compliances of a contact to its own impulse: along the normal, and the larger one across [1/kg].
