@@ -9,8 +9,7 @@
 //! ```
 //!
 //! It begins anew where beta is above 1. What an extrapolation takes out of a friction cone is brought back into it, and
-//! solves end with a sweep. Now and then Newton iterations on those that press take out what sweeps
-//! are slow at.
+//! solves end with a sweep. Now and then Newton iterations on those that press take out what sweeps are slow at.
 
 use super::newton::Newton;
 use super::problem::{Problem, Row};

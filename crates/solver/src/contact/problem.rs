@@ -102,7 +102,7 @@ pub(crate) struct Problem {
     /// Each block row as three rows of numbers, one after the other.
     values: Vec<f64>,
     /// Changes of the contacts in a block row.
-    gathered: Vec<f64>,
+    gathered: Vec<Row>,
     diagonal: Vec<Block3>,
 }
 
@@ -136,15 +136,15 @@ impl Problem {
     }
 
     /// Place of the block of `column` in block row `row`, which must be there.
-    fn place(&self, row: u32, column: u32) -> usize {
+    pub(crate) fn place(&self, row: u32, column: u32) -> usize {
         let columns = &self.columns[self.start[row as usize]..self.start[row as usize + 1]];
         // Where all contacts are of one group, a row holds them all.
         if columns.len() == self.start.len() - 1 { column as usize } else { columns.partition_point(|&k| k < column) }
     }
 
-    /// Adds to a `direction` of `column` in block row `row`.
-    pub(crate) fn add(&mut self, row: u32, column: u32, direction: usize, values: Row) {
-        let place = 3 * self.place(row, column) + direction;
+    /// Adds to a `direction` of the block at `place` in block row `row`.
+    pub(crate) fn add(&mut self, row: u32, place: usize, direction: usize, values: Row) {
+        let place = 3 * place + direction;
         let range = self.start[row as usize]..self.start[row as usize + 1];
         for (r, value) in values.into_iter().enumerate() {
             self.values[9 * range.start + 3 * r * range.len() + place] += value;
@@ -216,9 +216,8 @@ impl Problem {
             changes
         } else {
             self.gathered.clear();
-            let all = self.columns[range].iter().flat_map(|&column| self.changes[column as usize]);
-            self.gathered.extend(all);
-            &self.gathered
+            self.gathered.extend(self.columns[range].iter().map(|&column| self.changes[column as usize]));
+            self.gathered.as_flattened()
         };
         let w = self.unknowns[row].free;
         vectorized(

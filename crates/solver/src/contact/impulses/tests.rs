@@ -28,7 +28,7 @@ fn random(count: usize, friction: Bound, seed: u64) -> Problem {
                 let dot: f64 = factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum();
                 dot / size as f64 + if i == j { 0.5 } else { 0.0 }
             };
-            problem.add(row as u32, column as u32, direction, [entry(0), entry(1), entry(2)]);
+            problem.add(row as u32, column, direction, [entry(0), entry(1), entry(2)]);
         }
     }
     problem.close();
@@ -64,12 +64,7 @@ fn row(count: usize, correlation: f64, friction: Bound, slip: f64) -> Problem {
     for (row, column) in (0..count).flat_map(|row| (0..count).map(move |column| (row, column))) {
         let entry = correlation.powi(row.abs_diff(column) as i32);
         for direction in 0..3 {
-            problem.add(
-                row as u32,
-                column as u32,
-                direction,
-                [0, 1, 2].map(|r| if r == direction { entry } else { 0.0 }),
-            );
+            problem.add(row as u32, column, direction, [0, 1, 2].map(|r| if r == direction { entry } else { 0.0 }));
         }
     }
     problem.close();
