@@ -90,8 +90,12 @@ impl Coupling {
                 for &row in own {
                     let contact = &contacts[active[row as usize] as usize];
                     let moved = moves(contact, shapes, component, impulses);
+                    let mut place = 0;
                     for (lane, column) in columns.clone().enumerate() {
-                        problem.add(row, own[column / 3], column % 3, moved.map(|x| x.lane(lane)));
+                        if lane == 0 || column % 3 == 0 {
+                            place = problem.place(row, own[column / 3]);
+                        }
+                        problem.add(row, place, column % 3, moved.map(|x| x.lane(lane)));
                     }
                 }
             }

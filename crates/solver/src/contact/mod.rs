@@ -19,6 +19,7 @@ mod solids;
 mod stage;
 #[cfg(test)]
 mod testing;
+mod twins;
 
 pub use force::{ContactForce, Touched};
 pub use overlap::{Overlap, Overlapped};

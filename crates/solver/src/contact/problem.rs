@@ -58,6 +58,13 @@ impl Bound {
         [normal, x * share, y * share]
     }
 
+    /// An impulse with no more friction than there may be at rest.
+    pub(crate) fn within_rest(self, [normal, x, y]: Row) -> Row {
+        let (size, most) = (length([x, y]), self.at_rest(normal));
+        let share = if size > most { most / size } else { 1.0 };
+        [normal, x * share, y * share]
+    }
+
     /// The derivative of [`Bound::sliding`].
     pub(crate) fn slope(self) -> f64 {
         match self {
@@ -95,7 +102,7 @@ pub(crate) struct Problem {
     /// Each block row as three rows of numbers, one after the other.
     values: Vec<f64>,
     /// Changes of the contacts in a block row.
-    gathered: Vec<f64>,
+    gathered: Vec<Row>,
     diagonal: Vec<Block3>,
 }
 
@@ -129,15 +136,15 @@ impl Problem {
     }
 
     /// Place of the block of `column` in block row `row`, which must be there.
-    fn place(&self, row: u32, column: u32) -> usize {
+    pub(crate) fn place(&self, row: u32, column: u32) -> usize {
         let columns = &self.columns[self.start[row as usize]..self.start[row as usize + 1]];
         // Where all contacts are of one group, a row holds them all.
         if columns.len() == self.start.len() - 1 { column as usize } else { columns.partition_point(|&k| k < column) }
     }
 
-    /// Adds to a `direction` of `column` in block row `row`.
-    pub(crate) fn add(&mut self, row: u32, column: u32, direction: usize, values: Row) {
-        let place = 3 * self.place(row, column) + direction;
+    /// Adds to a `direction` of the block at `place` in block row `row`.
+    pub(crate) fn add(&mut self, row: u32, place: usize, direction: usize, values: Row) {
+        let place = 3 * place + direction;
         let range = self.start[row as usize]..self.start[row as usize + 1];
         for (r, value) in values.into_iter().enumerate() {
             self.values[9 * range.start + 3 * r * range.len() + place] += value;
@@ -146,7 +153,7 @@ impl Problem {
 
     /// A block by its place in its block row.
     #[inline]
-    fn block(&self, row: usize, place: usize) -> Block3 {
+    pub(crate) fn block(&self, row: usize, place: usize) -> Block3 {
         let range = self.start[row]..self.start[row + 1];
         let at = |r: usize| {
             let first = 9 * range.start + 3 * r * range.len() + 3 * place;
@@ -162,6 +169,19 @@ impl Problem {
         for row in 0..self.start.len() - 1 {
             self.diagonal.push(self.block(row, self.place(row as u32, row as u32)));
         }
+    }
+
+    /// The block of a contact's own impulse.
+    pub(crate) fn diagonal(&self, contact: usize) -> &Block3 {
+        &self.diagonal[contact]
+    }
+
+    /// The blocks of a block row right of its diagonal: column, response along both normals, place.
+    pub(crate) fn after(&self, row: usize) -> impl Iterator<Item = (usize, f64, usize)> {
+        let range = self.start[row]..self.start[row + 1];
+        let normals = &self.values[9 * range.start..9 * range.start + 3 * range.len()];
+        let first = self.place(row as u32, row as u32) + 1;
+        (first..range.len()).map(move |place| (self.columns[range.start + place] as usize, normals[3 * place], place))
     }
 
     /// Compliances of a contact to its own impulse: along the normal, and the larger one across [1/kg].
@@ -196,9 +216,8 @@ impl Problem {
             changes
         } else {
             self.gathered.clear();
-            let all = self.columns[range].iter().flat_map(|&column| self.changes[column as usize]);
-            self.gathered.extend(all);
-            &self.gathered
+            self.gathered.extend(self.columns[range].iter().map(|&column| self.changes[column as usize]));
+            self.gathered.as_flattened()
         };
         let w = self.unknowns[row].free;
         vectorized(

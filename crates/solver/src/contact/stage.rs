@@ -12,8 +12,7 @@ use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
-use super::impulses;
-use super::newton::Newton;
+use super::impulses::Impulses;
 use super::parts::{ALIKE, Deepest, let_wait};
 use super::problem::{Bound, Problem, Unknown, natural_residual};
 use super::rest::Rest;
@@ -74,7 +73,7 @@ pub(crate) struct Stage {
     /// Contacts of a segment with meshes for which others wait.
     deepest: Vec<Deepest>,
     problem: Problem,
-    newton: Newton,
+    impulses: Impulses,
     coupling: Coupling,
     responses: Vec<Response>,
     /// Whether joints answer.
@@ -118,7 +117,7 @@ impl Stage {
             active: Vec::new(),
             deepest: Vec::new(),
             problem: Problem::default(),
-            newton: Newton::default(),
+            impulses: Impulses::default(),
             coupling: Coupling::default(),
             responses,
             with_joints,
@@ -153,7 +152,7 @@ impl Stage {
         tape.number(&mut self.dt);
         tape.number(&mut self.effective_dt);
         tape.number(&mut self.slow);
-        self.newton.tape(tape);
+        self.impulses.tape(tape);
         self.detector.tape(tape);
         let mut count = self.contacts.iter().filter(|contact| presses(contact)).count();
         tape.count(&mut count);
@@ -381,7 +380,7 @@ impl Stage {
             false => (params.sharper, params.share_left),
         };
         let tolerance = (tolerance * sharper).max(worst * share);
-        counters.contact_sweeps += impulses::solve(problem, &mut self.newton, tolerance, params) as u64;
+        counters.contact_sweeps += self.impulses.solve(problem, tolerance, params) as u64;
         counters.contact_solves += self.active.len() as u64;
         for (k, &index) in self.active.iter().enumerate() {
             let contact = &mut self.contacts[index as usize];

@@ -28,7 +28,7 @@ fn random(count: usize, friction: Bound, seed: u64) -> Problem {
                 let dot: f64 = factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum();
                 dot / size as f64 + if i == j { 0.5 } else { 0.0 }
             };
-            problem.add(row as u32, column as u32, direction, [entry(0), entry(1), entry(2)]);
+            problem.add(row as u32, column, direction, [entry(0), entry(1), entry(2)]);
         }
     }
     problem.close();
@@ -49,6 +49,61 @@ const SWEEPS_ALONE: ContactParams = ContactParams { newton_iterations: 0, ..PATI
 
 fn forces(problem: &Problem) -> Vec<Row> {
     problem.unknowns().iter().map(|unknown| unknown.force).collect()
+}
+
+/// A row of contacts whose responses are correlated by `correlation` from each to the next, as those of two rods that lie
+/// along each other are. The first one bears all, and the bodies slip by `slip`.
+fn row(count: usize, correlation: f64, friction: Bound, slip: f64) -> Problem {
+    let mut problem = Problem::default();
+    for k in 0..count {
+        let (force, far) = (if k == 0 { [1.0, 0.0, 0.0] } else { [0.0; 3] }, 0.002 * k as f64);
+        problem.push(Unknown { force, before: force, free: [-far, slip, 0.5 * slip - far], friction, scale: 1.0 });
+    }
+    let members: Vec<u32> = (0..count as u32).collect();
+    problem.reset(&Pattern { start: &[0, count], members: &members }, &vec![[0, u32::MAX]; count]);
+    for (row, column) in (0..count).flat_map(|row| (0..count).map(move |column| (row, column))) {
+        let entry = correlation.powi(row.abs_diff(column) as i32);
+        for direction in 0..3 {
+            problem.add(row as u32, column, direction, [0, 1, 2].map(|r| if r == direction { entry } else { 0.0 }));
+        }
+    }
+    problem.close();
+    problem
+}
+
+/// Sweeps forwards and backwards in turns, and nothing else, until one changes no impulse by more than `tolerance`.
+fn plain_sweeps(problem: &mut Problem, tolerance: f64, most: usize) -> usize {
+    (0..most).find(|k| problem.sweep(k % 2 == 1) <= tolerance).map_or(most, |last| last + 1)
+}
+
+/// Twins: sweeps move force between them slowly, moves from one to the other do it at once. Whether they stick or slide.
+#[test]
+fn twins_share_their_force_in_few_sweeps() {
+    const TOLERANCE: f64 = 1e-7;
+    for (slip, correlation) in [(1e-3, 0.998), (1e-3, 0.9996), (3.0, 0.998), (3.0, 0.9996)] {
+        let new = || row(8, correlation, coulomb(0.4), slip);
+        let (mut one, mut two) = (new(), new());
+        let plain = plain_sweeps(&mut two, TOLERANCE, 100_000);
+        let sweeps = Impulses::default().solve(&mut one, TOLERANCE, &SWEEPS_ALONE);
+        assert!(8 * sweeps < plain, "slip {slip}, correlation {correlation}: {sweeps} sweeps, without moves {plain}");
+        for k in 0..8 {
+            let (w, Unknown { force, friction, .. }) = (one.gap_and_slip(k), one.unknowns()[k]);
+            let [normal, across] = natural_residual(one.compliance(k), force, w, friction);
+            assert!(normal.max(across) < 10.0 * TOLERANCE, "{force:?} {w:?}");
+        }
+    }
+}
+
+/// No impulse is outside of its friction cone, however a solve ends.
+#[test]
+fn impulses_are_in_their_cones() {
+    for (seed, most_sweeps) in (0..200).flat_map(|seed| [1, 2, 7, 8, 1000].map(|most| (seed, most))) {
+        let mut problem = random(1 + seed as usize % 7, coulomb(0.3), seed);
+        Impulses::default().solve(&mut problem, 1e-6, &ContactParams { most_sweeps, ..ContactParams::DEFAULT });
+        for [normal, x, y] in forces(&problem) {
+            assert!(normal >= 0.0 && length([x, y]) <= 0.3 * normal * (1.0 + 4.0 * f64::EPSILON), "{normal} {x} {y}");
+        }
+    }
 }
 
 /// The laws of contact and of friction hold at the problem's impulses.
@@ -79,7 +134,7 @@ proptest! {
     #[test]
     fn solutions_keep_the_laws(count in 1_usize..7, friction in prop_oneof![Just(0.0), 0.05..0.6], seed: u64) {
         let mut problem = random(count, coulomb(friction), seed);
-        let sweeps = solve(&mut problem, &mut Newton::default(), TIGHT, &PATIENT);
+        let sweeps = Impulses::default().solve(&mut problem, TIGHT, &PATIENT);
         prop_assert!(sweeps < PATIENT.most_sweeps);
         check(&mut problem)?;
     }
@@ -87,7 +142,7 @@ proptest! {
     #[test]
     fn sweeps_alone_keep_the_laws(count in 1_usize..7, friction in prop_oneof![Just(0.0), 0.05..0.6], seed: u64) {
         let mut problem = random(count, coulomb(friction), seed);
-        solve(&mut problem, &mut Newton::default(), TIGHT, &SWEEPS_ALONE);
+        Impulses::default().solve(&mut problem, TIGHT, &SWEEPS_ALONE);
         check(&mut problem)?;
     }
 
@@ -96,8 +151,8 @@ proptest! {
     fn newton_and_sweeps_agree(count in 1_usize..7, seed: u64) {
         let (mut one, mut two) = (random(count, coulomb(0.0), seed), random(count, coulomb(0.0), seed));
         let newton = ContactParams { sweeps_before_newton: 1, ..PATIENT };
-        solve(&mut one, &mut Newton::default(), TIGHT, &newton);
-        solve(&mut two, &mut Newton::default(), TIGHT, &SWEEPS_ALONE);
+        Impulses::default().solve(&mut one, TIGHT, &newton);
+        Impulses::default().solve(&mut two, TIGHT, &SWEEPS_ALONE);
         for (a, b) in forces(&one).iter().zip(&forces(&two)) {
             prop_assert!((a[0] - b[0]).abs() < 1e-9, "{a:?} {b:?}");
         }
@@ -109,9 +164,9 @@ proptest! {
         let bound = Bound::Lagged([most; 2]);
         let (mut one, mut two) = (random(count, bound, seed), random(count, bound, seed));
         let newton = ContactParams { sweeps_before_newton: 1, ..PATIENT };
-        let sweeps = solve(&mut one, &mut Newton::default(), TIGHT, &newton);
+        let sweeps = Impulses::default().solve(&mut one, TIGHT, &newton);
         prop_assert!(sweeps < PATIENT.most_sweeps);
-        solve(&mut two, &mut Newton::default(), TIGHT, &SWEEPS_ALONE);
+        Impulses::default().solve(&mut two, TIGHT, &SWEEPS_ALONE);
         for (a, b) in forces(&one).iter().zip(&forces(&two)) {
             prop_assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-9), "{a:?} {b:?}");
             prop_assert!(length([a[1], a[2]]) <= most + 1e-12, "{a:?}");
