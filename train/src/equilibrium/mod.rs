@@ -42,7 +42,7 @@ pub(crate) struct EquilibriumArgs {
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     epochs: u64,
     /// Size of the two inner layers.
-    #[arg(long, default_value_t = 192, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u16).range(1..=256))]
     width: u16,
     /// Samples in a batch, two a query.
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=65536))]
