@@ -94,7 +94,8 @@ fn a_moved_query_has_the_moved_answer() {
 fn answers_are_those_of_the_curves_and_come_in_fewer_solves() {
     let queries = queries(1000);
     for segments in [30, 50, 100] {
-        let params = Params { segments, ..Params::default() };
+        // A residual of 1e-8 leaves more than that of a shape that hardly resists.
+        let params = Params { segments, tolerance: 1e-10, ..Params::default() };
         let [curves, learned] =
             [solve(&queries, &params), solve_from(&queries, &params, &Learned::default())].map(Result::unwrap);
         let (mut same, mut lowest, mut coarse) = (0, 0, [0; 2]);
@@ -102,7 +103,7 @@ fn answers_are_those_of_the_curves_and_come_in_fewer_solves() {
             let (a, b) = (a.as_ref().unwrap(), b.as_ref().unwrap());
             coarse = [coarse[0] + a.coarse_solves, coarse[1] + b.coarse_solves];
             let (a, b) = (&a.equilibria[0], &b.equilibria[0]);
-            assert!(b.residual <= 1e-8);
+            assert!(b.residual <= 1e-10);
             let error = 1e-6 * a.energy.abs().max(1.0);
             lowest += usize::from(b.energy <= a.energy + error);
             if (a.energy - b.energy).abs() <= 1e-9 * a.energy.abs().max(1.0) {
