@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use common::{json, run, texts};
+use common::{CABLE_BETWEEN_GRIPS, json, run, texts};
 use rod::Quantity;
 use roxmltree::Document;
 use safetensors::SafeTensors;
@@ -94,8 +94,11 @@ fn every_file_and_every_column_is_documented() {
         assert!(DOCS.contains(&format!("`{key}`")), "{key}");
     }
     let summary: Value = serde_json::from_str(&read(out, "summary.json")).expect("JSON");
-    // Alone, with obstacles, in wind.
-    let equilibria = ["heavy-cantilever", "suture", "tree-10"].map(|scene| json(&["static", scene]));
+    // Alone, with obstacles, in wind, and between two grips.
+    let cable = folder.path().join("cable.toml");
+    fs::write(&cable, CABLE_BETWEEN_GRIPS).expect("a folder");
+    let equilibria = ["heavy-cantilever", "suture", "tree-10", cable.to_str().expect("UTF-8")];
+    let equilibria = equilibria.map(|scene| json(&["static", scene]));
     assert_named("`summary.json`", keys(&summary).into_iter().chain(equilibria.iter().flat_map(keys)));
     for key in keys(&summary["worst_residuals"]) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");

@@ -2,19 +2,8 @@
 
 mod common;
 
-use common::{json, run, texts};
+use common::{CABLE_BETWEEN_GRIPS, json, run, texts};
 use serde_json::Value;
-
-const CABLE: &str = r#"
-[[rods]]
-name = "cable"
-radius_m = 0.004
-youngs_modulus_pa = 2e7
-torsion_modulus_pa = 8e6
-density_kg_m3 = 1500
-clamp = ["start-face", "end-face"]
-shape.hung = { to_m = [0.5, 0.1, 0.1], length_m = 0.8, segments = 60, start_direction = [1, 0, 0.5], end_direction = [1, 0.3, 0] }
-"#;
 
 fn number(report: &Value, key: &str) -> f64 {
     report[key].as_f64().unwrap_or_else(|| panic!("{key}: {report}"))
@@ -24,7 +13,7 @@ fn number(report: &Value, key: &str) -> f64 {
 fn a_cable_between_two_grips_begins_where_a_network_proposes() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("cable.toml");
-    std::fs::write(&file, CABLE).unwrap();
+    std::fs::write(&file, CABLE_BETWEEN_GRIPS).unwrap();
     let file = file.to_str().unwrap();
     let [learned, drawn] = [&["static", file][..], &["static", file, "--start", "drawn"]].map(json);
     for report in [&learned, &drawn] {

@@ -6,6 +6,18 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+/// A scene of a cable between two grips, which the learned start knows.
+pub(crate) const CABLE_BETWEEN_GRIPS: &str = r#"
+[[rods]]
+name = "cable"
+radius_m = 0.004
+youngs_modulus_pa = 2e7
+torsion_modulus_pa = 8e6
+density_kg_m3 = 1500
+clamp = ["start-face", "end-face"]
+shape.hung = { to_m = [0.5, 0.1, 0.1], length_m = 0.8, segments = 60, start_direction = [1, 0, 0.5], end_direction = [1, 0.3, 0] }
+"#;
+
 /// The names of `simulate list`.
 pub(crate) fn builtin_names() -> Vec<&'static str> {
     scene::builtins().iter().map(|builtin| builtin.name).collect()
