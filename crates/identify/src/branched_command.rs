@@ -8,6 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use export::write_json;
 use identify::branched::{BranchedCable, Errors, ITERATIONS, Number, Numbers, Tree, fit, predict};
 use identify::cable::Resolution;
+use identify::playback::play;
 use identify::predict::Prediction;
 use identify::recording::{Reading, Recording, files, is_flat, read_flat};
 use identify::result::Value;
@@ -124,7 +125,8 @@ impl Set {
     }
 }
 
-/// Identifies a cable with branches, or takes the result of an earlier identification, predicts, prints and writes `result.json`.
+/// Identifies a cable with branches, or takes the result of an earlier identification, predicts, prints and writes `result.json` and pages
+/// that play the worst recording and the one in the middle beside their predictions.
 /// Returns whether the search was stopped.
 ///
 /// # Errors
@@ -178,14 +180,24 @@ pub(crate) fn run(
             .map_or_else(String::new, |[low, high]| format!("{} to {}", significant(low, 3), significant(high, 3)));
         say!("{:<14} {:>9} {:<8} {told}", number.name(), significant(*value, 3), number.unit())?;
     }
+    let mut last = None;
     for (name, set) in [("train", &train), ("eval", &eval)] {
         if let Some(set) = set {
-            errors(name, set, &tree, &numbers, resolution.steps, &mut file.errors_m)?;
+            last = Some((set, errors(name, set, &tree, &numbers, resolution.steps, &mut file.errors_m)?));
         }
     }
     let path = out.join("result.json");
     write_json(&path, &file)?;
     say!("result: {}", path.display())?;
+    if let Some((set, errors)) = last {
+        let mut order: Vec<usize> = (0..errors.len()).collect();
+        order.sort_by(|&a, &b| errors[a].total_cmp(&errors[b]));
+        for (name, k) in [("median.html", order[order.len() / 2]), ("worst.html", order[order.len() - 1])] {
+            let (recording, path) = (&set.recordings[k], out.join(name));
+            play(&path, recording, &tree.ways(), set.cables[k].model(&numbers), resolution.steps)?;
+            say!("{} beside its prediction: {}", recording.name(), path.display())?;
+        }
+    }
     Ok(file.stopped && from.is_none())
 }
 
@@ -229,7 +241,7 @@ fn identified(
     Ok((file, found.numbers))
 }
 
-/// Predicts recordings and tells how far off they are.
+/// Predicts recordings and tells how far off they are. Returns the mean error of each [m].
 fn errors(
     name: &str,
     set: &Set,
@@ -237,13 +249,13 @@ fn errors(
     numbers: &Numbers,
     steps: usize,
     all: &mut BTreeMap<String, ErrorsFile>,
-) -> Result<()> {
+) -> Result<Vec<f64>> {
     let began = Instant::now();
     let predictions: Vec<Prediction> = predict(&set.cables, numbers, usize::MAX, steps)?;
     let seconds = began.elapsed().as_secs_f64();
     let recorded: f64 = set.recordings.iter().filter_map(|recording| recording.time.last()).sum();
     let cm = |error: f64| significant(100.0 * error, 3);
-    let mut mean = vec![0.0; tree.branches.len() + 3];
+    let (mut mean, mut own) = (vec![0.0; tree.branches.len() + 3], Vec::with_capacity(predictions.len()));
     let told = |errors: &[f64]| {
         let rods: Vec<_> = errors[2..].iter().map(|&error| cm(error)).collect();
         format!("{} (parent, branches: {}), root mean square {}", cm(errors[0]), rods.join(", "), cm(errors[1]))
@@ -255,6 +267,7 @@ fn errors(
         say!("{name}: {}: {} cm", recording.name(), told(&row))?;
         mean.iter_mut().zip(&row).for_each(|(mean, error)| *mean += error / predictions.len() as f64);
         let Errors { mean, rods, root_mean_square } = errors;
+        own.push(mean);
         all.insert(recording.path.display().to_string(), ErrorsFile { mean, rods, root_mean_square });
     }
     let unsolved: usize = predictions.iter().map(|prediction| prediction.unsolved).sum();
@@ -265,5 +278,5 @@ fn errors(
         significant(recorded / seconds, 2),
         if unsolved > 0 { format!("; {unsolved} steps were not solved") } else { String::new() }
     )?;
-    Ok(())
+    Ok(own)
 }

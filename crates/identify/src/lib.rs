@@ -3,7 +3,7 @@
 //! A [`Recording`](recording::Recording) is read from a file. A [`Cable`](cable::Cable) is what a prediction may know of it: its
 //! first two frames and its grips. [`predict`](predict::predict) simulates cables with some [`Parameters`](parameter::Parameters).
 //! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
-//! [`CableFile`](result::CableFile), a [`scene`], and a [`page`]. [`simulated`]
+//! [`CableFile`](result::CableFile), a [`scene`], a [`page`], and a [`playback`]. [`simulated`]
 //! makes recordings of a cable whose numbers are known. [`hanging`] finds the stiffness of wires from photographs of how they hang.
 //! [`noodle`] identifies a rod with one clamp whose full pose is recorded, [`branched`] a cable with branches.
 //! [`motions`] says which recordings are of one kind of motion.
@@ -18,6 +18,7 @@ pub mod motions;
 pub mod noodle;
 pub mod page;
 pub mod parameter;
+pub mod playback;
 pub mod predict;
 pub mod recording;
 pub mod result;

@@ -12,6 +12,7 @@ use identify::fit::{Search, fit};
 use identify::noodle;
 use identify::page::{self, Predicted};
 use identify::parameter::{Parameter, Parameters};
+use identify::playback::play;
 use identify::predict::{Prediction, predict};
 use identify::recording::{Reading, Recording, files, read_all};
 use identify::result::{CableFile, values};
@@ -297,11 +298,12 @@ fn write(
         let mut order: Vec<usize> = (0..errors.len()).collect();
         order.sort_by(|&a, &b| errors[a].total_cmp(&errors[b]));
         let (median, worst) = (order[order.len() / 2], order[order.len() - 1]);
-        let play = |name: &str, k: usize| {
-            page::play(&cli.out.join(name), &set.recordings[k], &set.cables[k], parameters, steps)
+        let played = |name: &str, k: usize| {
+            let (recording, begun) = (&set.recordings[k], set.cables[k].model(parameters));
+            play(&cli.out.join(name), recording, &[(0..recording.count()).collect()], begun, steps)
         };
-        play("worst.html", worst)?;
-        play("median.html", median)?;
+        played("worst.html", worst)?;
+        played("median.html", median)?;
         let written = scene::write(
             &cli.out.join("scene"),
             &set.cables[median],

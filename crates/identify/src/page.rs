@@ -1,20 +1,16 @@
-//! The pages of an identification: what was found and how far predictions are off, and recordings played beside predictions.
+//! The page of an identification: what was found and how far predictions are off.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use nalgebra::Vector3;
 use report::{
     Axis, Block, Cell, Charts, Column, Conditions, Figure, LineChart, Page, Section, Series, Table, significant,
 };
-use rod::{Assembly, Material, Model, RodSpec, State, shape};
-use view::{Frame, Recorder, Run};
 
-use crate::cable::{Cable, DENSITY, RADIUS};
 use crate::confidence::Known;
 use crate::metric::mean_error;
-use crate::parameter::{Parameter, Parameters};
-use crate::predict::{Prediction, watched};
+use crate::parameter::Parameter;
+use crate::predict::Prediction;
 use crate::recording::Recording;
 
 /// Recordings with their predictions.
@@ -149,47 +145,6 @@ pub fn write(folder: &Path, known: &[Known], sets: &[Predicted<'_>], conditions:
         ],
     };
     page.write(folder).context("the page")
-}
-
-/// Writes a page that plays a recording and its prediction in the same place.
-///
-/// # Errors
-/// If the system refuses, or the model is not valid.
-pub fn play(path: &Path, recording: &Recording, cable: &Cable, parameters: &Parameters, steps: usize) -> Result<()> {
-    let mut predicted: Option<Recorder> = None;
-    let dt = cable.time[1] / steps as f64;
-    let mut times = cable.time.iter();
-    watched(std::slice::from_ref(cable), parameters, usize::MAX, steps, &mut |_, model, state| {
-        let recorder = predicted.get_or_insert_with(|| Recorder::new("prediction", dt, model));
-        recorder.push(&frame(*times.next().unwrap_or(&0.0), state));
-    })?;
-    let predicted = predicted.context("a recording without frames")?.finish();
-    Ok(view::write_page(path, &[predicted, recorded(recording, dt)])?)
-}
-
-/// The recording as a run: a rod through its markers, where all are known.
-fn recorded(recording: &Recording, dt: f64) -> Run {
-    let material = Material { youngs_modulus: 1.0, torsion_modulus: 1.0, density: DENSITY };
-    let build = |markers: &[Vector3<f64>]| -> (Model, State) {
-        let mut assembly = Assembly::new(Vector3::zeros());
-        assembly.rod(&RodSpec::new(markers.to_vec(), RADIUS, material));
-        assembly.finish()
-    };
-    let (model, mut state) = build(&recording.markers[0]);
-    let mut recorder = Recorder::new("recording", dt, &model);
-    for (&time, markers) in recording.time.iter().zip(&recording.markers) {
-        if markers.iter().flat_map(|marker| marker.iter()).all(|x| x.is_finite()) {
-            for (i, pose) in shape::frames(markers, 0.0).into_iter().enumerate() {
-                (state.positions[i], state.orientations[i]) = (pose.position, pose.orientation);
-            }
-        }
-        recorder.push(&frame(time, &state));
-    }
-    recorder.finish()
-}
-
-fn frame(time: f64, state: &State) -> Frame<'_> {
-    Frame { time, state, forces: &[], energy: f64::NAN, length_ratio: f64::NAN, iterations: f64::NAN }
 }
 
 /// A table of parameters for the terminal.

@@ -73,27 +73,16 @@ pub(crate) fn together(
     }
     let mut markers: Vec<Vec<_>> =
         cables.iter().map(|cable| Vec::with_capacity(frames.min(cable.time.len()))).collect();
-    let unsolved = watched(cables, parameters, frames, steps, &mut |copy, model, state| {
+    let models: Vec<(Model, State)> = cables.iter().map(|cable| cable.model(parameters)).collect();
+    let times: Vec<&[f64]> = cables.iter().map(|cable| &cable.time[..cable.time.len().min(frames)]).collect();
+    let unsolved = simulated(&models, &times, steps, &mut |copy, model, state| {
         markers[copy].push(cables[copy].marker_nodes().map(|node| end_of(model, state, node)).collect());
     })?;
     Ok(markers.into_iter().zip(unsolved).map(|(markers, unsolved)| Prediction { markers, unsolved }).collect())
 }
 
-/// Simulates cables whose frames come at the same times, and shows each of them in each frame to `watch`, with its index. Returns
-/// how many steps of each were not solved.
-pub(crate) fn watched(
-    cables: &[Cable],
-    parameters: &Parameters,
-    frames: usize,
-    steps: usize,
-    watch: &mut dyn FnMut(usize, &Model, &State),
-) -> Result<Vec<usize>, SimulationError> {
-    let models: Vec<(Model, State)> = cables.iter().map(|cable| cable.model(parameters)).collect();
-    let times: Vec<&[f64]> = cables.iter().map(|cable| &cable.time[..cable.time.len().min(frames)]).collect();
-    simulated(&models, &times, steps, watch)
-}
-
-/// Simulates models whose frames come at these `times` [s], the same as far as they go, as [`watched`] does.
+/// Simulates models whose frames come at these `times` [s], the same as far as they go, and shows each of them in each frame to
+/// `watch`, with its index. Returns how many steps of each were not solved.
 pub(crate) fn simulated(
     models: &[(Model, State)],
     times: &[&[f64]],

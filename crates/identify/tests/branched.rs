@@ -2,11 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use identify::branched::{Branch, BranchedCable, Errors, Number, Numbers, Tree, fit, predict};
 use identify::parameter::Parameter;
 use identify::recording::{Reading, Recording, is_flat, read_flat};
 use nalgebra::Vector3;
+use serde_json::{Value, json};
 
 /// Segments between two markers.
 const PARTS: usize = 2;
@@ -66,6 +68,7 @@ fn truth() -> Numbers {
 fn a_prediction_begins_where_the_recording_does() {
     let recording = grips(1, 5);
     assert_eq!(Tree::of(&[recorded(&truth(), 1, 60)]).unwrap(), tree());
+    assert_eq!(tree().ways(), [(0..8).collect(), vec![4, 8, 9, 10]]);
     let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
     let (model, state) = cable.model(&truth());
     model.validate(&state).unwrap();
@@ -116,6 +119,42 @@ fn a_simulated_tree_is_identified_back() {
         |numbers: &Numbers| Errors::of(&fresh, &tree(), &predict(&[of(&fresh)], numbers, 90, 1).unwrap()[0]).mean;
     let start = error(&Numbers::start(1, truth.side));
     assert!(error(&found.numbers) < 0.05 * start, "{} m, where the search began {start} m", error(&found.numbers));
+}
+
+/// Runs the program on a result of an earlier identification, and takes what it writes.
+#[test]
+fn recordings_are_played_beside_predictions() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    fs::create_dir(path("eval")).unwrap();
+    for index in 0..2 {
+        pickle(&folder.path().join("eval"), &format!("{index}.pkl"), &recorded(&truth(), index, 40));
+    }
+    let value = |number: &Number| {
+        (number.name(), json!({ "value": truth().get(*number), "unit": number.unit(), "interval": null }))
+    };
+    let numbers: serde_json::Map<String, Value> = Number::all(1).iter().map(value).collect();
+    let earlier = json!({
+        "numbers": numbers, "parent_markers": 8, "branches": [[4, 8]], "segments": PARTS, "steps": 1, "recordings": [],
+        "stopped": false, "seconds": 1.0, "errors_m": {},
+    });
+    fs::write(path("result.json"), earlier.to_string()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
+    command.args([&path("eval"), "--from", &path("result.json"), "--out", &path("out"), "--quiet"]);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).unwrap();
+    for name in ["worst.html", "median.html"] {
+        let page = fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+        assert!(page.contains("\"recording\"") && page.contains("\"prediction\""), "{name}");
+        assert!(said.contains(name), "{said}");
+    }
+    // They were simulated with these numbers: all but the second frame, which is as it was drawn, is predicted.
+    let result: Value = serde_json::from_str(&fs::read_to_string(path("out/result.json")).unwrap()).unwrap();
+    let errors: Vec<f64> =
+        result["errors_m"].as_object().unwrap().values().map(|errors| errors["mean"].as_f64().unwrap()).collect();
+    assert_eq!(errors.len(), 2);
+    assert!(errors.iter().all(|&error| error < 1e-5), "{errors:?} m");
 }
 
 /// A pickle of a list of a tuple of three lists, those of the axes x, y and z of the file, y up.

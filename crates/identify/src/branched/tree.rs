@@ -89,11 +89,16 @@ impl Tree {
         std::iter::once(0..self.parent).chain(self.branches.iter().map(|branch| branch.markers.clone()))
     }
 
+    /// The markers through which each rod goes, in their order; those of a branch begin with the parent's marker on which it hangs.
+    pub fn ways(&self) -> Vec<Vec<usize>> {
+        let branch = |branch: &Branch| std::iter::once(branch.junction).chain(branch.markers.clone()).collect();
+        std::iter::once((0..self.parent).collect()).chain(self.branches.iter().map(branch)).collect()
+    }
+
     /// Pairs of markers that are neighbours on a rod.
     pub fn neighbours(&self) -> impl Iterator<Item = [usize; 2]> {
-        let along = |markers: Range<usize>| (markers.start + 1..markers.end).map(|marker| [marker - 1, marker]);
-        let junctions = self.branches.iter().map(|branch| [branch.junction, branch.markers.start]);
-        self.rods().flat_map(along).chain(junctions)
+        let pairs = |way: Vec<usize>| way.windows(2).map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>();
+        self.ways().into_iter().flat_map(pairs)
     }
 }
 
