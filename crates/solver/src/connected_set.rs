@@ -34,7 +34,7 @@ pub(crate) struct ConnectedSet {
     pub(crate) members: Members,
     pub(crate) projector: Projector,
     /// The exact tangent, where steps may take it.
-    pub(crate) exact: Option<Box<Exact>>,
+    pub(crate) exact: Option<Box<Exact<f64>>>,
     /// Which iterations take it; `None` where all of them do.
     pub(crate) tangents: Option<TangentChoice>,
     pub(crate) counters: Counters,
@@ -191,7 +191,7 @@ impl Steps for ConnectedSet {
                 component,
                 interval,
                 params,
-                (exact.as_mut(), tangents.as_mut(), solver),
+                (exact.as_mut(), tangents.as_mut_slice(), solver),
                 guess,
                 counters,
             ),

@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use rod::{Body, JointForce, Model, Pose, State};
 
-use crate::attempt::{attempt, count_step, finish};
+use crate::attempt::{Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::Counters;
-use crate::integrator::Integrator;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::limits::GROUP;
@@ -16,7 +15,7 @@ use crate::linear::direct::Direct;
 use crate::retry;
 use crate::snapshot::Tape;
 use crate::start::NoGuess;
-use crate::step::{Interval, Status, StepParams};
+use crate::step::{Interval, Status, StepParams, Tangent};
 use crate::topology::Topology;
 
 /// Alike sets of segments, one a lane, solved directly and without guesses. A lane that does not converge goes on alone.
@@ -26,6 +25,10 @@ pub(crate) struct Group {
     /// How the last step ended, a lane each.
     statuses: Vec<Status>,
     solver: Direct<Lanes<GROUP>>,
+    /// The exact tangent, where steps may take it.
+    exact: Option<Box<Exact<Lanes<GROUP>>>>,
+    /// Which iterations take it, a lane each; empty where all of them do.
+    tangents: Vec<TangentChoice>,
     pub(crate) counters: Counters,
 }
 
@@ -36,20 +39,33 @@ impl Group {
         state: &State,
         topology: &Arc<Topology>,
         members: Vec<Members>,
-        integrator: Integrator,
+        params: &StepParams,
     ) -> Self {
         let lanes: Vec<&Members> = members.iter().collect();
         let mut component = Component::new(model, state, topology.clone(), &lanes);
-        component.integrate_by(integrator);
+        component.integrate_by(params.integrator);
         let solver = Direct::for_tree(topology);
         let statuses = vec![Status::Converged; members.len()];
-        Self { component, members, statuses, solver, counters: Counters::default() }
+        let exact = if params.may_be_exact() { Exact::new(topology) } else { None };
+        let choices = if params.tangent == Tangent::Auto && exact.is_some() { members.len() } else { 0 };
+        let tangents = vec![TangentChoice::new(topology); choices];
+        Self { component, members, statuses, solver, exact, tangents, counters: Counters::default() }
     }
 
     /// Advances over `interval`.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
-        let Self { component, members, statuses, solver, counters } = self;
-        let result = attempt(component, interval, params, solver, &mut NoGuess, counters);
+        let Self { component, members, statuses, solver, exact, tangents, counters } = self;
+        let result = match exact {
+            None => attempt(component, interval, params, solver, &mut NoGuess, counters),
+            Some(exact) => attempt_exactly(
+                component,
+                interval,
+                params,
+                (exact.as_mut(), tangents, solver),
+                &mut NoGuess,
+                counters,
+            ),
+        };
         let mut alone: Vec<(usize, ConnectedSet)> = Vec::new();
         let (mut active, mut anew) = (Lanes::splat(1.0), Lanes::splat(-1.0));
         for (lane, members) in members.iter().enumerate() {
@@ -67,9 +83,8 @@ impl Group {
             }
             component.roll_back_lane(lane);
             counters.retries += 1;
-            let single = component.extract_lane(lane);
-            let solver = Box::new(Direct::for_tree(&single.system.topology));
-            let mut set = ConnectedSet::new(single, members.clone(), Projector::Solve { solver, guess: None });
+            let mut set = single(component, members.clone(), lane);
+            take_tangent(&mut set, exact.is_some(), tangents.get(lane));
             statuses[lane] = retry::advance_halves(&mut set, interval, 0, params);
             alone.push((lane, set));
         }
@@ -89,13 +104,19 @@ impl Group {
         for (lane, set) in alone {
             component.insert_lane(lane, &set.component);
             *counters += set.counters;
+            if let (Some(own), Some(choice)) = (tangents.get_mut(lane), set.tangents) {
+                *own = choice;
+            }
         }
+        tangents.iter_mut().for_each(TangentChoice::end_step);
         statuses.iter().copied().max().unwrap_or(Status::Converged)
     }
 
     /// Shows its state to a tape.
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.component.tape(tape);
+        tape.size(self.tangents.len());
+        self.tangents.iter_mut().for_each(|choice| choice.tape(tape));
     }
 
     /// Each set with how its last step ended.
@@ -134,19 +155,21 @@ impl Group {
         place.is_some()
     }
 
-    /// Whether a body of the model is one of these that the connectivity of all lanes takes for fixed.
-    pub(crate) fn is_fixed_in_all(&self, body: Body) -> bool {
+    /// Whether lanes would no longer be alike if one held a segment of the model or, if it `lets_go`, did not: where the
+    /// connectivity of all lanes takes it for fixed, and where the exact tangent does, which knows of no body that is held in
+    /// some lanes alone.
+    pub(crate) fn comes_apart(&self, body: Body, lets_go: bool) -> bool {
         let fixed = &self.component.system.topology.fixed;
-        matches!(body, Body::Segment(_)) && self.place(body).is_some_and(|(_, body)| fixed[body])
+        let is_apart = |own: usize| self.exact.is_some() || (lets_go && fixed[own]);
+        matches!(body, Body::Segment(_)) && self.place(body).is_some_and(|(_, body)| is_apart(body))
     }
 
     /// The sets of all lanes one by one, with the same bits from then on; the first has the counters of all.
     pub(crate) fn apart(self) -> impl Iterator<Item = ConnectedSet> {
-        let Self { component, members, mut counters, .. } = self;
+        let Self { component, members, exact, tangents, mut counters, .. } = self;
         members.into_iter().enumerate().map(move |(lane, members)| {
-            let single = component.extract_lane(lane);
-            let solver = Box::new(Direct::for_tree(&single.system.topology));
-            let mut set = ConnectedSet::new(single, members, Projector::Solve { solver, guess: None });
+            let mut set = single(&component, members, lane);
+            take_tangent(&mut set, exact.is_some(), tangents.get(lane));
             set.counters = std::mem::take(&mut counters);
             set
         })
@@ -165,5 +188,20 @@ impl Group {
         for (lane, members) in self.members.iter().enumerate() {
             self.component.store_state(state, members, lane);
         }
+    }
+}
+
+/// The set of one lane on its own.
+fn single(component: &Component<Lanes<GROUP>>, members: Members, lane: usize) -> ConnectedSet {
+    let single = component.extract_lane(lane);
+    let solver = Box::new(Direct::for_tree(&single.system.topology));
+    ConnectedSet::new(single, members, Projector::Solve { solver, guess: None })
+}
+
+/// Lets a set on its own take the exact tangent as its lane does.
+fn take_tangent(set: &mut ConnectedSet, is_exact: bool, choice: Option<&TangentChoice>) {
+    if is_exact {
+        set.exact = Exact::new(&set.component.system.topology);
+        set.tangents = choice.cloned();
     }
 }

@@ -15,6 +15,7 @@ use self::krylov::{Field, Masses, Pair};
 use crate::component::{BodyPose, Component, split};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
+use crate::kernel::math::Sym3;
 use crate::linear::LinearSolver;
 use crate::linear::solvers::SolverKind;
 use crate::simulation::{SimulationError, without_contacts};
@@ -210,10 +211,11 @@ impl Problem {
         for (body, mass) in equations.bodies.iter_mut().zip(masses) {
             if let Some((mass, inertia)) = mass {
                 body.mass += *mass;
-                body.turning += *inertia;
+                let m = inertia;
+                body.turning += Sym3([m.m11, m.m22, m.m33, m.m12, m.m13, m.m23]);
             }
         }
-        elimination.solve(equations) && elimination.mended == 0
+        elimination.solve(equations) && elimination.mended == 0.0
     }
 
     /// Shifts along the axes and turns about them of all bodies as one.
@@ -235,20 +237,27 @@ impl Problem {
         let Self { component, elimination, equations, .. } = self;
         let topology = &component.system.topology;
         for (body, x) in equations.bodies.iter_mut().zip(x) {
-            body.defect = [x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into()];
+            body.defect = Spatial::from_array((*x).into());
         }
         for joint in &mut equations.joints {
-            joint.rhs = [Vector3::zeros(); 2];
+            joint.rhs = Spatial::zero();
         }
         elimination.solve(equations);
-        let mut found = (elimination.corrections.clone(), elimination.multipliers.clone());
+        let mut found =
+            [&elimination.corrections, &elimination.multipliers].map(|list| in_vectors(list).collect::<Field>());
         // The elimination of a ring leaves one body to the end, and loses digits in what is left of it.
         for _ in 0..if topology.elimination.is_none() { REFINEMENTS } else { 0 } {
             equations.subtract(&topology.joints, &elimination.corrections, &elimination.multipliers);
             elimination.solve(equations);
-            found.0.iter_mut().zip(&elimination.corrections).for_each(|(x, more)| *x += more);
-            found.1.iter_mut().zip(&elimination.multipliers).for_each(|(x, more)| *x += more);
+            for (found, more) in found.iter_mut().zip([&elimination.corrections, &elimination.multipliers]) {
+                found.iter_mut().zip(in_vectors(more)).for_each(|(x, more)| *x += more);
+            }
         }
-        found
+        found.into()
     }
+}
+
+/// Shifts and turns as vectors.
+fn in_vectors(list: &[Spatial<f64>]) -> impl Iterator<Item = Vector6<f64>> {
+    list.iter().map(|x| x.to_array().into())
 }

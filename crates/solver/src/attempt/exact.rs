@@ -4,14 +4,13 @@
 //! residual. What the tangent leaves out of a step is put right by a second solve with the same factor (deferred correction),
 //! where it would be felt. The last iteration takes the factor of the one before, where that is enough (Shamanskii 1967). Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
 
-use nalgebra::Vector3;
-
 use super::{Attempt, TangentChoice, begin, evaluate, may_go_on, solve, update};
 use crate::component::{BodyPose, Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::linear::LinearSolver;
 use crate::start::StepGuess;
@@ -29,21 +28,36 @@ const OF_PRODUCT: f64 = 0.2;
 /// Shares of a step that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
-/// Memory for steps with the exact tangent.
-#[derive(Clone, Debug)]
-pub(crate) struct Exact {
-    equations: Equations,
-    elimination: Elimination,
-    /// The residual that the factor was made for, as long as a further iteration may take it; infinite where none may.
-    factored_at: f64,
-    /// One entry a body: what the tangent leaves out.
-    left_out: Vec<Vec3<f64>>,
-    dp: Vec<Spatial<f64>>,
-    poses: Vec<BodyPose<f64>>,
-    lambda: Vec<Spatial<f64>>,
+/// Lanes, one bit each.
+type Lanes = u64;
+
+/// A number that is not negative in these lanes, and negative in others.
+fn mask<T: Real>(lanes: Lanes) -> T {
+    let mut mask = T::splat(-1.0);
+    (0..T::LANES).filter(|lane| lanes >> lane & 1 == 1).for_each(|lane| mask.set_lane(lane, 1.0));
+    mask
 }
 
-impl Exact {
+/// The lanes among `of` in which something holds.
+fn lanes(of: Lanes, holds: impl Fn(usize) -> bool) -> Lanes {
+    (0..Lanes::BITS as usize).filter(|&lane| of >> lane & 1 == 1 && holds(lane)).map(|lane| 1 << lane).sum()
+}
+
+/// Memory for steps with the exact tangent, of one connected set or of alike ones in lanes.
+#[derive(Clone, Debug)]
+pub(crate) struct Exact<T> {
+    equations: Equations<T>,
+    elimination: Elimination<T>,
+    /// The residual that the factor was made for, as long as a further iteration may take it; infinite where none may.
+    factored_at: T,
+    /// One entry a body: what the tangent leaves out.
+    left_out: Vec<Vec3<T>>,
+    dp: Vec<Spatial<T>>,
+    poses: Vec<BodyPose<T>>,
+    lambda: Vec<Spatial<T>>,
+}
+
+impl<T: Real> Exact<T> {
     /// Memory for sets of this connectivity; `None` where it has too many loops.
     pub(crate) fn new(topology: &Topology) -> Option<Box<Self>> {
         let (bodies, joints) = (topology.bodies(), topology.joints.len());
@@ -54,117 +68,160 @@ impl Exact {
                 rows: Vec::new(),
             },
             elimination: Elimination::new(topology)?,
-            factored_at: f64::INFINITY,
+            factored_at: T::splat(f64::INFINITY),
             left_out: Vec::with_capacity(bodies),
-            dp: Vec::with_capacity(bodies),
+            dp: vec![Spatial::zero(); bodies],
             poses: Vec::with_capacity(bodies),
             lambda: Vec::with_capacity(joints),
         }))
     }
 
-    /// One iteration from the last evaluation, which left `residuals`, towards a `target`. Returns those after it; `None` where
-    /// the tangent is of no use, and then nothing has changed.
-    fn iterate(
+    /// The step from the last evaluation, which left `now`, in the lanes `of` which it is asked; returns the lanes in which there
+    /// is one.
+    fn find(
         &mut self,
-        component: &mut Component<f64>,
-        residuals: &Residuals<f64>,
-        target: f64,
+        component: &mut Component<T>,
+        of: Lanes,
+        (now, target): (T, T),
         counters: &mut Counters,
-    ) -> Option<Residuals<f64>> {
-        if !component.has_multipliers() {
-            return None;
-        }
+    ) -> Lanes {
         let mut watch = Stopwatch::start();
-        let Self { equations, elimination, factored_at, left_out, dp, poses, lambda } = self;
-        let now = residuals.worst();
-        let is_again = OF_PRODUCT * *factored_at * now <= target && {
+        let Self { equations, elimination, factored_at, left_out, dp, .. } = self;
+        let leaves = |lane: usize| OF_PRODUCT * factored_at.lane(lane) * now.lane(lane) <= target.lane(lane);
+        let mut again = lanes(of, leaves);
+        if again != 0 {
             component.gather_right_hand_sides(equations);
             watch.mark(&mut counters.times.assemble);
-            elimination.solve_again(equations)
-        };
-        let is_solved = is_again || {
+            match elimination.solve_again(equations) {
+                true => component.take_solution(elimination, dp, mask(again)),
+                false => again = 0,
+            }
+            watch.mark(&mut counters.times.solve);
+        }
+        let mut anew = of & !again;
+        if anew != 0 {
             component.gather(equations, 1.0);
             watch.mark(&mut counters.times.assemble);
-            elimination.solve(equations)
-        };
-        *factored_at = if is_again || elimination.mended > 0 { f64::INFINITY } else { now };
-        if is_solved
-            && !is_again
-            && component.left_out(equations, &elimination.corrections, left_out) > target.max(OF_SQUARE * now * now)
-        {
-            for (body, left_out) in equations.bodies.iter_mut().zip(left_out) {
-                body.defect[1] += Vector3::from(left_out.0);
+            let solved = elimination.solve_lanes(equations);
+            anew = lanes(anew, |lane| solved.lane(lane) >= 0.0);
+            component.take_solution(elimination, dp, mask(anew));
+            let left = component.left_out(equations, &elimination.corrections, left_out);
+            let least = |lane: usize| target.lane(lane).max(OF_SQUARE * now.lane(lane) * now.lane(lane));
+            let felt = lanes(anew, |lane| left.lane(lane) > least(lane));
+            if felt != 0 {
+                for (body, left_out) in equations.bodies.iter_mut().zip(left_out) {
+                    body.defect.angular += *left_out;
+                }
+                if elimination.solve_again(equations) {
+                    component.take_solution(elimination, dp, mask(felt));
+                }
             }
-            elimination.solve_again(equations);
+            watch.mark(&mut counters.times.solve);
         }
-        watch.mark(&mut counters.times.solve);
-        if !is_solved {
-            return None;
+        for lane in 0..T::LANES {
+            let is_whole = anew >> lane & 1 == 1 && elimination.mended.lane(lane) == 0.0;
+            factored_at.set_lane(lane, if is_whole { now.lane(lane) } else { f64::INFINITY });
         }
-        component.take_solution(elimination, dp);
+        again | anew
+    }
+
+    /// One iteration from the last evaluation, which left `residuals`, towards a `target`, in the lanes `of` which it is asked.
+    /// Returns the residuals after it, and the lanes in which the tangent was of use; in the others nothing has changed.
+    fn iterate(
+        &mut self,
+        component: &mut Component<T>,
+        (residuals, target): (&Residuals<T>, T),
+        of: Lanes,
+        counters: &mut Counters,
+    ) -> (Residuals<T>, Lanes) {
+        let of = lanes(of, |lane| component.has_multipliers(lane));
+        let now = residuals.worst();
+        let solved = if of == 0 { 0 } else { self.find(component, of, (now, target), counters) };
+        if solved == 0 {
+            return (*residuals, 0);
+        }
+        let mut watch = Stopwatch::start();
+        let Self { factored_at, dp, poses, lambda, .. } = self;
         poses.clone_from(&component.poses);
         lambda.clone_from(&component.lambda);
+        let mut waiting = solved;
+        let mut found = *residuals;
         for share in SHARES {
-            component.go_on_from(poses, lambda, dp, share);
+            component.go_on_from((poses, lambda), dp, T::splat(share), mask(waiting));
             watch.mark(&mut counters.times.update);
-            let found = evaluate(component, Formulation::Newton, counters);
+            found = evaluate(component, Formulation::Newton, counters);
             watch.mark(&mut counters.times.assemble);
-            if found.check.is_finite() && found.worst() < residuals.worst() {
-                *factored_at = if share < 1.0 { f64::INFINITY } else { *factored_at };
-                component.solves += 1;
-                counters.iterations += 1;
-                counters.segment_iterations += component.segments() as u64;
-                counters.branch_eliminations += component.system.topology.branches as u64;
-                return Some(found);
+            let less = |lane: usize| found.worst().lane(lane) < now.lane(lane) && found.check.lane(lane).is_finite();
+            let done = lanes(waiting, less);
+            waiting &= !done;
+            if share < 1.0 {
+                *factored_at = mask::<T>(done).select(T::splat(f64::INFINITY), *factored_at);
+            }
+            if waiting == 0 {
+                break;
             }
         }
-        component.go_back_to(poses, lambda);
-        evaluate(component, Formulation::Newton, counters);
-        watch.mark(&mut counters.times.assemble);
-        None
+        if waiting != 0 {
+            component.go_back_to(poses, lambda, mask(waiting));
+            found = evaluate(component, Formulation::Newton, counters);
+            watch.mark(&mut counters.times.assemble);
+        }
+        let useful = solved & !waiting;
+        let count = u64::from(useful.count_ones());
+        component.solves += count.min(1);
+        counters.iterations += count;
+        counters.segment_iterations += count * component.segments() as u64;
+        counters.branch_eliminations += count * component.system.topology.branches as u64;
+        (found, useful)
     }
 }
 
 /// [`super::attempt`] with the exact tangent, for formulation `newton`; `solver` solves with the positive matrix, where the
-/// tangent is of no use and where the choice is left to work that says so.
-pub(crate) fn attempt_exactly(
-    component: &mut Component<f64>,
+/// tangent is of no use and where the choices, one a lane, are left to work that says so. Without choices all iterations take
+/// the tangent.
+pub(crate) fn attempt_exactly<T: Real>(
+    component: &mut Component<T>,
     interval: Interval,
     params: &StepParams,
-    (exact, mut tangents, solver): (&mut Exact, Option<&mut TangentChoice>, &mut dyn LinearSolver),
-    guess: &mut dyn StepGuess<f64>,
+    (exact, tangents, solver): (&mut Exact<T>, &mut [TangentChoice], &mut dyn LinearSolver<T>),
+    guess: &mut dyn StepGuess<T>,
     counters: &mut Counters,
-) -> Attempt<f64> {
-    exact.factored_at = f64::INFINITY;
+) -> Attempt<T> {
+    exact.factored_at = T::splat(f64::INFINITY);
     // The exact tangent takes bodies and joints together.
     component.is_apart = true;
     let mut attempt = begin(component, interval, params, guess, counters);
+    let all = lanes(Lanes::MAX, |lane| lane < component.used);
     let mut before = attempt.residuals.worst();
     for iteration in 0..params.max_iterations.saturating_mul(2) {
         let now = attempt.residuals.worst();
-        let is_due = now > attempt.target && may_go_on(iteration, now, before, params);
-        if !is_due || !attempt.residuals.check.is_finite() {
+        let due = lanes(all, |lane| {
+            now.lane(lane) > attempt.target.lane(lane)
+                && may_go_on(iteration, now.lane(lane), before.lane(lane), params)
+                && attempt.residuals.check.lane(lane).is_finite()
+        });
+        if due == 0 {
             break;
         }
         before = now;
-        let is_exact = tangents.as_ref().is_none_or(|tangents| tangents.is_exact());
-        let found =
-            if is_exact { exact.iterate(component, &attempt.residuals, attempt.target, counters) } else { None };
-        if let Some(tangents) = &mut tangents {
-            tangents.count(found.is_some());
+        let asked = lanes(due, |lane| tangents.get(lane).is_none_or(TangentChoice::is_exact));
+        let (found, useful) = exact.iterate(component, (&attempt.residuals, attempt.target), asked, counters);
+        attempt.residuals = found;
+        for (lane, tangents) in tangents.iter_mut().enumerate().filter(|(lane, _)| due >> lane & 1 == 1) {
+            tangents.count(useful >> lane & 1 == 1);
         }
-        attempt.residuals = found.unwrap_or_else(|| {
+        let others = due & !useful;
+        if others != 0 {
             vectorized(
                 #[inline(always)]
                 || component.bring_momentum_in(),
             );
-            solve(component, iteration, 1, solver, guess, counters);
-            update(component, params.formulation, 1.0, counters);
+            solve(component, iteration, u64::from(others.count_ones()), solver, guess, counters);
+            update(component, params.formulation, mask(others), counters);
             let mut watch = Stopwatch::start();
-            let residuals = evaluate(component, params.formulation, counters);
+            attempt.residuals = evaluate(component, params.formulation, counters);
             watch.mark(&mut counters.times.assemble);
-            residuals
-        });
+        }
     }
     component.is_apart = false;
     attempt

@@ -2,10 +2,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::lanes::pick_pose;
+use super::update::{select, select_pose};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
-use crate::kernel::math::{Sym3, Vec3};
+use crate::kernel::lane::Real;
+use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::tangent::elimination::Elimination;
 use crate::tangent::{BodyEquation, Equations, JointEquation, curvature};
 
@@ -19,53 +22,47 @@ pub(super) fn matrix([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]: [[f64; 3]; 3]) 
     Matrix3::new(xx, xy, xz, yx, yy, yz, zx, zy, zz)
 }
 
-impl Component<f64> {
-    /// Whether joints transmit anything yet: without it the tangent knows of no stiffness but that of the rows.
-    pub(crate) fn has_multipliers(&self) -> bool {
-        self.lambda.iter().any(|lambda| *lambda != Spatial::zero())
+impl<T: Real> Component<T> {
+    /// Whether joints transmit anything yet in a lane: without it the tangent knows of no stiffness but that of the rows.
+    pub(crate) fn has_multipliers(&self, lane: usize) -> bool {
+        self.lambda.iter().any(|lambda| lambda.to_array().iter().any(|x| x.lane(lane) != 0.0))
     }
 
     /// Gathers the equations at the last evaluation, which must have been of formulation `newton`; K has this `share` of the
     /// inertia.
-    pub(crate) fn gather(&self, equations: &mut Equations, share: f64) {
+    pub(crate) fn gather(&self, equations: &mut Equations<T>, share: f64) {
         vectorized(
             #[inline(always)]
-            || self.gather_all(equations, share),
+            || self.gather_all(equations, T::splat(share)),
         );
     }
 
     /// Gathers their right-hand sides alone.
-    pub(crate) fn gather_right_hand_sides(&self, Equations { bodies, joints, .. }: &mut Equations) {
+    pub(crate) fn gather_right_hand_sides(&self, Equations { bodies, joints, .. }: &mut Equations<T>) {
         vectorized(
             #[inline(always)]
             || {
                 for (i, body) in bodies.iter_mut().enumerate().filter(|(_, body)| !body.is_held()) {
-                    let defect = self.defect(i);
-                    body.defect = [vector(defect.linear), vector(defect.angular)];
+                    body.defect = self.defect(i);
                 }
                 for (j, joint) in joints.iter_mut().enumerate() {
-                    let rhs = self.missed(j);
-                    joint.rhs = [vector(rhs.linear), vector(rhs.angular)];
+                    joint.rhs = self.missed(j);
                 }
             },
         );
     }
 
     #[inline(always)]
-    fn gather_all(&self, Equations { bodies, joints, rows }: &mut Equations, share: f64) {
+    fn gather_all(&self, Equations { bodies, joints, rows }: &mut Equations<T>, share: T) {
         bodies.clear();
         rows.clear();
         for i in 0..self.poses.len() {
             bodies.push(self.body_equation(i, share));
         }
-        for rigid in self.rigid.iter().filter(|rigid| self.bodies[rigid.body].free != 0.0) {
-            let inertia = rigid.world_inertia(self.poses[rigid.body].q);
-            bodies[rigid.body].turning = matrix(self.turning(rigid.body, inertia * share).full());
-        }
         let dt2 = self.effective * self.effective;
         for load in &self.loads {
             let arm = self.system.bodies[load.body].axis * load.offset;
-            bodies[load.body].turning += matrix(curvature::of_force(load.force * dt2, arm).full());
+            bodies[load.body].turning += curvature::of_force(load.force * dt2, arm);
         }
         joints.clear();
         for j in 0..self.system.joints.len() {
@@ -73,38 +70,55 @@ impl Component<f64> {
         }
     }
 
-    /// Mass [kg] and inertia in world axes [kg m^2] of a body where it is, with what air adds to it in a step; `None` where it is
-    /// held.
-    pub(crate) fn mass_and_inertia(&self, i: usize) -> Option<(f64, Matrix3<f64>)> {
-        let (constants, q) = (&self.bodies[i], self.poses[i].q);
-        let rigid = self.rigid.iter().find(|rigid| rigid.body == i);
-        let inertia = rigid.map_or(constants.world_inertia(q.axis()), |rigid| rigid.world_inertia(q));
-        (constants.inverse_mass != 0.0).then(|| (1.0 / constants.inverse_mass, matrix(inertia.full())))
+    /// Inertia in world axes of a body that is oriented so, in the step under way [kg m^2].
+    #[inline(always)]
+    pub(super) fn inertia_of(&self, i: usize, q: Quat<T>) -> Sym3<T> {
+        let inertia = self.bodies[i].world_inertia(q.axis());
+        if self.rigid.is_empty() { inertia } else { self.inertia_of_rigid(i, q, inertia) }
+    }
+
+    /// The same of what may be a rigid body; `otherwise` where it is none.
+    fn inertia_of_rigid(&self, i: usize, q: Quat<T>, otherwise: Sym3<T>) -> Sym3<T> {
+        let mut inertia = otherwise;
+        for rigid in self.rigid.iter().filter(|rigid| rigid.body == i) {
+            let lane = rigid.lane;
+            let own = rigid.world_inertia(pick_pose(&BodyPose { x: Vec3::zero(), q }, lane).q);
+            inertia.0.iter_mut().zip(own.0).for_each(|(entry, own)| entry.set_lane(lane, own));
+        }
+        inertia
     }
 
     /// A `share` of the inertia, and the defect of a body.
     #[inline(always)]
-    fn body_equation(&self, i: usize, share: f64) -> BodyEquation {
-        let (terms, constants) = (&self.system.bodies[i], &self.bodies[i]);
-        if terms.inverse_mass == 0.0 {
+    fn body_equation(&self, i: usize, share: T) -> BodyEquation<T> {
+        let terms = &self.system.bodies[i];
+        if terms.inverse_mass.lane(0) == 0.0 {
             return BodyEquation::held();
         }
-        let mass = 1.0 / terms.inverse_mass;
-        let turning = matrix(self.turning(i, constants.world_inertia(terms.axis) * share).full());
-        let defect = self.defect(i);
-        BodyEquation { mass: mass * share, turning, defect: [vector(defect.linear), vector(defect.angular)] }
+        let mass = share / terms.inverse_mass;
+        let turning = self.turning(i, self.inertia_of(i, terms.orientation) * share);
+        BodyEquation { mass, turning, defect: self.defect(i) }
     }
 
     /// The inertia's share of a body's block of K.
     #[inline(always)]
-    pub(super) fn turning(&self, i: usize, inertia: Sym3<f64>) -> Sym3<f64> {
+    pub(super) fn turning(&self, i: usize, inertia: Sym3<T>) -> Sym3<T> {
         let turn = (self.poses[i].q * self.predicted[i].q.conj()).upper();
-        curvature::of_inertia(inertia, turn.w, turn.v * 2.0)
+        curvature::of_inertia(inertia, turn.w, turn.v * T::splat(2.0))
+    }
+
+    /// Arms of a joint's connectors in world axes.
+    #[inline(always)]
+    pub(super) fn arms(&self, j: usize) -> [Vec3<T>; 2] {
+        let (system, terms) = (&self.system, &self.system.joints[j]);
+        let [a, b] = system.topology.joints[j].map(|body| system.bodies[body as usize].axis);
+        let arms = [a * terms.offsets[0], b * terms.offsets[1]];
+        system.across.get(j).map_or(arms, |across| [arms[0] + across[0], arms[1] + across[1]])
     }
 
     /// A joint's share; what turns its bodies is added to theirs.
     #[inline(always)]
-    fn joint_equation(&self, j: usize, bodies: &mut [BodyEquation]) -> JointEquation {
+    fn joint_equation(&self, j: usize, bodies: &mut [BodyEquation<T>]) -> JointEquation<T> {
         let system = &self.system;
         let terms = &system.joints[j];
         let [a, b] = system.topology.joints[j].map(|body| body as usize);
@@ -112,56 +126,76 @@ impl Component<f64> {
         let arms = self.arms(j);
         let lambda = self.lambda[j];
         let world = terms.multipliers_to_world(lambda, frame);
-        let kappa = frame.rotate(lambda.angular).dot(terms.t) / (2.0 * terms.length);
+        let kappa = frame.rotate(lambda.angular).dot(terms.t) / (terms.length * T::splat(2.0));
         let (own, coupling) = curvature::of_bend_twist(kappa, world.angular);
-        bodies[a].turning += matrix((own + curvature::of_force(world.linear, arms[0])).full());
-        bodies[b].turning += matrix((own + curvature::of_force(-world.linear, arms[1])).full());
-        let rhs = self.missed(j);
-        JointEquation {
-            length: terms.length,
-            arms: arms.map(vector),
-            compliance: [matrix(system.stretch_compliance(j).full()), matrix(system.bend_compliance(j).full())],
-            coupling: matrix(coupling),
-            rhs: [vector(rhs.linear), vector(rhs.angular)],
-        }
+        bodies[a].turning += own + curvature::of_force(world.linear, arms[0]);
+        bodies[b].turning += own + curvature::of_force(-world.linear, arms[1]);
+        let compliance = [system.stretch_compliance(j), system.bend_compliance(j)];
+        JointEquation { length: terms.length, arms, compliance, coupling, rhs: self.missed(j) }
     }
 
-    /// Puts poses and multipliers to where a `share` of a step leads from `poses` and `lambda`: by `dp`, one entry a body, and
-    /// the component's `dlambda`. Fixed bodies stay.
+    /// Puts poses and multipliers to where a `share` of a step leads from `poses` and `lambda`, in the lanes where `active` >= 0:
+    /// by `dp`, one entry a body, and the component's `dlambda`. Fixed bodies stay.
     pub(crate) fn go_on_from(
         &mut self,
-        poses: &[BodyPose<f64>],
-        lambda: &[Spatial<f64>],
-        dp: &[Spatial<f64>],
-        share: f64,
+        (poses, lambda): (&[BodyPose<T>], &[Spatial<T>]),
+        dp: &[Spatial<T>],
+        share: T,
+        active: T,
     ) {
-        for i in (0..self.segments).filter(|&i| self.bodies[i].free != 0.0) {
-            let (from, dp) = (&poses[i], dp[i]);
-            self.poses[i] = BodyPose { x: from.x + dp.linear * share, q: from.q.turned(dp.angular * share) };
-        }
-        for ((own, &from), &dlambda) in self.lambda.iter_mut().zip(lambda).zip(&self.dlambda) {
-            *own = from.plus(dlambda, share);
-        }
+        vectorized(
+            #[inline(always)]
+            || {
+                for i in (0..self.segments).filter(|&i| self.bodies[i].free.lane(0) != 0.0) {
+                    let (from, dp) = (&poses[i], dp[i]);
+                    let to = BodyPose { x: from.x + dp.linear * share, q: from.q.turned(dp.angular * share) };
+                    self.poses[i] = select_pose(active, to, self.poses[i]);
+                }
+                for ((own, &from), &dlambda) in self.lambda.iter_mut().zip(lambda).zip(&self.dlambda) {
+                    *own = select(active, from.plus(dlambda, share), *own);
+                }
+            },
+        );
         // The next evaluation gathers those of the new multipliers.
         self.pulls_hold = false;
     }
 
-    /// Puts poses and multipliers to where they have been.
-    pub(crate) fn go_back_to(&mut self, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
-        self.poses.copy_from_slice(poses);
-        self.lambda.copy_from_slice(lambda);
+    /// Puts poses and multipliers to where they have been, in the lanes where `active` >= 0.
+    pub(crate) fn go_back_to(&mut self, poses: &[BodyPose<T>], lambda: &[Spatial<T>], active: T) {
+        for (own, &from) in self.poses.iter_mut().zip(poses) {
+            *own = select_pose(active, from, *own);
+        }
+        for (own, &from) in self.lambda.iter_mut().zip(lambda) {
+            *own = select(active, from, *own);
+        }
         self.pulls_hold = false;
     }
 
-    /// Takes over an elimination's result: corrections to `dp`, multipliers as the solution of the linear system.
-    pub(crate) fn take_solution(&mut self, elimination: &Elimination, dp: &mut Vec<Spatial<f64>>) {
-        dp.clear();
-        dp.extend(elimination.corrections.iter().map(|&x| Spatial::from_array(x.into())));
-        for (j, &x) in elimination.multipliers.iter().enumerate() {
-            let world = Spatial::from_array(x.into());
-            self.dlambda[j] = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
-        }
+    /// Takes over an elimination's result, in the lanes where `active` >= 0: corrections to `dp`, multipliers as the solution of
+    /// the linear system.
+    pub(crate) fn take_solution(&mut self, elimination: &Elimination<T>, dp: &mut [Spatial<T>], active: T) {
+        vectorized(
+            #[inline(always)]
+            || {
+                for (own, &new) in dp.iter_mut().zip(&elimination.corrections) {
+                    *own = select(active, new, *own);
+                }
+                for (j, &world) in elimination.multipliers.iter().enumerate() {
+                    let new = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+                    self.dlambda[j] = select(active, new, self.dlambda[j]);
+                }
+            },
+        );
         self.drop_free();
+    }
+}
+
+impl Component<f64> {
+    /// Mass [kg] and inertia in world axes [kg m^2] of a body where it is, with what air adds to it in a step; `None` where it is
+    /// held.
+    pub(crate) fn mass_and_inertia(&self, i: usize) -> Option<(f64, Matrix3<f64>)> {
+        let (constants, q) = (&self.bodies[i], self.poses[i].q);
+        (constants.inverse_mass != 0.0).then(|| (1.0 / constants.inverse_mass, matrix(self.inertia_of(i, q).full())))
     }
 }
 
@@ -203,30 +237,28 @@ mod tests {
     fn remainder(component: &mut Component<f64>, lambda: &[Spatial<f64>], d: &[Spatial<f64>], step: f64) -> f64 {
         let poses = component.poses.clone();
         let mut at = |share: f64| {
-            component.go_on_from(&poses, lambda, d, share);
+            component.go_on_from((&poses, lambda), d, share, 0.0);
             component.evaluate(Formulation::Newton);
             let mut equations = Equations::default();
             component.gather(&mut equations, 1.0);
             equations
         };
         let work = |equations: &Equations| -> f64 {
-            let of = |(body, d): (&BodyEquation, &Spatial<f64>)| {
-                body.defect[0].dot(&vector(d.linear)) + body.defect[1].dot(&vector(d.angular))
-            };
+            let of = |(body, d): (&BodyEquation, &Spatial<f64>)| body.defect.dot(*d);
             equations.bodies.iter().zip(d).map(of).sum()
         };
         let [ahead, behind, here] = [step, -step, 0.0].map(&mut at);
         let (mut curvature, mut size) = (0.0, 0.0);
         for (body, d) in here.bodies.iter().zip(d).filter(|(body, _)| !body.is_held()) {
-            let turn = vector(d.angular);
-            curvature += body.mass * d.linear.norm_squared() + turn.dot(&(body.turning * turn));
-            size += body.turning.norm() * turn.norm_squared();
+            let turn = d.angular;
+            curvature += body.mass * d.linear.norm_squared() + turn.dot(body.turning.apply(turn));
+            size += matrix(body.turning.full()).norm() * turn.norm_squared();
         }
         for (joint, ends) in here.joints.iter().zip(&component.system.topology.joints) {
-            let [a, b] = ends.map(|body| vector(d[body as usize].angular));
-            curvature += 2.0 * a.dot(&(joint.coupling * b));
+            let [a, b] = ends.map(|body| d[body as usize].angular);
+            curvature += 2.0 * a.dot(joint.coupling.apply(b));
         }
-        component.go_back_to(&poses, lambda);
+        component.go_back_to(&poses, lambda, 0.0);
         (0.5 * (work(&ahead) - work(&behind)) + step * curvature) / size
     }
 

@@ -125,10 +125,15 @@ impl<T: Real> Component<T> {
 /// A pose after a correction, in the lanes where `active` >= 0.
 #[inline(always)]
 fn moved<T: Real>(old: BodyPose<T>, correction: Spatial<T>, active: T) -> BodyPose<T> {
-    let turned = old.q.turned(correction.angular);
-    let new = Spatial { linear: old.x + correction.linear, angular: turned.v };
-    let kept = select(active, new, Spatial { linear: old.x, angular: old.q.v });
-    BodyPose { x: kept.linear, q: Quat { v: kept.angular, w: active.select(turned.w, old.q.w) } }
+    select_pose(active, BodyPose { x: old.x + correction.linear, q: old.q.turned(correction.angular) }, old)
+}
+
+/// `then` in the lanes where `condition` >= 0, else `otherwise`.
+#[inline(always)]
+pub(super) fn select_pose<T: Real>(condition: T, then: BodyPose<T>, otherwise: BodyPose<T>) -> BodyPose<T> {
+    let of = |pose: BodyPose<T>| Spatial { linear: pose.x, angular: pose.q.v };
+    let kept = select(condition, of(then), of(otherwise));
+    BodyPose { x: kept.linear, q: Quat { v: kept.angular, w: condition.select(then.q.w, otherwise.q.w) } }
 }
 
 /// `then` in the lanes where `condition` >= 0, else `otherwise`.

@@ -228,15 +228,15 @@ impl Search {
     /// A step, with so much of its movement; returns that [segment lengths, rad].
     fn step(&mut self, jacobian: &Jacobian, share: f64) -> f64 {
         let mut field = Field {
-            bodies: self.equations.bodies.iter().map(|body| six(body.defect)).collect(),
-            joints: self.equations.joints.iter().map(|joint| six(joint.rhs)).collect(),
+            bodies: self.equations.bodies.iter().map(|body| body.defect.to_array().into()).collect(),
+            joints: self.equations.joints.iter().map(|joint| joint.rhs.to_array().into()).collect(),
         };
         self.factor.solve(jacobian, &mut field, false);
         let component = &mut self.component;
         component.take_multipliers(&field.joints);
         let dp: Vec<_> = field.bodies.iter().map(|&dp| Spatial::from_array((dp * share).into())).collect();
         let (poses, lambda) = (component.poses.clone(), component.lambda.clone());
-        component.go_on_from(&poses, &lambda, &dp, 1.0);
+        component.go_on_from((&poses, &lambda), &dp, 1.0, 0.0);
         let size = |(i, dp): (usize, &Spatial<f64>)| {
             (dp.linear.norm_squared().sqrt() / component.length(i)).max(dp.angular.norm_squared().sqrt())
         };

@@ -67,7 +67,7 @@ impl Replay {
         let Self { component, whole: (bodies, joints), equations, topology, factor, border, contacts, work } = self;
         component.set_forces(substep.interval.time + substep.interval.dt);
         component.predict_step(substep.interval);
-        component.go_back_to(&substep.poses, &substep.lambda);
+        component.go_back_to(&substep.poses, &substep.lambda, 0.0);
         component.evaluate_step();
         component.gather(equations, 1.0);
         component.whole_blocks(equations, 1.0, bodies, joints);

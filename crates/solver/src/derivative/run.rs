@@ -42,7 +42,7 @@ fn solved(model: &Model, settings: &Settings) -> Result<Settings, DerivativeErro
         return Err(DerivativeError::Formulation);
     }
     let touches = !model.contacts.is_empty();
-    let exact = !touches && split(model).iter().all(|(_, topology)| Elimination::new(topology).is_some());
+    let exact = !touches && split(model).iter().all(|(_, topology)| Elimination::<f64>::new(topology).is_some());
     let step = StepParams {
         relative_tolerance: settings.step.relative_tolerance.min(1e-10),
         absolute_tolerance: settings.step.absolute_tolerance.min(1e-12),

@@ -227,6 +227,12 @@ impl<T: Real> Sym3<T> {
         let k = T::splat(1.0) / (xx * a + xy * b + xz * c);
         Self([a * k, (xx * zz - xz * xz) * k, (xx * yy - xy * xy) * k, b * k, c * k, (xy * xz - xx * yz) * k])
     }
+    /// Sum of the entries on the diagonal.
+    #[inline(always)]
+    pub fn trace(self) -> T {
+        let [xx, yy, zz, ..] = self.0;
+        xx + yy + zz
+    }
     /// All nine entries, row by row.
     #[inline(always)]
     pub fn full(self) -> [[T; 3]; 3] {
@@ -257,6 +263,13 @@ impl<T: Real> Add for Sym3<T> {
             out.0[k] += o.0[k];
         }
         out
+    }
+}
+
+impl<T: Real> AddAssign for Sym3<T> {
+    #[inline(always)]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
     }
 }
 

@@ -1,5 +1,7 @@
 //! A spatial vector: a linear and an angular part.
 
+use std::ops::Neg;
+
 use super::lane::{Both, Real};
 use super::math::Vec3;
 
@@ -56,6 +58,14 @@ impl<T: Real> Spatial<T> {
     #[inline(always)]
     pub fn from_array([a, b, c, d, e, f]: [T; 6]) -> Self {
         Self { linear: Vec3([a, b, c]), angular: Vec3([d, e, f]) }
+    }
+}
+
+impl<T: Real> Neg for Spatial<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { linear: -self.linear, angular: -self.angular }
     }
 }
 

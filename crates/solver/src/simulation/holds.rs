@@ -192,9 +192,11 @@ impl Simulation {
     /// Holds a body, drives it or lets it go.
     fn change(&mut self, body: Body, change: Change<'_>) -> Result<(), SimulationError> {
         let lets_go = matches!(change, Change::LetGo);
-        let is_fixed_in_all = |piece: &Piece| matches!(piece, Piece::Group(group) if group.is_fixed_in_all(body));
-        if lets_go
-            && let Some(place) = self.pieces.iter().position(is_fixed_in_all)
+        let is_driven = matches!(change, Change::Drive(_));
+        let comes_apart =
+            |piece: &Piece| matches!(piece, Piece::Group(group) if group.comes_apart(body, lets_go));
+        if !(is_driven && self.is_held(body) == Some(true))
+            && let Some(place) = self.pieces.iter().position(comes_apart)
             && let Piece::Group(group) = self.pieces.swap_remove(place)
         {
             self.pieces.extend(group.apart().map(|set| Piece::Single(Box::new(set))));

@@ -1,10 +1,9 @@
 //! The balance of forces of a connected set, and Newton's step on it with the tangent as it is.
 
-use nalgebra::Matrix3;
-
 use super::newton::INERTIA;
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
+use crate::kernel::math::{Sym3, Vec3};
 use crate::tangent::Equations;
 use crate::tangent::elimination::Elimination;
 
@@ -115,7 +114,7 @@ impl Balance {
 
     /// Puts the component to a place at a time [s].
     pub(super) fn stand(&mut self, place: &Place, time: f64) {
-        self.component.go_back_to(&place.poses, &place.lambda);
+        self.component.go_back_to(&place.poses, &place.lambda, 0.0);
         self.component.go_to(time);
     }
 
@@ -156,7 +155,7 @@ impl Balance {
         self.evaluate(place, place.time);
         let nudge = nudge * NUDGE * self.scale();
         for (body, length) in self.equations.bodies.iter_mut().zip(&self.lengths) {
-            body.turning += Matrix3::identity() * (nudge * length);
+            body.turning += Sym3::identity(nudge * length);
         }
         let unstable = self.elimination.solve_as_it_is(&self.equations)?;
         Some((self.solution(0.0), unstable))
@@ -168,8 +167,9 @@ impl Balance {
         let sizes = component.lambda.iter().map(|lambda| lambda.linear.norm_squared().sqrt());
         let force = sizes.fold(self.scale(), f64::max);
         let bodies = equations.bodies.iter().zip(lengths).filter(|(body, _)| !body.is_held());
-        let balanced = bodies.map(|(body, length)| body.defect[0].norm() + body.defect[1].norm() / length);
-        let closed = equations.joints.iter().map(|joint| joint.rhs[0].norm() / total + joint.rhs[1].norm());
+        let norm = |x: Vec3<f64>| x.norm_squared().sqrt();
+        let balanced = bodies.map(|(body, length)| norm(body.defect.linear) + norm(body.defect.angular) / length);
+        let closed = equations.joints.iter().map(|joint| norm(joint.rhs.linear) / total + norm(joint.rhs.angular));
         let larger = |x: f64, y: f64| if x.is_nan() || x >= y { x } else { y };
         balanced.fold(0.0, larger) <= ROUNDING * force && closed.fold(0.0, larger) <= ROUNDING
     }
@@ -187,8 +187,8 @@ impl Balance {
 
     /// What the elimination has found last.
     pub(super) fn solution(&mut self, time: f64) -> Direction {
-        let mut dp = Vec::new();
-        self.component.take_solution(&self.elimination, &mut dp);
+        let mut dp = vec![Spatial::zero(); self.component.poses.len()];
+        self.component.take_solution(&self.elimination, &mut dp, 0.0);
         Direction { dp, dlambda: self.component.dlambda.clone(), time }
     }
 }

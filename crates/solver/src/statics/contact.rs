@@ -17,7 +17,7 @@
 //! for the axes d of the segment and e of the obstacle; an end of an axis does not slide, and a plane has `rho` infinite.
 
 use collision::closest;
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 use rod::{Model, ObstacleShape};
 
 use crate::component::{Component, Members};
@@ -169,11 +169,10 @@ impl Contacts {
             let row = contact.row();
             let force = contact.force - self.stiffness * contact.gap;
             let body = &mut equations.bodies[contact.body];
-            body.defect[0] += contact.normal * force;
-            body.defect[1] += contact.arm.cross(&contact.normal) * force;
             let kernel = |x: Vector3<f64>| Vec3(x.into());
-            let turning = curvature::of_force(kernel(contact.normal * contact.force), kernel(contact.arm)).full();
-            body.turning += Matrix3::from_fn(|r, c| turning[r][c]);
+            body.defect.linear += kernel(contact.normal * force);
+            body.defect.angular += kernel(contact.arm.cross(&contact.normal) * force);
+            body.turning += curvature::of_force(kernel(contact.normal * contact.force), kernel(contact.arm));
             let mut add = |row: Vector6<f64>, stiffness: f64| {
                 equations.rows.push(BodyRow { body: contact.body as u32, row: row.into(), stiffness });
             };
@@ -209,8 +208,7 @@ impl Contacts {
         let near = self.contacts.iter().filter(|contact| contact.presses && contact.distance.is_finite());
         near.map(|contact| {
             let dp = &elimination.corrections[contact.body];
-            let turn: Vector3<f64> = dp.fixed_rows::<3>(3).into();
-            let moved = dp.fixed_rows::<3>(0) + turn.cross(&contact.arm);
+            let moved = Vector3::from(dp.linear.0) + Vector3::from(dp.angular.0).cross(&contact.arm);
             let aside = (moved - contact.normal * contact.normal.dot(&moved)).norm();
             ASIDE * contact.distance / aside.max(f64::MIN_POSITIVE)
         })
@@ -265,7 +263,8 @@ impl Contact {
 
     /// The force after a solve's step.
     fn answered(&self, elimination: &Elimination, stiffness: f64) -> f64 {
-        self.force - stiffness * (self.gap + self.row().dot(&elimination.corrections[self.body]))
+        self.force
+            - stiffness * (self.gap + self.row().dot(&Vector6::from(elimination.corrections[self.body].to_array())))
     }
 
     /// Adds `-z gap''`, but for how the arm turns.

@@ -8,13 +8,11 @@
 mod shift;
 mod wind;
 
-use nalgebra::Matrix3;
-
 use super::contact::Contacts;
 use super::{StaticParams, StaticReport};
 use crate::component::{BodyPose, Component, Residuals};
 use crate::kernel::Spatial;
-use crate::kernel::math::Vec3;
+use crate::kernel::math::{Sym3, Vec3};
 use crate::tangent::Equations;
 use crate::tangent::elimination::Elimination;
 use crate::topology::Topology;
@@ -172,7 +170,7 @@ impl Descent {
                 self.report.steps += 1;
                 component.gather(&mut self.equations, self.inertia);
                 for (body, length) in self.equations.bodies.iter_mut().zip(&self.lengths) {
-                    body.turning += Matrix3::identity() * (shift.force() * length);
+                    body.turning += Sym3::identity(shift.force() * length);
                 }
                 contacts.add(&mut self.equations);
                 if !self.elimination.solve(&self.equations) {
@@ -182,7 +180,7 @@ impl Descent {
                     break;
                 }
             }
-            let is_right = self.elimination.mended == 0;
+            let is_right = self.elimination.mended == 0.0;
             is_saddle |= !is_right && shift.is_least();
             let size = self.size(&component.system.topology);
             if (is_right && (size <= FAR || is_first)) || self.report.steps >= self.limit {
@@ -195,7 +193,7 @@ impl Descent {
 
     /// The largest turn of the last solve, over what is allowed.
     fn size(&self, topology: &Topology) -> f64 {
-        let turn = |body: usize| self.elimination.corrections[body].fixed_rows::<3>(3);
+        let turn = |body: usize| self.elimination.corrections[body].angular;
         let own = (0..self.lengths.len()).map(|body| turn(body).norm_squared()).fold(0.0, f64::max).sqrt();
         let ends = topology.joints.iter().map(|ends| ends.map(|body| body as usize));
         let bend = ends.map(|[a, b]| (turn(a) - turn(b)).norm_squared()).fold(0.0, f64::max).sqrt();
@@ -215,7 +213,7 @@ impl Descent {
         if lengthens && (ROUNDING..1.0).contains(&size) && self.curvature(component, topology) < 0.0 {
             share = size.recip().min((GAP / residuals.stretch).max(1.0));
         }
-        component.take_solution(&self.elimination, &mut self.dp);
+        component.take_solution(&self.elimination, &mut self.dp, 0.0);
         // Forces follow from the balance whatever the share of the step; moments are those of the bending.
         component.dlambda.iter_mut().for_each(|change| change.angular = change.angular * share.min(1.0));
         self.go_on(component, share);
@@ -226,18 +224,18 @@ impl Descent {
         self.dp.iter_mut().for_each(|dp| *dp = Spatial::zero().plus(*dp, share));
         self.poses.clone_from(&component.poses);
         self.lambda.clone_from(&component.lambda);
-        component.go_on_from(&self.poses, &self.lambda, &self.dp, 1.0);
+        component.go_on_from((&self.poses, &self.lambda), &self.dp, 1.0, 0.0);
     }
 
     /// Second derivative of the energy along the step, without shift and inertia.
     fn curvature(&mut self, component: &Component<f64>, topology: &Topology) -> f64 {
         let Self { elimination, equations, .. } = self;
         component.gather(equations, 0.0);
-        let turn = |body: usize| elimination.corrections[body].fixed_rows::<3>(3);
+        let turn = |body: usize| elimination.corrections[body].angular;
         let bodies = equations.bodies.iter().enumerate().filter(|(_, body)| !body.is_held());
-        let own: f64 = bodies.map(|(i, body)| turn(i).dot(&(body.turning * turn(i)))).sum();
+        let own: f64 = bodies.map(|(i, body)| turn(i).dot(body.turning.apply(turn(i)))).sum();
         let joint = |(joint, &[a, b]): (&crate::tangent::JointEquation, &[u32; 2])| {
-            2.0 * turn(a as usize).dot(&(joint.coupling * turn(b as usize)))
+            2.0 * turn(a as usize).dot(joint.coupling.apply(turn(b as usize)))
         };
         let coupled: f64 = equations.joints.iter().zip(&topology.joints).map(joint).sum();
         let strain: f64 = equations
@@ -245,10 +243,8 @@ impl Descent {
             .iter()
             .zip(&elimination.multipliers)
             .map(|(joint, change)| {
-                let part = |k: usize| {
-                    change.fixed_rows::<3>(3 * k).dot(&(joint.compliance[k] * change.fixed_rows::<3>(3 * k)))
-                };
-                part(0) + part(1)
+                let [stretch, bend] = joint.compliance;
+                change.linear.dot(stretch.apply(change.linear)) + change.angular.dot(bend.apply(change.angular))
             })
             .sum();
         own + coupled + strain

@@ -4,20 +4,23 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::stiffness::Stiffness;
+use crate::kernel::lane::Real;
 
 /// A factor.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cholesky {
+pub(super) struct Cholesky<T> {
     /// L below its unit diagonal.
-    lower: [[f64; 6]; 6],
+    lower: [[T; 6]; 6],
     /// D.
-    pivots: [f64; 6],
+    pivots: [T; 6],
 }
 
-impl Cholesky {
-    /// Factors a matrix; `None` where it is not positive, or where it is to be left as it is and has no factor.
-    pub(super) fn new(matrix: &Stiffness<f64>, is_left: bool) -> Option<Self> {
-        let mut a = [[0.0; 6]; 6];
+impl<T: Real> Cholesky<T> {
+    /// Factors a matrix; returns the factor, and a number that is not negative where there is one: where the matrix is
+    /// positive, or where it is to be left as it is and has a factor.
+    pub(super) fn new(matrix: &Stiffness<T>, is_left: bool) -> (Self, T) {
+        let mut exists = T::splat(1.0);
+        let mut a = [[T::zero(); 6]; 6];
         let (translation, turning) = (matrix.translation.full(), matrix.turning.full());
         for r in 0..3 {
             for c in 0..3 {
@@ -26,30 +29,35 @@ impl Cholesky {
                 a[3 + r][3 + c] = turning[r][c];
             }
         }
-        let (mut lower, mut pivots) = ([[0.0; 6]; 6], [0.0; 6]);
+        let (mut lower, mut pivots) = ([[T::zero(); 6]; 6], [T::zero(); 6]);
         for k in 0..6 {
             let pivot = a[k][k];
-            if !((pivot > 0.0 || (is_left && pivot < 0.0)) && pivot.is_finite()) {
-                return None;
+            for lane in 0..T::LANES {
+                let pivot = pivot.lane(lane);
+                if !((pivot > 0.0 || (is_left && pivot < 0.0)) && pivot.is_finite()) {
+                    exists.set_lane(lane, -1.0);
+                }
             }
             pivots[k] = pivot;
             for i in k + 1..6 {
                 lower[i][k] = a[i][k] / pivot;
                 for j in k + 1..=i {
-                    a[i][j] -= lower[i][k] * a[j][k];
+                    let share = lower[i][k] * a[j][k];
+                    a[i][j] -= share;
                 }
             }
         }
-        Some(Self { lower, pivots })
+        (Self { lower, pivots }, exists)
     }
 
     /// `L^-1 B`, and the pivots.
-    pub(super) fn forward<const M: usize>(&self, b: &[[f64; M]; 6]) -> ([[f64; M]; 6], [f64; 6]) {
+    pub(super) fn forward<const M: usize>(&self, b: &[[T; M]; 6]) -> ([[T; M]; 6], [T; 6]) {
         let mut x = *b;
         for k in 0..6 {
             for i in k + 1..6 {
                 for c in 0..M {
-                    x[i][c] -= self.lower[i][k] * x[k][c];
+                    let share = self.lower[i][k] * x[k][c];
+                    x[i][c] -= share;
                 }
             }
         }
@@ -57,12 +65,13 @@ impl Cholesky {
     }
 
     /// `A^-1 B`, given `L^-1 B`.
-    pub(super) fn backward<const M: usize>(&self, mut x: [[f64; M]; 6]) -> [[f64; M]; 6] {
+    pub(super) fn backward<const M: usize>(&self, mut x: [[T; M]; 6]) -> [[T; M]; 6] {
         for k in (0..6).rev() {
             for c in 0..M {
-                x[k][c] /= self.pivots[k];
+                x[k][c] = x[k][c] / self.pivots[k];
                 for i in k + 1..6 {
-                    x[k][c] -= self.lower[i][k] * x[i][c];
+                    let share = self.lower[i][k] * x[i][c];
+                    x[k][c] -= share;
                 }
             }
         }

@@ -2,13 +2,15 @@
 //!
 //! All are with respect to world rotation vectors phi about the current orientations, `q' = exp(phi) q`.
 
+use super::Coupling;
+use crate::kernel::lane::Real;
 use crate::kernel::math::{Sym3, Vec3, map_rows};
 
 /// How `-r x f` changes as the arm r turns under a constant force f: the symmetric `(f.r) I - (f r^T + r f^T) / 2`.
 ///
 /// It is the second derivative of `-f.(x + r)`. A pull along the arm is stiff, a push is soft.
 #[inline(always)]
-pub fn of_force(force: Vec3<f64>, arm: Vec3<f64>) -> Sym3<f64> {
+pub fn of_force<T: Real>(force: Vec3<T>, arm: Vec3<T>) -> Sym3<T> {
     Sym3::identity(force.dot(arm)) + Sym3::sym_outer(force, -arm)
 }
 
@@ -23,9 +25,8 @@ pub fn of_force(force: Vec3<f64>, arm: Vec3<f64>) -> Sym3<f64> {
 ///        = const + T.(phi_b - phi_a) - kappa |phi_b - phi_a|^2 / 2 - T.(phi_a x phi_b) / 2 + O(phi^3)
 /// ```
 #[inline(always)]
-pub fn of_bend_twist(kappa: f64, torque: Vec3<f64>) -> (Sym3<f64>, [[f64; 3]; 3]) {
-    let [x, y, z] = (torque * 0.5).0;
-    (Sym3::identity(kappa), [[-kappa, z, -y], [-z, -kappa, x], [y, -x, -kappa]])
+pub fn of_bend_twist<T: Real>(kappa: T, torque: Vec3<T>) -> (Sym3<T>, Coupling<T>) {
+    (Sym3::identity(kappa), Coupling { kappa, half_torque: torque * T::splat(0.5) })
 }
 
 /// The symmetric part of the derivative of the inertia's torque `I phi` of a turn phi from the predicted pose, of which s is
@@ -33,8 +34,8 @@ pub fn of_bend_twist(kappa: f64, torque: Vec3<f64>) -> (Sym3<f64>, [[f64; 3]; 3]
 ///
 /// I turns along, and so the derivative is `s I + I [phi]x / 2 - [I phi]x`, which is not symmetric.
 #[inline(always)]
-pub fn of_inertia(inertia: Sym3<f64>, s: f64, phi: Vec3<f64>) -> Sym3<f64> {
-    let m = map_rows(inertia.full(), |row| row.cross(phi * 0.25));
+pub fn of_inertia<T: Real>(inertia: Sym3<T>, s: T, phi: Vec3<T>) -> Sym3<T> {
+    let m = map_rows(inertia.full(), |row| row.cross(phi * T::splat(0.25)));
     let both = |r: usize, c: usize| m[r][c] + m[c][r];
     inertia * s + Sym3([both(0, 0), both(1, 1), both(2, 2), both(0, 1), both(0, 2), both(1, 2)])
 }
@@ -108,7 +109,7 @@ mod tests {
             let y = q_a * mu;
             let torque = (y * s + t.cross(&y)) / l;
             let (alone, coupling) = of_bend_twist(y.dot(&t) / (2.0 * l), own(&torque));
-            let (alone, coupling) = (matrix(alone.full()), matrix(coupling));
+            let (alone, coupling) = (matrix(alone.full()), matrix(coupling.full()));
             let slope = -torque.dot(&(phi_b - phi_a));
             let curvature =
                 phi_a.dot(&(alone * phi_a)) + phi_b.dot(&(alone * phi_b)) + 2.0 * phi_a.dot(&(coupling * phi_b));

@@ -19,13 +19,13 @@
 //! node may then be coupled besides its inner body; Z sees it as held. So where the six rows are not positive the body is
 //! mended: it is made heavier, until they are.
 
-use nalgebra::Vector6;
-
 use super::Equations;
 use super::halves::Halves;
 use super::problem::Problem;
 use super::sweep::Sweep;
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
 use crate::topology::Topology;
 
 #[cfg(test)]
@@ -33,28 +33,28 @@ mod tests;
 
 /// Memory of an elimination, and its result.
 #[derive(Clone, Debug)]
-pub struct Elimination {
+pub struct Elimination<T = f64> {
     /// Who is joined to whom, with the far body as one that is held.
     topology: Topology,
-    memory: Memory,
+    memory: Memory<T>,
     /// dp as (dx, dphi), one entry a body.
-    pub corrections: Vec<Vector6<f64>>,
+    pub corrections: Vec<Spatial<T>>,
     /// dlambda in world rows, one entry a joint.
-    pub multipliers: Vec<Vector6<f64>>,
-    /// Bodies that had to be made heavier.
-    pub mended: usize,
+    pub multipliers: Vec<Spatial<T>>,
+    /// Bodies that had to be made heavier, a lane each.
+    pub mended: T,
 }
 
 /// What is kept from the way up to the way down.
 #[derive(Clone, Debug)]
-enum Memory {
+enum Memory<T> {
     /// Without loops, the halves of a chain side by side.
-    Tree(Sweep<1>, Halves),
+    Tree(Sweep<T, 1>, Halves<T>),
     /// With a far body, the one without which there would be no loop: six more columns.
-    Ring(Sweep<7>, usize),
+    Ring(Sweep<T, 7>, usize),
 }
 
-impl Elimination {
+impl<T: Real> Elimination<T> {
     /// Memory for systems of this connectivity; `None` where one body less would leave loops.
     pub fn new(topology: &Topology) -> Option<Self> {
         let without = |far: usize| {
@@ -70,27 +70,20 @@ impl Elimination {
                 (topology, memory)
             }
         };
-        let corrections = vec![Vector6::zeros(); topology.bodies()];
-        let multipliers = vec![Vector6::zeros(); topology.joints.len()];
-        Some(Self { topology, memory, corrections, multipliers, mended: 0 })
+        let corrections = vec![Spatial::zero(); topology.bodies()];
+        let multipliers = vec![Spatial::zero(); topology.joints.len()];
+        Some(Self { topology, memory, corrections, multipliers, mended: T::zero() })
     }
 
-    /// Solves the equations; returns whether it could. It cannot where a joint without compliance holds two bodies to each
-    /// other that are both held, and where numbers are not finite.
-    pub fn solve(&mut self, equations: &Equations) -> bool {
-        self.solve_with(equations, false).is_some()
-    }
-
-    /// Solves the equations as they are, mending nothing. Returns how many eigenvalues have another sign than at a minimum
-    /// of the energy: the directions in which it curves down. `None` where the matrix has no factor in this order of the
-    /// bodies: it is singular, or next to it.
-    pub fn solve_as_it_is(&mut self, equations: &Equations) -> Option<usize> {
-        self.solve_with(equations, true)
+    /// Solves the equations, lane by lane; returns a number that is not negative in the lanes in which it could. It cannot where
+    /// a joint without compliance holds two bodies to each other that are both held, and where numbers are not finite.
+    pub fn solve_lanes(&mut self, equations: &Equations<T>) -> T {
+        self.solve_with(equations, false).0
     }
 
     /// Solves equations that differ from those of the last solve in their right-hand sides alone, by its factor; returns whether
     /// it could: rings have no such way.
-    pub(crate) fn solve_again(&mut self, equations: &Equations) -> bool {
+    pub(crate) fn solve_again(&mut self, equations: &Equations<T>) -> bool {
         let Self { topology, memory, corrections, multipliers, .. } = self;
         let Memory::Tree(sweep, halves) = memory else { return false };
         let problem = Problem { topology, far: None, equations };
@@ -101,25 +94,43 @@ impl Elimination {
         true
     }
 
-    fn solve_with(&mut self, equations: &Equations, is_left: bool) -> Option<usize> {
+    /// Returns a number that is not negative where it could be solved, and how many eigenvalues have wrong signs.
+    fn solve_with(&mut self, equations: &Equations<T>, is_left: bool) -> (T, usize) {
         let Self { topology, memory, corrections, multipliers, mended } = self;
-        corrections.fill(Vector6::zeros());
-        let solved = vectorized(
+        corrections.fill(Spatial::zero());
+        vectorized(
             #[inline(always)]
             || match memory {
                 Memory::Tree(sweep, halves) => {
                     let problem = Problem { topology, far: None, equations };
                     sweep.is_left = is_left;
-                    halves.solve(sweep, &problem, corrections, multipliers).then_some([sweep.mended, sweep.wrong])
+                    halves.solve(sweep, &problem, corrections, multipliers);
+                    *mended = sweep.mended;
+                    (sweep.solved, sweep.wrong)
                 }
                 Memory::Ring(sweep, far) => {
                     let problem = Problem { topology, far: Some(*far), equations };
                     sweep.is_left = is_left;
-                    sweep.solve(&problem, corrections, multipliers).then_some([sweep.mended, sweep.wrong])
+                    sweep.solve(&problem, corrections, multipliers);
+                    *mended = sweep.mended;
+                    (sweep.solved, sweep.wrong)
                 }
             },
-        );
-        *mended = solved.map_or(0, |[mended, _]| mended);
-        solved.map(|[_, wrong]| wrong)
+        )
+    }
+}
+
+impl Elimination {
+    /// Solves the equations; returns whether it could: see [`Self::solve_lanes`].
+    pub fn solve(&mut self, equations: &Equations) -> bool {
+        self.solve_lanes(equations) >= 0.0
+    }
+
+    /// Solves the equations as they are, mending nothing. Returns how many eigenvalues have another sign than at a minimum
+    /// of the energy: the directions in which it curves down. `None` where the matrix has no factor in this order of the
+    /// bodies: it is singular, or next to it.
+    pub fn solve_as_it_is(&mut self, equations: &Equations) -> Option<usize> {
+        let (solved, wrong) = self.solve_with(equations, true);
+        (solved >= 0.0).then_some(wrong)
     }
 }

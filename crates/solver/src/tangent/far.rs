@@ -5,42 +5,44 @@ use super::problem::Problem;
 use super::stiffness::Stiffness;
 use super::sweep::Sweep;
 use crate::kernel::Spatial;
+use crate::kernel::lane::Real;
 use crate::kernel::math::Sym3;
 use crate::topology::Node;
 
-impl<const M: usize> Sweep<M> {
+impl<T: Real, const M: usize> Sweep<T, M> {
     /// What a joint adds to its inner body, whose outer body is held or comes last.
     #[cold]
-    pub(super) fn hang(&mut self, problem: &Problem<'_>, node: &Node, terms: &Terms<f64>) -> Option<Left<f64, M>> {
-        let [stretch, bend] = problem.hold(node, terms)?;
-        let pull = |x: Spatial<f64>| Spatial { linear: stretch.apply(x.linear), angular: bend.apply(x.angular) };
+    pub(super) fn hang(&mut self, problem: &Problem<'_, T>, node: &Node, terms: &Terms<T>) -> Left<T, M> {
+        let ([stretch, bend], exists) = problem.hold(node, terms);
+        self.solved = exists.select(self.solved, exists);
+        let pull = |x: Spatial<T>| Spatial { linear: stretch.apply(x.linear), angular: bend.apply(x.angular) };
         let spring = Stiffness::of_parts(stretch, bend);
         let force = pull(terms.rhs);
         let mut added = Left::new(spring.seen(terms.arms[1]), terms.on_inner(force));
         let outer = node.outer as usize;
         if !problem.is_held(node.outer) {
             for k in 0..6 {
-                let mut unit = [0.0; 6];
-                unit[k] = 1.0;
+                let mut unit = [T::zero(); 6];
+                unit[k] = T::splat(1.0);
                 let c = terms.of_outer(Spatial::from_array(unit));
-                let mut on_inner = Spatial::zero().plus(pull(c), -1.0);
+                let mut on_inner = Spatial::zero().plus(pull(c), T::splat(-1.0));
                 on_inner.angular += terms.coupled(c.angular);
                 set_column(&mut added.forces, 1 + k, terms.on_inner(on_inner));
             }
             let own = Left::new(spring.seen(terms.arms[0]), terms.on_outer(force));
             self.left[outer] = self.left[outer].plus(&own);
         }
-        Some(added)
+        added
     }
 
     /// What the elimination of a node leaves of the far body. `forces` are those on the outer body, in the joint's rows.
     #[inline(always)]
     pub(super) fn change_far(
         &mut self,
-        problem: &Problem<'_>,
-        factor: &Factor<f64, M>,
-        terms: &Terms<f64>,
-        forces: &[[f64; M]; 6],
+        problem: &Problem<'_, T>,
+        factor: &Factor<T, M>,
+        terms: &Terms<T>,
+        forces: &[[T; M]; 6],
     ) {
         let Some(far) = problem.far else { return };
         let left = &mut self.left[far];
@@ -50,7 +52,7 @@ impl<const M: usize> Sweep<M> {
             }
         }
         for (rhs, row) in terms.rhs.to_array().into_iter().zip(forces) {
-            for (own, x) in left.forces.iter_mut().zip(&row[1..]) {
+            for (own, &x) in left.forces.iter_mut().zip(&row[1..]) {
                 own[0] += rhs * x;
             }
         }
@@ -58,7 +60,7 @@ impl<const M: usize> Sweep<M> {
 
     /// Adds to the far body what a node adds to its inner body, which it is.
     #[cold]
-    pub(super) fn close(&mut self, added: &Left<f64, M>, far: usize) {
+    pub(super) fn close(&mut self, added: &Left<T, M>, far: usize) {
         let f = |r: usize, c: usize| added.forces[r][1 + c];
         let both = |r: usize, c: usize| -f(r, c) - f(c, r);
         let corner = |k: usize| Sym3([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(r, c)| both(k + r, k + c)));
@@ -71,8 +73,8 @@ impl<const M: usize> Sweep<M> {
 
 /// Takes a row that has been eliminated off the far body.
 #[inline(always)]
-pub(super) fn take_row_off<const M: usize>(far: &mut Left<f64, M>, row: &[f64; M], weight: f64) {
-    let mut movement = [0.0; 6];
+pub(super) fn take_row_off<T: Real, const M: usize>(far: &mut Left<T, M>, row: &[T; M], weight: T) {
+    let mut movement = [T::zero(); 6];
     movement.copy_from_slice(&row[1..]);
     far.stiffness.subtract(movement, weight);
     for (own, x) in far.forces.iter_mut().zip(movement) {

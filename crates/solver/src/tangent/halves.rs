@@ -1,9 +1,7 @@
 //! A chain is eliminated from both its ends, its two halves side by side in vector registers.
 
-use nalgebra::Vector6;
-
 use super::node::{Factor, Left, Terms, column, set_column};
-use super::problem::{Problem, six};
+use super::problem::Problem;
 use super::sweep::Sweep;
 use crate::kernel::Spatial;
 use crate::kernel::lane::{Both, Real};
@@ -11,48 +9,50 @@ use crate::topology::{Node, Topology};
 
 /// Memory for the two halves of a chain; empty where there is none.
 #[derive(Clone, Debug)]
-pub(super) struct Halves {
+pub(super) struct Halves<T> {
     /// One entry a pair of nodes.
-    factors: Vec<Factor<Both<f64>, 1>>,
+    factors: Vec<Factor<Both<T>, 1>>,
     /// Whether the two nodes of a pair were eliminated one by one: where a body is held, or had to be made heavier.
     apart: Vec<bool>,
 }
 
-impl Halves {
+impl<T: Real> Halves<T> {
+    /// Where lanes fill the registers already, a chain is eliminated node by node, with the same bits.
     pub(super) fn new(topology: &Topology) -> Self {
-        Self { factors: vec![Factor::zero(); topology.fold], apart: vec![false; topology.fold] }
+        let fold = if T::LANES == 1 { topology.fold } else { 0 };
+        Self { factors: vec![Factor::zero(); fold], apart: vec![false; fold] }
     }
 
-    /// Solves the equations of a problem without a far body; returns whether it could.
+    /// Solves the equations of a problem without a far body in the lanes in which it can be: see [`Sweep::solved`].
     #[inline(always)]
     pub(super) fn solve(
         &mut self,
-        sweep: &mut Sweep<1>,
-        problem: &Problem<'_>,
-        corrections: &mut [Vector6<f64>],
-        multipliers: &mut [Vector6<f64>],
-    ) -> bool {
+        sweep: &mut Sweep<T, 1>,
+        problem: &Problem<'_, T>,
+        corrections: &mut [Spatial<T>],
+        multipliers: &mut [Spatial<T>],
+    ) {
         let (nodes, fold, first) = self.places(problem);
         sweep.begin(problem);
-        let is_done = sweep.up(problem, 0..first)
-            && (fold == 0 || self.up(sweep, problem, first))
-            && sweep.up(problem, first + 2 * fold..nodes)
-            && sweep.end(problem);
-        if !is_done {
-            return false;
+        sweep.up(problem, 0..first);
+        if fold > 0 {
+            self.up(sweep, problem, first);
         }
-        self.substitute(sweep, problem, corrections, multipliers);
-        true
+        sweep.up(problem, first + 2 * fold..nodes);
+        sweep.end(problem);
+        if sweep.is_solved() {
+            self.substitute(sweep, problem, corrections, multipliers);
+        }
     }
 
     /// Solves for other right-hand sides of the last problem.
     #[inline(always)]
     pub(super) fn solve_again(
         &mut self,
-        sweep: &mut Sweep<1>,
-        problem: &Problem<'_>,
-        corrections: &mut [Vector6<f64>],
-        multipliers: &mut [Vector6<f64>],
+        sweep: &mut Sweep<T, 1>,
+        problem: &Problem<'_, T>,
+        corrections: &mut [Spatial<T>],
+        multipliers: &mut [Spatial<T>],
     ) {
         let (nodes, fold, first) = self.places(problem);
         sweep.begin_carrying();
@@ -67,7 +67,7 @@ impl Halves {
 
     /// Number of nodes, of pairs of them, and the first node of a pair.
     #[inline(always)]
-    fn places(&self, problem: &Problem<'_>) -> (usize, usize, usize) {
+    fn places(&self, problem: &Problem<'_, T>) -> (usize, usize, usize) {
         let (nodes, fold) = (problem.nodes().len(), self.factors.len());
         // Of a chain the last node is the root, and one more may come first.
         (nodes, fold, if fold > 0 { nodes - 1 - 2 * fold } else { 0 })
@@ -77,10 +77,10 @@ impl Halves {
     #[inline(always)]
     fn substitute(
         &self,
-        sweep: &mut Sweep<1>,
-        problem: &Problem<'_>,
-        corrections: &mut [Vector6<f64>],
-        multipliers: &mut [Vector6<f64>],
+        sweep: &mut Sweep<T, 1>,
+        problem: &Problem<'_, T>,
+        corrections: &mut [Spatial<T>],
+        multipliers: &mut [Spatial<T>],
     ) {
         let (nodes, fold, first) = self.places(problem);
         let numbers = sweep.first_movements(problem, corrections);
@@ -97,10 +97,10 @@ impl Halves {
 
     /// Eliminates both halves, whose nodes begin at `first`.
     #[inline(always)]
-    fn up(&mut self, sweep: &mut Sweep<1>, problem: &Problem<'_>, first: usize) -> bool {
+    fn up(&mut self, sweep: &mut Sweep<T, 1>, problem: &Problem<'_, T>, first: usize) {
         let fold = self.factors.len();
         let nodes = problem.nodes();
-        let start = |sweep: &Sweep<1>, node: &Node| match node.follows {
+        let start = |sweep: &Sweep<T, 1>, node: &Node| match node.follows {
             true => sweep.left[node.outer as usize],
             false => problem.fresh(node.outer),
         };
@@ -125,8 +125,9 @@ impl Halves {
             self.apart[k] = true;
             for (side, node) in [a, b].into_iter().enumerate() {
                 sweep.left[node.outer as usize] = carried.one(side);
-                if !sweep.eliminate_one(problem, pair[side]) {
-                    return false;
+                sweep.eliminate_one(problem, pair[side]);
+                if !sweep.is_solved() {
+                    return;
                 }
             }
             carried = Left::both(&sweep.left[last[0]], &sweep.left[last[1]]);
@@ -134,15 +135,14 @@ impl Halves {
         for (side, body) in last.into_iter().enumerate() {
             sweep.left[body] = carried.one(side);
         }
-        true
     }
 
     /// Takes other right-hand sides in both halves.
     #[inline(always)]
-    fn carry(&mut self, sweep: &mut Sweep<1>, problem: &Problem<'_>, first: usize) {
+    fn carry(&mut self, sweep: &mut Sweep<T, 1>, problem: &Problem<'_, T>, first: usize) {
         let fold = self.factors.len();
         let nodes = problem.nodes();
-        let start = |sweep: &Sweep<1>, node: &Node| match node.follows {
+        let start = |sweep: &Sweep<T, 1>, node: &Node| match node.follows {
             true => sweep.carried(node.outer as usize),
             false => problem.force(node.outer),
         };
@@ -173,16 +173,16 @@ impl Halves {
     #[inline(always)]
     fn down(
         &self,
-        sweep: &mut Sweep<1>,
-        problem: &Problem<'_>,
+        sweep: &mut Sweep<T, 1>,
+        problem: &Problem<'_, T>,
         first: usize,
-        corrections: &mut [Vector6<f64>],
-        multipliers: &mut [Vector6<f64>],
+        corrections: &mut [Spatial<T>],
+        multipliers: &mut [Spatial<T>],
     ) {
         let fold = self.factors.len();
         let nodes = problem.nodes();
-        let movement = |corrections: &[Vector6<f64>], bodies: [u32; 2]| {
-            let [a, b] = bodies.map(|body| Spatial::from_array(corrections[body as usize].into()));
+        let movement = |corrections: &[Spatial<T>], bodies: [u32; 2]| {
+            let [a, b] = bodies.map(|body| corrections[body as usize]);
             Spatial::both(a, b)
         };
         let mut inner = movement(corrections, [nodes[first + fold - 1].inner, nodes[first + 2 * fold - 1].inner]);
@@ -190,15 +190,15 @@ impl Halves {
             let pair = [first + k, first + fold + k];
             let [a, b] = [&nodes[pair[0]], &nodes[pair[1]]];
             if self.apart[k] {
-                pair.into_iter().for_each(|k| sweep.substitute(problem, k, &[1.0], corrections, multipliers));
+                pair.into_iter().for_each(|k| sweep.substitute(problem, k, &[T::splat(1.0)], corrections, multipliers));
                 inner = movement(corrections, [a.outer, b.outer]);
                 continue;
             }
             let terms = Terms::both(&problem.terms(a), &problem.terms(b));
             let [moved, transmitted] = self.factors[k].solve(&terms, inner, &[Both::splat(1.0)]);
             for (side, node) in [a, b].into_iter().enumerate() {
-                corrections[node.outer as usize] = six(moved.one(side));
-                multipliers[node.joint as usize] = -six(transmitted.one(side));
+                corrections[node.outer as usize] = moved.one(side);
+                multipliers[node.joint as usize] = -transmitted.one(side);
             }
             inner = moved;
         }

@@ -113,6 +113,10 @@ impl JointBlocks {
     }
 }
 
+fn by_rows(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|r, c| rows[r][c])
+}
+
 fn stacked<const C: usize>(above: SMatrix<f64, 3, C>, below: SMatrix<f64, 3, C>) -> SMatrix<f64, 6, C> {
     SMatrix::from_fn(|r, c| if r < 3 { above[(r, c)] } else { below[(r - 3, c)] })
 }
@@ -163,10 +167,10 @@ impl Jacobian {
     pub fn new(topology: &Arc<Topology>, equations: &Equations, whole: (&[Matrix3<f64>], &[Matrix3<f64>])) -> Self {
         let held: Vec<bool> = equations.bodies.iter().map(|body| body.is_held()).collect();
         let joint = |(joint, tilted): (&JointEquation, &Matrix3<f64>)| JointBlocks {
-            arms: joint.arms,
+            arms: joint.arms.map(|arm| Vector3::from(arm.0)),
             tilted: *tilted,
-            compliance: joint.compliance,
-            coupling: joint.coupling,
+            compliance: joint.compliance.map(|part| by_rows(part.full())),
+            coupling: by_rows(joint.coupling.full()),
         };
         let joints = equations.joints.iter().zip(whole.1).map(joint).collect();
         let own = equations.bodies.iter().zip(whole.0).map(|(body, turning)| {

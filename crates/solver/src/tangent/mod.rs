@@ -28,52 +28,59 @@ mod series;
 mod stiffness;
 mod sweep;
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use crate::kernel::Spatial;
+use crate::kernel::lane::{Both, Real};
+use crate::kernel::math::{Sym3, Vec3};
 
-/// Newton's equations of a step for one connected set of bodies, in world axes and world rows.
-#[derive(Clone, Debug, Default)]
-pub struct Equations {
+/// Newton's equations of a step for one connected set of bodies, or for several in lanes, in world axes and world rows.
+#[derive(Clone, Debug)]
+pub struct Equations<T = f64> {
     /// One entry a body.
-    pub bodies: Vec<BodyEquation>,
+    pub bodies: Vec<BodyEquation<T>>,
     /// One entry a joint.
-    pub joints: Vec<JointEquation>,
+    pub joints: Vec<JointEquation<T>>,
     /// What contacts add to bodies, in the order of the bodies.
-    pub rows: Vec<BodyRow>,
+    pub rows: Vec<BodyRow<T>>,
 }
 
 /// What K has besides of a body alone: `stiffness` times the square of `row . (dx, dphi)`.
 #[derive(Clone, Copy, Debug)]
-pub struct BodyRow {
+pub struct BodyRow<T = f64> {
     /// The body.
     pub body: u32,
     /// Of a shift by 1 m and of a turn by 1 rad.
-    pub row: [f64; 6],
+    pub row: [T; 6],
     /// Its stiffness.
-    pub stiffness: f64,
+    pub stiffness: T,
 }
 
-impl Equations {
+impl<T> Default for Equations<T> {
+    fn default() -> Self {
+        Self { bodies: Vec::new(), joints: Vec::new(), rows: Vec::new() }
+    }
+}
+
+impl<T: Real> Equations<T> {
     /// Takes from the right-hand sides what a solution accounts for: dp, one entry a body, and dlambda, one a joint, for joints
     /// with these bodies a and b. What is left are the equations of what the solution lacks.
-    pub fn subtract(&mut self, ends: &[[u32; 2]], corrections: &[Vector6<f64>], multipliers: &[Vector6<f64>]) {
-        let of = |x: &Vector6<f64>| -> [Vector3<f64>; 2] { [x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into()] };
+    pub fn subtract(&mut self, ends: &[[u32; 2]], corrections: &[Spatial<T>], multipliers: &[Spatial<T>]) {
         for (body, dp) in self.bodies.iter_mut().zip(corrections).filter(|(body, _)| !body.is_held()) {
-            let [shift, turn] = of(dp);
-            body.defect[0] -= shift * body.mass;
-            body.defect[1] -= body.turning * turn;
+            body.defect.linear -= dp.linear * body.mass;
+            body.defect.angular -= body.turning.apply(dp.angular);
         }
         for ((joint, ends), dlambda) in self.joints.iter_mut().zip(ends).zip(multipliers) {
             let [a, b] = ends.map(|body| body as usize);
-            let ([shift_a, turn_a], [shift_b, turn_b]) = (of(&corrections[a]), of(&corrections[b]));
-            let [force, torque] = of(dlambda);
-            joint.rhs[0] -= shift_a + turn_a.cross(&joint.arms[0]) - shift_b - turn_b.cross(&joint.arms[1]);
-            joint.rhs[0] -= joint.compliance[0] * force;
-            joint.rhs[1] -= turn_b - turn_a + joint.compliance[1] * torque;
-            let (on_a, on_b) = (joint.coupling * turn_b, joint.coupling.transpose() * turn_a);
-            for (body, sign, arm, coupled) in [(a, 1.0, joint.arms[0], on_a), (b, -1.0, joint.arms[1], on_b)] {
+            let (on_a, on_b, [arm_a, arm_b]) = (corrections[a], corrections[b], joint.arms);
+            let (force, torque) = (dlambda.linear, dlambda.angular);
+            joint.rhs.linear -= on_a.linear + on_a.angular.cross(arm_a) - on_b.linear - on_b.angular.cross(arm_b);
+            joint.rhs.linear -= joint.compliance[0].apply(force);
+            joint.rhs.angular -= on_b.angular - on_a.angular + joint.compliance[1].apply(torque);
+            let coupled = [joint.coupling.apply(on_b.angular), joint.coupling.transposed().apply(on_a.angular)];
+            for (body, sign, arm, coupled) in [(a, 1.0, arm_a, coupled[0]), (b, -1.0, arm_b, coupled[1])] {
                 if !self.bodies[body].is_held() {
-                    self.bodies[body].defect[0] += force * sign;
-                    self.bodies[body].defect[1] += (arm.cross(&force) - torque) * sign - coupled;
+                    let defect = &mut self.bodies[body].defect;
+                    defect.linear += force * T::splat(sign);
+                    defect.angular += (arm.cross(force) - torque) * T::splat(sign) - coupled;
                 }
             }
         }
@@ -82,38 +89,77 @@ impl Equations {
 
 /// A body's share of the equations.
 #[derive(Clone, Copy, Debug)]
-pub struct BodyEquation {
-    /// Mass [kg]; infinite where the body is held, and then all else is ignored.
-    pub mass: f64,
+pub struct BodyEquation<T = f64> {
+    /// Mass [kg]; infinite, in all lanes, where the body is held, and then all else is ignored.
+    pub mass: T,
     /// The rotations' block of K: inertia, and what joints and loads add [kg m^2].
-    pub turning: Matrix3<f64>,
+    pub turning: Sym3<T>,
     /// `-g`: impulse times dt [kg m] and angular impulse times dt [kg m^2].
-    pub defect: [Vector3<f64>; 2],
+    pub defect: Spatial<T>,
 }
 
-impl BodyEquation {
+impl<T: Real> BodyEquation<T> {
     /// A body that is held.
+    #[inline(always)]
     pub fn held() -> Self {
-        Self { mass: f64::INFINITY, turning: Matrix3::zeros(), defect: [Vector3::zeros(); 2] }
+        Self { mass: T::splat(f64::INFINITY), turning: Sym3::zero(), defect: Spatial::zero() }
     }
 
     /// Whether it is held.
+    #[inline(always)]
     pub fn is_held(&self) -> bool {
-        self.mass == f64::INFINITY
+        self.mass.lane(0) == f64::INFINITY
     }
 }
 
 /// A joint's share of the equations. Its Jacobian is `sigma [I, -[r]x; 0, -I]` with sigma = +1 for body a, -1 for body b.
 #[derive(Clone, Copy, Debug)]
-pub struct JointEquation {
+pub struct JointEquation<T = f64> {
     /// Length of the joint [m]: the scale of its rows.
-    pub length: f64,
+    pub length: T,
     /// Arms r of the connectors of bodies a and b [m].
-    pub arms: [Vector3<f64>; 2],
+    pub arms: [Vec3<T>; 2],
     /// alpha~ of stretch-shear [1/kg] and of bend-twist [1/(kg m^2)].
-    pub compliance: [Matrix3<f64>; 2],
+    pub compliance: [Sym3<T>; 2],
     /// The block of K that couples the turns of bodies a (rows) and b (columns) [kg m^2].
-    pub coupling: Matrix3<f64>,
+    pub coupling: Coupling<T>,
     /// `-(C + alpha~ lambda)`: stretch-shear [m] and bend-twist [rad].
-    pub rhs: [Vector3<f64>; 2],
+    pub rhs: Spatial<T>,
+}
+
+/// How the turns of a joint's bodies are coupled: `-(kappa I + [h]x)` with h half of the torque that it transmits. See
+/// [`curvature::of_bend_twist`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling<T> {
+    /// kappa [kg m^2].
+    pub kappa: T,
+    /// h [kg m^2].
+    pub half_torque: Vec3<T>,
+}
+
+impl<T: Real> Coupling<T> {
+    /// Times a turn.
+    #[inline(always)]
+    pub fn apply(self, x: Vec3<T>) -> Vec3<T> {
+        x.cross(self.half_torque) - x * self.kappa
+    }
+
+    /// The transpose.
+    #[inline(always)]
+    pub fn transposed(self) -> Self {
+        Self { kappa: self.kappa, half_torque: -self.half_torque }
+    }
+
+    /// All nine entries, row by row.
+    #[inline(always)]
+    pub fn full(self) -> [[T; 3]; 3] {
+        let ([x, y, z], k) = (self.half_torque.0, -self.kappa);
+        [[k, z, -y], [-z, k, x], [y, -x, k]]
+    }
+
+    /// Two side by side.
+    #[inline(always)]
+    pub fn both(a: Self, b: Self) -> Coupling<Both<T>> {
+        Coupling { kappa: Both([a.kappa, b.kappa]), half_torque: Vec3::both(a.half_torque, b.half_torque) }
+    }
 }

@@ -13,6 +13,7 @@
 // Rows and columns are numbered as in the formulas.
 #![allow(clippy::needless_range_loop)]
 
+use super::Coupling;
 use super::series::{Root, Series};
 use super::stiffness::{Stiffness, in_rows, on_rows};
 use crate::kernel::Spatial;
@@ -94,7 +95,7 @@ pub(super) struct Terms<T> {
     /// alpha~ of stretch-shear and of bend-twist.
     pub(super) compliance: [Sym3<T>; 2],
     /// E: how the turns of the outer body (rows) and of the inner body (columns) are coupled.
-    pub(super) coupling: [[T; 3]; 3],
+    pub(super) coupling: Coupling<T>,
     pub(super) rhs: Spatial<T>,
 }
 
@@ -126,23 +127,18 @@ impl<T: Real> Terms<T> {
     /// `E^T x` of a turn in the joint's rows.
     #[inline(always)]
     pub(super) fn coupled(&self, x: Vec3<T>) -> Vec3<T> {
-        let ([a, b, c], [x0, x1, x2]) = (self.coupling, x.0);
-        Vec3(a) * x0 + Vec3(b) * x1 + Vec3(c) * x2
+        self.coupling.transposed().apply(x)
     }
 
     /// Two side by side.
     #[inline(always)]
     pub(super) fn both(a: &Self, b: &Self) -> Terms<Both<T>> {
-        let mut coupling = [[Both([T::zero(); 2]); 3]; 3];
-        for k in 0..3 {
-            coupling[k] = Both::zip(a.coupling[k], b.coupling[k]);
-        }
         let compliance = |part: usize| Sym3(Both::zip(a.compliance[part].0, b.compliance[part].0));
         Terms {
             sigma: Both([a.sigma, b.sigma]),
             arms: [Vec3::both(a.arms[0], b.arms[0]), Vec3::both(a.arms[1], b.arms[1])],
             compliance: [compliance(0), compliance(1)],
-            coupling,
+            coupling: Coupling::both(a.coupling, b.coupling),
             rhs: Spatial::both(a.rhs, b.rhs),
         }
     }
@@ -177,15 +173,14 @@ impl<T: Real, const M: usize> Factor<T, M> {
         let stretch = Series::new(Root::new(terms.compliance[0]), left.translation, rows, alone);
         stretch.take_off(&mut left, &mut forces);
         let turning = left.turning;
-        let (w, m, e) = (turning.full(), left.mixed, terms.coupling);
+        let (w, m, e) = (turning.full(), left.mixed, terms.coupling.full());
         let row = |k: usize| {
             let turn = Vec3(w[k]) + Vec3(e[k]);
             let [x, y, z] = turn.0;
             [m[0][k], m[1][k], m[2][k], x, y, z]
         };
         let (rows, alone) = ([row(0), row(1), row(2)], [forces[3], forces[4], forces[5]]);
-        let both = |r: usize, c: usize| e[r][c] + e[c][r];
-        left.turning = turning + Sym3([both(0, 0), both(1, 1), both(2, 2), both(0, 1), both(0, 2), both(1, 2)]);
+        left.turning = turning + Sym3::identity(terms.coupling.kappa * T::splat(-2.0));
         let bend = Series::new(Root::new(terms.compliance[1]), turning, rows, alone);
         bend.take_off(&mut left, &mut forces);
         let added = Left { stiffness: left.seen(terms.arms[1]), forces: Self::on_inner(terms, &forces) };
@@ -213,14 +208,19 @@ impl<T: Real, const M: usize> Factor<T, M> {
         self.parts[0].is_positive() & self.parts[1].is_positive()
     }
 
-    /// Whether no pivot vanishes or is not a number, in all lanes.
-    pub(super) fn is_regular(&self) -> bool {
-        self.parts.iter().all(Series::is_regular)
+    /// Whether it is in one lane.
+    pub(super) fn is_positive_in(&self, lane: usize) -> bool {
+        self.parts.iter().all(|part| part.is_positive_in(lane))
     }
 
-    /// Negative pivots, in all lanes.
-    pub(super) fn negative(&self) -> usize {
-        self.parts.iter().map(Series::negative).sum()
+    /// Whether no pivot vanishes or is not a number, in one lane.
+    pub(super) fn is_regular_in(&self, lane: usize) -> bool {
+        self.parts.iter().all(|part| part.is_regular_in(lane))
+    }
+
+    /// Negative pivots, in one lane.
+    pub(super) fn negative_in(&self, lane: usize) -> usize {
+        self.parts.iter().map(|part| part.negative_in(lane)).sum()
     }
 
     /// The outer body's movement (dx, dphi) and what the joint transmits, in world rows, for a movement of the inner body.
@@ -250,7 +250,7 @@ impl<T: Real> Factor<T, 1> {
         let alone = stretch.alone.map(|[x]| x);
         let along = stretch.along(rhs);
         let [p0, p1, p2] = stretch.undone(along).0;
-        let [e3, e4, e5] = terms.coupling.map(|row| Vec3(row).dot(terms.rhs.angular));
+        let [e3, e4, e5] = terms.coupling.apply(terms.rhs.angular).0;
         let mut forces = [f0 - p0, f1 - p1, f2 - p2, f3 + e3, f4 + e4, f5 + e5];
         let both = [alone[0] + along[0], alone[1] + along[1], alone[2] + along[2]];
         stretch.take_off_forces(alone, both, &mut forces);

@@ -53,20 +53,23 @@ impl<T: Real> Root<T> {
         Self { diagonal: [d0, d1, d2], lower: [l10, l20, l21] }
     }
 
-    /// The inverse, with entries of delta of `least` at least; `None` where they vanish all the same.
-    pub(super) fn inverse(&self, least: T) -> Option<Sym3<T>> {
+    /// The inverse, with entries of delta of `least` at least, and a number that is not negative where there is one: they may
+    /// vanish all the same.
+    pub(super) fn inverse(&self, least: T) -> (Sym3<T>, T) {
         let (one, zero) = (T::splat(1.0), T::zero());
         let [l10, l20, l21] = self.lower;
         let rows = [[one, zero, zero], [-l10, one, zero], [l10 * l21 - l20, -l21, one]];
-        let mut sum = Sym3::zero();
+        let (mut sum, mut exists) = (Sym3::zero(), one);
         for (row, delta) in rows.into_iter().zip(self.diagonal) {
             let delta = delta.max(least);
-            if (0..T::LANES).any(|lane| !(delta.lane(lane) > 0.0 && delta.lane(lane).is_finite())) {
-                return None;
+            for lane in 0..T::LANES {
+                if !(delta.lane(lane) > 0.0 && delta.lane(lane).is_finite()) {
+                    exists.set_lane(lane, -1.0);
+                }
             }
             sum = sum + Sym3::outer(Vec3(row), one / delta);
         }
-        Some(sum)
+        (sum, exists)
     }
 
     /// `L^T x` of three rows.
@@ -151,27 +154,27 @@ impl<T: Real, const M: usize> Series<T, M> {
     #[inline(always)]
     pub(super) fn is_positive(&self) -> bool {
         let mut positive = true;
-        for inverse in self.inverse {
-            for lane in 0..T::LANES {
-                positive &= inverse.lane(lane) > 0.0;
-            }
+        for lane in 0..T::LANES {
+            positive &= self.is_positive_in(lane);
         }
         positive
     }
 
-    /// Reciprocals of the pivots, of all lanes.
-    fn reciprocals(&self) -> impl Iterator<Item = f64> {
-        self.inverse.into_iter().flat_map(|inverse| (0..T::LANES).map(move |lane| inverse.lane(lane)))
+    /// Whether they are in one lane.
+    #[inline(always)]
+    pub(super) fn is_positive_in(&self, lane: usize) -> bool {
+        let [a, b, c] = self.inverse;
+        (a.lane(lane) > 0.0) & (b.lane(lane) > 0.0) & (c.lane(lane) > 0.0)
     }
 
-    /// Whether no pivot vanishes or is not a number.
-    pub(super) fn is_regular(&self) -> bool {
-        self.reciprocals().all(f64::is_finite)
+    /// Whether no pivot vanishes or is not a number, in one lane.
+    pub(super) fn is_regular_in(&self, lane: usize) -> bool {
+        self.inverse.iter().all(|inverse| inverse.lane(lane).is_finite())
     }
 
-    /// Negative pivots.
-    pub(super) fn negative(&self) -> usize {
-        self.reciprocals().filter(|&inverse| inverse < 0.0).count()
+    /// Negative pivots, in one lane.
+    pub(super) fn negative_in(&self, lane: usize) -> usize {
+        self.inverse.iter().filter(|inverse| inverse.lane(lane) < 0.0).count()
     }
 
     /// A row's reciprocal of its pivot.

@@ -67,6 +67,21 @@ impl<T: Real> Stiffness<T> {
         }
     }
 
+    /// This where `first` is not negative, else `other`.
+    pub(super) fn select(&self, first: T, other: &Self) -> Self {
+        let mut out = *other;
+        for k in 0..6 {
+            out.translation.0[k] = first.select(self.translation.0[k], other.translation.0[k]);
+            out.turning.0[k] = first.select(self.turning.0[k], other.turning.0[k]);
+        }
+        for r in 0..3 {
+            for c in 0..3 {
+                out.mixed[r][c] = first.select(self.mixed[r][c], other.mixed[r][c]);
+            }
+        }
+        out
+    }
+
     /// `P x`.
     #[inline(always)]
     pub(super) fn apply(&self, x: Spatial<T>) -> Spatial<T> {

@@ -1,9 +1,8 @@
 //! One step along a path of equilibria: prediction along the path, and Newton's method back to it.
 
-use nalgebra::Vector3;
-
 use super::PathParams;
 use crate::component::Component;
+use crate::kernel::Spatial;
 use crate::statics::balance::{Balance, Direction, Place};
 use crate::tangent::elimination::Elimination;
 
@@ -95,14 +94,14 @@ impl Tracer {
         }
         let [behind, ahead] = ends.map(|time| {
             balance.evaluate(place, time);
-            let bodies: Vec<[Vector3<f64>; 2]> = balance.equations.bodies.iter().map(|body| body.defect).collect();
-            let joints: Vec<[Vector3<f64>; 2]> = balance.equations.joints.iter().map(|joint| joint.rhs).collect();
+            let bodies: Vec<Spatial<f64>> = balance.equations.bodies.iter().map(|body| body.defect).collect();
+            let joints: Vec<Spatial<f64>> = balance.equations.joints.iter().map(|joint| joint.rhs).collect();
             (bodies, joints)
         });
         let (own, unstable) = balance.step(place, 1.0)?;
         let is_at_rest = balance.is_at_rest();
         let per_second = 1.0 / (ends[1] - ends[0]);
-        let rate = |[a, b]: [&[Vector3<f64>; 2]; 2]| [0, 1].map(|part| (b[part] - a[part]) * per_second);
+        let rate = |[a, b]: [&Spatial<f64>; 2]| Spatial::zero().plus(b.plus(*a, -1.0), per_second);
         for (body, ends) in balance.equations.bodies.iter_mut().zip(behind.0.iter().zip(&ahead.0)) {
             body.defect = rate(ends.into());
         }
