@@ -135,7 +135,9 @@ impl Adjoint {
                     add(&mut self.told[body], told);
                 }
             }
-            for (own, of) in self.transmitted.iter_mut().zip(self.members.joints.iter().map_while(|&j| of.forces.get(j))) {
+            for (own, of) in
+                self.transmitted.iter_mut().zip(self.members.joints.iter().map_while(|&j| of.forces.get(j)))
+            {
                 own.force += of.force;
                 own.moment += of.moment;
                 self.is_transmitted = true;
