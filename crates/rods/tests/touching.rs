@@ -145,13 +145,16 @@ fn directions(model: &Model) -> Vec<(&'static str, Variation)> {
     out
 }
 
+/// A state, and what joints transmit in it.
+type Seen = (State, Vec<JointForce>);
+
 /// A run, with a checkpoint every so many steps, and its states where it is read.
 fn run(
     case: &Case,
     integrator: Integrator,
     variation: Option<(&Variation, f64)>,
     stretch: usize,
-) -> (Recording, Vec<State>) {
+) -> (Recording, Vec<Seen>) {
     let (mut model, state) = match variation {
         Some((variation, share)) => moved(&case.model, &case.state, variation, share),
         None => (case.model.clone(), case.state.clone()),
@@ -169,8 +172,9 @@ fn run(
         let report = recording.step(DT).unwrap();
         assert!(report.status <= Status::ConvergedInSubsteps, "{}: step {step}: {}", case.name, report.status.name());
         if case.read.contains(&step) {
-            let mut now = state.clone();
-            recording.store(&mut now);
+            let mut now = (state.clone(), vec![JointForce::default(); model.joints.len()]);
+            recording.store(&mut now.0);
+            recording.simulation().store_joint_forces(&mut now.1);
             read.push(now);
         }
     }
@@ -187,7 +191,13 @@ fn check(case: &Case, integrator: Integrator) {
         .read
         .iter()
         .map(|&step| {
-            let mut of = StateVariation::zero(count);
+            let mut of = StateVariation::with_forces(&case.model);
+            // What joints of two fixed segments transmit, as stiff as they are, would drown all else.
+            let is_fixed = |body| matches!(body, Body::Segment(i) if case.model.segments[i].fixed);
+            let joints = of.forces.iter_mut().zip(&case.model.joints).enumerate();
+            for (j, (own, _)) in joints.filter(|(_, (_, joint))| !(is_fixed(joint.a) && is_fixed(joint.b))) {
+                *own = JointForce { force: vector(j + 5 * step) * 0.01, moment: vector(j + 7 * step) * 0.1 };
+            }
             for i in 0..count {
                 of.positions[i] = vector(i + step);
                 of.velocities[i] = vector(i + 3 * step) * DT;
@@ -201,7 +211,7 @@ fn check(case: &Case, integrator: Integrator) {
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
     let mut forward = Forward::new(&case.model, &case.state, &settings(integrator), &variations).unwrap();
     let mut carried = vec![0.0; directions.len()];
-    let mut change = StateVariation::zero(count);
+    let mut change = StateVariation::with_forces(&case.model);
     for step in 1..=*case.read.last().unwrap() {
         forward.step(DT).unwrap();
         for (_, weights) in weights.iter().filter(|(own, _)| *own == step) {
@@ -211,14 +221,19 @@ fn check(case: &Case, integrator: Integrator) {
             }
         }
     }
-    let reading = |of: &[State]| -> f64 {
-        let body = |(state, weights): (&State, &StateVariation), about: &State| -> f64 {
+    let reading = |of: &[Seen]| -> f64 {
+        let body = |((state, forces), weights): (&Seen, &StateVariation), (about, forces_about): &Seen| -> f64 {
+            let joint = |((own, weight), about): ((&JointForce, &JointForce), &JointForce)| {
+                weight.force.dot(&(own.force - about.force)) + weight.moment.dot(&(own.moment - about.moment))
+            };
+            let transmitted: f64 = forces.iter().zip(&weights.forces).zip(forces_about).map(joint).sum();
             (0..count)
                 .map(|i| {
                     weights.positions[i].dot(&(state.positions[i] - about.positions[i]))
                         + weights.velocities[i].dot(&(state.velocities[i] - about.velocities[i]))
                 })
-                .sum()
+                .sum::<f64>()
+                + transmitted
         };
         of.iter().zip(&weights).zip(&states).map(|((state, (_, weights)), about)| body((state, weights), about)).sum()
     };

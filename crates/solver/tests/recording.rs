@@ -40,6 +40,7 @@ fn weights(segments: usize, seed: usize) -> StateVariation {
         turns: list(1, 0.3),
         velocities: list(2, 0.03),
         angular_velocities: list(3, 0.01),
+        ..StateVariation::default()
     }
 }
 

@@ -139,6 +139,7 @@ impl<const D: usize> Component<Dual<D>> {
         let [force, torque] = world.map(|x| Vec3::splat(Vec3(x.into())));
         let rows = self.system.joints[j]
             .multipliers_from_world(Spatial { linear: force, angular: torque }, self.system.frame(j));
+        let rows = self.without_free_rows(j, rows);
         let own = &mut self.lambda[j];
         set_slope(&mut own.linear, k, &vector(value(rows.linear)));
         set_slope(&mut own.angular, k, &vector(value(rows.angular)));

@@ -25,6 +25,7 @@ mod snapshot;
 mod split;
 mod state;
 mod tangent;
+mod transmitted;
 mod update;
 mod whole;
 

@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use nalgebra::{SVector, Vector3};
-use rod::{Model, State};
+use nalgebra::{SVector, Vector3, Vector6};
+use rod::{JointForce, Model, State};
 
 use super::duals::Duals;
 use super::forward::six;
@@ -40,6 +40,9 @@ pub(super) struct Adjoint {
     /// Those with respect to velocities as they are told, and whether any is not zero.
     told: Vec<Spatial<f64>>,
     is_told: bool,
+    /// Those with respect to what joints transmit, and whether any is not zero.
+    transmitted: Vec<JointForce>,
+    is_transmitted: bool,
     memory: Memory,
 }
 
@@ -88,7 +91,9 @@ impl Adjoint {
             start: vec![BodyBar::default(); bodies],
         };
         let (bars, told) = (vec![BodyBar::default(); bodies], vec![Spatial::zero(); bodies]);
-        Self { members, replay, origin, duals: None, bars, told, is_told: false, memory }
+        let transmitted = vec![JointForce::default(); replay.topology.joints.len()];
+        let (is_told, is_transmitted) = (false, false);
+        Self { members, replay, origin, duals: None, bars, told, is_told, transmitted, is_transmitted, memory }
     }
 
     fn component(&self) -> &Component<f64> {
@@ -105,6 +110,8 @@ impl Adjoint {
         self.bars.fill(BodyBar::default());
         self.told.fill(Spatial::zero());
         self.is_told = false;
+        self.transmitted.fill(JointForce::default());
+        self.is_transmitted = false;
     }
 
     /// A fixed segment that nothing moves stays where it began.
@@ -127,6 +134,13 @@ impl Adjoint {
                     self.is_told |= told != Spatial::zero();
                     add(&mut self.told[body], told);
                 }
+            }
+            for (own, of) in
+                self.transmitted.iter_mut().zip(self.members.joints.iter().map_while(|&j| of.forces.get(j)))
+            {
+                own.force += of.force;
+                own.moment += of.moment;
+                self.is_transmitted = true;
             }
         }
     }
@@ -163,7 +177,7 @@ impl Adjoint {
         wanted: Wanted,
         out: &mut Variation,
     ) -> Option<()> {
-        let Self { members, replay, origin, duals, bars, told, is_told, memory } = self;
+        let Self { members, replay, origin, duals, bars, told, is_told, transmitted, is_transmitted, memory } = self;
         let Memory { field, moved, bodies, before, ended, gradients, start } = memory;
         replay.component.begin_at(&substep.begin);
         let jacobian = replay.linearise(substep)?;
@@ -178,6 +192,16 @@ impl Adjoint {
         }
 
         let component = &replay.component;
+        field.joints.fill(Vector6::zeros());
+        if std::mem::take(is_transmitted) {
+            for (j, own) in transmitted.iter_mut().enumerate() {
+                let (of_y, turn) = component.transmitted_back(j, &std::mem::take(own));
+                field.joints[j] = six(pair(of_y));
+                let [a, b] = topology.joints[j].map(|body| body as usize);
+                bars[a].pose.angular -= turn;
+                bars[b].pose.angular += turn;
+            }
+        }
         if substep.begins_anew {
             let Variation { gravity, loads, segments, .. } = &mut *out;
             component.begin_anew_back(
@@ -203,7 +227,6 @@ impl Adjoint {
             field.bodies[i] = six(pair(bar.pose.plus(own.pose, 1.0)));
             ended.push(own);
         }
-        field.joints.iter_mut().for_each(|own| own.fill(0.0));
         replay.solve(&jacobian, field, true);
         let component = &replay.component;
         jacobian.apply(field, true, moved);

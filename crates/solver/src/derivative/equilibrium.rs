@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
-use rod::{Body, Model, State};
+use rod::{Body, JointForce, Model, State};
 
 use super::forward::six;
 use super::run::{check_all, refuse, refuse_bodies};
@@ -115,7 +115,12 @@ impl Equilibrium {
         &self.report
     }
 
-    /// What the equilibrium changes by along a direction; velocities stay zero.
+    /// Copies what each joint transmits to `forces`, which must have an entry for each joint of the model.
+    pub fn store_joint_forces(&self, forces: &mut [JointForce]) {
+        self.sets.iter().for_each(|set| set.component.store_joint_forces(forces, &set.members, 0));
+    }
+
+    /// What the equilibrium changes by along a direction, and what its joints transmit; velocities stay zero.
     ///
     /// # Errors
     /// If the variation does not fit the model, or moves what is not held.
@@ -124,7 +129,7 @@ impl Equilibrium {
         if variation.held.iter().any(|held| !is_held(&self.model, held.body)) {
             return Err(DerivativeError::Unknown("motions of what is not held"));
         }
-        let mut out = StateVariation::zero(self.model.segments.len());
+        let mut out = StateVariation::with_forces(&self.model);
         for set in &mut self.sets {
             set.forward(&self.model, variation, &mut out);
         }
@@ -137,7 +142,7 @@ impl Equilibrium {
     /// # Errors
     /// If a list has another size than the model.
     pub fn backward(&mut self, objective: &StateVariation, wanted: Wanted) -> Result<Variation, DerivativeError> {
-        objective.check(self.model.segments.len())?;
+        objective.check(&self.model)?;
         let mut out = Variation::zero(&self.model);
         for set in &mut self.sets {
             set.backward(&self.model, objective, wanted, &mut out);
@@ -327,6 +332,14 @@ impl Set {
             let from = if component.is_still(body) { &moved } else { &field };
             [out.positions[i], out.turns[i]] = parts(&from.bodies[body]);
         }
+        let turn = |body: u32| {
+            let from = if component.is_still(body as usize) { &moved } else { &field };
+            parts(&from.bodies[body as usize])[1]
+        };
+        for (j, &index) in members.joints.iter().enumerate() {
+            let rows = component.answered(j, &field.joints[j]);
+            out.forces[index] = component.transmitted_along(j, self.topology.joints[j].map(turn), rows);
+        }
     }
 
     fn backward(&mut self, model: &Model, objective: &StateVariation, wanted: Wanted, out: &mut Variation) {
@@ -334,6 +347,14 @@ impl Set {
         let mut asked = Field::zero(&self.topology);
         for (body, &i) in members.segments.iter().enumerate() {
             asked.bodies[body] = six([objective.positions[i], objective.turns[i]]);
+        }
+        for (j, of) in members.joints.iter().map_while(|&j| objective.forces.get(j)).enumerate() {
+            let (of_y, turn) = component.transmitted_back(j, of);
+            asked.joints[j] = Vector6::from(of_y.to_array());
+            let turn = six([Vector3::zeros(), Vector3::from(turn.0)]);
+            let [a, b] = self.topology.joints[j].map(|body| body as usize);
+            asked.bodies[a] -= turn;
+            asked.bodies[b] += turn;
         }
         let mut field = asked.clone();
         factor.solve(jacobian, &mut field, true);

@@ -120,8 +120,9 @@ impl Forward {
         self.directions
     }
 
-    /// Copies the derivative of the state along a direction to `change`, which must be of the model's size; zero along one that
-    /// there is not.
+    /// Copies the derivative of the state along a direction to `change`, which must be of the model's size; nothing is copied along
+    /// one that there is not. That of what joints transmit is copied where `change` has an entry for each joint
+    /// ([`StateVariation::with_forces`]).
     pub fn store_change(&self, direction: usize, change: &mut StateVariation) {
         for set in &self.sets {
             let Some(chunk) = set.chunks.iter().find(|chunk| chunk.directions.contains(&direction)) else { continue };
@@ -133,6 +134,16 @@ impl Forward {
                     true => [Vector3::zeros(); 2],
                     false => component.velocity_along(body, k),
                 };
+            }
+            if change.forces.is_empty() {
+                continue;
+            }
+            let joints = set.members.joints.iter().zip(&set.replay.topology.joints);
+            for (j, (&index, ends)) in joints.enumerate() {
+                let component = &chunk.component;
+                let turns = ends.map(|body| movement_along(&component.poses[body as usize], k)[1]);
+                let rows = slope_of(&component.lambda[j], k);
+                change.forces[index] = set.replay.component.transmitted_along(j, turns, rows);
             }
         }
     }

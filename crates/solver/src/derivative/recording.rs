@@ -181,7 +181,7 @@ impl Recording {
             return Err(DerivativeError::Unknown("masses of rigid bodies"));
         }
         for (step, of) in objective {
-            of.check(self.model.segments.len())?;
+            of.check(&self.model)?;
             if *step > self.run.steps {
                 return Err(DerivativeError::Size { what: "steps", found: *step, expected: self.run.steps });
             }

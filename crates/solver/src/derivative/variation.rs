@@ -1,7 +1,7 @@
 //! A change of all that a run depends on; and, as a gradient, the derivative with respect to it.
 
 use nalgebra::Vector3;
-use rod::{Body, InnerDamping, Model};
+use rod::{Body, InnerDamping, JointForce, Model};
 
 use super::DerivativeError;
 use crate::component::add_numbers;
@@ -24,7 +24,7 @@ pub struct Variation {
     pub air: AirVariation,
     /// Of all coefficients of friction, as a factor.
     pub friction: f64,
-    /// Of the first state. Fixed segments that nothing moves stay where they are put.
+    /// Of the first state, in which joints transmit nothing yet. Fixed segments that nothing moves stay where they are put.
     pub start: StateVariation,
     /// Of bodies that are held, at the ends of all steps, beyond that of the first state. What is not listed does not change.
     pub held: Vec<HeldVariation>,
@@ -133,7 +133,7 @@ impl AirVariation {
     }
 }
 
-/// A change of a state, one entry a segment; or the derivative of a number with respect to it.
+/// A change of a state, one entry a segment, and of what joints transmit; or the derivative of a number with respect to it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StateVariation {
     /// Of positions [m].
@@ -144,13 +144,22 @@ pub struct StateVariation {
     pub velocities: Vec<Vector3<f64>>,
     /// Of angular velocities [rad/s].
     pub angular_velocities: Vec<Vector3<f64>>,
+    /// Of what joints transmit at the end of the step [N, N m], as [`crate::simulation::Simulation::store_joint_forces`] tells it,
+    /// one entry a joint; empty where nobody asks for it, and always empty in [`Variation::start`].
+    pub forces: Vec<JointForce>,
 }
 
 impl StateVariation {
-    /// None, of so many segments.
+    /// None, of so many segments, without what joints transmit.
     pub fn zero(segments: usize) -> Self {
         let zero = || vec![Vector3::zeros(); segments];
-        Self { positions: zero(), turns: zero(), velocities: zero(), angular_velocities: zero() }
+        let (positions, turns, velocities, angular_velocities) = (zero(), zero(), zero(), zero());
+        Self { positions, turns, velocities, angular_velocities, forces: Vec::new() }
+    }
+
+    /// None, with an entry for each segment and each joint of a model.
+    pub fn with_forces(model: &Model) -> Self {
+        Self { forces: vec![JointForce::default(); model.joints.len()], ..Self::zero(model.segments.len()) }
     }
 
     fn lists(&self) -> [(&'static str, &Vec<Vector3<f64>>); 4] {
@@ -162,13 +171,21 @@ impl StateVariation {
         ]
     }
 
-    /// Sum of the products of all entries.
+    /// Sum of the products of all entries; what joints transmit counts where both list it.
     pub fn dot(&self, other: &Self) -> f64 {
-        self.lists().iter().zip(other.lists()).map(|((_, a), (_, b))| sum(a, b)).sum()
+        let force = |(a, b): (&JointForce, &JointForce)| a.force.dot(&b.force) + a.moment.dot(&b.moment);
+        let forces = self.forces.iter().zip(&other.forces).map(force).sum::<f64>();
+        self.lists().iter().zip(other.lists()).map(|((_, a), (_, b))| sum(a, b)).sum::<f64>() + forces
     }
 
-    pub(super) fn check(&self, expected: usize) -> Result<(), DerivativeError> {
+    fn check_lists(&self, expected: usize) -> Result<(), DerivativeError> {
         self.lists().iter().try_for_each(|(what, list)| check(what, list.len(), expected))
+    }
+
+    /// Whether it fits a model.
+    pub(super) fn check(&self, model: &Model) -> Result<(), DerivativeError> {
+        self.check_lists(model.segments.len())?;
+        if self.forces.is_empty() { Ok(()) } else { check("forces of joints", self.forces.len(), model.joints.len()) }
     }
 }
 
@@ -250,7 +267,7 @@ impl Variation {
         (0..2).for_each(|k| self.damping[k] += other.damping[k]);
         self.air.add(&other.air);
         self.friction += other.friction;
-        let StateVariation { positions, turns, velocities, angular_velocities } = &mut self.start;
+        let StateVariation { positions, turns, velocities, angular_velocities, forces: _ } = &mut self.start;
         let by = &other.start;
         for (own, by) in [
             (positions, &by.positions),
@@ -266,6 +283,7 @@ impl Variation {
         check("joints", self.joints.len(), model.joints.len())?;
         check("segments", self.segments.len(), model.segments.len())?;
         check("loads", self.loads.len(), model.loads.len())?;
-        self.start.check(model.segments.len())
+        check("forces of joints at the start", self.start.forces.len(), 0)?;
+        self.start.check_lists(model.segments.len())
     }
 }
