@@ -23,7 +23,6 @@ use std::collections::HashSet;
 use rod::Model;
 
 use crate::component::{Members, split_alike};
-use crate::formulation::Tangent;
 use crate::guess::{GuessKind, InitialGuess};
 use crate::linear::solvers::SolverKind;
 use crate::step::StepParams;
@@ -81,7 +80,7 @@ pub fn choose(model: &Model, step: &StepParams, asked: Option<SolverKind>) -> Ch
     let mut alone = 0;
     for alike in split_alike(model) {
         census.add(&alike.topology, alike.sets.len());
-        if solver == SolverKind::Direct && !touches && step.tangent != Tangent::Exact && alike.fill_lanes() {
+        if solver == SolverKind::Direct && !touches && alike.fill_lanes() {
             lanes.extend(alike.sets.iter().filter_map(|members| members.segments.first()));
         } else {
             alone += alike.sets.len();

@@ -215,7 +215,7 @@ impl Steps for ConnectedSet {
         }
         let status = self.ended(status);
         if let Some(substeps) = &mut self.substeps {
-            substeps.push(Substep::of(&self.component));
+            substeps.push(Substep::of(&self.component, 0));
         }
         finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
         if status != Status::Converged {

@@ -8,14 +8,17 @@ use crate::attempt::{Exact, TangentChoice, attempt, attempt_exactly, count_step,
 use crate::component::{Change, Component, Members};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::Counters;
+use crate::derivative::Substep;
+use crate::formulation::Tangent;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::limits::GROUP;
 use crate::linear::direct::Direct;
+use crate::piece::Piece;
 use crate::retry;
 use crate::snapshot::Tape;
 use crate::start::NoGuess;
-use crate::step::{Interval, Status, StepParams, Tangent};
+use crate::step::{Interval, Status, StepParams};
 use crate::topology::Topology;
 
 /// Alike sets of segments, one a lane, solved directly and without guesses. A lane that does not converge goes on alone.
@@ -29,6 +32,8 @@ pub(crate) struct Group {
     exact: Option<Box<Exact<Lanes<GROUP>>>>,
     /// Which iterations take it, a lane each; empty where all of them do.
     tangents: Vec<TangentChoice>,
+    /// The steps that were accepted since they were last taken, a lane each; empty where derivatives do not ask for them.
+    substeps: Vec<Vec<Substep>>,
     pub(crate) counters: Counters,
 }
 
@@ -49,22 +54,44 @@ impl Group {
         let exact = if params.may_be_exact() { Exact::new(topology) } else { None };
         let choices = if params.tangent == Tangent::Auto && exact.is_some() { members.len() } else { 0 };
         let tangents = vec![TangentChoice::new(topology); choices];
-        Self { component, members, statuses, solver, exact, tangents, counters: Counters::default() }
+        Self {
+            component,
+            members,
+            statuses,
+            solver,
+            exact,
+            tangents,
+            substeps: Vec::new(),
+            counters: Counters::default(),
+        }
+    }
+
+    /// The group, or its sets one by one where the exact tangent would know of bodies that are held in some lanes alone.
+    pub(crate) fn into_pieces(self) -> Vec<Piece> {
+        if self.exact.is_none() || self.component.is_held_alike() {
+            return vec![Piece::Group(Box::new(self))];
+        }
+        self.apart().map(|set| Piece::Single(Box::new(set))).collect()
+    }
+
+    /// Keeps what derivatives need of each step from now on.
+    pub(crate) fn record_substeps(&mut self) {
+        self.substeps = vec![Vec::new(); self.members.len()];
+    }
+
+    /// Takes what was kept since, set by set.
+    pub(crate) fn take_substeps(&mut self) -> impl Iterator<Item = (&Members, Vec<Substep>)> {
+        self.members.iter().zip(self.substeps.iter_mut().map(std::mem::take))
     }
 
     /// Advances over `interval`.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
-        let Self { component, members, statuses, solver, exact, tangents, counters } = self;
+        let Self { component, members, statuses, solver, exact, tangents, substeps, counters } = self;
         let result = match exact {
             None => attempt(component, interval, params, solver, &mut NoGuess, counters),
-            Some(exact) => attempt_exactly(
-                component,
-                interval,
-                params,
-                (exact.as_mut(), tangents, solver),
-                &mut NoGuess,
-                counters,
-            ),
+            Some(exact) => {
+                attempt_exactly(component, interval, params, (exact.as_mut(), tangents, solver), &mut NoGuess, counters)
+            }
         };
         let mut alone: Vec<(usize, ConnectedSet)> = Vec::new();
         let (mut active, mut anew) = (Lanes::splat(1.0), Lanes::splat(-1.0));
@@ -85,6 +112,7 @@ impl Group {
             counters.retries += 1;
             let mut set = single(component, members.clone(), lane);
             take_tangent(&mut set, exact.is_some(), tangents.get(lane));
+            set.substeps = (!substeps.is_empty()).then(Vec::new);
             statuses[lane] = retry::advance_halves(&mut set, interval, 0, params);
             alone.push((lane, set));
         }
@@ -97,6 +125,11 @@ impl Group {
             statuses[lane] = Status::Apart;
             anew.set_lane(lane, 1.0);
         }
+        for (lane, substeps) in substeps.iter_mut().enumerate().filter(|(lane, _)| active.lane(*lane) >= 0.0) {
+            if alone.iter().all(|(other, _)| *other != lane) {
+                substeps.push(Substep::of(component, lane));
+            }
+        }
         finish(component, params.formulation, active, counters);
         if statuses.iter().any(|status| *status != Status::Converged) {
             component.begin_anew(anew);
@@ -106,6 +139,9 @@ impl Group {
             *counters += set.counters;
             if let (Some(own), Some(choice)) = (tangents.get_mut(lane), set.tangents) {
                 *own = choice;
+            }
+            if let (Some(own), Some(substeps)) = (substeps.get_mut(lane), set.substeps) {
+                own.extend(substeps);
             }
         }
         tangents.iter_mut().for_each(TangentChoice::end_step);
@@ -166,10 +202,11 @@ impl Group {
 
     /// The sets of all lanes one by one, with the same bits from then on; the first has the counters of all.
     pub(crate) fn apart(self) -> impl Iterator<Item = ConnectedSet> {
-        let Self { component, members, exact, tangents, mut counters, .. } = self;
+        let Self { component, members, exact, tangents, substeps, mut counters, .. } = self;
         members.into_iter().enumerate().map(move |(lane, members)| {
             let mut set = single(&component, members, lane);
             take_tangent(&mut set, exact.is_some(), tangents.get(lane));
+            set.substeps = substeps.get(lane).cloned();
             set.counters = std::mem::take(&mut counters);
             set
         })

@@ -39,21 +39,27 @@ impl Piece {
         }
     }
 
-    /// Keeps what derivatives need of each step from now on; `whole` are all segments as one set. Not of lanes.
+    /// Keeps what derivatives need of each step from now on; `whole` are all segments as one set.
     pub(crate) fn record_substeps(&mut self, whole: &Members) {
         match self {
             Piece::Single(set) => set.substeps = Some(Vec::new()),
             Piece::Lockstep(sets) => sets.substeps = Some((whole.clone(), Vec::new())),
-            Piece::Group(_) => {}
+            Piece::Group(group) => group.record_substeps(),
         }
     }
 
     /// Takes what was kept since, of which segments.
-    pub(crate) fn take_substeps(&mut self) -> Option<(&Members, Vec<Substep>)> {
+    pub(crate) fn take_substeps(&mut self) -> Vec<(&Members, Vec<Substep>)> {
         match self {
-            Piece::Single(set) => Some((&set.members, std::mem::take(set.substeps.as_mut()?))),
-            Piece::Lockstep(sets) => sets.substeps.as_mut().map(|(whole, kept)| (&*whole, std::mem::take(kept))),
-            Piece::Group(_) => None,
+            Piece::Single(set) => {
+                let kept = set.substeps.as_mut().map(std::mem::take);
+                kept.into_iter().map(|kept| (&set.members, kept)).collect()
+            }
+            Piece::Lockstep(sets) => {
+                let kept = sets.substeps.iter_mut();
+                kept.map(|(whole, kept)| (&*whole, std::mem::take(kept))).collect()
+            }
+            Piece::Group(group) => group.take_substeps().collect(),
         }
     }
 

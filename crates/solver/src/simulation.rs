@@ -230,11 +230,8 @@ impl Simulation {
         if exact {
             exact_tangent_of(model, settings)?;
         }
-        let may_be_exact = settings.step.tangent == Tangent::Auto
-            && settings.step.formulation.momentum()
-            && settings.solver == SolverKind::Direct
-            && !touches;
-        let grouping = settings.solver == SolverKind::Direct && !touches && !exact;
+        let may_be_exact = settings.step.may_be_exact() && !touches && (exact || settings.solver == SolverKind::Direct);
+        let grouping = settings.solver == SolverKind::Direct && !touches;
         let mut pieces = Vec::new();
         let mut singles = Vec::new();
         for alike in split_alike(model) {
@@ -246,13 +243,7 @@ impl Simulation {
             }
             let Alike { topology, sets } = &alike;
             if grouping && alike.fill_lanes() && guesses.iter().all(Option::is_none) {
-                pieces.push(Piece::Group(Box::new(Group::new(
-                    model,
-                    state,
-                    topology,
-                    sets.clone(),
-                    settings.step.integrator,
-                ))));
+                pieces.extend(Group::new(model, state, topology, sets.clone(), &settings.step).into_pieces());
                 continue;
             }
             for (members, guess) in alike.sets.into_iter().zip(guesses) {
@@ -260,7 +251,7 @@ impl Simulation {
                 component.integrate_by(settings.step.integrator);
                 let solver = settings.solver.build(model, &members, &alike.topology)?;
                 let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess });
-                if exact || may_be_exact {
+                if may_be_exact {
                     set.exact = Exact::new(&alike.topology);
                     set.tangents = (!exact && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
                 }
@@ -511,14 +502,14 @@ impl Simulation {
         }
     }
 
-    /// Keeps what derivatives need of each step from now on; all sets are stepped one by one. `whole` are all segments.
+    /// Keeps what derivatives need of each step from now on. `whole` are all segments.
     pub(crate) fn record_substeps(&mut self, whole: &Members) {
         self.pieces.iter_mut().for_each(|piece| piece.record_substeps(whole));
     }
 
     /// Takes what was kept since, set by set; of what can touch as one set.
     pub(crate) fn take_substeps(&mut self) -> impl Iterator<Item = (&Members, Vec<Substep>)> {
-        self.pieces.iter_mut().filter_map(Piece::take_substeps)
+        self.pieces.iter_mut().flat_map(Piece::take_substeps)
     }
 
     /// Counters summed over all connected sets.

@@ -67,6 +67,11 @@ pub struct StepParamsError {
 const MOST_HALVINGS: u32 = 30;
 
 impl StepParams {
+    /// Whether iterations may take the exact tangent, where contacts and loops allow it.
+    pub(crate) fn may_be_exact(&self) -> bool {
+        self.formulation.momentum() && self.tangent != Tangent::Positive
+    }
+
     /// Checks every number. A relative and an absolute tolerance of 0 ask for as many iterations as there may be.
     ///
     /// # Errors

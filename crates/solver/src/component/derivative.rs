@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rod::{Air, Model};
 
+use super::lanes::{pick_pose, pick_spatial};
 use super::multistep::StepsBefore;
 use super::tangent::vector;
 use super::{BodyPose, Component, Members};
@@ -299,17 +300,18 @@ impl Group {
     pub(crate) const ALL: [Self; 5] = [Self::Pose, Self::Velocity, Self::Now, Self::Earlier, Self::Over];
 }
 
-impl Component<f64> {
-    /// What the step under way, which has not ended yet, began with.
-    pub(crate) fn begin(&self) -> Begin {
+impl<T: Real> Component<T> {
+    /// What the step under way, which has not ended yet, began with in one lane.
+    pub(crate) fn begin(&self, lane: usize) -> Begin {
+        let given = self.given.iter().map(|given| given.lane(lane));
         Begin {
-            poses: Arc::new(self.start.clone()),
-            velocities: self.velocities.clone(),
-            given: if self.has_given { self.given.clone() } else { Vec::new() },
+            poses: Arc::new(self.start.iter().map(|pose| pick_pose(pose, lane)).collect()),
+            velocities: self.velocities.iter().map(|velocity| pick_spatial(velocity, lane)).collect(),
+            given: if self.has_given { given.collect() } else { Vec::new() },
             has_given: self.has_given,
-            last_dt: self.last_dt,
-            last_effective: self.last_effective,
-            steps: self.multistep.as_ref().map(|steps| steps.before()),
+            last_dt: self.last_dt.lane(lane),
+            last_effective: self.last_effective.lane(lane),
+            steps: self.multistep.as_ref().map(|steps| steps.before(lane)),
         }
     }
 }

@@ -36,6 +36,12 @@ impl Resting {
 }
 
 impl<T: Real> Component<T> {
+    /// Whether a body that is held in one lane is held in all.
+    pub(crate) fn is_held_alike(&self) -> bool {
+        let is_alike = |free: T| (1..T::LANES).all(|lane| (free.lane(lane) == 0.0) == (free.lane(0) == 0.0));
+        self.bodies.iter().all(|body| is_alike(body.free))
+    }
+
     /// Makes the segments of a lane that the model fixes fixed.
     pub(super) fn fix(&mut self, model: &Model, members: &Members, lane: usize) {
         for (body, _) in members.segments.iter().enumerate().filter(|(_, index)| model.segments[**index].fixed) {

@@ -37,7 +37,7 @@ pub(crate) fn pick_spatial<T: Real>(x: &Spatial<T>, lane: usize) -> Spatial<f64>
     Spatial { linear: pick(x.linear, lane), angular: pick(x.angular, lane) }
 }
 
-pub(super) fn pick_pose<T: Real>(pose: &BodyPose<T>, lane: usize) -> BodyPose<f64> {
+pub(crate) fn pick_pose<T: Real>(pose: &BodyPose<T>, lane: usize) -> BodyPose<f64> {
     BodyPose { x: pick(pose.x, lane), q: Quat { v: pick(pose.q.v, lane), w: pose.q.w.lane(lane) } }
 }
 

@@ -43,7 +43,7 @@ pub(crate) use adjoint::{BodyGradient, Ended};
 pub(crate) use adjoint_joints::add_numbers;
 pub(crate) use derivative::{Begin, BodyBar, Group, move_along, movement_along, scatter, slope_of};
 pub(crate) use hold::Change;
-pub(crate) use lanes::{copy_spatial, pick_spatial};
+pub(crate) use lanes::{copy_spatial, pick_pose, pick_spatial};
 pub(crate) use loose::has_loose;
 pub(crate) use motion::{LARGEST_TURN, in_kernel};
 pub use split::split;

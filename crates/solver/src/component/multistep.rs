@@ -225,15 +225,16 @@ impl Multistep<f64> {
     pub(super) fn goes_on(&self) -> bool {
         self.ratio > 0.0
     }
-
-    /// What the step under way knows of those before.
-    pub(super) fn before(&self) -> StepsBefore {
-        let Self { now, earlier, over, goes_on, .. } = self;
-        StepsBefore { now: now.clone(), earlier: earlier.clone(), over: over.clone(), goes_on: *goes_on }
-    }
 }
 
 impl<T: Real> Multistep<T> {
+    /// What the step under way knows of those before, in one lane.
+    pub(super) fn before(&self, lane: usize) -> StepsBefore {
+        let all = |of: &[Spatial<T>]| of.iter().map(|x| pick_spatial(x, lane)).collect::<Vec<_>>();
+        let over = self.over.iter().map(|x| pick(*x, lane)).collect();
+        StepsBefore { now: all(&self.now), earlier: all(&self.earlier), over, goes_on: self.goes_on.lane(lane) }
+    }
+
     /// Takes it over, as constants.
     pub(super) fn go_back(&mut self, before: &StepsBefore) {
         let lists = [(&mut self.now, &before.now), (&mut self.earlier, &before.earlier)];

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use rod::Body;
 
-use crate::component::{Begin, BodyPose, Component, Members, scatter};
+use crate::component::{Begin, BodyPose, Component, Members, pick_pose, pick_spatial, scatter};
 use crate::connected_set::ConnectedSet;
 use crate::contact::Touching;
 use crate::kernel::Spatial;
+use crate::kernel::lane::Real;
 use crate::step::Interval;
 
 /// A step of a connected set, or of all that can touch, that was accepted: a step of the simulation, or one of the parts that it
@@ -28,11 +29,12 @@ pub(crate) struct Substep {
 }
 
 impl Substep {
-    /// The one that a component has just been solved for.
-    pub(crate) fn of(component: &Component<f64>) -> Self {
+    /// The one that a component has just been solved for, in one lane.
+    pub(crate) fn of<T: Real>(component: &Component<T>, lane: usize) -> Self {
         let interval = Interval { time: component.time(), dt: component.dt() };
-        let (poses, lambda) = (Arc::new(component.poses.clone()), component.lambda.clone());
-        Self { interval, begin: component.begin(), poses, lambda, touching: Vec::new(), begins_anew: false }
+        let poses = Arc::new(component.poses.iter().map(|pose| pick_pose(pose, lane)).collect());
+        let lambda = component.lambda.iter().map(|lambda| pick_spatial(lambda, lane)).collect();
+        Self { interval, begin: component.begin(lane), poses, lambda, touching: Vec::new(), begins_anew: false }
     }
 
     /// Lets poses be kept once that the step `before` ended with and this one begins with.
@@ -52,7 +54,7 @@ impl Substep {
         let first = &sets.first()?.component;
         let bodies = whole.segments.len() + whole.anchors.len();
         let parts: Vec<(Begin, Vec<usize>)> =
-            sets.iter().map(|set| (set.component.begin(), places(&set.members, whole))).collect();
+            sets.iter().map(|set| (set.component.begin(0), places(&set.members, whole))).collect();
         let interval = Interval { time: first.time(), dt: first.dt() };
         let mut poses = vec![*first.poses.first()?; bodies];
         let mut lambda = vec![Spatial::zero(); whole.joints.len()];

@@ -193,8 +193,7 @@ impl Simulation {
     fn change(&mut self, body: Body, change: Change<'_>) -> Result<(), SimulationError> {
         let lets_go = matches!(change, Change::LetGo);
         let is_driven = matches!(change, Change::Drive(_));
-        let comes_apart =
-            |piece: &Piece| matches!(piece, Piece::Group(group) if group.comes_apart(body, lets_go));
+        let comes_apart = |piece: &Piece| matches!(piece, Piece::Group(group) if group.comes_apart(body, lets_go));
         if !(is_driven && self.is_held(body) == Some(true))
             && let Some(place) = self.pieces.iter().position(comes_apart)
             && let Piece::Group(group) = self.pieces.swap_remove(place)

@@ -66,7 +66,7 @@ pub(super) fn descend(
         equations: Equations::default(),
         lengths: (0..component.segments()).map(|i| component.length(i)).collect(),
         inertia: INERTIA[usize::from(!is_held)],
-        dp: Vec::new(),
+        dp: vec![Spatial::zero(); component.poses.len()],
         poses: Vec::new(),
         lambda: Vec::new(),
         report: StaticReport::default(),

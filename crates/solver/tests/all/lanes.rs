@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use rod::{Air, Assembly, BodyShape, Gusts, Material, Model, Pose, RigidBody, RodSpec, State, Wind};
-use solver::formulation::Formulation;
+use solver::formulation::{Formulation, Tangent};
 use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 
@@ -52,9 +52,20 @@ fn airs() -> [Option<Air>; 2] {
     [None, Some(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind })]
 }
 
-fn run(model: &Model, mut state: State, (formulation, integrator): (Formulation, Integrator)) -> State {
+type How = (Formulation, Tangent, Integrator);
+
+/// All formulations, with all tangents where they have one.
+fn ways() -> impl Iterator<Item = How> {
+    let ways = |own| {
+        let tangents = if own == Formulation::Newton { &Tangent::ALL[..] } else { &[Tangent::Positive] };
+        tangents.iter().flat_map(move |&tangent| Integrator::ALL.map(|by| (own, tangent, by)))
+    };
+    Formulation::ALL.into_iter().flat_map(ways)
+}
+
+fn run(model: &Model, mut state: State, (formulation, tangent, integrator): How) -> State {
     let mut settings = Settings::default();
-    (settings.step.formulation, settings.step.integrator) = (formulation, integrator);
+    (settings.step.formulation, settings.step.tangent, settings.step.integrator) = (formulation, tangent, integrator);
     let mut simulation = Simulation::new(model, &state, &settings, None).unwrap();
     for _ in 0..20 {
         simulation.step(0.02).unwrap();
@@ -77,7 +88,7 @@ fn rigid_bodies_in_lanes_have_the_bits_of_those_alone_beside_rods_without() {
 
 fn are_as_alone(add: impl Fn(&mut Assembly, usize)) {
     for air in airs() {
-        for how in Formulation::ALL.into_iter().flat_map(|own| Integrator::ALL.map(|integrator| (own, integrator))) {
+        for how in ways() {
             let mut together = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
             (0..ALIKE).for_each(|k| add(&mut together, k));
             together.model_mut().air.clone_from(&air);
