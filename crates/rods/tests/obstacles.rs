@@ -13,7 +13,7 @@ use rods::prelude::*;
 
 const DT: f64 = 5e-3;
 /// Share of a variation by which differences go to either side.
-const STEP: f64 = 5e-4;
+const STEP: f64 = 2e-4;
 
 struct Case {
     name: &'static str,
@@ -78,7 +78,7 @@ fn table() -> Case {
     let mut assembly = assembly();
     rod(&mut assembly, [0.0, 0.0, 0.03], Vector3::x(), 0.5);
     let ground = ObstacleShape::HalfSpace { point: Vector3::new(0.4, 0.1, 0.0), normal: Vector3::z_axis() };
-    let velocity = [Vector3::new(0.05, 0.2, 0.1), Vector3::new(0.1, -0.15, 0.2)];
+    let velocity = [Vector3::new(0.05, 0.2, 0.05), Vector3::new(0.1, -0.3, 0.2)];
     let acceleration = [Vector3::new(0.0, 0.0, 0.8), Vector3::zeros()];
     case("a table", assembly, (ground, 0.3), Some([velocity, acceleration]), &[8, 25, 40])
 }
@@ -189,10 +189,12 @@ fn directions(case: &Case) -> Vec<(&'static str, Variation)> {
 fn run(case: &Case, integrator: Integrator, model: &Model, stretch: usize) -> (Recording, Vec<Seen>) {
     let state = &case.state;
     let mut recording = Recording::with_checkpoints(model, state, &settings(integrator), stretch).unwrap();
-    let mut read = Vec::new();
+    let (mut read, mut pressing, mut forces) = (Vec::new(), 0, Vec::new());
     for step in 1..=*case.read.last().unwrap() {
         let report = recording.step(DT).unwrap();
         assert!(report.status <= Status::ConvergedInSubsteps, "{}: step {step}: {}", case.name, report.status.name());
+        recording.simulation().store_contact_forces(&mut forces);
+        pressing += usize::from(!forces.is_empty());
         if case.read.contains(&step) {
             let mut now = (state.clone(), vec![JointForce::default(); model.joints.len()]);
             recording.store(&mut now.0);
@@ -200,6 +202,7 @@ fn run(case: &Case, integrator: Integrator, model: &Model, stretch: usize) -> (R
             read.push(now);
         }
     }
+    assert!(pressing >= 4, "{}: it touches in {pressing} steps", case.name);
     (recording, read)
 }
 
@@ -221,9 +224,6 @@ fn reading(of: &[Seen], weights: &[(usize, StateVariation)], about: &[Seen]) -> 
 fn check(case: &Case, integrator: Integrator) {
     let model = moved(case, &Variation::zero(&case.model), 0.0);
     let (mut recording, states) = run(case, integrator, &model, usize::MAX);
-    let mut forces = Vec::new();
-    recording.simulation().store_contact_forces(&mut forces);
-    assert!(!forces.is_empty(), "{}: nothing touches", case.name);
     let weights: Vec<(usize, StateVariation)> = case
         .read
         .iter()
@@ -307,7 +307,7 @@ fn a_rod_goes_with_the_table_that_bears_it() {
     let gradient = recording.backward(&[(5, height.clone())], Wanted::ALL).unwrap();
     assert!((gradient.dot(&by) - 1.0).abs() < 1e-8, "{}", gradient.dot(&by));
     let last = gradient.obstacles[0].poses[5][0].z;
-    assert!((last - 1.0).abs() < 1e-8, "it is the last frame that counts: {last}");
+    assert!((last - 1.0).abs() < 1e-6, "it is the last frame that counts: {last}");
     let wanted = Wanted { obstacles: false, ..Wanted::ALL };
     assert!(recording.backward(&[(5, height)], wanted).unwrap().obstacles.is_empty());
 }
