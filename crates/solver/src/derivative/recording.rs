@@ -171,7 +171,8 @@ impl Recording {
     }
 
     /// The gradient of a number whose derivatives with respect to states are given: after so many steps (0: the first state),
-    /// in any order. Of what is not wanted the gradient is zero. It lists all bodies that are held, and all obstacles where they are wanted.
+    /// in any order. Of what is not wanted the gradient is zero. It lists all bodies that are held, and all obstacles where they
+    /// are wanted.
     ///
     /// # Errors
     /// If a list has another size than the model, or names a step that has not been taken; if a step did not converge, or its
