@@ -11,6 +11,7 @@ mod duals;
 mod equilibrium;
 mod error;
 mod forward;
+mod hinges;
 mod parameter;
 mod record;
 mod recording;
