@@ -146,8 +146,8 @@ pub mod statics {
 #[doc = include_str!("../../../docs/derivatives.md")]
 pub mod derivative {
     pub use solver::derivative::{
-        AirVariation, DerivativeError, Equilibrium, Forward, HeldVariation, JointVariation, Parameter, Recording, Rods,
-        SegmentVariation, StateVariation, Variation, Wanted,
+        AirVariation, DerivativeError, Equilibrium, Forward, HeldVariation, JointVariation, ObstacleVariation,
+        Parameter, Recording, Rods, SegmentVariation, StateVariation, Variation, Wanted,
     };
 }
 

@@ -320,10 +320,13 @@ fn check_equilibrium(name: &str, model: &Model, state: &State, step: f64) {
 fn derivatives_of_forces_at_rest_are_those_of_differences() {
     let (model, state) = flat();
     let (coil, coiled) = clamped();
+    let (mut free, turned) = hinged();
+    free.joints.iter_mut().for_each(|joint| joint.inner_damping = InnerDamping::NONE);
     let Scene { model: cable, state: hung, .. } = scene::builtin("hung-cable").unwrap();
     let cable = Model { motions: Vec::new(), ..cable };
     check_equilibrium("hung-cable", &cable, &hung, 5e-3);
     check_equilibrium("clamped", &coil, &coiled, 1e-3);
+    check_equilibrium("hinged", &free, &turned, 1e-3);
     let mut joined = model;
     joined.joints[5].freedom = rods::state::Freedom::None;
     joined.loads[0].torque = Vector3::zeros();

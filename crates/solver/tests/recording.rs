@@ -106,6 +106,61 @@ fn checkpoints_give_the_same_bits() {
     }
 }
 
+/// The `k`-th of some chains that differ in all but their connectivity.
+fn add_chain(assembly: &mut Assembly, k: usize) {
+    let from = Vector3::new(0.0, 0.3 * k as f64, 0.0);
+    let towards = Vector3::new(1.0, 0.1 * k as f64, 0.2);
+    let line = shape::straight(from, towards, 1.0 + 0.1 * k as f64, 7);
+    let rod = assembly.rod(&RodSpec::new(line, 0.01, material(1e7 * (1 + k) as f64, 1e3)));
+    assembly.fix(rod.start);
+}
+
+fn chains(which: std::ops::Range<usize>) -> (Model, State) {
+    let mut assembly = Assembly::new(GRAVITY);
+    which.clone().for_each(|k| add_chain(&mut assembly, k));
+    let (mut model, mut state) = assembly.finish();
+    for (i, segment) in model.segments.iter().enumerate().filter(|(_, segment)| !segment.fixed) {
+        // One of them turns so fast that its steps are halved.
+        let k = which.start + i / 7;
+        let rate = if k == 2 { 60.0 } else { 3.0 };
+        state.angular_velocities[i] = Vector3::new(0.0, rate + segment.length * (i % 7) as f64, 0.0);
+    }
+    for joint in &mut model.joints {
+        joint.inner_damping = InnerDamping { bending: 0.02, twist: 0.03, stretch: 0.01 };
+    }
+    (model, state)
+}
+
+#[test]
+fn rods_in_lanes_have_the_gradients_of_rods_alone() {
+    const RODS: usize = 5;
+    for integrator in Integrator::ALL {
+        let all = solved(integrator);
+        let settings = Settings { step: StepParams { max_iterations: 8, ..all.step }, ..all };
+        let of = |(model, state): &(Model, State)| {
+            let mut recording = Recording::new(model, state, &settings).unwrap();
+            let halved = (0..STEPS).filter(|_| recording.step(STEP).unwrap().status == Status::ConvergedInSubsteps);
+            let halved = halved.count();
+            let mut end = weights(7, 1);
+            let repeat = |list: &mut Vec<Vector3<f64>>| *list = list.repeat(model.segments.len() / 7);
+            [&mut end.positions, &mut end.turns, &mut end.velocities, &mut end.angular_velocities].map(repeat);
+            (recording.backward(&[(STEPS, end)], Wanted::ALL).unwrap(), halved)
+        };
+        let (together, halved) = of(&chains(0..RODS));
+        assert!(halved > 0, "none was halved");
+        for k in 0..RODS {
+            let (alone, _) = of(&chains(k..k + 1));
+            let (segments, joints) = (7 * k..7 * k + 7, 6 * k..6 * k + 6);
+            assert_eq!(together.segments[segments.clone()], alone.segments, "{integrator:?} {k}");
+            assert_eq!(together.joints[joints], alone.joints, "{integrator:?} {k}");
+            assert_eq!(together.start.positions[segments.clone()], alone.start.positions, "{integrator:?} {k}");
+            assert_eq!(together.start.turns[segments.clone()], alone.start.turns);
+            assert_eq!(together.start.velocities[segments.clone()], alone.start.velocities);
+            assert_eq!(together.start.angular_velocities[segments], alone.start.angular_velocities);
+        }
+    }
+}
+
 #[test]
 fn threads_give_the_same_bits() {
     let scene = two_rods();

@@ -13,6 +13,7 @@ pub(crate) fn vector(seed: usize) -> Vector3<f64> {
 }
 
 /// The model and the state, moved along a variation.
+#[allow(dead_code)]
 pub(crate) fn moved(model: &Model, state: &State, by: &Variation, share: f64) -> (Model, State) {
     let (mut model, mut state) = (model.clone(), state.clone());
     for (joint, by) in model.joints.iter_mut().zip(&by.joints) {

@@ -1,14 +1,10 @@
 //! A component beside itself in dual numbers: what a step's equations change by, and how bodies follow.
 
-use std::sync::Arc;
-
 use nalgebra::Vector3;
 use rod::{Air, Model};
 
-use super::lanes::{pick_pose, pick_spatial};
-use super::multistep::StepsBefore;
 use super::tangent::vector;
-use super::{BodyPose, Component, Members};
+use super::{BodyPose, Component, Group, Members};
 use crate::derivative::{AirVariation, JointVariation, SegmentVariation, Variation};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
@@ -227,154 +223,6 @@ impl<const D: usize> Component<Dual<D>> {
     /// What a free segment's velocity at the end of the last step changes by along a direction [m/s, rad/s].
     pub(crate) fn velocity_along(&self, body: usize, k: usize) -> [Vector3<f64>; 2] {
         slope_of(&self.velocity_at_end(body), k)
-    }
-}
-
-/// What a step begins with.
-#[derive(Clone, Debug)]
-pub(crate) struct Begin {
-    /// Those that the step before ended with, as a rule, and then kept once.
-    pub(crate) poses: Arc<Vec<BodyPose<f64>>>,
-    velocities: Vec<Spatial<f64>>,
-    /// Empty where nothing was given.
-    given: Vec<f64>,
-    has_given: bool,
-    last_dt: f64,
-    last_effective: f64,
-    steps: Option<StepsBefore>,
-}
-
-/// Derivatives of a number with respect to what a body's state consists of.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyBar {
-    /// The pose: shift and turn.
-    pub(crate) pose: Spatial<f64>,
-    /// Velocities over the last step.
-    pub(crate) velocity: Spatial<f64>,
-    /// Velocity and angular momentum at the end of the last step.
-    pub(crate) now: Spatial<f64>,
-    /// The same one step earlier.
-    pub(crate) earlier: Spatial<f64>,
-    /// The discrete momentum over the last step.
-    pub(crate) over: Vec3<f64>,
-}
-
-impl Default for BodyBar {
-    fn default() -> Self {
-        let zero = Spatial::zero();
-        Self { pose: zero, velocity: zero, now: zero, earlier: zero, over: Vec3::zero() }
-    }
-}
-
-impl BodyBar {
-    /// The list that a group of numbers belongs to.
-    pub(crate) fn add(&mut self, group: Group, by: Spatial<f64>) {
-        let own = match group {
-            Group::Pose => &mut self.pose,
-            Group::Velocity => &mut self.velocity,
-            Group::Now => &mut self.now,
-            Group::Earlier => &mut self.earlier,
-            Group::Over => return self.over += by.linear,
-        };
-        *own = own.plus(by, 1.0);
-    }
-}
-
-/// Numbers of which the state of a free body consists, six at a time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Group {
-    /// The pose: shift and turn.
-    Pose,
-    /// Velocities over the last step.
-    Velocity,
-    /// Velocity and angular momentum at the end of the last step.
-    Now,
-    /// The same one step earlier.
-    Earlier,
-    /// The discrete momentum over the last step.
-    Over,
-}
-
-impl Group {
-    /// All; only the first two without a memory of several steps.
-    pub(crate) const ALL: [Self; 5] = [Self::Pose, Self::Velocity, Self::Now, Self::Earlier, Self::Over];
-}
-
-impl<T: Real> Component<T> {
-    /// What the step under way, which has not ended yet, began with in one lane.
-    pub(crate) fn begin(&self, lane: usize) -> Begin {
-        let given = self.given.iter().map(|given| given.lane(lane));
-        Begin {
-            poses: Arc::new(self.start.iter().map(|pose| pick_pose(pose, lane)).collect()),
-            velocities: self.velocities.iter().map(|velocity| pick_spatial(velocity, lane)).collect(),
-            given: if self.has_given { given.collect() } else { Vec::new() },
-            has_given: self.has_given,
-            last_dt: self.last_dt.lane(lane),
-            last_effective: self.last_effective.lane(lane),
-            steps: self.multistep.as_ref().map(|steps| steps.before(lane)),
-        }
-    }
-}
-
-impl Begin {
-    /// What sets began the same step with, each with the places of its bodies among all of them: so many, of which so many
-    /// segments come first.
-    pub(crate) fn together(parts: &[(Self, Vec<usize>)], [bodies, segments]: [usize; 2]) -> Option<Self> {
-        let (first, _) = parts.first()?;
-        let has_given = parts.iter().any(|(part, _)| part.has_given);
-        let mut poses = vec![*first.poses.first()?; bodies];
-        let mut velocities = vec![Spatial::zero(); bodies];
-        let mut given = vec![-1.0; if has_given { bodies } else { 0 }];
-        for (part, places) in parts {
-            scatter(&mut poses, &part.poses, places);
-            scatter(&mut velocities, &part.velocities, places);
-            scatter(&mut given, &part.given, places);
-        }
-        Some(Self {
-            poses: Arc::new(poses),
-            velocities,
-            given,
-            has_given,
-            last_dt: first.last_dt,
-            last_effective: first.last_effective,
-            steps: StepsBefore::together(
-                parts.iter().filter_map(|(part, places)| Some((part.steps.as_ref()?, places.as_slice()))),
-                segments,
-            ),
-        })
-    }
-}
-
-/// Puts entries in their places.
-pub(crate) fn scatter<T: Copy>(all: &mut [T], part: &[T], places: &[usize]) {
-    for (own, &place) in part.iter().zip(places) {
-        all[place] = *own;
-    }
-}
-
-impl<T: Real> Component<T> {
-    /// Goes back to where a step began, as constants.
-    pub(crate) fn begin_at(&mut self, begin: &Begin) {
-        for (own, pose) in self.poses.iter_mut().zip(begin.poses.iter()) {
-            *own = BodyPose::splat(pose);
-        }
-        for (own, from) in self.velocities.iter_mut().zip(&begin.velocities) {
-            *own = Spatial::splat(*from);
-        }
-        for (i, own) in self.given.iter_mut().enumerate() {
-            *own = T::splat(begin.given.get(i).copied().unwrap_or(-1.0));
-        }
-        self.has_given = begin.has_given;
-        self.last_dt = T::splat(begin.last_dt);
-        self.last_effective = T::splat(begin.last_effective);
-        if let (Some(own), Some(from)) = (&mut self.multistep, &begin.steps) {
-            own.go_back(from);
-        }
-    }
-
-    /// Whether steps know of those before.
-    pub(crate) fn has_steps(&self) -> bool {
-        self.multistep.is_some()
     }
 }
 

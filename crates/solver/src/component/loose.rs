@@ -5,13 +5,14 @@
 //! So the iteration's matrix is a little off, and the solution that it converges to is exact. An open grip goes with the
 //! face that it may hold, so that there is nothing to close when it does.
 
+use nalgebra::Vector6;
 use rod::{Body, Freedom, Joint, Model};
 
 use super::lanes::{copy_pose, pick, pick_pose, put};
 use super::{BodyPose, Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::Quat;
+use crate::kernel::math::{Quat, Vec3};
 
 /// Compliance of free rows in units of what the bodies answer, where all three are free: nothing cancels.
 const FREE: f64 = 1e12;
@@ -201,6 +202,26 @@ impl<T: Real> Component<T> {
             let own = &mut self.lambda[*joint];
             *own = masked(*own, *lane, *turns, *open);
         }
+    }
+}
+
+impl Component<f64> {
+    /// Joints that turn freely about one axis.
+    pub(crate) fn hinges(&self) -> impl Iterator<Item = usize> {
+        self.loose.iter().filter(|loose| loose.turns == Turns::One && !loose.open).map(|loose| loose.joint)
+    }
+
+    /// Holds the free rows of hinges of the last evaluation by what the joints bend by.
+    pub(crate) fn hold_hinges(&mut self) {
+        for loose in self.loose.iter().filter(|loose| loose.turns == Turns::One && !loose.open) {
+            self.system.joints[loose.joint].twist_extra = 0.0;
+        }
+    }
+
+    /// The free row of a hinge as a direction of its world rows.
+    pub(crate) fn free_row(&self, joint: usize) -> Vector6<f64> {
+        let row = Spatial { linear: Vec3::zero(), angular: Vec3([0.0, 0.0, 1.0]) };
+        Vector6::from(self.system.joints[joint].to_world(row, self.system.frame(joint)).to_array())
     }
 }
 

@@ -6,6 +6,7 @@
 mod adjoint;
 mod adjoint_joints;
 mod apart;
+mod begin;
 mod beyond;
 mod derivative;
 mod drag;
@@ -41,7 +42,8 @@ use crate::topology::Topology;
 
 pub(crate) use adjoint::{BodyGradient, Ended};
 pub(crate) use adjoint_joints::add_numbers;
-pub(crate) use derivative::{Begin, BodyBar, Group, move_along, movement_along, scatter, slope_of};
+pub(crate) use begin::{Begin, BodyBar, Group, scatter};
+pub(crate) use derivative::{move_along, movement_along, slope_of};
 pub(crate) use hold::Change;
 pub(crate) use lanes::{copy_spatial, pick_pose, pick_spatial};
 pub(crate) use loose::has_loose;

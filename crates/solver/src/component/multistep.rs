@@ -26,7 +26,8 @@ mod back;
 
 use nalgebra::Vector3;
 
-use super::derivative::{Group, scatter, set_slope};
+use super::begin::{Group, scatter};
+use super::derivative::set_slope;
 use super::lanes::{copy_lane, copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::predict::angular_momentum;
 use super::state::rate;

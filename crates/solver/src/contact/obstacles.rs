@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use collision::{Aabb, TriangleMesh};
-use nalgebra::Vector3;
-use rod::{Carried, Obstacle, ObstacleShape, Surface};
+use nalgebra::{Quaternion, Unit, Vector3};
+use rod::{Carried, Motion, Obstacle, ObstacleShape, Pose, Surface};
 
-use super::convert::to_kernel;
+use super::convert::{to_kernel, to_nalgebra};
 use super::geometry::{Poses, Side};
 use super::parts::Carrier;
 use crate::component::{BodyPose, LARGEST_TURN, in_kernel};
@@ -70,6 +70,25 @@ impl Placed {
         let [(start, velocity), (end, _)] = ways.each_ref().map(in_kernel);
         (self.poses, self.velocity) = ([start, end], velocity);
         motion.motion.turned(time, time + dt) > LARGEST_TURN
+    }
+
+    /// Its pose at the start (0) or at the end (1) of the step.
+    pub(crate) fn pose(&self, when: usize) -> BodyPose<f64> {
+        self.poses[when]
+    }
+
+    /// Lets contacts see it as something that moves, if only by [`Placed::displace`].
+    pub(crate) fn let_move(&mut self) {
+        let pose = self.obstacle.at(0.0).pose;
+        self.obstacle.motion.get_or_insert_with(|| Carried::new(Arc::new(Motion::resting(&pose))));
+    }
+
+    /// Puts it elsewhere at the start (0) or at the end (1) of the step.
+    pub(crate) fn displace(&mut self, when: usize, pose: BodyPose<f64>) {
+        let [x, y, z] = pose.q.v.0;
+        let orientation = Unit::new_normalize(Quaternion::new(pose.q.w, x, y, z));
+        self.shapes[when] = self.obstacle.shape.placed(&Pose { position: to_nalgebra(pose.x), orientation });
+        self.poses[when] = pose;
     }
 
     /// Its shape.

@@ -54,6 +54,8 @@ struct Memory {
     bodies: Vec<Spatial<f64>>,
     /// Of bodies that are held, derivatives with respect to their poses at the start, which contacts know.
     before: Vec<Spatial<f64>>,
+    /// Of obstacles, the same at the start and at the end, one entry a contact.
+    obstacles: Vec<(usize, [Pair; 2])>,
     ended: Vec<Ended>,
     gradients: Vec<BodyGradient>,
     /// Bars at the start of the step.
@@ -86,6 +88,7 @@ impl Adjoint {
             field,
             bodies: vec![Spatial::zero(); bodies],
             before: vec![Spatial::zero(); bodies],
+            obstacles: Vec::new(),
             ended: Vec::with_capacity(bodies),
             gradients: Vec::with_capacity(bodies),
             start: vec![BodyBar::default(); bodies],
@@ -168,6 +171,11 @@ impl Adjoint {
         [&self.memory.before, &self.memory.bodies].map(|poses| pair(poses[body]))
     }
 
+    /// The same with respect to the poses of obstacles, one entry a contact that presses.
+    pub(super) fn of_obstacles(&self) -> &[(usize, [Pair; 2])] {
+        &self.memory.obstacles
+    }
+
     /// Goes back over a step: derivatives with respect to the state at its end become those at its start; `None` where its
     /// equations are singular.
     pub(super) fn step_back(
@@ -178,7 +186,7 @@ impl Adjoint {
         out: &mut Variation,
     ) -> Option<()> {
         let Self { members, replay, origin, duals, bars, told, is_told, transmitted, is_transmitted, memory } = self;
-        let Memory { field, moved, bodies, before, ended, gradients, start } = memory;
+        let Memory { field, moved, bodies, before, obstacles, ended, gradients, start } = memory;
         replay.component.begin_at(&substep.begin);
         let jacobian = replay.linearise(substep)?;
         let topology = replay.topology.clone();
@@ -246,6 +254,7 @@ impl Adjoint {
             gradients.push(gradient);
         }
         before.fill(Spatial::zero());
+        obstacles.clear();
         for (contact, of) in substep.touching.iter().enumerate() {
             let own = replay.contacts.fixed_rows::<3>(replay.equations_of(contact));
             out.friction -= of.by_friction.dot(&own);
@@ -262,6 +271,9 @@ impl Adjoint {
                 } else {
                     add(&mut start[body].pose, part(&at_start, side));
                 }
+            }
+            if let Some(obstacle) = of.obstacle.filter(|_| wanted.obstacles) {
+                obstacles.push((obstacle, [&at_start, &at_end].map(|of| pair(part(of, 1)))));
             }
         }
         for (j, own) in field.joints.iter().enumerate() {

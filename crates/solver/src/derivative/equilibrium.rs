@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rod::{Body, JointForce, Model, State};
 
 use super::forward::six;
+use super::hinges::Hinges;
 use super::run::{check_all, refuse, refuse_bodies};
 use super::seed::is_held;
 use super::{AirVariation, DerivativeError, HeldVariation, JointVariation, StateVariation, Variation, Wanted};
@@ -76,6 +77,7 @@ struct Set {
     topology: Arc<Topology>,
     jacobian: Jacobian,
     factor: Factor,
+    hinges: Hinges,
     /// What drag changes by with the air, one entry a segment; empty without air.
     blown: Vec<Matrix6<f64>>,
     /// Fixed segments that a motion drives.
@@ -162,6 +164,7 @@ struct Search {
     whole: (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>),
     topology: Arc<Topology>,
     factor: Factor,
+    hinges: Hinges,
 }
 
 impl Search {
@@ -182,6 +185,7 @@ impl Search {
             whole: (Vec::new(), Vec::new()),
             topology,
             factor,
+            hinges: Hinges::default(),
         })
     }
 
@@ -190,6 +194,7 @@ impl Search {
         let Self { members, component, blown, forces, equations, whole: (bodies, joints), .. } = self;
         component.weigh(forces, true);
         component.evaluate_equilibrium(forces);
+        component.hold_hinges();
         component.gather(equations, share);
         component.whole_blocks(equations, share, bodies, joints);
         let mut jacobian = Jacobian::new(&self.topology, equations, (bodies, joints));
@@ -197,8 +202,11 @@ impl Search {
         for (i, [of_pose, _]) in drag.iter().enumerate().filter(|(i, _)| !component.is_still(*i)) {
             jacobian.add(i, &-of_pose);
         }
-        let is_regular = self.factor.factor(&jacobian);
-        is_regular.then(|| (jacobian, drag.into_iter().map(|[_, of_air]| of_air).collect()))
+        if !self.factor.factor(&jacobian) {
+            return None;
+        }
+        self.hinges = Hinges::new(component, &self.topology, &jacobian, &mut self.factor)?;
+        Some((jacobian, drag.into_iter().map(|[_, of_air]| of_air).collect()))
     }
 
     /// Newton's method with the whole Jacobian, to rounding errors.
@@ -224,10 +232,10 @@ impl Search {
             before = movement;
         }
         let (jacobian, blown) = self.linearise(model, 0.0).ok_or(DerivativeError::Neutral)?;
-        let Self { members, component, topology, factor, .. } = self;
+        let Self { members, component, topology, factor, hinges, .. } = self;
         let is_driven = |&i: &usize| model.motions.iter().any(|driven| driven.body == Body::Segment(i));
         let driven = members.segments.iter().map(is_driven).collect();
-        Ok(Set { members, component, topology, jacobian, factor, blown, driven })
+        Ok(Set { members, component, topology, jacobian, factor, hinges, blown, driven })
     }
 
     /// A step, with so much of its movement; returns that [segment lengths, rad].
@@ -236,7 +244,7 @@ impl Search {
             bodies: self.equations.bodies.iter().map(|body| body.defect.to_array().into()).collect(),
             joints: self.equations.joints.iter().map(|joint| joint.rhs.to_array().into()).collect(),
         };
-        self.factor.solve(jacobian, &mut field, false);
+        self.hinges.solve(jacobian, &mut self.factor, &mut field, false);
         let component = &mut self.component;
         component.take_multipliers(&field.joints);
         let dp: Vec<_> = field.bodies.iter().map(|&dp| Spatial::from_array((dp * share).into())).collect();
@@ -273,7 +281,7 @@ impl Search {
                 field.bodies[i] = six([Vector3::zeros(), torque]);
             }
             field.bodies[lengths.len()..].fill(Vector6::zeros());
-            self.factor.solve(jacobian, &mut field, false);
+            self.hinges.solve(jacobian, &mut self.factor, &mut field, false);
             turns = field.bodies[..lengths.len()].iter().map(|dp| parts(dp)[1]).collect();
             softest = 1.0 / size(&turns);
         }
@@ -292,7 +300,7 @@ impl Set {
     }
 
     fn forward(&mut self, model: &Model, variation: &Variation, out: &mut StateVariation) {
-        let Self { members, component, jacobian, factor, .. } = self;
+        let Self { members, component, jacobian, factor, hinges, .. } = self;
         let mut moved = Field::zero(&self.topology);
         for (body, &i) in members.segments.iter().enumerate() {
             if component.is_still(body) && !self.driven[body] {
@@ -327,7 +335,7 @@ impl Set {
         for (j, &index) in members.joints.iter().enumerate() {
             field.joints[j] += six(component.missed_along(j, &variation.joints[index]));
         }
-        factor.solve(jacobian, &mut field, false);
+        hinges.solve(jacobian, factor, &mut field, false);
         for (body, &i) in members.segments.iter().enumerate() {
             let from = if component.is_still(body) { &moved } else { &field };
             [out.positions[i], out.turns[i]] = parts(&from.bodies[body]);
@@ -343,7 +351,7 @@ impl Set {
     }
 
     fn backward(&mut self, model: &Model, objective: &StateVariation, wanted: Wanted, out: &mut Variation) {
-        let Self { members, component, jacobian, factor, .. } = self;
+        let Self { members, component, jacobian, factor, hinges, .. } = self;
         let mut asked = Field::zero(&self.topology);
         for (body, &i) in members.segments.iter().enumerate() {
             asked.bodies[body] = six([objective.positions[i], objective.turns[i]]);
@@ -357,7 +365,7 @@ impl Set {
             asked.bodies[b] += turn;
         }
         let mut field = asked.clone();
-        factor.solve(jacobian, &mut field, true);
+        hinges.solve(jacobian, factor, &mut field, true);
         let mut moved = Field::zero(&self.topology);
         jacobian.apply(&field, true, &mut moved);
         let gravity = component.gravity();

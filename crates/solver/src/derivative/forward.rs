@@ -6,7 +6,7 @@ use rod::{Model, State};
 
 use super::replay::{Replay, component};
 use super::run::{Passed, Run, refuse_bodies};
-use super::seed::{HeldSeed, is_held, seed};
+use super::seed::{HeldSeed, ObstacleSeed, is_held, seed};
 use super::{DerivativeError, StateVariation, Variation};
 use crate::component::{Component, Members, move_along, movement_along, slope_of};
 use crate::contact::Touching;
@@ -41,6 +41,7 @@ struct Chunk {
     directions: std::ops::Range<usize>,
     variations: Vec<Variation>,
     held: Vec<HeldSeed>,
+    obstacles: Vec<ObstacleSeed>,
     field: Field,
     bodies: Vec<Spatial<Dual<WIDTH>>>,
     joints: Vec<Spatial<Dual<WIDTH>>>,
@@ -75,6 +76,7 @@ impl Forward {
                     directions: first..first + variations.len(),
                     variations: variations.to_vec(),
                     held,
+                    obstacles: ObstacleSeed::all(variations),
                     field: Field::zero(&replay.topology),
                     bodies: Vec::new(),
                     joints: Vec::new(),
@@ -171,7 +173,7 @@ impl Chunk {
         jacobian: &Jacobian,
         replay: &mut Replay,
     ) {
-        let Self { component, variations, held, field, bodies, joints, .. } = self;
+        let Self { component, variations, held, obstacles, field, bodies, joints, .. } = self;
         component.set_forces(substep.interval.time + substep.interval.dt);
         for (k, variation) in variations.iter().enumerate() {
             component.seed_forces(k, variation);
@@ -193,7 +195,14 @@ impl Chunk {
             }
             replay.contacts.fill(0.0);
             for (contact, of) in substep.touching.iter().enumerate() {
-                let [now, start] = moved_with(component, of, k);
+                let [mut now, mut start] = moved_with(component, of, k);
+                let own = |seed: &&ObstacleSeed| seed.direction == k && Some(seed.obstacle) == of.obstacle;
+                for seed in obstacles.iter().filter(own) {
+                    for (of, share) in [(&mut start, shares[0]), (&mut now, shares[1])] {
+                        let mut partner = of.fixed_rows_mut::<6>(6);
+                        partner += six(seed.at(*step, share));
+                    }
+                }
                 for (side, body) in of.sides() {
                     field.bodies[body] += of.push_by_pose.fixed_rows::<6>(6 * side) * now;
                 }

@@ -11,6 +11,7 @@ mod duals;
 mod equilibrium;
 mod error;
 mod forward;
+mod hinges;
 mod parameter;
 mod record;
 mod recording;
@@ -25,6 +26,8 @@ pub use error::DerivativeError;
 pub use forward::Forward;
 pub use parameter::{Parameter, Rods};
 pub use recording::{Recording, Wanted};
-pub use variation::{AirVariation, HeldVariation, JointVariation, SegmentVariation, StateVariation, Variation};
+pub use variation::{
+    AirVariation, HeldVariation, JointVariation, ObstacleVariation, SegmentVariation, StateVariation, Variation,
+};
 
 pub(crate) use record::Substep;

@@ -9,7 +9,7 @@ use rod::{Body, Model, State};
 use super::adjoint::{Adjoint, Origin};
 use super::replay::Replay;
 use super::run::{Passed, Run, has_bodies};
-use super::{AirVariation, DerivativeError, HeldVariation, StateVariation, Variation};
+use super::{AirVariation, DerivativeError, HeldVariation, ObstacleVariation, StateVariation, Variation};
 use crate::component::Members;
 use crate::simulation::{Settings, Simulation, StepReport};
 use crate::snapshot::Snapshot;
@@ -28,11 +28,13 @@ pub struct Wanted {
     pub loads: bool,
     /// Gravity, damping and the air.
     pub surroundings: bool,
+    /// Obstacles: where they are at the start and at the end of each step.
+    pub obstacles: bool,
 }
 
 impl Wanted {
     /// All of it.
-    pub const ALL: Self = Self { joints: true, segments: true, loads: true, surroundings: true };
+    pub const ALL: Self = Self { joints: true, segments: true, loads: true, surroundings: true, obstacles: true };
 }
 
 /// A simulation in formulation `newton` that keeps its steps, to go back through them: all of them, about 220 bytes a segment
@@ -64,6 +66,8 @@ struct Set {
     air: AirVariation,
     /// Derivatives with respect to the poses of held bodies, a list a body.
     held: Vec<(usize, Vec<Pair>)>,
+    /// The same of obstacles; none where they are not wanted.
+    obstacles: Vec<Vec<Pair>>,
 }
 
 impl Recording {
@@ -102,6 +106,7 @@ impl Recording {
                 damping: [0.0; 2],
                 air: AirVariation::default(),
                 held: Vec::new(),
+                obstacles: Vec::new(),
             }
         };
         let sets = sets.into_iter().map(set).collect();
@@ -166,7 +171,8 @@ impl Recording {
     }
 
     /// The gradient of a number whose derivatives with respect to states are given: after so many steps (0: the first state),
-    /// in any order. Of what is not wanted the gradient is zero. It lists all bodies that are held.
+    /// in any order. Of what is not wanted the gradient is zero. It lists all bodies that are held, and all obstacles where they
+    /// are wanted.
     ///
     /// # Errors
     /// If a list has another size than the model, or names a step that has not been taken; if a step did not converge, or its
@@ -188,7 +194,8 @@ impl Recording {
         }
         let steps = self.lengths.len();
         for set in &mut self.sets {
-            set.begin(steps, objective);
+            let obstacles = if wanted.obstacles { self.model.contacts.obstacles.len() } else { 0 };
+            set.begin(steps, obstacles, objective);
         }
         // Each thread has its part of the sets. These write to places of their own, so that parts add up to the same bits.
         let share = self.sets.len().div_ceil(rayon::current_num_threads()).max(1);
@@ -221,9 +228,10 @@ impl Recording {
 }
 
 impl Set {
-    /// Begins the way back at the end of a run of so many steps.
-    fn begin(&mut self, steps: usize, objective: &[(usize, StateVariation)]) {
+    /// Begins the way back at the end of a run of so many steps among so many obstacles.
+    fn begin(&mut self, steps: usize, obstacles: usize, objective: &[(usize, StateVariation)]) {
         self.held = self.adjoint.held().into_iter().map(|body| (body, vec![[Vector3::zeros(); 2]; steps])).collect();
+        self.obstacles = vec![vec![[Vector3::zeros(); 2]; steps + 1]; obstacles];
         (self.gravity, self.damping, self.air) = (Vector3::zeros(), [0.0; 2], AirVariation::default());
         self.at = steps;
         self.adjoint.begin();
@@ -267,7 +275,7 @@ impl Set {
     ) -> Result<(), DerivativeError> {
         for k in (0..self.kept.len()).rev() {
             self.go_to(self.kept[k].step + 1, objective);
-            let Self { adjoint, kept, held, .. } = self;
+            let Self { adjoint, kept, held, obstacles, .. } = self;
             let Passed { substep, step, shares } = &kept[k];
             adjoint.step_back(model, substep, wanted, out).ok_or(DerivativeError::Singular { step: step + 1 })?;
             for (body, poses) in held {
@@ -278,6 +286,13 @@ impl Set {
                         add(step - 1, 1.0 - share);
                     }
                     adjoint.add_base(*body, pose, out);
+                }
+            }
+            for (obstacle, poses) in adjoint.of_obstacles() {
+                for (pose, share) in poses.iter().zip(shares) {
+                    for (frame, share) in [(*step, 1.0 - share), (step + 1, *share)] {
+                        (0..2).for_each(|k| obstacles[*obstacle][frame][k] += pose[k] * share);
+                    }
                 }
             }
         }
@@ -299,5 +314,7 @@ impl Set {
             };
             out.held.push(HeldVariation { body, poses });
         }
+        let obstacles = self.obstacles.drain(..).enumerate();
+        out.obstacles.extend(obstacles.map(|(obstacle, poses)| ObstacleVariation { obstacle, poses }));
     }
 }

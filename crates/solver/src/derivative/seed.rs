@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rod::{Body, Model};
 
-use super::Variation;
+use super::{ObstacleVariation, Variation};
 use crate::component::{Component, Members};
 use crate::kernel::dual::Dual;
 
@@ -27,6 +27,35 @@ impl HeldSeed {
         };
         let (before, after) = (end(step.checked_sub(1)), end(Some(step)));
         [0, 1].map(|k| self.base[k] + before[k] * (1.0 - share) + after[k] * share)
+    }
+}
+
+/// How one obstacle moves along one direction.
+#[derive(Clone, Debug)]
+pub(super) struct ObstacleSeed {
+    pub(super) obstacle: usize,
+    pub(super) direction: usize,
+    /// At the start and at the ends of steps.
+    poses: Vec<[Vector3<f64>; 2]>,
+}
+
+impl ObstacleSeed {
+    /// Those of `variations`, one a direction.
+    pub(super) fn all(variations: &[Variation]) -> Vec<Self> {
+        let of = |(direction, variation): (usize, &Variation)| {
+            let seed = move |ObstacleVariation { obstacle, poses }: &ObstacleVariation| {
+                (!poses.is_empty()).then(|| Self { obstacle: *obstacle, direction, poses: poses.clone() })
+            };
+            variation.obstacles.iter().filter_map(seed).collect::<Vec<_>>()
+        };
+        variations.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Its change when so much of a step, counted from 0, is over.
+    pub(super) fn at(&self, step: usize, share: f64) -> [Vector3<f64>; 2] {
+        let end = |frame: usize| self.poses[frame.min(self.poses.len() - 1)];
+        let (before, after) = (end(step), end(step + 1));
+        [0, 1].map(|k| before[k] * (1.0 - share) + after[k] * share)
     }
 }
 

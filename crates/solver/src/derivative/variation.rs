@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rod::{Body, InnerDamping, JointForce, Model};
 
 use super::DerivativeError;
+use super::run::refuse;
 use crate::component::add_numbers;
 
 /// A small change of all that a run depends on, or the derivative of a number with respect to each entry: see
@@ -28,6 +29,8 @@ pub struct Variation {
     pub start: StateVariation,
     /// Of bodies that are held, at the ends of all steps, beyond that of the first state. What is not listed does not change.
     pub held: Vec<HeldVariation>,
+    /// Of obstacles. What is not listed does not change.
+    pub obstacles: Vec<ObstacleVariation>,
 }
 
 /// A change of a [`rod::Joint`], number by number.
@@ -199,6 +202,23 @@ pub struct HeldVariation {
     pub poses: Vec<[Vector3<f64>; 2]>,
 }
 
+/// A change of where an obstacle is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstacleVariation {
+    /// Its index in [`rod::Contacts::obstacles`].
+    pub obstacle: usize,
+    /// At the start and at the end of each step, from the first: shift [m] of its pose ([`rod::Obstacle::at`]), and turn about that
+    /// place in world axes [rad]. Between two of them it is in proportion, and it stays as it is after the last: one alone moves
+    /// the obstacle with all of its way.
+    pub poses: Vec<[Vector3<f64>; 2]>,
+}
+
+/// Sum of the products of ways, of which the second goes on with its last entry.
+fn along(own: &[[Vector3<f64>; 2]], other: &[[Vector3<f64>; 2]]) -> f64 {
+    let pairs = own.iter().enumerate().filter_map(|(k, own)| Some((own, other.get(k).or(other.last())?)));
+    pairs.map(|(own, other)| sum(own, other)).sum()
+}
+
 fn sum(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
@@ -220,11 +240,12 @@ impl Variation {
             friction: 0.0,
             start: StateVariation::zero(model.segments.len()),
             held: Vec::new(),
+            obstacles: Vec::new(),
         }
     }
 
-    /// Sum of the products of all entries: of a gradient with a variation, by how much the number changes. Held bodies count
-    /// where both list them.
+    /// Sum of the products of all entries: of a gradient with a variation, by how much the number changes. Held bodies and
+    /// obstacles count where both list them; where the variation lists fewer of their poses it goes on with the last.
     pub fn dot(&self, other: &Self) -> f64 {
         let joint = |(a, b): (&JointVariation, &JointVariation)| -> f64 {
             a.numbers().iter().zip(b.numbers()).map(|(a, b)| a * b).sum()
@@ -233,7 +254,11 @@ impl Variation {
         let pair = |(a, b): (&[Vector3<f64>; 2], &[Vector3<f64>; 2])| sum(a, b);
         let held = |own: &HeldVariation| -> f64 {
             let same = other.held.iter().filter(|held| held.body == own.body);
-            same.flat_map(|held| own.poses.iter().zip(&held.poses).map(pair)).sum()
+            same.map(|held| along(&own.poses, &held.poses)).sum()
+        };
+        let obstacle = |own: &ObstacleVariation| -> f64 {
+            let same = other.obstacles.iter().filter(|other| other.obstacle == own.obstacle);
+            same.map(|other| along(&own.poses, &other.poses)).sum()
         };
         let [linear, angular] = self.damping;
         self.joints.iter().zip(&other.joints).map(joint).sum::<f64>()
@@ -249,9 +274,10 @@ impl Variation {
             + self.friction * other.friction
             + self.start.dot(&other.start)
             + self.held.iter().map(held).sum::<f64>()
+            + self.obstacles.iter().map(obstacle).sum::<f64>()
     }
 
-    /// Adds all entries but those of held bodies.
+    /// Adds all entries but those of held bodies and obstacles.
     pub(super) fn add(&mut self, other: &Self) {
         for (own, by) in self.joints.iter_mut().zip(&other.joints) {
             add_numbers(own, &by.numbers());
@@ -283,6 +309,8 @@ impl Variation {
         check("joints", self.joints.len(), model.joints.len())?;
         check("segments", self.segments.len(), model.segments.len())?;
         check("loads", self.loads.len(), model.loads.len())?;
+        let there = model.contacts.obstacles.len();
+        refuse(self.obstacles.iter().any(|own| own.obstacle >= there), "obstacles that are not there")?;
         check("forces of joints at the start", self.start.forces.len(), 0)?;
         self.start.check_lists(model.segments.len())
     }
