@@ -136,14 +136,16 @@ fn rods_in_lanes_have_the_gradients_of_rods_alone() {
     const RODS: usize = 5;
     for integrator in Integrator::ALL {
         let all = solved(integrator);
-        let settings = Settings { step: StepParams { max_iterations: 8, ..all.step }, ..all };
+        let settings = Settings { step: StepParams { max_iterations: 5, ..all.step }, ..all };
         let of = |(model, state): &(Model, State)| {
             let mut recording = Recording::new(model, state, &settings).unwrap();
-            let halved = (0..STEPS).filter(|_| recording.step(STEP).unwrap().status == Status::ConvergedInSubsteps);
+            let halved =
+                (0..STEPS).filter(|_| recording.step(5.0 * STEP).unwrap().status == Status::ConvergedInSubsteps);
             let halved = halved.count();
             let mut end = weights(7, 1);
             let repeat = |list: &mut Vec<Vector3<f64>>| *list = list.repeat(model.segments.len() / 7);
-            [&mut end.positions, &mut end.turns, &mut end.velocities, &mut end.angular_velocities].map(repeat);
+            let lists = [&mut end.positions, &mut end.turns, &mut end.velocities, &mut end.angular_velocities];
+            lists.into_iter().for_each(repeat);
             (recording.backward(&[(STEPS, end)], Wanted::ALL).unwrap(), halved)
         };
         let (together, halved) = of(&chains(0..RODS));
