@@ -5,7 +5,7 @@ mod common;
 
 use common::*;
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, BodyShape, InnerDamping, Model, Pose, RigidBody, RodSpec, State, shape};
+use rod::{Assembly, BodyShape, InnerDamping, JointForce, Model, Pose, RigidBody, RodSpec, State, shape};
 use solver::derivative::{Forward, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
@@ -73,7 +73,9 @@ fn gradient((model, state): &(Model, State), settings: &Settings, (stretch, dt):
         let report = recording.step(dt * (1.0 + 0.1 * (step % 3) as f64)).unwrap();
         is_halved |= report.status == Status::ConvergedInSubsteps;
         if step % 4 == 0 || step == STEPS {
-            objective.push((step, weights(model.segments.len(), step)));
+            let joint = |j| JointForce { force: numbers(step, j) * 0.1, moment: numbers(step + 4, j) };
+            let forces = (0..model.joints.len()).map(joint).collect();
+            objective.push((step, StateVariation { forces, ..weights(model.segments.len(), step) }));
         }
     }
     let first = recording.backward(&objective, Wanted::ALL).unwrap();

@@ -40,9 +40,8 @@ pub(super) struct Adjoint {
     /// Those with respect to velocities as they are told, and whether any is not zero.
     told: Vec<Spatial<f64>>,
     is_told: bool,
-    /// Those with respect to what joints transmit, and whether any is not zero.
+    /// Those with respect to what joints transmit; empty where nobody asks.
     transmitted: Vec<JointForce>,
-    is_transmitted: bool,
     memory: Memory,
 }
 
@@ -94,9 +93,8 @@ impl Adjoint {
             start: vec![BodyBar::default(); bodies],
         };
         let (bars, told) = (vec![BodyBar::default(); bodies], vec![Spatial::zero(); bodies]);
-        let transmitted = vec![JointForce::default(); replay.topology.joints.len()];
-        let (is_told, is_transmitted) = (false, false);
-        Self { members, replay, origin, duals: None, bars, told, is_told, transmitted, is_transmitted, memory }
+        let transmitted = Vec::new();
+        Self { members, replay, origin, duals: None, bars, told, is_told: false, transmitted, memory }
     }
 
     fn component(&self) -> &Component<f64> {
@@ -113,8 +111,7 @@ impl Adjoint {
         self.bars.fill(BodyBar::default());
         self.told.fill(Spatial::zero());
         self.is_told = false;
-        self.transmitted.fill(JointForce::default());
-        self.is_transmitted = false;
+        self.transmitted.clear();
     }
 
     /// A fixed segment that nothing moves stays where it began.
@@ -138,12 +135,14 @@ impl Adjoint {
                     add(&mut self.told[body], told);
                 }
             }
+            if !of.forces.is_empty() {
+                self.transmitted.resize(self.members.joints.len(), JointForce::default());
+            }
             for (own, of) in
                 self.transmitted.iter_mut().zip(self.members.joints.iter().map_while(|&j| of.forces.get(j)))
             {
                 own.force += of.force;
                 own.moment += of.moment;
-                self.is_transmitted = true;
             }
         }
     }
@@ -185,7 +184,7 @@ impl Adjoint {
         wanted: Wanted,
         out: &mut Variation,
     ) -> Option<()> {
-        let Self { members, replay, origin, duals, bars, told, is_told, transmitted, is_transmitted, memory } = self;
+        let Self { members, replay, origin, duals, bars, told, is_told, transmitted, memory } = self;
         let Memory { field, moved, bodies, before, obstacles, ended, gradients, start } = memory;
         replay.component.begin_at(&substep.begin);
         let jacobian = replay.linearise(substep)?;
@@ -201,14 +200,12 @@ impl Adjoint {
 
         let component = &replay.component;
         field.joints.fill(Vector6::zeros());
-        if std::mem::take(is_transmitted) {
-            for (j, own) in transmitted.iter_mut().enumerate() {
-                let (of_y, turn) = component.transmitted_back(j, &std::mem::take(own));
-                field.joints[j] = six(pair(of_y));
-                let [a, b] = topology.joints[j].map(|body| body as usize);
-                bars[a].pose.angular -= turn;
-                bars[b].pose.angular += turn;
-            }
+        for (j, of) in transmitted.drain(..).enumerate() {
+            let (of_y, turn) = component.transmitted_back(j, &of);
+            field.joints[j] = six(pair(of_y));
+            let [a, b] = topology.joints[j].map(|body| body as usize);
+            bars[a].pose.angular -= turn;
+            bars[b].pose.angular += turn;
         }
         if substep.begins_anew {
             let Variation { gravity, loads, segments, .. } = &mut *out;
