@@ -293,7 +293,13 @@ fn check_equilibrium(name: &str, model: &Model, state: &State, step: f64) {
     let noise = 200.0 * f64::EPSILON * size(&about, &weights) / step;
     let mut seen = 0;
     let gradient = equilibrium.backward(&weights[0].1, Wanted::ALL).unwrap();
-    for (what, variation) in directions(model) {
+    let mut directions = directions(model);
+    if let Some(i) = model.segments.iter().position(|segment| segment.body.is_some()) {
+        let mut heavier = Variation::zero(model);
+        heavier.segments[i].mass = 0.3;
+        directions.push(("mass of a body", heavier));
+    }
+    for (what, variation) in directions {
         let change = equilibrium.forward(&variation).unwrap();
         let along = change.dot(&weights[0].1);
         let back = gradient.dot(&variation);
@@ -326,6 +332,8 @@ fn derivatives_of_forces_at_rest_are_those_of_differences() {
     let cable = Model { motions: Vec::new(), ..cable };
     check_equilibrium("hung-cable", &cable, &hung, 5e-3);
     check_equilibrium("clamped", &coil, &coiled, 1e-3);
+    let (loaded, loaded_state) = with_body();
+    check_equilibrium("with a body", &loaded, &loaded_state, 1e-3);
     check_equilibrium("hinged", &free, &turned, 1e-3);
     let mut joined = model;
     joined.joints[5].freedom = rods::state::Freedom::None;

@@ -28,6 +28,9 @@ pub(crate) fn moved(model: &Model, state: &State, by: &Variation, share: f64) ->
     for (segment, by) in model.segments.iter_mut().zip(&by.segments) {
         let factor = 1.0 + by.mass / segment.own_mass() * share;
         segment.density *= factor;
+        if let Some(body) = &mut segment.body {
+            body.mass *= factor;
+        }
         if let Some(inertia) = &mut segment.line_inertia {
             inertia.mass *= factor;
             inertia.polar *= factor;

@@ -11,7 +11,7 @@ use rod::{Body, JointForce, Model, State};
 
 use super::forward::six;
 use super::hinges::Hinges;
-use super::run::{check_all, refuse, refuse_bodies};
+use super::run::{check_all, refuse};
 use super::seed::is_held;
 use super::{AirVariation, DerivativeError, HeldVariation, JointVariation, StateVariation, Variation, Wanted};
 use crate::component::{Component, Members, split};
@@ -93,7 +93,6 @@ impl Equilibrium {
     pub fn new(model: &Model, state: &State, params: &StaticParams) -> Result<Self, DerivativeError> {
         refuse(!model.contacts.is_empty(), "contacts of equilibria")?;
         check_all(model)?;
-        refuse_bodies(model)?;
         let mut state = state.clone();
         let report = equilibrium(model, &mut state, params)?;
         if !report.converged {
