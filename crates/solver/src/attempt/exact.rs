@@ -38,9 +38,9 @@ fn mask<T: Real>(lanes: Lanes) -> T {
     mask
 }
 
-/// The lanes among `of` in which something holds.
-fn lanes(of: Lanes, holds: impl Fn(usize) -> bool) -> Lanes {
-    (0..Lanes::BITS as usize).filter(|&lane| of >> lane & 1 == 1 && holds(lane)).map(|lane| 1 << lane).sum()
+/// The lanes of T among `of` in which something holds.
+fn lanes<T: Real>(of: Lanes, holds: impl Fn(usize) -> bool) -> Lanes {
+    (0..T::LANES).filter(|&lane| of >> lane & 1 == 1 && holds(lane)).map(|lane| 1 << lane).sum()
 }
 
 /// Memory for steps with the exact tangent, of one connected set or of alike ones in lanes.
@@ -88,7 +88,7 @@ impl<T: Real> Exact<T> {
         let mut watch = Stopwatch::start();
         let Self { equations, elimination, factored_at, left_out, dp, .. } = self;
         let leaves = |lane: usize| OF_PRODUCT * factored_at.lane(lane) * now.lane(lane) <= target.lane(lane);
-        let mut again = lanes(of, leaves);
+        let mut again = lanes::<T>(of, leaves);
         if again != 0 {
             component.gather_right_hand_sides(equations);
             watch.mark(&mut counters.times.assemble);
@@ -103,18 +103,19 @@ impl<T: Real> Exact<T> {
             component.gather(equations, 1.0);
             watch.mark(&mut counters.times.assemble);
             let solved = elimination.solve_lanes(equations);
-            anew = lanes(anew, |lane| solved.lane(lane) >= 0.0);
-            component.take_solution(elimination, dp, mask(anew));
+            anew = lanes::<T>(anew, |lane| solved.lane(lane) >= 0.0);
             let left = component.left_out(equations, &elimination.corrections, left_out);
             let least = |lane: usize| target.lane(lane).max(OF_SQUARE * now.lane(lane) * now.lane(lane));
-            let felt = lanes(anew, |lane| left.lane(lane) > least(lane));
+            let felt = lanes::<T>(anew, |lane| left.lane(lane) > least(lane));
+            if felt != anew {
+                component.take_solution(elimination, dp, mask(anew & !felt));
+            }
             if felt != 0 {
                 for (body, left_out) in equations.bodies.iter_mut().zip(left_out) {
                     body.defect.angular += *left_out;
                 }
-                if elimination.solve_again(equations) {
-                    component.take_solution(elimination, dp, mask(felt));
-                }
+                elimination.solve_again(equations);
+                component.take_solution(elimination, dp, mask(felt));
             }
             watch.mark(&mut counters.times.solve);
         }
@@ -134,7 +135,7 @@ impl<T: Real> Exact<T> {
         of: Lanes,
         counters: &mut Counters,
     ) -> (Residuals<T>, Lanes) {
-        let of = lanes(of, |lane| component.has_multipliers(lane));
+        let of = lanes::<T>(of, |lane| component.has_multipliers(lane));
         let now = residuals.worst();
         let solved = if of == 0 { 0 } else { self.find(component, of, (now, target), counters) };
         if solved == 0 {
@@ -152,7 +153,7 @@ impl<T: Real> Exact<T> {
             found = evaluate(component, Formulation::Newton, counters);
             watch.mark(&mut counters.times.assemble);
             let less = |lane: usize| found.worst().lane(lane) < now.lane(lane) && found.check.lane(lane).is_finite();
-            let done = lanes(waiting, less);
+            let done = lanes::<T>(waiting, less);
             waiting &= !done;
             if share < 1.0 {
                 *factored_at = mask::<T>(done).select(T::splat(f64::INFINITY), *factored_at);
@@ -191,11 +192,11 @@ pub(crate) fn attempt_exactly<T: Real>(
     // The exact tangent takes bodies and joints together.
     component.is_apart = true;
     let mut attempt = begin(component, interval, params, guess, counters);
-    let all = lanes(Lanes::MAX, |lane| lane < component.used);
+    let all = lanes::<T>(Lanes::MAX, |lane| lane < component.used);
     let mut before = attempt.residuals.worst();
     for iteration in 0..params.max_iterations.saturating_mul(2) {
         let now = attempt.residuals.worst();
-        let due = lanes(all, |lane| {
+        let due = lanes::<T>(all, |lane| {
             now.lane(lane) > attempt.target.lane(lane)
                 && may_go_on(iteration, now.lane(lane), before.lane(lane), params)
                 && attempt.residuals.check.lane(lane).is_finite()
@@ -204,7 +205,7 @@ pub(crate) fn attempt_exactly<T: Real>(
             break;
         }
         before = now;
-        let asked = lanes(due, |lane| tangents.get(lane).is_none_or(TangentChoice::is_exact));
+        let asked = lanes::<T>(due, |lane| tangents.get(lane).is_none_or(TangentChoice::is_exact));
         let (found, useful) = exact.iterate(component, (&attempt.residuals, attempt.target), asked, counters);
         attempt.residuals = found;
         for (lane, tangents) in tangents.iter_mut().enumerate().filter(|(lane, _)| due >> lane & 1 == 1) {

@@ -1,6 +1,6 @@
 //! Bodies that a node sees as held: those that are, and the far one of a ring, which comes last.
 
-use super::node::{Factor, Left, Terms, column, set_column};
+use super::node::{Factor, Left, Sides, Terms, column, set_column};
 use super::problem::Problem;
 use super::stiffness::Stiffness;
 use super::sweep::Sweep;
@@ -40,15 +40,15 @@ impl<T: Real, const M: usize> Sweep<T, M> {
     pub(super) fn change_far(
         &mut self,
         problem: &Problem<'_, T>,
-        factor: &Factor<T, M>,
+        (factor, sides): (&Factor<T>, &Sides<T, M>),
         terms: &Terms<T>,
         forces: &[[T; M]; 6],
     ) {
         let Some(far) = problem.far else { return };
         let left = &mut self.left[far];
-        for part in &factor.parts {
+        for (part, alone) in factor.parts.iter().zip(sides) {
             for k in 0..3 {
-                take_row_off(left, &part.alone[k], part.weight(k));
+                take_row_off(left, &alone[k], part.weight(k));
             }
         }
         for (rhs, row) in terms.rhs.to_array().into_iter().zip(forces) {

@@ -1,6 +1,6 @@
 //! A chain is eliminated from both its ends, its two halves side by side in vector registers.
 
-use super::node::{Factor, Left, Terms, column, set_column};
+use super::node::{Factor, Left, Sides, Terms, column, set_column};
 use super::problem::Problem;
 use super::sweep::Sweep;
 use crate::kernel::Spatial;
@@ -11,7 +11,8 @@ use crate::topology::{Node, Topology};
 #[derive(Clone, Debug)]
 pub(super) struct Halves<T> {
     /// One entry a pair of nodes.
-    factors: Vec<Factor<Both<T>, 1>>,
+    factors: Vec<Factor<Both<T>>>,
+    sides: Vec<Sides<Both<T>, 1>>,
     /// Whether the two nodes of a pair were eliminated one by one: where a body is held, or had to be made heavier.
     apart: Vec<bool>,
 }
@@ -20,7 +21,8 @@ impl<T: Real> Halves<T> {
     /// Where lanes fill the registers already, a chain is eliminated node by node, with the same bits.
     pub(super) fn new(topology: &Topology) -> Self {
         let fold = if T::LANES == 1 { topology.fold } else { 0 };
-        Self { factors: vec![Factor::zero(); fold], apart: vec![false; fold] }
+        let sides = vec![[[[Both::zero(); 1]; 3]; 2]; fold];
+        Self { factors: vec![Factor::zero(); fold], sides, apart: vec![false; fold] }
     }
 
     /// Solves the equations of a problem without a far body in the lanes in which it can be: see [`Sweep::solved`].
@@ -114,9 +116,9 @@ impl<T: Real> Halves<T> {
                 let terms = Terms::both(&problem.terms(a), &problem.terms(b));
                 let mut forces = carried.forces;
                 set_column(&mut forces, 0, terms.on_outer(column(&carried.forces, 0)));
-                let (factor, added) = Factor::new(&terms, &carried.stiffness, &forces);
+                let (factor, sides, added) = Factor::new(&terms, &carried.stiffness, &forces);
                 if factor.is_positive() {
-                    self.factors[k] = factor;
+                    (self.factors[k], self.sides[k]) = (factor, sides);
                     self.apart[k] = false;
                     carried = Left::both(&problem.fresh(a.inner), &problem.fresh(b.inner)).plus(&added);
                     continue;
@@ -160,7 +162,8 @@ impl<T: Real> Halves<T> {
                 carried = Spatial::both(sweep.carried(last[0]), sweep.carried(last[1]));
             } else {
                 let terms = Terms::both(&problem.terms(a), &problem.terms(b));
-                let added = self.factors[k].carry(&terms, carried);
+                let (sides, added) = self.factors[k].carry(&terms, carried);
+                self.sides[k] = sides;
                 carried = Spatial::both(problem.force(a.inner), problem.force(b.inner)).plus(added, Both::splat(1.0));
             }
         }
@@ -195,7 +198,7 @@ impl<T: Real> Halves<T> {
                 continue;
             }
             let terms = Terms::both(&problem.terms(a), &problem.terms(b));
-            let [moved, transmitted] = self.factors[k].solve(&terms, inner, &[Both::splat(1.0)]);
+            let [moved, transmitted] = self.factors[k].solve(&terms, &self.sides[k], inner, &[Both::splat(1.0)]);
             for (side, node) in [a, b].into_iter().enumerate() {
                 corrections[node.outer as usize] = moved.one(side);
                 multipliers[node.joint as usize] = -transmitted.one(side);

@@ -14,7 +14,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::Coupling;
-use super::series::{Root, Series};
+use super::series::{Alone, Root, Series};
 use super::stiffness::{Stiffness, in_rows, on_rows};
 use crate::kernel::Spatial;
 use crate::kernel::lane::{Both, Real};
@@ -146,21 +146,28 @@ impl<T: Real> Terms<T> {
 
 /// A node that has been eliminated.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Factor<T, const M: usize> {
+pub(super) struct Factor<T> {
     /// Rows of stretch-shear, and of bend-twist, which come after them.
-    pub(super) parts: [Series<T, M>; 2],
+    pub(super) parts: [Series<T>; 2],
 }
 
-impl<T: Real, const M: usize> Factor<T, M> {
+/// Right-hand sides of both parts: beside the factor, as others come while it stays.
+pub(super) type Sides<T, const M: usize> = [Alone<T, M>; 2];
+
+impl<T: Real> Factor<T> {
     /// Zero, to be overwritten.
     pub(super) fn zero() -> Self {
         Self { parts: [Series::zero(); 2] }
     }
 
-    /// Eliminates a node; returns the factor and what it adds to the inner body. `forces` are those on the outer body in the
-    /// joint's rows.
+    /// Eliminates a node; returns the factor, its right-hand sides, and what it adds to the inner body. `forces` are those on the
+    /// outer body in the joint's rows.
     #[inline(always)]
-    pub(super) fn new(terms: &Terms<T>, outer: &Stiffness<T>, forces: &[[T; M]; 6]) -> (Self, Left<T, M>) {
+    pub(super) fn new<const M: usize>(
+        terms: &Terms<T>,
+        outer: &Stiffness<T>,
+        forces: &[[T; M]; 6],
+    ) -> (Self, Sides<T, M>, Left<T, M>) {
         let mut left = outer.seen(terms.arms[0]);
         let mut forces = *forces;
         let moved = left.apply(terms.rhs).to_array();
@@ -170,8 +177,8 @@ impl<T: Real, const M: usize> Factor<T, M> {
         let ([a, b, c], m) = (left.translation.full(), left.mixed);
         let rows = [beside(a, m[0]), beside(b, m[1]), beside(c, m[2])];
         let alone = [forces[0], forces[1], forces[2]];
-        let stretch = Series::new(Root::new(terms.compliance[0]), left.translation, rows, alone);
-        stretch.take_off(&mut left, &mut forces);
+        let (stretch, of_stretch) = Series::new(Root::new(terms.compliance[0]), left.translation, rows, alone);
+        stretch.take_off(&of_stretch, &mut left, &mut forces);
         let turning = left.turning;
         let (w, m, e) = (turning.full(), left.mixed, terms.coupling.full());
         let row = |k: usize| {
@@ -181,15 +188,15 @@ impl<T: Real, const M: usize> Factor<T, M> {
         };
         let (rows, alone) = ([row(0), row(1), row(2)], [forces[3], forces[4], forces[5]]);
         left.turning = turning + Sym3::identity(terms.coupling.kappa * T::splat(-2.0));
-        let bend = Series::new(Root::new(terms.compliance[1]), turning, rows, alone);
-        bend.take_off(&mut left, &mut forces);
+        let (bend, of_bend) = Series::new(Root::new(terms.compliance[1]), turning, rows, alone);
+        bend.take_off(&of_bend, &mut left, &mut forces);
         let added = Left { stiffness: left.seen(terms.arms[1]), forces: Self::on_inner(terms, &forces) };
-        (Self { parts: [stretch, bend] }, added)
+        (Self { parts: [stretch, bend] }, [of_stretch, of_bend], added)
     }
 
     /// Forces of a node on the inner body, from those in the joint's rows.
     #[inline(always)]
-    fn on_inner(terms: &Terms<T>, forces: &[[T; M]; 6]) -> [[T; M]; 6] {
+    fn on_inner<const M: usize>(terms: &Terms<T>, forces: &[[T; M]; 6]) -> [[T; M]; 6] {
         let mut added = [[T::zero(); M]; 6];
         for c in 0..M {
             let x = column(forces, c);
@@ -225,42 +232,51 @@ impl<T: Real, const M: usize> Factor<T, M> {
 
     /// The outer body's movement (dx, dphi) and what the joint transmits, in world rows, for a movement of the inner body.
     #[inline(always)]
-    pub(super) fn solve(&self, terms: &Terms<T>, inner: Spatial<T>, numbers: &[T; M]) -> [Spatial<T>; 2] {
+    pub(super) fn solve<const M: usize>(
+        &self,
+        terms: &Terms<T>,
+        sides: &Sides<T, M>,
+        inner: Spatial<T>,
+        numbers: &[T; M],
+    ) -> [Spatial<T>; 2] {
         let u = terms.of_inner(inner);
-        let [bent, torque] = self.parts[1].solve(u.to_array(), numbers);
+        let [bent, torque] = self.parts[1].solve(&sides[1], u.to_array(), numbers);
         let near = Spatial { linear: u.linear, angular: u.angular - bent };
-        let [stretched, force] = self.parts[0].solve(near.to_array(), numbers);
+        let [stretched, force] = self.parts[0].solve(&sides[0], near.to_array(), numbers);
         let rhs = terms.rhs;
         let c = Spatial { linear: rhs.linear + stretched - u.linear, angular: rhs.angular + bent - u.angular };
         [terms.of_outer(c), Spatial { linear: force, angular: torque }]
     }
-}
 
-impl<T: Real> Factor<T, 1> {
-    /// Takes another right-hand side, that of `terms` and a force on the outer body; returns the force on the inner one.
+    /// Takes another right-hand side, that of `terms` and a force on the outer body; returns its share of the rows and the force on
+    /// the inner body.
     ///
     /// P, of which three rows are known from stretch-shear before its elimination and three from bend-twist after it, takes
     /// `P rhs` off the forces.
     #[inline(always)]
-    pub(super) fn carry(&mut self, terms: &Terms<T>, force: Spatial<T>) -> Spatial<T> {
+    pub(super) fn carry(&self, terms: &Terms<T>, force: Spatial<T>) -> (Sides<T, 1>, Spatial<T>) {
         let rhs = terms.rhs.to_array();
         let [f0, f1, f2, f3, f4, f5] = terms.on_outer(force).to_array();
-        let [stretch, bend] = &mut self.parts;
-        stretch.take([f0, f1, f2], rhs);
-        let alone = stretch.alone.map(|[x]| x);
+        let [stretch, bend] = &self.parts;
+        let of_stretch = stretch.take([f0, f1, f2], rhs);
+        let [[a0], [a1], [a2]] = of_stretch;
+        let alone = [a0, a1, a2];
         let along = stretch.along(rhs);
         let [p0, p1, p2] = stretch.undone(along).0;
         let [e3, e4, e5] = terms.coupling.apply(terms.rhs.angular).0;
         let mut forces = [f0 - p0, f1 - p1, f2 - p2, f3 + e3, f4 + e4, f5 + e5];
         let both = [alone[0] + along[0], alone[1] + along[1], alone[2] + along[2]];
         stretch.take_off_forces(alone, both, &mut forces);
-        bend.take([forces[3], forces[4], forces[5]], rhs);
-        let alone = bend.alone.map(|[x]| x);
+        let of_bend = bend.take([forces[3], forces[4], forces[5]], rhs);
+        let [[a0], [a1], [a2]] = of_bend;
+        let alone = [a0, a1, a2];
         for (force, p) in forces[3..].iter_mut().zip(bend.undone(bend.along(rhs)).0) {
             *force -= p;
         }
         bend.take_off_forces(alone, alone, &mut forces);
-        column(&Self::on_inner(terms, &forces.map(|x| [x])), 0)
+        let [f0, f1, f2, f3, f4, f5] = forces;
+        let added = Self::on_inner(terms, &[[f0], [f1], [f2], [f3], [f4], [f5]]);
+        ([of_stretch, of_bend], column(&added, 0))
     }
 }
 

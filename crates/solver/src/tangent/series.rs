@@ -99,32 +99,39 @@ impl<T: Real> Root<T> {
     }
 }
 
-/// Three rows that have been eliminated. What they do is linear in the movement u of what comes later and in M numbers, the
-/// first of which is 1; the others are the movement of a body that comes last.
+/// Right-hand sides of three rows, forward substituted: of M numbers, the first of which is 1; the others are the movement of a
+/// body that comes last.
+pub(super) type Alone<T, const M: usize> = [[T; M]; 3];
+
+/// Three rows that have been eliminated. What they do is linear in the movement u of what comes later and in the M numbers of
+/// [`Alone`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Series<T, const M: usize> {
+pub(super) struct Series<T> {
     pub(super) root: Root<T>,
     /// What u adds to the right-hand side, forward substituted.
     rows: [[T; 6]; 3],
-    /// The right-hand side, forward substituted.
-    pub(super) alone: [[T; M]; 3],
     /// Entries (1, 0), (2, 0), (2, 1) of what is left of `L^T K L`.
     lower: [T; 3],
     /// Reciprocals of `1 + delta_k p_k`.
     inverse: [T; 3],
 }
 
-impl<T: Real, const M: usize> Series<T, M> {
+impl<T: Real> Series<T> {
     /// Zero, to be overwritten.
     pub(super) fn zero() -> Self {
         let zero = T::zero();
-        let (rows, alone) = ([[zero; 6]; 3], [[zero; M]; 3]);
-        Self { root: Root::zero(), rows, alone, lower: [zero; 3], inverse: [zero; 3] }
+        Self { root: Root::zero(), rows: [[zero; 6]; 3], lower: [zero; 3], inverse: [zero; 3] }
     }
 
-    /// Eliminates rows with the compliance of `root`, given K, and the rows of G and of b.
+    /// Eliminates rows with the compliance of `root`, given K, and the rows of G and of b; returns b's, forward substituted,
+    /// too.
     #[inline(always)]
-    pub(super) fn new(root: Root<T>, k: Sym3<T>, rows: [[T; 6]; 3], alone: [[T; M]; 3]) -> Self {
+    pub(super) fn new<const M: usize>(
+        root: Root<T>,
+        k: Sym3<T>,
+        rows: [[T; 6]; 3],
+        alone: Alone<T, M>,
+    ) -> (Self, Alone<T, M>) {
         let one = T::splat(1.0);
         let [l10, l20, l21] = root.lower;
         let Sym3([k00, k11, k22, k01, k02, k12]) = k;
@@ -147,7 +154,7 @@ impl<T: Real, const M: usize> Series<T, M> {
         let inverse2 = one / (one + d2 * (m22 - c21 * m21));
         subtract(&mut rows, [c10, c20, c21]);
         subtract(&mut alone, [c10, c20, c21]);
-        Self { root, rows, alone, lower: [m10, m20, m21], inverse: [inverse0, inverse1, inverse2] }
+        (Self { root, rows, lower: [m10, m20, m21], inverse: [inverse0, inverse1, inverse2] }, alone)
     }
 
     /// Whether all pivots are positive, in all lanes.
@@ -185,14 +192,19 @@ impl<T: Real, const M: usize> Series<T, M> {
 
     /// Takes what the rows yield off the stiffness and the forces (whose sign is that of b) that come later.
     #[inline(always)]
-    pub(super) fn take_off(&self, stiffness: &mut Stiffness<T>, forces: &mut [[T; M]; 6]) {
+    pub(super) fn take_off<const M: usize>(
+        &self,
+        alone: &Alone<T, M>,
+        stiffness: &mut Stiffness<T>,
+        forces: &mut [[T; M]; 6],
+    ) {
         for k in 0..3 {
             let (row, weight) = (self.rows[k], self.weight(k));
             stiffness.subtract(row, weight);
             for r in 0..6 {
                 let share = row[r] * weight;
                 for c in 0..M {
-                    forces[r][c] -= share * self.alone[k][c];
+                    forces[r][c] -= share * alone[k][c];
                 }
             }
         }
@@ -200,14 +212,14 @@ impl<T: Real, const M: usize> Series<T, M> {
 
     /// What the rows yield, and what they transmit, for a movement u and the M numbers.
     #[inline(always)]
-    pub(super) fn solve(&self, u: [T; 6], numbers: &[T; M]) -> [Vec3<T>; 2] {
+    pub(super) fn solve<const M: usize>(&self, alone: &Alone<T, M>, u: [T; 6], numbers: &[T; M]) -> [Vec3<T>; 2] {
         let mut w = [T::zero(); 3];
         for k in 0..3 {
             for c in 0..6 {
                 w[k] += self.rows[k][c] * u[c];
             }
             for c in 0..M {
-                w[k] += self.alone[k][c] * numbers[c];
+                w[k] += alone[k][c] * numbers[c];
             }
         }
         let ([m10, m20, m21], [d0, d1, d2]) = (self.lower, self.root.diagonal);
@@ -218,18 +230,17 @@ impl<T: Real, const M: usize> Series<T, M> {
         let x0 = (w[0] - m10 * y1 - m20 * y2) * self.inverse[0];
         [self.root.apply([x0 * d0, y1, y2]), self.root.apply_inverse_transposed([x0, x1, x2])]
     }
-}
 
-impl<T: Real> Series<T, 1> {
-    /// Takes another right-hand side: `alone` less what the rows are for a movement u.
+    /// Another right-hand side, forward substituted, less what the rows are for a movement u.
     #[inline(always)]
-    pub(super) fn take(&mut self, alone: [T; 3], u: [T; 6]) {
-        let mut alone = self.root.gather(alone.map(|x| [x]));
+    pub(super) fn take(&self, [x, y, z]: [T; 3], u: [T; 6]) -> Alone<T, 1> {
+        let mut alone = self.root.gather([[x], [y], [z]]);
         subtract(&mut alone, self.reduction());
         let moved = self.along(u);
         for k in 0..3 {
-            self.alone[k][0] = alone[k][0] - moved[k];
+            alone[k][0] -= moved[k];
         }
+        alone
     }
 
     /// The rows, forward substituted, along a movement.

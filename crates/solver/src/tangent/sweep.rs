@@ -3,7 +3,7 @@
 
 use super::cholesky::Cholesky;
 use super::far::take_row_off;
-use super::node::{Factor, Left, Terms, column, set_column};
+use super::node::{Factor, Left, Sides, Terms, column, set_column};
 use super::problem::Problem;
 use super::stiffness::Stiffness;
 use crate::kernel::Spatial;
@@ -26,7 +26,8 @@ pub(super) struct Sweep<T, const M: usize> {
     /// One entry a body.
     pub(super) left: Vec<Left<T, M>>,
     /// One entry a node.
-    factors: Vec<Factor<T, M>>,
+    factors: Vec<Factor<T>>,
+    sides: Vec<Sides<T, M>>,
     /// Bodies that are left alone, in the order of the roots.
     roots: Vec<Root<T, M>>,
     /// Of those, how many a pass has not come to yet.
@@ -56,6 +57,7 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         Self {
             left: vec![Left::new(zero, Spatial::zero()); topology.bodies()],
             factors: vec![Factor::zero(); nodes],
+            sides: vec![[[[T::zero(); M]; 3]; 2]; nodes],
             roots: Vec::with_capacity(ends + 1),
             roots_left: 0,
             mended: T::zero(),
@@ -160,14 +162,15 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         for c in 0..M {
             set_column(&mut forces, c, terms.on_outer(column(&outer.forces, c)));
         }
-        let (mut factor, mut added) = Factor::new(terms, &outer.stiffness, &forces);
-        if !factor.is_positive() {
-            (factor, added) = self.mend(problem, node, terms, (&outer.stiffness, &forces), (factor, added));
+        let mut eliminated = Factor::new(terms, &outer.stiffness, &forces);
+        if !eliminated.0.is_positive() {
+            eliminated = self.mend(problem, node, terms, (&outer.stiffness, &forces), eliminated);
         }
+        let (factor, sides, added) = eliminated;
         if M > 1 {
-            self.change_far(problem, &factor, terms, &forces);
+            self.change_far(problem, (&factor, &sides), terms, &forces);
         }
-        self.factors[k] = factor;
+        (self.factors[k], self.sides[k]) = (factor, sides);
         added
     }
 
@@ -179,8 +182,8 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         node: &Node,
         terms: &Terms<T>,
         (outer, forces): (&Stiffness<T>, &[[T; M]; 6]),
-        mut last: (Factor<T, M>, Left<T, M>),
-    ) -> (Factor<T, M>, Left<T, M>) {
+        mut last: (Factor<T>, Sides<T, M>, Left<T, M>),
+    ) -> (Factor<T>, Sides<T, M>, Left<T, M>) {
         let length = problem.joint(node).length;
         let mut next = first_shift(problem.equations.bodies[node.outer as usize].mass, length, outer);
         let mut outer = *outer;
@@ -300,7 +303,7 @@ impl<T: Real, const M: usize> Sweep<T, M> {
             let ([stretch, bend], _) = problem.hold(&node, &terms);
             Spatial { linear: stretch.apply(yielded.linear), angular: bend.apply(yielded.angular) }
         } else {
-            let [moved, transmitted] = self.factors[k].solve(&terms, at_inner, numbers);
+            let [moved, transmitted] = self.factors[k].solve(&terms, &self.sides[k], at_inner, numbers);
             corrections[outer] = moved;
             transmitted
         };
@@ -333,7 +336,9 @@ impl<T: Real> Sweep<T, 1> {
             terms.on_inner(Spatial { linear: stretch.apply(rhs.linear), angular: bend.apply(rhs.angular) })
         } else {
             let own = if node.follows { self.carried(outer) } else { problem.force(node.outer) };
-            self.factors[k].carry(&terms, own)
+            let (sides, added) = self.factors[k].carry(&terms, own);
+            self.sides[k] = sides;
+            added
         };
         if !problem.is_held(node.inner) {
             let own = if node.resumes { self.carried(inner) } else { problem.force(node.inner) };
