@@ -59,7 +59,7 @@ impl Rigid {
             for (pull, axis) in self.pull.into_iter().zip(axes(q)) {
                 stiffness = stiffness + Sym3::identity(pull.dot(axis)) + Sym3::sym_outer(pull, -axis);
             }
-            inertia = inertia + positive_part(stiffness);
+            inertia += positive_part(stiffness);
         }
         inertia.inverse()
     }
@@ -77,7 +77,7 @@ fn positive_part(m: Sym3<f64>) -> Sym3<f64> {
     let mut positive = Sym3::zero();
     if let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, 100) {
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-            positive = positive + Sym3::outer(Vec3([vector[0], vector[1], vector[2]]), value.max(0.0));
+            positive += Sym3::outer(Vec3([vector[0], vector[1], vector[2]]), value.max(0.0));
         }
     }
     positive

@@ -47,8 +47,8 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         let Some(far) = problem.far else { return };
         let left = &mut self.left[far];
         for (part, alone) in factor.parts.iter().zip(sides) {
-            for k in 0..3 {
-                take_row_off(left, &alone[k], part.weight(k));
+            for (k, alone) in alone.iter().enumerate() {
+                take_row_off(left, alone, part.weight(k));
             }
         }
         for (rhs, row) in terms.rhs.to_array().into_iter().zip(forces) {

@@ -67,7 +67,7 @@ impl<T: Real> Root<T> {
                     exists.set_lane(lane, -1.0);
                 }
             }
-            sum = sum + Sym3::outer(Vec3(row), one / delta);
+            sum += Sym3::outer(Vec3(row), one / delta);
         }
         (sum, exists)
     }

@@ -86,7 +86,7 @@ impl<'a, T: Real, const BEYOND: bool> View<'a, T, BEYOND> {
         };
         let mut stretch = self.joint.stretch_compliance(self.axis_a);
         if let Some((d2, extra)) = self.second_shear {
-            stretch = stretch + Sym3::outer(d2, extra);
+            stretch += Sym3::outer(d2, extra);
         }
         NodeTerms {
             compliance: [stretch, bend],
