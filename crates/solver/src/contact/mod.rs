@@ -2,6 +2,7 @@
 //!
 //! A simulation whose model has nothing to touch builds none of this.
 
+mod cone;
 mod convert;
 mod coupling;
 mod detect;
@@ -11,6 +12,7 @@ mod geometry;
 mod impulses;
 mod newton;
 mod obstacles;
+mod operator;
 mod overlap;
 mod parts;
 mod problem;

@@ -10,7 +10,9 @@ use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
-use super::problem::{Bound, Problem, Row, Unknown, length, natural_residual};
+use super::cone::{Bound, length, natural_residual};
+use super::operator::Row;
+use super::problem::{Problem, Unknown};
 use crate::contact_params::ContactParams;
 use crate::snapshot::Tape;
 
@@ -136,7 +138,7 @@ impl Newton {
         0.5 * contacts.map(of).sum::<f64>()
     }
 
-    fn measure(&mut self, problem: &mut Problem) -> Merit {
+    fn measure(&mut self, problem: &Problem) -> Merit {
         self.w.clear();
         let mut merit = Merit { squares: 0.0, largest: 0.0 };
         for k in 0..problem.unknowns().len() {
@@ -201,10 +203,10 @@ impl Newton {
                             + rows.through[r][2] * block[2][c]
                     }
                 };
-                match place[other as usize] {
+                match place[other] {
                     u32::MAX => {
                         for (r, rhs) in rhs.iter_mut().enumerate() {
-                            *rhs -= (0..3).map(|c| product(r, c) * step[other as usize][c]).sum::<f64>();
+                            *rhs -= (0..3).map(|c| product(r, c) * step[other][c]).sum::<f64>();
                         }
                     }
                     j => {

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use rod::{Carried, Model, Surface};
 
 use super::TooManyContacts;
+use super::cone::{Bound, natural_residual};
 use super::convert::to_nalgebra;
 use super::coupling::{Coupling, components_of};
 use super::detect::Detector;
@@ -14,7 +15,7 @@ use super::force::{ContactForce, Touched};
 use super::geometry::{Contact, Key, Partner, Poses, Shape};
 use super::impulses::Impulses;
 use super::parts::{ALIKE, Deepest, let_wait};
-use super::problem::{Bound, Problem, Unknown, natural_residual};
+use super::problem::{Problem, Unknown};
 use super::rest::Rest;
 use crate::component::Component;
 use crate::connected_set::ConnectedSet;

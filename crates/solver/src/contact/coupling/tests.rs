@@ -1,7 +1,7 @@
 //! The operator of free segments in closed form.
 
 use super::super::geometry::Poses;
-use super::super::problem::Block3;
+use super::super::operator::Block3;
 use super::super::testing::Rods;
 use super::*;
 
@@ -29,7 +29,7 @@ fn stack(radii: &[f64], most_blocks: usize) -> Result<Stack, TooManyContacts> {
     let active: Vec<u32> = (0..contacts.len() as u32).collect();
     let (own, mut problem) = ((&*contacts, &*active), Problem::default());
     Coupling::default().assemble(own, &rods.shapes, &rods.sets, &mut responses, &mut problem, most_blocks)?;
-    let blocks = (0..contacts.len()).map(|row| problem.row(row).collect()).collect();
+    let blocks = (0..contacts.len()).map(|row| problem.row(row).map(|(column, block)| (column as u32, block)).collect()).collect();
     Ok(Stack { rods, contacts, blocks })
 }
 
