@@ -11,7 +11,7 @@ use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
 use super::cone::{Bound, length, natural_residual};
-use super::operator::Row;
+use super::operator::{Chunk, Row};
 use super::problem::{Problem, Unknown};
 use crate::contact_params::ContactParams;
 use crate::snapshot::Tape;
@@ -26,6 +26,7 @@ pub(crate) struct Newton {
     w_before: Vec<Row>,
     /// Impulses at the start of an iteration, and the step from there.
     before: Vec<Row>,
+    moved_before: Vec<Chunk>,
     step: Vec<Row>,
     matrix: Vec<f64>,
     rhs: Vec<f64>,
@@ -47,6 +48,7 @@ impl Default for Newton {
             w: Vec::new(),
             w_before: Vec::new(),
             before: Vec::new(),
+            moved_before: Vec::new(),
             step: Vec::new(),
             matrix: Vec::new(),
             rhs: Vec::new(),
@@ -76,6 +78,7 @@ impl Newton {
             self.damping = params.newton_damping_start;
         }
         let is_minimum = problem.unknowns().iter().any(|unknown| matches!(unknown.friction, Bound::Lagged(_)));
+        problem.refresh();
         let mut now = self.measure(problem);
         for _ in 0..params.newton_iterations {
             if now.largest <= tolerance {
@@ -87,17 +90,21 @@ impl Newton {
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
             self.w_before.clone_from(&self.w);
+            self.moved_before.clone_from(problem.operator.all_moved());
             let mut part = 1.0;
             let mut next = None;
             for _ in 0..params.newton_halvings {
-                for (k, (before, step)) in self.before.iter().zip(&self.step).enumerate() {
-                    let mut force = [0, 1, 2].map(|k| before[k] + part * step[k]);
-                    force[0] = force[0].max(0.0);
-                    if is_minimum {
-                        force = problem.unknowns()[k].friction.within(force);
-                    }
-                    problem.set_force(k, force);
-                }
+                // From where they were each time: a long step that is not taken leaves no rounding errors.
+                problem.restore(&self.before, &self.moved_before);
+                let (before, step) = (&self.before, &self.step);
+                problem.set_forces(
+                    #[inline(always)]
+                    |k, unknown| {
+                        let [n, x, y] = [0, 1, 2].map(|r| before[k][r] + part * step[k][r]);
+                        let force = [n.max(0.0), x, y];
+                        if is_minimum { unknown.friction.within(force) } else { force }
+                    },
+                );
                 let merit = self.measure(problem);
                 let is_lower = match is_minimum {
                     true => self.energy_change(problem) < 0.0,
@@ -111,9 +118,7 @@ impl Newton {
             }
             let Some(merit) = next else {
                 self.damping *= params.newton_damping_rise;
-                for (k, &before) in self.before.iter().enumerate() {
-                    problem.set_force(k, before);
-                }
+                problem.restore(&self.before, &self.moved_before);
                 if self.damping > params.newton_damping_most {
                     self.damping = params.newton_damping_most;
                     return false;

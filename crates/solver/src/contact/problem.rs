@@ -11,8 +11,9 @@
 //! hair so; the friction cone at the level of positions is that of Macklin et al. 2014, section 6.1).
 
 use super::cone::{Bound, Own};
-use super::operator::{Block3, Operator, Row};
+use super::operator::{Block3, Chunk, Operator, Row};
 use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
 
 /// What a sweep knows of a contact.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,12 @@ impl Problem {
         self.operator.close();
         self.own.clear();
         self.own.extend((0..self.unknowns.len()).map(|contact| Own::new(self.operator.diagonal(contact))));
+        self.refresh();
+    }
+
+    /// Sums up anew what the impulses do to gaps and slips: rounding errors of many changes go.
+    pub(crate) fn refresh(&mut self) {
+        self.operator.all_moved().fill(Chunk::zero());
         let Self { unknowns, operator, .. } = self;
         vectorized(
             #[inline(always)]
@@ -118,6 +125,27 @@ impl Problem {
             self.unknowns[contact].force = force;
             self.operator.change(contact, [force[0] - old[0], force[1] - old[1], force[2] - old[2]]);
         }
+    }
+
+    /// Sets the impulses of all contacts, in turn.
+    pub(crate) fn set_forces(&mut self, force: impl Fn(usize, &Unknown) -> Row) {
+        vectorized(
+            #[inline(always)]
+            || {
+                for contact in 0..self.unknowns.len() {
+                    let force = force(contact, &self.unknowns[contact]);
+                    self.set_force(contact, force);
+                }
+            },
+        );
+    }
+
+    /// Takes impulses back to those of earlier, when `W dz` was `moved`.
+    pub(crate) fn restore(&mut self, forces: &[Row], moved: &[Chunk]) {
+        for (unknown, &force) in self.unknowns.iter_mut().zip(forces) {
+            unknown.force = force;
+        }
+        self.operator.all_moved().copy_from_slice(moved);
     }
 
     /// Sets the impulse of a contact whose gaps and slips are known as they are at `known`.
