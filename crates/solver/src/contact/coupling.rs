@@ -3,8 +3,8 @@
 use super::TooManyContacts;
 use super::geometry::{Contact, Shape};
 use super::problem::Problem;
+use super::sets::Sets;
 use crate::connected_set::ConnectedSet;
-use crate::linear::response::Response;
 use crate::linear::transfers::{self, Side};
 
 /// Memory to put the operator together.
@@ -12,7 +12,7 @@ use crate::linear::transfers::{self, Side};
 pub(crate) struct Coupling {
     /// Components that active contacts push, ascending.
     components: Vec<u32>,
-    /// Group of each component, `u32::MAX` where none pushes it.
+    /// Group of each component of the island, `u32::MAX` where none pushes it.
     group_of: Vec<u32>,
     groups: Vec<[u32; 2]>,
     start: Vec<usize>,
@@ -49,12 +49,11 @@ impl Coupling {
         &mut self,
         (contacts, active): (&[Contact], &[u32]),
         shapes: &[Shape],
-        components: &[ConnectedSet],
-        responses: &mut [Response],
+        components: &mut Sets<'_>,
         problem: &mut Problem,
         most_blocks: usize,
     ) -> Result<(), TooManyContacts> {
-        self.group(contacts, active, shapes, components.len());
+        self.group(contacts, active, shapes, components);
         let blocks = |group: &[usize]| (group[1] - group[0]).pow(2);
         if self.start.windows(2).map(blocks).sum::<usize>() > most_blocks {
             return Err(TooManyContacts);
@@ -66,10 +65,11 @@ impl Coupling {
             for (index, &k) in members[start[group]..start[group + 1]].iter().enumerate() {
                 own.extend(sides(&contacts[active[k as usize] as usize], index as u32, shapes, component));
             }
-            let system = &components[component as usize].component.system;
+            let ConnectedSet { component, touch, .. } = &mut components[component as usize];
+            let Some(touch) = touch else { continue };
             let operator = &mut problem.operator;
-            responses[component as usize].couple(
-                system,
+            touch.response.couple(
+                &component.system,
                 own,
                 #[inline(always)]
                 |s, t, block| {
@@ -83,28 +83,28 @@ impl Coupling {
     }
 
     /// Sorts the contacts by the components they push.
-    fn group(&mut self, contacts: &[Contact], active: &[u32], shapes: &[Shape], count: usize) {
+    fn group(&mut self, contacts: &[Contact], active: &[u32], shapes: &[Shape], sets: &Sets<'_>) {
         self.group_of.clear();
-        self.group_of.resize(count, u32::MAX);
+        self.group_of.resize(sets.len(), u32::MAX);
         self.components.clear();
         for &k in active {
             for component in components_of(&contacts[k as usize], shapes).into_iter().flatten() {
-                if self.group_of[component as usize] == u32::MAX {
-                    self.group_of[component as usize] = 0;
+                if self.group_of[sets.seat(component)] == u32::MAX {
+                    self.group_of[sets.seat(component)] = 0;
                     self.components.push(component);
                 }
             }
         }
         self.components.sort_unstable();
         for (group, &component) in self.components.iter().enumerate() {
-            self.group_of[component as usize] = group as u32;
+            self.group_of[sets.seat(component)] = group as u32;
         }
         self.groups.clear();
         self.start.clear();
         self.start.resize(self.components.len() + 1, 0);
         for &k in active {
             let of = components_of(&contacts[k as usize], shapes);
-            let groups = of.map(|component| component.map_or(u32::MAX, |c| self.group_of[c as usize]));
+            let groups = of.map(|component| component.map_or(u32::MAX, |c| self.group_of[sets.seat(c)]));
             for group in distinct(groups) {
                 self.start[group as usize + 1] += 1;
             }

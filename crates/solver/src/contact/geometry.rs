@@ -8,8 +8,8 @@ use rod::{Friction, ObstacleShape};
 use super::convert::{to_kernel, to_nalgebra};
 use super::obstacles::Placed;
 use super::parts::Carrier;
+use super::sets::Sets;
 use crate::component::{BodyPose, Component};
-use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::snapshot::Tape;
@@ -145,6 +145,8 @@ pub(crate) struct Contact {
     pub(crate) pressed: u32,
     /// Compliance along and across the normal to its own impulse, as of the last solve; 0 before.
     pub(crate) compliance: [f64; 2],
+    /// The time by whose square its impulse is a force [s]: see [`Component::effective_dt`]; 0 before the first.
+    pub(crate) span: f64,
     /// Error, relative to the radius.
     pub(crate) residual: f64,
     /// Smaller radius of the two [m].
@@ -215,7 +217,7 @@ pub(crate) struct World<'a> {
 
 impl World<'_> {
     /// The mesh of segment `index`, and where it is at the start of the step and in `poses`.
-    pub(super) fn body(&self, index: u32, components: &[ConnectedSet], poses: Poses) -> Option<Carrier<'_>> {
+    pub(super) fn body(&self, index: u32, components: &Sets<'_>, poses: Poses) -> Option<Carrier<'_>> {
         let place = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
         let shape = &self.shapes[index as usize];
         let component = &components[shape.component as usize].component;
@@ -291,6 +293,7 @@ impl Contact {
             guess: [0.0; 3],
             pressed: 0,
             compliance: [0.0; 2],
+            span: 0.0,
             residual: 0.0,
             radius,
             doubled: false,
@@ -312,7 +315,7 @@ impl Contact {
             tape.vector(vector);
         }
         let Friction { at_rest, sliding } = &mut self.friction;
-        for number in [&mut self.target, &mut self.radius, at_rest, sliding] {
+        for number in [&mut self.target, &mut self.radius, &mut self.span, at_rest, sliding] {
             tape.number(number);
         }
         let mut pressed = self.pressed as usize;
@@ -322,7 +325,7 @@ impl Contact {
     }
 
     /// Evaluates the contact at the components' poses.
-    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[ConnectedSet], poses: Poses) {
+    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &Sets<'_>, poses: Poses) {
         let (index, partner, feature) = self.key;
         let shape = &world.shapes[index as usize];
         let own = Side::of(shape, &components[shape.component as usize].component, poses);

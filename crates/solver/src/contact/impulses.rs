@@ -18,7 +18,6 @@ use super::twins::{self, Twins};
 use crate::contact_params::ContactParams;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
-use crate::snapshot::Tape;
 
 /// Memory of the solves.
 #[derive(Default)]
@@ -35,9 +34,9 @@ pub(crate) struct Impulses {
 }
 
 impl Impulses {
-    /// Shows a tape what one solve leaves to the next.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.newton.tape(tape);
+    /// Begins a step: what one solve leaves to the next ends with it.
+    pub(crate) fn begin(&mut self) {
+        self.newton.begin();
     }
 
     /// Solves `problem` until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by,

@@ -10,6 +10,8 @@ mod exclusion;
 mod force;
 mod geometry;
 mod impulses;
+mod islands;
+mod memory;
 mod newton;
 mod obstacles;
 mod operator;
@@ -17,6 +19,8 @@ mod overlap;
 mod parts;
 mod problem;
 mod rest;
+mod sets;
+mod shared;
 mod solids;
 mod stage;
 #[cfg(test)]
@@ -29,6 +33,9 @@ pub use overlap::{Overlap, Overlapped};
 pub(crate) use exclusion::PairFilter;
 pub(crate) use geometry::Shape;
 pub(crate) use overlap::refuse_overlaps;
+pub(crate) use islands::Islands;
+pub(crate) use sets::Sets;
+pub(crate) use shared::Shared;
 pub(crate) use stage::{Stage, Touching};
 
 /// More contacts press at once than there is memory for.

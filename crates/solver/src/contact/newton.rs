@@ -14,7 +14,6 @@ use super::cone::{Bound, length, natural_residual};
 use super::operator::{Chunk, Row};
 use super::problem::{Problem, Unknown};
 use crate::contact_params::ContactParams;
-use crate::snapshot::Tape;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -67,9 +66,9 @@ struct Merit {
 }
 
 impl Newton {
-    /// Shows a tape what one solve leaves to the next.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        tape.number(&mut self.damping);
+    /// Begins a step: the damping of one solve is a start for the next within it.
+    pub(crate) fn begin(&mut self) {
+        self.damping = 0.0;
     }
 
     /// Improves the problem's impulses as long as an iteration helps. Returns whether they are within `tolerance`.
