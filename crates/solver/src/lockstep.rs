@@ -25,6 +25,8 @@ use island::{Island, Room, begin_set, each};
 
 /// All connected sets of a model with contacts.
 pub(crate) struct Lockstep {
+    /// Boxed: in each step those of an island are put side by side.
+    #[allow(clippy::vec_box)]
     pub(crate) sets: Vec<Box<ConnectedSet>>,
     shared: Shared,
     islands: Islands,
@@ -163,7 +165,7 @@ impl Lockstep {
         self.number();
         let mut watch = Stopwatch::start();
         let Self { sets, islands, stages, rooms, shared, .. } = self;
-        for (island, room) in rooms.iter_mut().enumerate() {
+        for (island, room) in rooms[..islands.sizes.len()].iter_mut().enumerate() {
             let first = islands.firsts[island] as usize;
             let own = &sets[first..first + islands.sizes[island] as usize];
             // Where some must take steps of another kind than all of them have been predicted with, all are predicted anew.
@@ -218,9 +220,10 @@ impl Lockstep {
         if stages.len() < count {
             stages.resize_with(count, Stage::default);
         }
-        rooms.truncate(count);
-        rooms.resize_with(count, Room::default);
-        for (island, room) in rooms.iter_mut().enumerate() {
+        if rooms.len() < count {
+            rooms.resize_with(count, Room::default);
+        }
+        for (island, room) in rooms[..count].iter_mut().enumerate() {
             let first = islands.firsts[island] as usize;
             let own = &sets[first..first + islands.sizes[island] as usize];
             room.segments = own.iter().map(|set| set.members.segments.len()).sum();
@@ -231,13 +234,13 @@ impl Lockstep {
 
     /// Makes one island each of those that may have met; they are done again from the start of the step.
     fn join(&mut self) {
-        for island in 0..self.rooms.len() {
+        for island in 0..self.islands.sizes.len() {
             self.rooms[island].joins = self.islands.is_joined(island);
         }
         self.work(|room| room.joins, &|island| island.undo());
         let (stages, rooms) = (std::mem::take(&mut self.stages), std::mem::take(&mut self.rooms));
         let leaders = self.islands.leaders.clone();
-        for room in rooms.iter().filter(|room| room.joins) {
+        for room in rooms[..leaders.len()].iter().filter(|room| room.joins) {
             self.counters += room.counters;
         }
         self.number();
@@ -261,7 +264,7 @@ impl Lockstep {
     fn end(&mut self) -> Status {
         let Self { sets, islands, stages, rooms, shared, counters, substeps, .. } = self;
         let mut status = Status::Converged;
-        for room in rooms.iter_mut() {
+        for room in &mut rooms[..islands.sizes.len()] {
             status = status.max(room.status.unwrap_or(Status::Converged));
             *counters += std::mem::take(&mut room.counters);
             if let Some((_, kept)) = substeps {
@@ -288,7 +291,7 @@ impl Lockstep {
             which: &which,
             what,
         };
-        common.work(0, sets, &mut stages[..count], rooms);
+        common.work(0, sets, &mut stages[..count], &mut rooms[..count]);
     }
 
     /// Whether sets are worked on side by side on several threads.

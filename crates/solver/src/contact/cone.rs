@@ -91,10 +91,7 @@ impl Own {
         Self {
             block: *d,
             per_normal: 1.0 / d[0][0],
-            stick: [
-                [d[2][2] * determinant, -d[1][2] * determinant],
-                [-d[2][1] * determinant, d[1][1] * determinant],
-            ],
+            stick: [[d[2][2] * determinant, -d[1][2] * determinant], [-d[2][1] * determinant, d[1][1] * determinant]],
             across,
             per_across: 1.0 / across,
         }

@@ -6,7 +6,8 @@ use rod::{CYLINDER_SIDES, Carried, Model, Segment, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
-use super::geometry::{Contact, Feature, Partner, Poses, Shape, World};
+use super::geometry::{Contact, Poses, Shape, World};
+use super::key::{Feature, Partner};
 use super::obstacles::Placed;
 use super::sets::Sets;
 use super::{parts, solids};

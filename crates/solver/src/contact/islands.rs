@@ -147,3 +147,6 @@ impl Islands {
         met
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,8 @@
 //! What contacts that press leave to those between the same places later, within a step and from step to step.
 
 use super::detect::{Detector, Search};
-use super::geometry::{Contact, Key, Partner};
+use super::geometry::Contact;
+use super::key::{Key, Partner};
 use super::parts::ALIKE;
 use super::sets::Sets;
 use crate::counters::Counters;

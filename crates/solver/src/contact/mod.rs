@@ -11,6 +11,7 @@ mod force;
 mod geometry;
 mod impulses;
 mod islands;
+mod key;
 mod memory;
 mod newton;
 mod obstacles;
@@ -32,8 +33,8 @@ pub use overlap::{Overlap, Overlapped};
 
 pub(crate) use exclusion::PairFilter;
 pub(crate) use geometry::Shape;
-pub(crate) use overlap::refuse_overlaps;
 pub(crate) use islands::Islands;
+pub(crate) use overlap::refuse_overlaps;
 pub(crate) use sets::Sets;
 pub(crate) use shared::Shared;
 pub(crate) use stage::{Stage, Touching};

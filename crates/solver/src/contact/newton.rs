@@ -197,31 +197,36 @@ impl Newton {
             let rows = Rows::new(problem, k as usize, w[k as usize], *damping);
             let rhs = &mut rhs[3 * i..3 * i + 3];
             rhs.copy_from_slice(&rows.rhs);
-            for (other, block) in problem.row(k as usize) {
-                // The normal row goes through W as it is, or not at all.
-                let product = |r: usize, c: usize| match r {
-                    0 => rows.through[0][0] * block[0][c],
-                    _ => {
-                        rows.through[r][0] * block[0][c]
-                            + rows.through[r][1] * block[1][c]
-                            + rows.through[r][2] * block[2][c]
-                    }
-                };
-                match place[other] {
-                    u32::MAX => {
-                        for (r, rhs) in rhs.iter_mut().enumerate() {
-                            *rhs -= (0..3).map(|c| product(r, c) * step[other][c]).sum::<f64>();
+            problem.operator.each_block(
+                k as usize,
+                #[inline(always)]
+                |other, block| {
+                    // The normal row goes through W as it is, or not at all.
+                    let product = |r: usize, c: usize| match r {
+                        0 => rows.through[0][0] * block[0][c],
+                        _ => {
+                            rows.through[r][0] * block[0][c]
+                                + rows.through[r][1] * block[1][c]
+                                + rows.through[r][2] * block[2][c]
                         }
-                    }
-                    j => {
-                        for c in 0..3 {
-                            for r in 0..3 {
-                                matrix[(3 * j as usize + c) * size + 3 * i + r] += product(r, c);
+                    };
+                    match place[other] {
+                        u32::MAX => {
+                            for (r, rhs) in rhs.iter_mut().enumerate() {
+                                *rhs -= (0..3).map(|c| product(r, c) * step[other][c]).sum::<f64>();
+                            }
+                        }
+                        j => {
+                            for c in 0..3 {
+                                let first = (3 * j as usize + c) * size + 3 * i;
+                                for (r, entry) in matrix[first..first + 3].iter_mut().enumerate() {
+                                    *entry += product(r, c);
+                                }
                             }
                         }
                     }
-                }
-            }
+                },
+            );
             for c in 0..3 {
                 for r in 0..3 {
                     matrix[(3 * i + c) * size + 3 * i + r] += rows.own[r][c];

@@ -169,10 +169,23 @@ impl Operator {
         &mut self.moved
     }
 
+    #[inline(always)]
     fn block_of(&self, group: usize, row: usize, column: usize) -> Block3 {
         let Group { width, matrix, .. } = self.groups[group];
-        let own = |r: usize| three(&self.values[matrix + (3 * row + r) * width..][..width], column);
-        [own(0), own(1), own(2)]
+        let rows = &self.values[matrix + 3 * row * width..][..3 * width];
+        [three(&rows[..width], column), three(&rows[width..2 * width], column), three(&rows[2 * width..], column)]
+    }
+
+    /// The blocks of a contact's block row with their columns, group by group: a column that is in both groups comes twice, and
+    /// its block is the sum.
+    #[inline(always)]
+    pub(crate) fn each_block(&self, contact: usize, mut take: impl FnMut(usize, &Block3)) {
+        for &Seat { group, index } in self.seats[contact].iter().filter(|seat| seat.group != NONE) {
+            let Group { first, count, .. } = self.groups[group as usize];
+            for (column, &other) in self.members[first..first + count].iter().enumerate() {
+                take(other as usize, &self.block_of(group as usize, index as usize, column));
+            }
+        }
     }
 
     /// The contacts coupled to one, ascending from the contact `from` on, with their places in its groups.
@@ -189,6 +202,7 @@ impl Operator {
     }
 
     /// The block of a contact and one that [`Operator::coupled`] names.
+    #[inline]
     pub(crate) fn block(&self, contact: usize, places: [Option<usize>; 2]) -> Block3 {
         let mut sum = [[0.0; 3]; 3];
         for (seat, place) in self.seats[contact].iter().zip(places) {

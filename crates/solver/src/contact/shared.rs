@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rod::{Carried, Model};
 
+use super::convert::to_nalgebra;
 use super::detect::{Detector, Search};
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
@@ -10,7 +11,6 @@ use super::geometry::{Contact, Shape};
 use super::memory::{self, Pressed, Remembered};
 use super::sets::Sets;
 use super::stage::Stage;
-use super::convert::to_nalgebra;
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::counters::Counters;

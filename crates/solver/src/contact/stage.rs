@@ -98,7 +98,13 @@ impl Stage {
     }
 
     /// Looks for the contacts of a part of a step over `interval` whose prediction is made.
-    pub(crate) fn find_part(&mut self, shared: &Shared, interval: Interval, components: &Sets<'_>, counters: &mut Counters) {
+    pub(crate) fn find_part(
+        &mut self,
+        shared: &Shared,
+        interval: Interval,
+        components: &Sets<'_>,
+        counters: &mut Counters,
+    ) {
         shared.detector.place_part(&mut self.search, interval);
         self.find(shared, components, counters);
     }

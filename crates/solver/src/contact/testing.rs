@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
 
 use super::detect::{Detector, Search};
+use super::exclusion::PairFilter;
 use super::geometry::Contact;
 use super::{Sets, Shape};
-use super::exclusion::PairFilter;
 use crate::component::{Component, split};
 use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::contact_params::ContactParams;
@@ -23,6 +23,7 @@ pub(super) type Straight = ([f64; 3], [f64; 3], usize, f64, [f64; 3]);
 /// Rods, their connected sets and the shapes of their segments.
 pub(super) struct Rods {
     pub(super) model: Model,
+    #[allow(clippy::vec_box)]
     pub(super) sets: Vec<Box<ConnectedSet>>,
     /// Their numbers.
     pub(super) seats: Vec<u32>,
@@ -88,6 +89,7 @@ impl Rods {
     }
 }
 
+#[allow(clippy::vec_box)]
 fn sets(model: &Model, state: &State) -> Vec<Box<ConnectedSet>> {
     let set = |(number, (members, topology))| {
         let solver = SolverKind::Direct.build(model, &members, &topology).expect("a solver");

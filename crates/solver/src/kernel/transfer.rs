@@ -76,14 +76,7 @@ impl Rows {
     fn on_body(&self, r: Vec3<f64>) -> Self {
         let m = &self.0;
         let [x, y, z] = r.0.map(Row::splat);
-        Self([
-            m[0],
-            m[1],
-            m[2],
-            m[2] * y - m[1] * z - m[3],
-            m[0] * z - m[2] * x - m[4],
-            m[1] * x - m[0] * y - m[5],
-        ])
+        Self([m[0], m[1], m[2], m[2] * y - m[1] * z - m[3], m[0] * z - m[2] * x - m[4], m[1] * x - m[0] * y - m[5]])
     }
 
     /// The lower triangle of `M C^T`, which must be symmetric.
@@ -133,7 +126,7 @@ impl Rows {
         for r in 0..6 {
             let mut sum = self.0[r];
             for k in 0..6 {
-                sum = sum - b.0[k] * Row::splat(a.0[k].0[r]);
+                sum -= b.0[k] * Row::splat(a.0[k].0[r]);
             }
             self.0[r] = sum;
         }
@@ -177,7 +170,7 @@ impl Factor {
         for i in 1..6 {
             let mut sum = x.0[i];
             for k in 0..i {
-                sum = sum - x.0[k] * Row::splat(self.lower[i][k]);
+                sum -= x.0[k] * Row::splat(self.lower[i][k]);
             }
             x.0[i] = sum;
         }
@@ -187,7 +180,7 @@ impl Factor {
         for i in (0..5).rev() {
             let mut sum = x.0[i];
             for k in i + 1..6 {
-                sum = sum - x.0[k] * Row::splat(self.lower[k][i]);
+                sum -= x.0[k] * Row::splat(self.lower[k][i]);
             }
             x.0[i] = sum;
         }

@@ -338,13 +338,7 @@ impl Transfers {
 
     /// Reads off what the forces of the side `order[own]`, the last of the columns from `begin` on, do against all of them.
     #[inline(always)]
-    fn read(
-        &self,
-        begin: usize,
-        own: usize,
-        sides: &[Side],
-        block: &mut impl FnMut(usize, usize, [[f64; 3]; 3]),
-    ) {
+    fn read(&self, begin: usize, own: usize, sides: &[Side], block: &mut impl FnMut(usize, usize, [[f64; 3]; 3])) {
         let side = self.order[own] as usize;
         let forces = [0, 1, 2].map(|d| sides[side].forces[d].to_array());
         let mut work = [[0.0; 3]; 3];
@@ -404,7 +398,8 @@ impl Transfers {
     /// The first column of what lies beyond the body at `place`, whose own come before.
     #[inline(always)]
     fn beyond(&self, place: u32, columns: usize) -> usize {
-        let next = (place as usize + 1..self.visits[place as usize].end as usize).find(|&place| self.marks[place].needed);
+        let next =
+            (place as usize + 1..self.visits[place as usize].end as usize).find(|&place| self.marks[place].needed);
         next.map_or(columns, |next| self.marks[next].first as usize)
     }
 }
@@ -412,18 +407,17 @@ impl Transfers {
 /// Replaces some columns of chunks by `change` of their chunk.
 #[inline(always)]
 fn update(chunks: &mut [Rows], columns: std::ops::Range<usize>, change: impl Fn(&Rows, usize) -> Rows) {
-    for chunk in columns.start / LANES..columns.end.div_ceil(LANES) {
-        let new = change(&chunks[chunk], chunk);
+    let (from, to) = (columns.start / LANES, columns.end.div_ceil(LANES));
+    for (chunk, own) in chunks.iter_mut().enumerate().take(to).skip(from) {
+        let new = change(own, chunk);
         let first = chunk * LANES;
         if first >= columns.start && first + LANES <= columns.end {
-            chunks[chunk] = new;
+            *own = new;
             continue;
         }
-        for lane in 0..LANES {
-            if columns.contains(&(first + lane)) {
-                for r in 0..6 {
-                    chunks[chunk].0[r].0[lane] = new.0[r].0[lane];
-                }
+        for lane in (0..LANES).filter(|&lane| columns.contains(&(first + lane))) {
+            for (row, new) in own.0.iter_mut().zip(&new.0) {
+                row.0[lane] = new.0[lane];
             }
         }
     }

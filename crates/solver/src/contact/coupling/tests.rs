@@ -28,7 +28,9 @@ fn stack(radii: &[f64], most_blocks: usize) -> Result<Stack, TooManyContacts> {
     let active: Vec<u32> = (0..contacts.len() as u32).collect();
     let (own, mut problem) = ((&*contacts, &*active), Problem::default());
     Coupling::default().assemble(own, shapes, &mut sets, &mut problem, most_blocks)?;
-    let blocks = (0..contacts.len()).map(|row| problem.row(row).map(|(column, block)| (column as u32, block)).collect()).collect();
+    let blocks = (0..contacts.len())
+        .map(|row| problem.row(row).map(|(column, block)| (column as u32, block)).collect())
+        .collect();
     Ok(Stack { rods, contacts, blocks })
 }
 

@@ -14,10 +14,10 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::Stage;
 use crate::component::BodyPose;
+use crate::contact::convert::to_nalgebra;
 use crate::contact::geometry::{Contact, Poses, Shape, World};
 use crate::contact::sets::Sets;
 use crate::contact::shared::Shared;
-use crate::contact::convert::to_nalgebra;
 use crate::kernel::math::{Quat, Vec3};
 
 /// Step of the central differences, in radii and in radians.

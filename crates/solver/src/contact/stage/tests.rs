@@ -80,5 +80,8 @@ fn a_contact_is_an_impact_in_its_first_two_steps_and_forgotten_once_it_has_parte
     assert!(pair.stage.contacts.is_empty() && !pair.end());
     away(&mut pair, 0.021);
     pair.begin(0.01, true);
-    assert_eq!((pair.stage.contacts.len(), pair.stage.contacts[0].guess, pair.stage.contacts[0].pressed), (1, [0.0; 3], 0));
+    assert_eq!(
+        (pair.stage.contacts.len(), pair.stage.contacts[0].guess, pair.stage.contacts[0].pressed),
+        (1, [0.0; 3], 0)
+    );
 }
