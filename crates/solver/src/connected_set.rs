@@ -9,9 +9,11 @@ use crate::component::{Change, Component, Members, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::guess::InitialGuess;
+use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::limits::APART;
 use crate::linear::LinearSolver;
+use crate::linear::response::Response;
 use crate::linear::solvers::{SolverError, SolverKind};
 use crate::projection::Predictor;
 use crate::retry::{self, Steps};
@@ -26,6 +28,16 @@ pub(crate) enum Projector {
     Solve { solver: Box<dyn LinearSolver>, guess: Option<Box<dyn InitialGuess>> },
     /// A prediction in its place.
     Predict(Predictor),
+}
+
+/// What contacts need of a connected set.
+pub(crate) struct Touch {
+    /// Number of the set in the model.
+    pub(crate) number: u32,
+    /// How its bodies answer impulses.
+    pub(crate) response: Response,
+    /// Corrections of the rods' own solve.
+    pub(crate) corrections: Vec<Spatial<f64>>,
 }
 
 /// One connected set of segments.
@@ -44,6 +56,8 @@ pub(crate) struct ConnectedSet {
     pub(crate) takes_part: bool,
     /// How the last step ended.
     pub(crate) status: Status,
+    /// What contacts need of it; `None` where nothing can touch.
+    pub(crate) touch: Option<Box<Touch>>,
     /// The steps that were accepted since they were last taken, where derivatives ask for them.
     pub(crate) substeps: Option<Vec<Substep>>,
 }
@@ -62,6 +76,7 @@ impl ConnectedSet {
             attempt,
             takes_part: true,
             status: Status::Converged,
+            touch: None,
             substeps: None,
         }
     }

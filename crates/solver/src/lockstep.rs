@@ -1,31 +1,38 @@
-//! Connected sets of segments that can touch: Algorithm 1 in lockstep, so that contacts see all of them.
+//! Connected sets of segments that can touch: Algorithm 1 island by island.
+//!
+//! In each step the sets that may touch are islands (`contact/islands.rs`); each goes through its iterations and halvings by
+//! itself (`island.rs`), on its own thread where there is enough to share. Where nothing is found between two islands at the
+//! start of a step, but sets leave the rooms of that search, it is made sure at the end that none of them could have met.
+
+mod island;
 
 use std::cmp::Reverse;
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use rod::{Body, Carried, Model};
 
-use crate::attempt::{begin, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
 use crate::component::{Change, Members};
-use crate::connected_set::{ConnectedSet, Projector};
-use crate::contact::{ContactForce, PairFilter, Shape, Stage, TooManyContacts};
+use crate::connected_set::{ConnectedSet, Touch};
+use crate::contact::{ContactForce, Islands, PairFilter, Sets, Shape, Shared, Stage};
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
-use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::{SolverError, SolverKind};
-use crate::retry::{self, Steps};
 use crate::snapshot::Tape;
-use crate::start::NoGuess;
 use crate::step::{Interval, Status, StepParams};
+use island::{Island, Room, begin_set, each};
 
 /// All connected sets of a model with contacts.
 pub(crate) struct Lockstep {
-    pub(crate) sets: Vec<ConnectedSet>,
-    stage: Stage,
+    /// Boxed: in each step those of an island are put side by side.
+    #[allow(clippy::vec_box)]
+    pub(crate) sets: Vec<Box<ConnectedSet>>,
+    shared: Shared,
+    islands: Islands,
+    /// Contacts of each island, and what else it keeps.
+    stages: Vec<Stage>,
+    rooms: Vec<Room>,
     counters: Counters,
     segments: usize,
     /// All of them as one set, and the steps that were accepted since they were last taken, where derivatives ask for them.
@@ -39,10 +46,11 @@ impl Lockstep {
     /// If a set's factor would be too large.
     pub(crate) fn new(
         model: &Model,
-        mut sets: Vec<ConnectedSet>,
+        sets: Vec<ConnectedSet>,
         filter: PairFilter,
         params: &StepParams,
     ) -> Result<Self, SolverError> {
+        let mut sets: Vec<Box<ConnectedSet>> = sets.into_iter().map(Box::new).collect();
         let nothing = Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2] };
         let mut shapes = vec![nothing; model.segments.len()];
         for (component, set) in sets.iter_mut().enumerate() {
@@ -79,9 +87,21 @@ impl Lockstep {
                 shapes[other].ends[end] = false;
             }
         }
-        let stage = Stage::new(model, shapes, filter, &sets, params)?;
-        let segments = model.segments.len();
-        Ok(Self { sets, stage, counters: Counters::default(), segments, substeps: None })
+        let shared = Shared::new(model, shapes, filter, params);
+        for (number, set) in sets.iter_mut().enumerate() {
+            let (number, response) = (number as u32, shared.response(set)?);
+            set.touch = Some(Box::new(Touch { number, response, corrections: Vec::new() }));
+        }
+        Ok(Self {
+            sets,
+            shared,
+            islands: Islands::default(),
+            stages: Vec::new(),
+            rooms: Vec::new(),
+            counters: Counters::default(),
+            segments: model.segments.len(),
+            substeps: None,
+        })
     }
 
     /// The counters of all sets and of their contacts.
@@ -95,24 +115,24 @@ impl Lockstep {
 
     /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
     pub(crate) fn drive_obstacle(&mut self, index: usize, motion: &Carried) -> bool {
-        self.stage.drive_obstacle(index, motion)
+        self.shared.drive_obstacle(index, motion)
     }
 
     /// Shows all sets and the contacts that press to a tape.
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.sets.iter_mut().for_each(|set| set.tape(tape));
-        self.stage.tape(tape);
+        self.shared.tape(tape);
     }
 
     /// Changes gravity [m/s^2], which says how fast bodies must meet to bounce.
     pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
         self.sets.iter_mut().for_each(|set| set.component.set_gravity(gravity));
-        self.stage.set_gravity(gravity);
+        self.shared.set_gravity(gravity);
     }
 
     /// What presses on what at the end of the last step.
     pub(crate) fn contact_forces(&self) -> impl Iterator<Item = ContactForce> {
-        self.stage.forces(&self.sets)
+        self.shared.forces(&self.sets)
     }
 
     /// Holds a body of the model, drives it or lets it go, if it is one of these: returns whether it is. Contacts stay as
@@ -121,11 +141,17 @@ impl Lockstep {
     /// # Errors
     /// If the factor of its set would be too large.
     pub(crate) fn change(&mut self, body: Body, change: Change<'_>, solver: SolverKind) -> Result<bool, SolverError> {
-        for (component, set) in self.sets.iter_mut().enumerate() {
+        for set in &mut self.sets {
             if set.change(body, change, solver)? {
                 if let Body::Segment(i) = body {
-                    self.stage.set_free(i, matches!(change, Change::LetGo));
-                    self.stage.renew_response(component, set)?;
+                    self.shared.set_free(i, matches!(change, Change::LetGo));
+                    let topology = &set.component.system.topology;
+                    if set.touch.as_ref().is_some_and(|touch| !touch.response.is_of(topology)) {
+                        let response = self.shared.response(set)?;
+                        if let Some(touch) = &mut set.touch {
+                            touch.response = response;
+                        }
+                    }
                 }
                 return Ok(true);
             }
@@ -135,289 +161,180 @@ impl Lockstep {
 
     /// Advances over `interval`.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
-        let status = retry::advance(self, interval, 0, params);
-        for set in &mut self.sets {
-            set.status = status;
-            set.observe_step();
+        self.begin(interval, params);
+        self.number();
+        let mut watch = Stopwatch::start();
+        let Self { sets, islands, stages, rooms, shared, .. } = self;
+        for (island, room) in rooms[..islands.sizes.len()].iter_mut().enumerate() {
+            let first = islands.firsts[island] as usize;
+            let own = &sets[first..first + islands.sizes[island] as usize];
+            // Where some must take steps of another kind than all of them have been predicted with, all are predicted anew.
+            let goes_on = own.iter().filter(|set| set.component.can_go_on()).count();
+            room.is_begun = goes_on == 0 || goes_on == own.len();
+            stages[island].take_search(shared);
         }
+        islands.deal(shared, stages);
+        watch.mark(&mut self.counters.times.contact);
+        loop {
+            let todo = |room: &Room| room.status.is_none();
+            self.work(todo, &|island| island.advance(interval, params));
+            let count = self.islands.sizes.len();
+            let mut watch = Stopwatch::start();
+            let met = self.islands.link_meetings(&self.shared, &self.stages[..count]);
+            watch.mark(&mut self.counters.times.contact);
+            if !met {
+                break;
+            }
+            self.join();
+        }
+        self.work(|_| true, &|island| island.close(params));
+        self.end()
+    }
+
+    /// Predicts all sets, each by itself, and finds the contacts between them.
+    fn begin(&mut self, interval: Interval, params: &StepParams) {
+        each(&mut self.sets, self.segments, |set| {
+            let held_back = !set.component.can_go_on();
+            begin_set(set, held_back, interval, params, true);
+        });
+        let mut watch = Stopwatch::start();
+        self.islands.reset(self.sets.len());
+        self.islands.number();
+        let all = Sets::new(&mut self.sets, self.islands.numbers());
+        self.shared.find(interval, &all, &mut self.counters);
+        self.islands.link_found(&self.shared);
+        if self.substeps.is_some() {
+            // Derivatives ask for steps of all sets together.
+            (1..self.sets.len() as u32).for_each(|set| _ = self.islands.link(0, set));
+        }
+        watch.mark(&mut self.counters.times.contact);
+    }
+
+    /// Puts the sets of each island side by side, and makes its room.
+    fn number(&mut self) {
+        self.islands.number();
+        let Self { sets, islands, stages, rooms, shared, .. } = self;
+        let number = |set: &ConnectedSet| set.touch.as_ref().map_or(0, |touch| touch.number);
+        sets.sort_unstable_by_key(|set| (islands.of(number(set)), number(set)));
+        let count = islands.sizes.len();
+        if stages.len() < count {
+            stages.resize_with(count, Stage::default);
+        }
+        if rooms.len() < count {
+            rooms.resize_with(count, Room::default);
+        }
+        for (island, room) in rooms[..count].iter_mut().enumerate() {
+            let first = islands.firsts[island] as usize;
+            let own = &sets[first..first + islands.sizes[island] as usize];
+            room.segments = own.iter().map(|set| set.members.segments.len()).sum();
+            (room.status, room.is_open, room.is_begun) = (None, false, false);
+            stages[island].start(shared, own.iter().flat_map(|set| set.members.segments.iter().map(|&i| i as u32)));
+        }
+    }
+
+    /// Makes one island each of those that may have met; they are done again from the start of the step.
+    fn join(&mut self) {
+        for island in 0..self.islands.sizes.len() {
+            self.rooms[island].joins = self.islands.is_joined(island);
+        }
+        self.work(|room| room.joins, &|island| island.undo());
+        let (stages, rooms) = (std::mem::take(&mut self.stages), std::mem::take(&mut self.rooms));
+        let leaders = self.islands.leaders.clone();
+        for room in rooms[..leaders.len()].iter().filter(|room| room.joins) {
+            self.counters += room.counters;
+        }
+        self.number();
+        for ((leader, stage), room) in leaders.into_iter().zip(stages).zip(rooms) {
+            if !room.joins {
+                let island = self.islands.of(leader) as usize;
+                (self.stages[island], self.rooms[island]) = (stage, room);
+            }
+        }
+        let Self { islands, stages, rooms, shared, .. } = self;
+        for contact in &shared.pressing {
+            let component = shared.detector.shapes()[contact.key.0 as usize].component;
+            let island = islands.of(component) as usize;
+            if rooms[island].status.is_none() {
+                stages[island].take(*contact);
+            }
+        }
+    }
+
+    /// Ends the step of all islands.
+    fn end(&mut self) -> Status {
+        let Self { sets, islands, stages, rooms, shared, counters, substeps, .. } = self;
+        let mut status = Status::Converged;
+        for room in &mut rooms[..islands.sizes.len()] {
+            status = status.max(room.status.unwrap_or(Status::Converged));
+            *counters += std::mem::take(&mut room.counters);
+            if let Some((_, kept)) = substeps {
+                kept.append(&mut room.substeps);
+            }
+        }
+        let mut watch = Stopwatch::start();
+        shared.keep(stages[..islands.sizes.len()].iter());
+        sets.sort_unstable_by_key(|set| set.touch.as_ref().map_or(0, |touch| touch.number));
+        watch.mark(&mut counters.times.contact);
         status
     }
 
-    /// Prediction, guesses for the step's start, first evaluation.
-    fn begin(&mut self, interval: Interval, params: &StepParams, guessing: bool) {
-        // An impulse between two sets is the same for both: both take steps of one kind.
-        let held_back = !self.sets.iter().all(|set| set.component.can_go_on());
-        self.each(|set| {
-            set.component.hold_back(held_back);
-            set.component.pushed.fill(Spatial::zero());
-            let ConnectedSet { component, projector, counters, .. } = set;
-            set.attempt = match projector {
-                Projector::Solve { guess: Some(guess), .. } if guessing => {
-                    begin(component, interval, params, guess, counters)
-                }
-                _ => begin(component, interval, params, &mut NoGuess, counters),
-            };
-            set.takes_part = true;
-        });
-    }
-
-    /// An outer iteration in which contacts see how the rods answer them: the rods' solution, the contacts' impulses with
-    /// the rods' answer to them, and the solution with both.
-    fn couple(
-        &mut self,
-        iteration: usize,
-        contact: f64,
-        guessed: bool,
-        params: &StepParams,
-    ) -> Result<(), TooManyContacts> {
-        let formulation = params.formulation;
-        self.project(iteration, formulation);
-        let solved = self.with_stage(|stage, sets, counters| {
-            stage.keep_corrections(sets, formulation);
-            if iteration == 0 && !guessed && stage.is_far() {
-                // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
-                // they were in the step before.
-                stage.press_as_before(sets);
-                return Ok(());
-            }
-            stage.solve(sets, formulation, (contact, params.contact_tolerance), counters)
-        });
-        self.mark_pushed();
-        self.each(|set| {
-            let ConnectedSet { component, projector, counters, .. } = set;
-            if let (true, Projector::Solve { solver, .. }) = (set.takes_part, projector) {
-                let mut watch = Stopwatch::start();
-                vectorized(
-                    #[inline(always)]
-                    || component.answer_pushes(),
-                );
-                let has_start = solver.uses_start();
-                let info = solver.solve(&component.system, has_start, &mut component.dlambda);
-                component.drop_free();
-                watch.mark(&mut counters.times.contact);
-                count_solve(component, &info, 1, has_start, counters);
-            }
-            update(component, formulation, 1.0, counters);
-        });
-        solved
-    }
-
-    /// An outer iteration as in Algorithm 1: the rods, then (line 11) the contacts with the bodies' own masses alone.
-    fn alternate(&mut self, iteration: usize, contact: f64, params: &StepParams) -> Result<(), TooManyContacts> {
-        let formulation = params.formulation;
-        self.project(iteration, formulation);
-        self.each(|set| {
-            if let Projector::Solve { .. } = set.projector {
-                update(&mut set.component, formulation, 1.0, &mut set.counters);
-            }
-            set.component.dlambda.fill(Spatial::zero());
-        });
-        self.observe(params, iteration);
-        let solved = self.with_stage(|stage, sets, counters| {
-            stage.keep_corrections(sets, Formulation::Xpbd);
-            stage.solve(sets, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
-        });
-        self.mark_pushed();
-        self.each(|set| {
-            if set.takes_part {
-                set.component.push();
-            }
-        });
-        solved
-    }
-
-    /// The rods' own linear solves, of those that have not converged or that contacts have pushed; predictions in their
-    /// place move the rods at once.
-    fn project(&mut self, iteration: usize, formulation: Formulation) {
-        self.each(|set| {
-            let ConnectedSet { component, projector, counters, .. } = set;
-            if !set.takes_part && set.attempt.residuals.worst() <= set.attempt.target {
-                component.rest(formulation);
-                return;
-            }
-            match projector {
-                Projector::Solve { solver, guess: Some(guess) } => {
-                    solve(component, iteration, 1, solver.as_mut(), guess, counters);
-                }
-                Projector::Solve { solver, guess: None } => {
-                    solve(component, iteration, 1, solver.as_mut(), &mut NoGuess, counters);
-                }
-                Projector::Predict(predictor) => predictor.project(component, iteration, formulation, counters),
-            }
-        });
-    }
-
-    /// Evaluates the contacts; returns their largest error.
-    fn observe(&mut self, params: &StepParams, iteration: usize) -> f64 {
-        self.with_stage(|stage, sets, counters| {
-            stage.observe(sets, params.formulation, params.contact_tolerance, iteration, counters)
-        })
-    }
-
-    /// The rods' largest error, in units of what is good enough; not a number if any is not.
-    fn error(&self) -> f64 {
-        let of = |set: &ConnectedSet| {
-            let residuals = &set.attempt.residuals;
-            if residuals.check.is_finite() { residuals.worst() / set.attempt.target } else { f64::NAN }
+    /// Works on all islands whose rooms are such, side by side where there is enough to share.
+    fn work(&mut self, which: impl Fn(&Room) -> bool + Sync, what: &(dyn Fn(&mut Island<'_>) + Sync)) {
+        let is_parallel = self.is_parallel();
+        let Self { sets, islands, stages, rooms, shared, substeps, .. } = self;
+        let count = islands.sizes.len();
+        let common = Common {
+            shared,
+            islands,
+            whole: substeps.as_ref().map(|(whole, _)| whole),
+            is_parallel,
+            which: &which,
+            what,
         };
-        self.sets.iter().map(of).fold(0.0, max_or_nan)
-    }
-
-    /// How a step ended whose last attempt ended so: with joints apart where they gape. Sets that the smallest substep does not
-    /// bring together stay where they are, without what presses.
-    fn ended(&mut self, status: Status, params: &StepParams) -> Status {
-        let mut stays = false;
-        for set in self.sets.iter_mut().filter(|set| may_stay(status, params) && set.is_torn()) {
-            set.component.stay();
-            stays = true;
-        }
-        if stays {
-            self.stage.roll_back();
-            return Status::Apart;
-        }
-        self.sets.iter().map(|set| set.ended(status)).max().unwrap_or(status)
-    }
-
-    fn mark_pushed(&mut self) {
-        for set in &mut self.sets {
-            set.takes_part = false;
-        }
-        for component in self.stage.pushed() {
-            self.sets[component as usize].takes_part = true;
-        }
-    }
-
-    /// Works on the contacts, on the clock of their stage.
-    fn with_stage<R>(&mut self, work: impl FnOnce(&mut Stage, &mut [ConnectedSet], &mut Counters) -> R) -> R {
-        let mut watch = Stopwatch::start();
-        let result = work(&mut self.stage, &mut self.sets, &mut self.counters);
-        watch.mark(&mut self.counters.times.contact);
-        result
+        common.work(0, sets, &mut stages[..count], &mut rooms[..count]);
     }
 
     /// Whether sets are worked on side by side on several threads.
     pub(crate) fn is_parallel(&self) -> bool {
         self.sets.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
     }
+}
 
-    /// Works on all sets, side by side where there is enough to share.
-    fn each(&mut self, work: impl Fn(&mut ConnectedSet) + Send + Sync) {
-        if self.is_parallel() {
-            self.sets.par_iter_mut().for_each(work);
+/// What work on islands shares.
+struct Common<'a> {
+    shared: &'a Shared,
+    islands: &'a Islands,
+    whole: Option<&'a Members>,
+    is_parallel: bool,
+    which: &'a (dyn Fn(&Room) -> bool + Sync),
+    what: &'a (dyn Fn(&mut Island<'_>) + Sync),
+}
+
+impl Common<'_> {
+    /// Works on the islands from `first` on that have these rooms, and these sets side by side.
+    fn work(&self, first: usize, sets: &mut [Box<ConnectedSet>], stages: &mut [Stage], rooms: &mut [Room]) {
+        if let ([stage], [room]) = (&mut *stages, &mut *rooms) {
+            if (self.which)(room) {
+                let sets = Sets::new(sets, &self.islands.seats);
+                (self.what)(&mut Island { shared: self.shared, sets, stage, room, whole: self.whole });
+            }
+            return;
+        }
+        if rooms.is_empty() {
+            return;
+        }
+        let half = rooms.len() / 2;
+        let firsts = &self.islands.firsts;
+        let (sets, other_sets) = sets.split_at_mut((firsts[first + half] - firsts[first]) as usize);
+        let (stages, other_stages) = stages.split_at_mut(half);
+        let (rooms, other_rooms) = rooms.split_at_mut(half);
+        let mut one = || self.work(first, sets, stages, rooms);
+        let mut other = || self.work(first + half, other_sets, other_stages, other_rooms);
+        if self.is_parallel {
+            rayon::join(one, other);
         } else {
-            self.sets.iter_mut().for_each(work);
+            one();
+            other();
         }
     }
-}
-
-impl Steps for Lockstep {
-    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
-        self.begin(interval, params, guessing);
-        let guessed = self.is_guessed();
-        self.with_stage(|stage, sets, counters| stage.begin(sets, interval, guessed, counters));
-        let mut contact = self.observe(params, 0);
-        self.each(|set| {
-            set.attempt.target = set.attempt.target.max(params.contact.rods_share * params.contact_tolerance);
-            set.takes_part = true;
-            if guessed {
-                // Contacts press from the start.
-                set.attempt.residuals = evaluate(&mut set.component, params.formulation, &mut set.counters);
-            }
-        });
-        let (mut before, mut best) = (f64::INFINITY, f64::INFINITY);
-        for iteration in 0.. {
-            let now = max_or_nan(self.error(), contact / params.contact_tolerance);
-            if now.is_nan() {
-                return Status::NonFinite;
-            }
-            if now <= 1.0 {
-                break;
-            }
-            best = best.min(now);
-            if !may_go_on(iteration, now, before, params) || now > params.contact.lost * best {
-                return Status::OutOfIterations;
-            }
-            before = now;
-            let solved = match params.contact_projection {
-                ContactProjection::Coupled => self.couple(iteration, contact, guessed, params),
-                ContactProjection::Alternating => self.alternate(iteration, contact, params),
-            };
-            if solved == Err(TooManyContacts) {
-                // Where errors have grown, bodies are piled up that no solution brings together: a shorter step helps.
-                return if now > best { Status::OutOfIterations } else { Status::TooManyContacts };
-            }
-            contact = self.observe(params, iteration);
-            self.each(|set| {
-                let mut watch = Stopwatch::start();
-                set.attempt.residuals = evaluate(&mut set.component, params.formulation, &mut set.counters);
-                watch.mark(&mut set.counters.times.assemble);
-            });
-        }
-        let own = self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged);
-        if self.stage.turns_too_far() { own.max(Status::OutOfIterations) } else { own }
-    }
-
-    fn is_guessed(&self) -> bool {
-        self.sets.iter().any(ConnectedSet::is_guessed)
-    }
-
-    fn is_hopeless(&self) -> bool {
-        self.sets.iter().any(|set| set.is_torn() && set.component.begins_apart())
-    }
-
-    fn roll_back(&mut self) {
-        for set in &mut self.sets {
-            set.component.roll_back();
-            set.component.pushed.fill(Spatial::zero());
-        }
-        self.stage.roll_back();
-    }
-
-    fn accept(&mut self, status: Status, params: &StepParams) -> Status {
-        for set in &mut self.sets {
-            let is_kept = !(status.is_stuck() || may_stay(status, params) && set.is_torn());
-            count_step(&set.attempt, 0, is_kept, &mut set.counters);
-        }
-        // Contacts alone may be what has not converged.
-        let own = self.sets.iter().map(|set| set.attempt.status(0)).max();
-        let not_converged = matches!(status, Status::OutOfIterations | Status::TooManyContacts);
-        self.counters.not_converged += u64::from(not_converged && own == Some(Status::Converged));
-        if status.is_stuck() {
-            self.roll_back();
-            return status;
-        }
-        let status = self.ended(status, params);
-        let begins_anew = self.stage.end_step() || status != Status::Converged;
-        if let Some((whole, substeps)) = &mut self.substeps {
-            let touching = self.stage.slopes(&mut self.sets, params.contact_tolerance);
-            substeps.extend(Substep::of_all(&self.sets, whole, touching, begins_anew));
-        }
-        for set in &mut self.sets {
-            finish(&mut set.component, params.formulation, 1.0, &mut set.counters);
-            if begins_anew {
-                set.component.begin_anew(1.0);
-            }
-        }
-        self.counters.worst_contact = self.counters.worst_contact.max(self.stage.worst());
-        self.counters.deepest_penetration = self.counters.deepest_penetration.max(self.stage.deepest());
-        status
-    }
-
-    fn counters_mut(&mut self) -> &mut Counters {
-        &mut self.counters
-    }
-
-    fn count_dropped(&mut self) {
-        self.sets.iter_mut().for_each(ConnectedSet::count_dropped);
-    }
-}
-
-/// Whether sets whose joints gape stay where they were at the end of a step that ended so.
-fn may_stay(status: Status, params: &StepParams) -> bool {
-    status == Status::OutOfIterations && params.max_halvings > 0
-}
-
-/// The larger of two; not a number if either is not.
-fn max_or_nan(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

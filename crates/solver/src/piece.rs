@@ -31,7 +31,7 @@ impl Piece {
     }
 
     /// The connected sets that are stepped one by one.
-    pub(crate) fn singles(&self) -> &[ConnectedSet] {
+    pub(crate) fn singles(&self) -> &[Box<ConnectedSet>] {
         match self {
             Piece::Single(set) => std::slice::from_ref(set),
             Piece::Group(_) => &[],

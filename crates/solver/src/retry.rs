@@ -33,6 +33,20 @@ pub(crate) trait Steps {
 /// Steps over `interval`; where that does not converge, from the prediction if it was begun at a guess, else in two halves,
 /// `halvings` deep so far.
 pub(crate) fn advance(sets: &mut impl Steps, interval: Interval, halvings: u32, params: &StepParams) -> Status {
+    match advance_whole(sets, interval, halvings, params) {
+        Some(status) => sets.accept(status, params),
+        None => advance_halves(sets, interval, halvings, params),
+    }
+}
+
+/// Steps over `interval` as a whole, from a guess and then from the prediction; what it came to is still to be accepted. `None`
+/// where it is taken back, to be done in halves.
+pub(crate) fn advance_whole(
+    sets: &mut impl Steps,
+    interval: Interval,
+    halvings: u32,
+    params: &StepParams,
+) -> Option<Status> {
     let mut status = sets.attempt(interval, params, true);
     if sets.is_guessed() && status != Status::Converged {
         sets.count_dropped();
@@ -42,9 +56,9 @@ pub(crate) fn advance(sets: &mut impl Steps, interval: Interval, halvings: u32, 
     if status.may_be_halved() && halvings < params.max_halvings && !sets.is_hopeless() {
         sets.roll_back();
         sets.counters_mut().retries += 1;
-        return advance_halves(sets, interval, halvings, params);
+        return None;
     }
-    sets.accept(status, params)
+    Some(status)
 }
 
 /// [`advance`] over one half of `interval` after the other.

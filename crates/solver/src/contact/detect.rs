@@ -6,42 +6,111 @@ use rod::{CYLINDER_SIDES, Carried, Model, Segment, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
-use super::geometry::{Contact, Feature, Partner, Poses, Shape, World};
+use super::geometry::{Contact, Poses, Shape, World};
+use super::key::{Feature, Partner};
 use super::obstacles::Placed;
+use super::sets::Sets;
 use super::{parts, solids};
 use crate::component::BodyPose;
-use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
 use crate::snapshot::Tape;
 use crate::step::Interval;
 
-/// Finds the possible contacts of a step.
+/// What can touch in a model, and how: the same for all that search it.
 pub(crate) struct Detector {
     shapes: Vec<Shape>,
     between_segments: Option<Surface>,
     allow_overlap: bool,
+    /// Where they are over the whole step.
     obstacles: Vec<Placed>,
     /// Whether an obstacle turns too far in the step under way.
     turns_too_far: bool,
     filter: PairFilter,
     params: ContactParams,
-    hash: SpatialHash,
-    /// Boxes of all segments' ways with room, then of all bounded obstacles.
-    boxes: Vec<Aabb>,
     /// Bounded obstacles, in the order of their boxes.
     bounded: Vec<u32>,
-    pairs: Vec<[u32; 2]>,
     /// Obstacles with meshes.
     meshes: Vec<u32>,
     /// Segments that are rigid bodies with meshes, ascending.
     bodies: Vec<(u32, TriangleMesh)>,
-    /// Where they were at the last search, if anything was near.
-    seen_bodies: Vec<Option<BodyPose<f64>>>,
     /// Least radius of what touches [m].
     least_radius: f64,
+}
+
+/// A search for the possible contacts of some segments, and where it has looked.
+#[derive(Default)]
+pub(crate) struct Search {
+    /// The segments, ascending.
+    segments: Vec<u32>,
+    /// Boxes of their ways with room, then of all bounded obstacles.
+    boxes: Vec<Aabb>,
+    /// What holds the boxes that their ways had before these; empty where there were none.
+    reach: Vec<Aabb>,
+    /// Whether they have been searched again in the step.
+    has_grown: bool,
+    hash: SpatialHash,
+    pairs: Vec<[u32; 2]>,
+    /// Where rigid bodies with meshes were at the last search, if anything was near.
+    seen_bodies: Vec<Option<BodyPose<f64>>>,
     /// Where the ends of segments near a mesh were at the last search; empty without meshes.
     seen: Vec<Option<[Vec3<f64>; 2]>>,
+    /// Obstacles over a part of the step, and whether one turns too far in it.
+    part: Option<(Vec<Placed>, bool)>,
+}
+
+impl Search {
+    /// A search for contacts of these segments.
+    pub(crate) fn of(&mut self, segments: impl Iterator<Item = u32>) {
+        self.segments.clear();
+        self.segments.extend(segments);
+        self.segments.sort_unstable();
+        self.boxes.clear();
+        self.reach.clear();
+        self.has_grown = false;
+        self.part = None;
+    }
+
+    /// Takes over from a search among more segments, all of the model's, where these have been looked for.
+    pub(crate) fn take_from(&mut self, all: &Search) {
+        let Self { segments, boxes, seen, seen_bodies, .. } = self;
+        boxes.clear();
+        boxes.extend(segments.iter().map(|&i| all.boxes[i as usize]));
+        seen.clear();
+        if !all.seen.is_empty() {
+            seen.extend(segments.iter().map(|&i| all.seen[i as usize]));
+        }
+        seen_bodies.clone_from(&all.seen_bodies);
+    }
+
+    /// Whether its segments have been searched again in the step.
+    pub(crate) fn has_grown(&self) -> bool {
+        self.has_grown
+    }
+
+    /// Writes where its segments may have been in the step to `all`, one box a segment of the model.
+    pub(crate) fn show_reach(&self, all: &mut [Aabb]) {
+        for (k, (&i, own)) in self.segments.iter().zip(&self.boxes).enumerate() {
+            all[i as usize] = self.reach.get(k).map_or(*own, |reach| union(reach, own));
+        }
+    }
+
+    /// Notes where the boxes have been before they are made anew.
+    fn grow(&mut self) {
+        let Self { segments, boxes, reach, .. } = self;
+        self.has_grown = true;
+        let old = boxes.iter().take(segments.len());
+        if reach.is_empty() {
+            reach.extend(old);
+        } else {
+            reach.iter_mut().zip(old).for_each(|(reach, own)| *reach = union(reach, own));
+        }
+    }
+}
+
+/// The box around two.
+fn union(a: &Aabb, b: &Aabb) -> Aabb {
+    Aabb { min: a.min.inf(&b.min), max: a.max.sup(&b.max) }
 }
 
 impl Detector {
@@ -59,8 +128,6 @@ impl Detector {
         let radii = shapes.iter().filter(|shape| shape.touches()).map(|shape| shape.radius);
         Self {
             least_radius: radii.fold(f64::INFINITY, f64::min),
-            seen: if meshes.is_empty() && bodies.is_empty() { Vec::new() } else { vec![None; shapes.len()] },
-            seen_bodies: vec![None; bodies.len()],
             meshes,
             bodies,
             shapes,
@@ -70,10 +137,7 @@ impl Detector {
             turns_too_far: false,
             filter,
             params,
-            hash: SpatialHash::new(),
-            boxes: Vec::new(),
             bounded,
-            pairs: Vec::new(),
         }
     }
 
@@ -82,9 +146,19 @@ impl Detector {
         !(self.meshes.is_empty() && self.bodies.is_empty())
     }
 
-    /// Everything that can touch.
-    pub(crate) fn world(&self) -> World<'_> {
-        World { shapes: &self.shapes, obstacles: &self.obstacles, bodies: &self.bodies }
+    /// Where segments are found.
+    pub(crate) fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// The obstacles, as a search sees them.
+    fn obstacles<'a>(&'a self, search: &'a Search) -> &'a [Placed] {
+        search.part.as_ref().map_or(&self.obstacles, |part| &part.0)
+    }
+
+    /// Everything that can touch, as a search sees it.
+    pub(crate) fn world<'a>(&'a self, search: &'a Search) -> World<'a> {
+        World { shapes: &self.shapes, obstacles: self.obstacles(search), bodies: &self.bodies }
     }
 
     /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
@@ -107,9 +181,21 @@ impl Detector {
         }
     }
 
+    /// Puts the obstacles where their motions have them over a part of a step, for one search.
+    pub(crate) fn place_part(&self, search: &mut Search, interval: Interval) {
+        if self.obstacles.iter().all(Placed::stands) {
+            return;
+        }
+        let (own, turns_too_far) = search.part.get_or_insert_with(|| (self.obstacles.clone(), false));
+        *turns_too_far = false;
+        for obstacle in own {
+            *turns_too_far |= obstacle.place(interval);
+        }
+    }
+
     /// Whether an obstacle turns too far in the step under way for it to be solved.
-    pub(crate) fn turns_too_far(&self) -> bool {
-        self.turns_too_far
+    pub(crate) fn turns_too_far(&self, search: &Search) -> bool {
+        search.part.as_ref().map_or(self.turns_too_far, |part| part.1)
     }
 
     /// Notes whether a segment moves freely from now on.
@@ -119,13 +205,14 @@ impl Detector {
     }
 
     /// Whether every segment is still within the box of the last search.
-    pub(crate) fn covers(&self, components: &[ConnectedSet]) -> bool {
+    pub(crate) fn covers(&self, search: &Search, components: &Sets<'_>) -> bool {
         let ends = |shape: &Shape| {
             let component = &components[shape.component as usize].component;
             shape.place(&component.poses[shape.body as usize])
         };
         let slack = self.params.search_room;
-        let in_rooms = self.shapes.iter().zip(&self.boxes).all(|(shape, room)| {
+        let own = || search.segments.iter().map(|&i| &self.shapes[i as usize]);
+        let in_rooms = own().zip(&search.boxes).all(|(shape, room)| {
             !shape.free || ends(shape).iter().all(|&end| within(room, to_nalgebra(end), shape.radius))
         });
         let stays = |(shape, seen): (&Shape, &Option<[Vec3<f64>; 2]>)| {
@@ -134,24 +221,29 @@ impl Detector {
         let with_solids = !(self.bounded.is_empty() && self.meshes.is_empty());
         let body_stays = |((index, _), seen): (&(u32, TriangleMesh), &Option<BodyPose<f64>>)| {
             let shape = &self.shapes[*index as usize];
-            let pose = components[shape.component as usize].component.poses[shape.body as usize];
-            seen.is_none_or(|seen| {
+            let Some(seen) = seen else { return true };
+            search.segments.binary_search(index).is_err() || {
+                let pose = components[shape.component as usize].component.poses[shape.body as usize];
                 let (moved, turned) = (pose.x - seen.x, pose.q.turn_since(seen.q));
                 let [moved, turned] = [moved, turned].map(|v| v.norm_squared().sqrt());
                 let of_solids = if with_solids { solids::ROOM * shape.radius } else { f64::INFINITY };
                 moved + turned * shape.radius <= of_solids.min(slack * self.least_radius)
-            })
+            }
         };
-        in_rooms
-            && self.shapes.iter().zip(&self.seen).all(stays)
-            && self.bodies.iter().zip(&self.seen_bodies).all(body_stays)
+        in_rooms && own().zip(&search.seen).all(stays) && self.bodies.iter().zip(&search.seen_bodies).all(body_stays)
     }
 
-    /// Replaces `out` by the possible contacts on the ways of all segments from their start over the prediction to where
-    /// they are, in the order of their keys. Contacts with meshes stay while they press.
-    pub(crate) fn detect(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
-        self.boxes.clear();
-        for shape in &self.shapes {
+    /// Replaces `out` by the possible contacts of a search's segments on their ways from their start over the prediction to where
+    /// they are, in the order of their keys. Contacts with meshes stay while they press. `again`: whether it has searched in
+    /// this step before.
+    pub(crate) fn detect(&self, search: &mut Search, again: bool, components: &Sets<'_>, out: &mut Vec<Contact>) {
+        if again {
+            search.grow();
+        }
+        let Search { segments, boxes, .. } = search;
+        boxes.clear();
+        for &i in &*segments {
+            let shape = &self.shapes[i as usize];
             let component = &components[shape.component as usize].component;
             let body = shape.body as usize;
             let ends = [
@@ -159,27 +251,39 @@ impl Detector {
                 shape.place(&component.predicted[body]),
                 shape.place(&component.poses[body]),
             ];
-            self.boxes.push(around(ends.as_flattened(), shape.radius * (1.0 + self.params.search_room)));
+            boxes.push(around(ends.as_flattened(), shape.radius * (1.0 + self.params.search_room)));
         }
         out.retain(|contact| contact.impulse != Vec3::zero() && contact.is_of_mesh());
         out.iter_mut().for_each(|contact| *contact = Contact::new(contact.key, contact.friction, contact.radius));
-        self.with_half_spaces(out);
-        self.with_meshes(components, out);
-        let bounded = self.bounded.iter().filter_map(|&i| self.obstacles[i as usize].way());
-        let boxes = bounded.map(|(ends, radius)| {
+        self.with_half_spaces(search, out);
+        if self.has_meshes() {
+            self.with_meshes(search, components, out);
+        }
+        let obstacles = search.part.as_ref().map_or(&self.obstacles, |part| &part.0);
+        let bounded = self.bounded.iter().filter_map(|&i| obstacles[i as usize].way());
+        search.boxes.extend(bounded.map(|(ends, radius)| {
             let ends = ends.map(|axis| axis.map(|end| to_kernel(&end)));
             around(ends.as_flattened(), radius)
-        });
-        self.boxes.extend(boxes);
+        }));
         if self.filter.has_pairs(self.bounded.len()) {
-            self.hash.rebuild(&self.boxes);
-            let mut pairs = std::mem::take(&mut self.pairs);
-            pairs.clear();
-            self.hash.pairs(|a, b| self.filter.contains(a, b), &mut pairs);
-            for &[a, b] in &pairs {
-                self.add_pair(a, b, components, out);
+            let Search { segments, boxes, hash, pairs, .. } = search;
+            hash.rebuild(boxes);
+            let mut found = std::mem::take(pairs);
+            found.clear();
+            // Obstacles have the numbers after all segments.
+            let number = |k: u32| match segments.get(k as usize) {
+                Some(&i) => i,
+                None => (self.shapes.len() + k as usize - segments.len()) as u32,
+            };
+            hash.pairs(|a, b| self.filter.contains(number(a), number(b)), &mut found);
+            for pair in &mut found {
+                *pair = pair.map(number);
             }
-            self.pairs = pairs;
+            let obstacles = self.obstacles(search);
+            for &[a, b] in &found {
+                self.add_pair(a, b, obstacles, components, out);
+            }
+            search.pairs = found;
         }
         out.sort_unstable_by_key(|contact| contact.key);
         if self.has_meshes() {
@@ -187,45 +291,75 @@ impl Detector {
         }
     }
 
-    fn with_meshes(&mut self, components: &[ConnectedSet], out: &mut Vec<Contact>) {
-        self.seen.fill(None);
-        self.seen_bodies.fill(None);
+    /// Pairs of segments whose boxes meet, one box a segment of the model: `out` gets those that can touch.
+    pub(crate) fn meetings(&self, hash: &mut SpatialHash, boxes: &[Aabb], out: &mut Vec<[u32; 2]>) {
+        out.clear();
+        if self.between_segments.is_some() {
+            hash.rebuild(boxes);
+            hash.pairs(|a, b| self.filter.contains(a, b) || self.filter.meets_mesh(a, b), out);
+        }
+    }
+
+    /// Rigid bodies with meshes, and the segments that were near them in a search among all: pairs of segments.
+    pub(crate) fn near_bodies(&self, search: &Search, mut pair: impl FnMut(u32, u32)) {
+        let meet = |a: &Aabb, b: &Aabb| (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k]);
+        for &(body, _) in &self.bodies {
+            for a in (0..self.shapes.len() as u32).filter(|&a| self.filter.touches_mesh(a, body)) {
+                if meet(&search.boxes[a as usize], &search.boxes[body as usize]) {
+                    pair(a, body);
+                }
+            }
+        }
+    }
+
+    fn with_meshes(&self, search: &mut Search, components: &Sets<'_>, out: &mut Vec<Contact>) {
+        let Search { segments, boxes, seen, seen_bodies, part, .. } = search;
+        let obstacles = part.as_ref().map_or(&self.obstacles, |part| &part.0);
+        seen.clear();
+        seen.resize(segments.len(), None);
+        seen_bodies.clear();
+        seen_bodies.resize(self.bodies.len(), None);
         let ways = |shape: &Shape| {
             let component = &components[shape.component as usize].component;
             [&component.start, &component.poses].map(|poses| shape.place(&poses[shape.body as usize]))
         };
         for &which in &self.meshes {
-            let obstacle = &self.obstacles[which as usize];
+            let obstacle = &obstacles[which as usize];
             let Some(carrier) = obstacle.carrier(Poses::Now) else { continue };
-            for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
+            for (k, (&a, room)) in segments.iter().zip(&*boxes).enumerate() {
+                let shape = &self.shapes[a as usize];
                 if !shape.free || !shape.touches() || parts::is_out_of_reach(&carrier, room) {
                     continue;
                 }
                 let way = ways(shape);
-                self.seen[a] = Some(way[1]);
+                seen[k] = Some(way[1]);
                 let contact = (obstacle.surface().friction, &self.params);
-                parts::detect((a as u32, shape), way, (Partner::Obstacle(which), &carrier), contact, out);
+                parts::detect((a, shape), way, (Partner::Obstacle(which), &carrier), contact, out);
             }
         }
-        let world = World { shapes: &self.shapes, obstacles: &self.obstacles, bodies: &self.bodies };
+        let world = World { shapes: &self.shapes, obstacles, bodies: &self.bodies };
         let friction = self.between_segments.unwrap_or_default().friction;
-        for (&(index, _), seen) in self.bodies.iter().zip(&mut self.seen_bodies) {
+        for (&(index, _), seen_body) in self.bodies.iter().zip(&mut *seen_bodies) {
+            if segments.binary_search(&index).is_err() {
+                continue;
+            }
             let Some(carrier) = world.body(index, components, Poses::Now) else { continue };
-            for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
-                if !self.filter.touches_mesh(a as u32, index) || parts::is_out_of_reach(&carrier, room) {
+            for (k, (&a, room)) in segments.iter().zip(&*boxes).enumerate() {
+                let shape = &self.shapes[a as usize];
+                if !self.filter.touches_mesh(a, index) || parts::is_out_of_reach(&carrier, room) {
                     continue;
                 }
                 let way = ways(shape);
-                self.seen[a] = Some(way[1]);
-                *seen = Some(carrier.frames[1]);
+                seen[k] = Some(way[1]);
+                *seen_body = Some(carrier.frames[1]);
                 let contact = (friction, &self.params);
-                parts::detect((a as u32, shape), way, (Partner::Segment(index), &carrier), contact, out);
+                parts::detect((a, shape), way, (Partner::Segment(index), &carrier), contact, out);
             }
             let shape = &self.shapes[index as usize];
-            for (which, obstacle) in self.obstacles.iter().enumerate().filter(|_| shape.free) {
+            for (which, obstacle) in obstacles.iter().enumerate().filter(|_| shape.free) {
                 let (body, other) = ((index, shape.radius, &carrier), (which as u32, obstacle));
                 if solids::detect(body, other, obstacle.surface().friction, out) {
-                    *seen = Some(carrier.frames[1]);
+                    *seen_body = Some(carrier.frames[1]);
                 }
             }
         }
@@ -233,7 +367,7 @@ impl Detector {
 
     /// On which part of its segment a contact with a mesh is: for [`parts::let_wait`]. `None` of what waits for no other: all
     /// contacts without meshes, and those of a box or a cylinder with a plane.
-    pub(crate) fn sector(&self, contact: &Contact, components: &[ConnectedSet]) -> Option<u8> {
+    pub(crate) fn sector(&self, contact: &Contact, components: &Sets<'_>) -> Option<u8> {
         let (index, partner, feature) = contact.key;
         let shape = &self.shapes[index as usize];
         let pose = || components[shape.component as usize].component.poses[shape.body as usize];
@@ -255,7 +389,7 @@ impl Detector {
         (partner.whole() != partner).then(|| u8::from(pose().q.axis().dot(contact.arms[0]) > 0.0))
     }
 
-    fn add_pair(&self, a: u32, b: u32, components: &[ConnectedSet], out: &mut Vec<Contact>) {
+    fn add_pair(&self, a: u32, b: u32, obstacles: &[Placed], components: &Sets<'_>, out: &mut Vec<Contact>) {
         let ends = |i: u32| {
             let shape = &self.shapes[i as usize];
             shape.place(&components[shape.component as usize].component.start[shape.body as usize])
@@ -266,7 +400,7 @@ impl Detector {
             (Partner::Segment(b), ends(b), self.shapes[b as usize].radius.min(own.radius))
         } else {
             let index = self.bounded[(b - segments) as usize];
-            let Some(([axis, _], _)) = self.obstacles[index as usize].way() else { return };
+            let Some(([axis, _], _)) = obstacles[index as usize].way() else { return };
             (Partner::Obstacle(index), axis.map(|end| to_kernel(&end)), own.radius)
         };
         let friction = self.surface(partner).friction;
@@ -284,20 +418,24 @@ impl Detector {
         out.extend(features.iter().filter(stands).map(contact));
     }
 
-    fn with_half_spaces(&self, out: &mut Vec<Contact>) {
+    fn with_half_spaces(&self, search: &Search, out: &mut Vec<Contact>) {
+        let Search { segments, boxes, .. } = search;
         let is_half_space = |obstacle: &Placed| !obstacle.is_bounded() && obstacle.mesh().is_none();
-        for (i, obstacle) in self.obstacles.iter().enumerate().filter(|(_, obstacle)| is_half_space(obstacle)) {
-            for (a, (shape, room)) in self.shapes.iter().zip(&self.boxes).enumerate() {
+        let all = self.obstacles(search).iter().enumerate();
+        for (i, obstacle) in all.filter(|(_, obstacle)| is_half_space(obstacle)) {
+            for (&a, room) in segments.iter().zip(boxes) {
+                let shape = &self.shapes[a as usize];
                 if !shape.free || obstacle.is_out_of_reach(room) {
                     continue;
                 }
-                let key = |end| (a as u32, Partner::Obstacle(i as u32), Feature::Own(end));
+                let key = |end| (a, Partner::Obstacle(i as u32), Feature::Own(end));
                 let contact = |end| Contact::new(key(end), obstacle.surface().friction, shape.radius);
                 out.extend([0, 1].into_iter().filter(|&end| shape.ends[end as usize]).map(contact));
             }
             for (index, mesh) in &self.bodies {
                 let shape = &self.shapes[*index as usize];
-                if shape.free && !obstacle.is_out_of_reach(&self.boxes[*index as usize]) {
+                let Ok(place) = segments.binary_search(index) else { continue };
+                if shape.free && !obstacle.is_out_of_reach(&boxes[place]) {
                     let key = |corner| (*index, Partner::Obstacle(i as u32), Feature::Corner(corner));
                     let contact = |corner| Contact::new(key(corner), obstacle.surface().friction, shape.radius);
                     out.extend((0..mesh.corners().len() as u32).map(contact));

@@ -54,6 +54,11 @@ impl PairFilter {
         is_rod && self.are_apart(segment.min(body), segment.max(body))
     }
 
+    /// Whether one of two segments is a rigid body with a mesh that the other can touch.
+    pub(crate) fn meets_mesh(&self, a: u32, b: u32) -> bool {
+        self.touches_mesh(a, b) || self.touches_mesh(b, a)
+    }
+
     /// Whether nothing but what they are keeps bodies `a` < `b` from touching.
     fn are_apart(&self, a: u32, b: u32) -> bool {
         let is_free = |i: u32| self.free.get(i as usize).copied();

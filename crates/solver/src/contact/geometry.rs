@@ -6,10 +6,11 @@ use nalgebra::Vector3;
 use rod::{Friction, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
+use super::key::{Feature, Key, Partner, key, words};
 use super::obstacles::Placed;
 use super::parts::Carrier;
+use super::sets::Sets;
 use crate::component::{BodyPose, Component};
-use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::snapshot::Tape;
@@ -50,76 +51,6 @@ impl Shape {
     }
 }
 
-/// What a segment touches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Partner {
-    /// A segment of the model with a higher index.
-    Segment(u32),
-    /// An obstacle that is round, or a half-space.
-    Obstacle(u32),
-    /// An obstacle, and a triangle of its mesh.
-    Face(u32, u32),
-    /// An obstacle, and an edge of its mesh.
-    Edge(u32, u32),
-    /// An obstacle, and a corner of its mesh or an end of its axis.
-    Corner(u32, u32),
-    /// A segment that is a rigid body, and a triangle of its mesh.
-    BodyFace(u32, u32),
-    /// A segment that is a rigid body, and an edge of its mesh.
-    BodyEdge(u32, u32),
-}
-
-impl Partner {
-    /// The segment or obstacle that it is, or is a part of.
-    pub(crate) fn whole(self) -> Self {
-        match self {
-            Partner::Segment(i) | Partner::BodyFace(i, _) | Partner::BodyEdge(i, _) => Partner::Segment(i),
-            Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) | Partner::Corner(i, _) => {
-                Partner::Obstacle(i)
-            }
-        }
-    }
-
-    /// The obstacle, if it is one or a part of one.
-    pub(crate) fn obstacle(self) -> Option<u32> {
-        if let Partner::Obstacle(i) = self.whole() { Some(i) } else { None }
-    }
-
-    /// The segment, if it is one or a part of one.
-    pub(crate) fn segment(self) -> Option<u32> {
-        if let Partner::Segment(i) = self.whole() { Some(i) } else { None }
-    }
-}
-
-/// Which points of the two axes a contact holds apart.
-///
-/// Two axes that cross have one nearest place; two that are almost parallel touch along a line, whose ends are ends of
-/// the axes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Feature {
-    /// The nearest points of both.
-    Nearest,
-    /// An end of the segment's own axis, 0 or 1, and what of the partner is nearest to it.
-    Own(u8),
-    /// An end of the partner's axis and what of the segment's is nearest to it.
-    Partners(u8),
-    /// A corner of the mesh that the segment has as a rigid body.
-    Corner(u32),
-    /// A triangle of that mesh.
-    Face(u32),
-    /// An edge of that mesh.
-    Edge(u32),
-}
-
-impl Feature {
-    /// All that hold two almost parallel axes apart.
-    pub(crate) const PARALLEL: [Feature; 5] =
-        [Feature::Nearest, Feature::Own(0), Feature::Own(1), Feature::Partners(0), Feature::Partners(1)];
-}
-
-/// Identifies a contact from step to step.
-pub(crate) type Key = (u32, Partner, Feature);
-
 /// A possible contact over one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
@@ -145,6 +76,8 @@ pub(crate) struct Contact {
     pub(crate) pressed: u32,
     /// Compliance along and across the normal to its own impulse, as of the last solve; 0 before.
     pub(crate) compliance: [f64; 2],
+    /// The time by whose square its impulse is a force [s]: see [`Component::effective_dt`]; 0 before the first.
+    pub(crate) span: f64,
     /// Error, relative to the radius.
     pub(crate) residual: f64,
     /// Smaller radius of the two [m].
@@ -153,56 +86,6 @@ pub(crate) struct Contact {
     pub(crate) doubled: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
     pub(crate) waits: bool,
-}
-
-/// A [`Key`] as words. The first one holds the segment and, from bit 32 on, which corner, face or edge of it the feature is.
-/// The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the partner is a face (1), an
-/// edge (2) or a corner (3) of a mesh (2 bits), whether the feature is a face (1) or an edge (2) where it is a part of a mesh
-/// (2 bits), and, from bit 32 on, which part of the partner.
-fn words((segment, partner, feature): Key) -> [u64; 3] {
-    let (kind, part) = match partner {
-        Partner::Segment(_) | Partner::Obstacle(_) => (0, 0),
-        Partner::Face(_, part) | Partner::BodyFace(_, part) => (1, part),
-        Partner::Edge(_, part) | Partner::BodyEdge(_, part) => (2, part),
-        Partner::Corner(_, part) => (3, part),
-    };
-    let partner = match partner.whole() {
-        Partner::Segment(i) => u64::from(i) << 1,
-        other => u64::from(other.obstacle().unwrap_or_default()) << 1 | 1,
-    };
-    let (feature, own) = match feature {
-        Feature::Nearest => (0, 0),
-        Feature::Own(end) => (1 | u64::from(end) << 2, 0),
-        Feature::Partners(end) => (2 | u64::from(end) << 2, 0),
-        Feature::Corner(corner) => (3, corner),
-        Feature::Face(face) => (3 | 1 << 5, face),
-        Feature::Edge(edge) => (3 | 2 << 5, edge),
-    };
-    [u64::from(segment) | u64::from(own) << 32, partner, feature | kind << 3 | u64::from(part) << 32]
-}
-
-/// The inverse of [`words`].
-fn key([segment, partner, feature]: [u64; 3]) -> Key {
-    let (index, part, own) = ((partner >> 1) as u32, (feature >> 32) as u32, (segment >> 32) as u32);
-    let partner = match (partner & 1, feature >> 3 & 3) {
-        (0, 1) => Partner::BodyFace(index, part),
-        (0, 2) => Partner::BodyEdge(index, part),
-        (0, _) => Partner::Segment(index),
-        (_, 1) => Partner::Face(index, part),
-        (_, 2) => Partner::Edge(index, part),
-        (_, 3) => Partner::Corner(index, part),
-        _ => Partner::Obstacle(index),
-    };
-    let end = (feature >> 2 & 1) as u8;
-    let feature = match (feature & 3, feature >> 5 & 3) {
-        (0, _) => Feature::Nearest,
-        (1, _) => Feature::Own(end),
-        (2, _) => Feature::Partners(end),
-        (_, 1) => Feature::Face(own),
-        (_, 2) => Feature::Edge(own),
-        _ => Feature::Corner(own),
-    };
-    (segment as u32, partner, feature)
 }
 
 /// Positions of all that can touch, in one step.
@@ -215,7 +98,7 @@ pub(crate) struct World<'a> {
 
 impl World<'_> {
     /// The mesh of segment `index`, and where it is at the start of the step and in `poses`.
-    pub(super) fn body(&self, index: u32, components: &[ConnectedSet], poses: Poses) -> Option<Carrier<'_>> {
+    pub(super) fn body(&self, index: u32, components: &Sets<'_>, poses: Poses) -> Option<Carrier<'_>> {
         let place = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
         let shape = &self.shapes[index as usize];
         let component = &components[shape.component as usize].component;
@@ -291,6 +174,7 @@ impl Contact {
             guess: [0.0; 3],
             pressed: 0,
             compliance: [0.0; 2],
+            span: 0.0,
             residual: 0.0,
             radius,
             doubled: false,
@@ -312,7 +196,7 @@ impl Contact {
             tape.vector(vector);
         }
         let Friction { at_rest, sliding } = &mut self.friction;
-        for number in [&mut self.target, &mut self.radius, at_rest, sliding] {
+        for number in [&mut self.target, &mut self.radius, &mut self.span, at_rest, sliding] {
             tape.number(number);
         }
         let mut pressed = self.pressed as usize;
@@ -322,7 +206,7 @@ impl Contact {
     }
 
     /// Evaluates the contact at the components' poses.
-    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &[ConnectedSet], poses: Poses) {
+    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &Sets<'_>, poses: Poses) {
         let (index, partner, feature) = self.key;
         let shape = &world.shapes[index as usize];
         let own = Side::of(shape, &components[shape.component as usize].component, poses);

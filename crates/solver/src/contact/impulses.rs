@@ -12,10 +12,12 @@
 //! solves end with a sweep. Now and then Newton iterations on those that press take out what sweeps are slow at.
 
 use super::newton::Newton;
-use super::problem::{Problem, Row};
+use super::operator::{Chunk, Row};
+use super::problem::Problem;
 use super::twins::{self, Twins};
 use crate::contact_params::ContactParams;
-use crate::snapshot::Tape;
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
 
 /// Memory of the solves.
 #[derive(Default)]
@@ -26,12 +28,15 @@ pub(crate) struct Impulses {
     before: Vec<Row>,
     /// p.
     direction: Vec<Row>,
+    /// `W dz` at the start of a round, and `W p`.
+    moved_before: Vec<Chunk>,
+    moved_along: Vec<Chunk>,
 }
 
 impl Impulses {
-    /// Shows a tape what one solve leaves to the next.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.newton.tape(tape);
+    /// Begins a step: what one solve leaves to the next ends with it.
+    pub(crate) fn begin(&mut self) {
+        self.newton.begin();
     }
 
     /// Solves `problem` until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by,
@@ -47,12 +52,13 @@ impl Impulses {
         loop {
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
+            self.moved_before.clone_from(problem.operator.all_moved());
             let mut change = problem.sweep(false);
             sweeps += 1;
             if change <= tolerance || sweeps >= most {
                 break;
             }
-            self.twins.iter().for_each(|twins| twins.transfer(problem));
+            twins::transfer(&self.twins, problem);
             change = problem.sweep(true);
             sweeps += 1;
             if change <= tolerance || sweeps >= most {
@@ -84,16 +90,36 @@ impl Impulses {
             gamma += (0..3).map(|i| (now[i] - before[i]).powi(2) * d[i][i]).sum::<f64>();
         }
         let beta = last.filter(|&last| gamma <= last && last > 0.0).map_or(0.0, |last| gamma / last);
-        self.direction.resize(self.before.len(), [0.0; 3]);
-        for (k, (before, direction)) in self.before.iter().zip(&mut self.direction).enumerate() {
-            let (now, friction) = (problem.unknowns()[k].force, problem.unknowns()[k].friction);
-            let further = if beta > 0.0 { direction.map(|x| beta * x) } else { [0.0; 3] };
-            *direction = [0, 1, 2].map(|i| now[i] - before[i] + further[i]);
-            if further != [0.0; 3] {
-                let force = [(now[0] + further[0]).max(0.0), now[1] + further[1], now[2] + further[2]];
-                problem.set_force(k, friction.within_rest(force));
-            }
+        let Self { before, direction, moved_before, moved_along, .. } = self;
+        direction.resize(before.len(), [0.0; 3]);
+        moved_along.resize(moved_before.len(), Chunk::zero());
+        if beta == 0.0 {
+            direction.fill([0.0; 3]);
+            moved_along.fill(Chunk::zero());
         }
+        vectorized(
+            #[inline(always)]
+            || {
+                // What answers to the impulses goes further with them.
+                let by = Chunk::splat(beta);
+                let all = problem.operator.all_moved().iter_mut();
+                for (moved, (before, along)) in all.zip(moved_before.iter().zip(moved_along.iter_mut())) {
+                    let further = *along * by;
+                    *along = *moved - *before + further;
+                    *moved += further;
+                }
+                for (k, (before, direction)) in before.iter().zip(direction.iter_mut()).enumerate() {
+                    let (now, friction) = (problem.unknowns()[k].force, problem.unknowns()[k].friction);
+                    let further = direction.map(|x| beta * x);
+                    *direction = [0, 1, 2].map(|i| now[i] - before[i] + further[i]);
+                    if further != [0.0; 3] {
+                        let known = [now[0] + further[0], now[1] + further[1], now[2] + further[2]];
+                        let force = friction.within_rest([known[0].max(0.0), known[1], known[2]]);
+                        problem.set_force_from(k, force, known);
+                    }
+                }
+            },
+        );
         gamma
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! A simulation whose model has nothing to touch builds none of this.
 
+mod cone;
 mod convert;
 mod coupling;
 mod detect;
@@ -9,12 +10,18 @@ mod exclusion;
 mod force;
 mod geometry;
 mod impulses;
+mod islands;
+mod key;
+mod memory;
 mod newton;
 mod obstacles;
+mod operator;
 mod overlap;
 mod parts;
 mod problem;
 mod rest;
+mod sets;
+mod shared;
 mod solids;
 mod stage;
 #[cfg(test)]
@@ -26,7 +33,10 @@ pub use overlap::{Overlap, Overlapped};
 
 pub(crate) use exclusion::PairFilter;
 pub(crate) use geometry::Shape;
+pub(crate) use islands::Islands;
 pub(crate) use overlap::refuse_overlaps;
+pub(crate) use sets::Sets;
+pub(crate) use shared::Shared;
 pub(crate) use stage::{Stage, Touching};
 
 /// More contacts press at once than there is memory for.

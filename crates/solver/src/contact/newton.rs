@@ -10,9 +10,10 @@ use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
-use super::problem::{Bound, Problem, Row, Unknown, length, natural_residual};
+use super::cone::{Bound, length, natural_residual};
+use super::operator::{Chunk, Row};
+use super::problem::{Problem, Unknown};
 use crate::contact_params::ContactParams;
-use crate::snapshot::Tape;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -24,6 +25,7 @@ pub(crate) struct Newton {
     w_before: Vec<Row>,
     /// Impulses at the start of an iteration, and the step from there.
     before: Vec<Row>,
+    moved_before: Vec<Chunk>,
     step: Vec<Row>,
     matrix: Vec<f64>,
     rhs: Vec<f64>,
@@ -45,6 +47,7 @@ impl Default for Newton {
             w: Vec::new(),
             w_before: Vec::new(),
             before: Vec::new(),
+            moved_before: Vec::new(),
             step: Vec::new(),
             matrix: Vec::new(),
             rhs: Vec::new(),
@@ -63,9 +66,9 @@ struct Merit {
 }
 
 impl Newton {
-    /// Shows a tape what one solve leaves to the next.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        tape.number(&mut self.damping);
+    /// Begins a step: the damping of one solve is a start for the next within it.
+    pub(crate) fn begin(&mut self) {
+        self.damping = 0.0;
     }
 
     /// Improves the problem's impulses as long as an iteration helps. Returns whether they are within `tolerance`.
@@ -74,6 +77,7 @@ impl Newton {
             self.damping = params.newton_damping_start;
         }
         let is_minimum = problem.unknowns().iter().any(|unknown| matches!(unknown.friction, Bound::Lagged(_)));
+        problem.refresh();
         let mut now = self.measure(problem);
         for _ in 0..params.newton_iterations {
             if now.largest <= tolerance {
@@ -85,17 +89,21 @@ impl Newton {
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
             self.w_before.clone_from(&self.w);
+            self.moved_before.clone_from(problem.operator.all_moved());
             let mut part = 1.0;
             let mut next = None;
             for _ in 0..params.newton_halvings {
-                for (k, (before, step)) in self.before.iter().zip(&self.step).enumerate() {
-                    let mut force = [0, 1, 2].map(|k| before[k] + part * step[k]);
-                    force[0] = force[0].max(0.0);
-                    if is_minimum {
-                        force = problem.unknowns()[k].friction.within(force);
-                    }
-                    problem.set_force(k, force);
-                }
+                // From where they were each time: a long step that is not taken leaves no rounding errors.
+                problem.restore(&self.before, &self.moved_before);
+                let (before, step) = (&self.before, &self.step);
+                problem.set_forces(
+                    #[inline(always)]
+                    |k, unknown| {
+                        let [n, x, y] = [0, 1, 2].map(|r| before[k][r] + part * step[k][r]);
+                        let force = [n.max(0.0), x, y];
+                        if is_minimum { unknown.friction.within(force) } else { force }
+                    },
+                );
                 let merit = self.measure(problem);
                 let is_lower = match is_minimum {
                     true => self.energy_change(problem) < 0.0,
@@ -109,9 +117,7 @@ impl Newton {
             }
             let Some(merit) = next else {
                 self.damping *= params.newton_damping_rise;
-                for (k, &before) in self.before.iter().enumerate() {
-                    problem.set_force(k, before);
-                }
+                problem.restore(&self.before, &self.moved_before);
                 if self.damping > params.newton_damping_most {
                     self.damping = params.newton_damping_most;
                     return false;
@@ -136,7 +142,7 @@ impl Newton {
         0.5 * contacts.map(of).sum::<f64>()
     }
 
-    fn measure(&mut self, problem: &mut Problem) -> Merit {
+    fn measure(&mut self, problem: &Problem) -> Merit {
         self.w.clear();
         let mut merit = Merit { squares: 0.0, largest: 0.0 };
         for k in 0..problem.unknowns().len() {
@@ -191,31 +197,36 @@ impl Newton {
             let rows = Rows::new(problem, k as usize, w[k as usize], *damping);
             let rhs = &mut rhs[3 * i..3 * i + 3];
             rhs.copy_from_slice(&rows.rhs);
-            for (other, block) in problem.row(k as usize) {
-                // The normal row goes through W as it is, or not at all.
-                let product = |r: usize, c: usize| match r {
-                    0 => rows.through[0][0] * block[0][c],
-                    _ => {
-                        rows.through[r][0] * block[0][c]
-                            + rows.through[r][1] * block[1][c]
-                            + rows.through[r][2] * block[2][c]
-                    }
-                };
-                match place[other as usize] {
-                    u32::MAX => {
-                        for (r, rhs) in rhs.iter_mut().enumerate() {
-                            *rhs -= (0..3).map(|c| product(r, c) * step[other as usize][c]).sum::<f64>();
+            problem.operator.each_block(
+                k as usize,
+                #[inline(always)]
+                |other, block| {
+                    // The normal row goes through W as it is, or not at all.
+                    let product = |r: usize, c: usize| match r {
+                        0 => rows.through[0][0] * block[0][c],
+                        _ => {
+                            rows.through[r][0] * block[0][c]
+                                + rows.through[r][1] * block[1][c]
+                                + rows.through[r][2] * block[2][c]
                         }
-                    }
-                    j => {
-                        for c in 0..3 {
-                            for r in 0..3 {
-                                matrix[(3 * j as usize + c) * size + 3 * i + r] += product(r, c);
+                    };
+                    match place[other] {
+                        u32::MAX => {
+                            for (r, rhs) in rhs.iter_mut().enumerate() {
+                                *rhs -= (0..3).map(|c| product(r, c) * step[other][c]).sum::<f64>();
+                            }
+                        }
+                        j => {
+                            for c in 0..3 {
+                                let first = (3 * j as usize + c) * size + 3 * i;
+                                for (r, entry) in matrix[first..first + 3].iter_mut().enumerate() {
+                                    *entry += product(r, c);
+                                }
                             }
                         }
                     }
-                }
-            }
+                },
+            );
             for c in 0..3 {
                 for r in 0..3 {
                     matrix[(3 * i + c) * size + 3 * i + r] += rows.own[r][c];

@@ -48,6 +48,11 @@ impl Placed {
         Self { obstacle: obstacle.clone(), shapes: [shape(), shape()], solid, poses: [pose; 2], velocity }
     }
 
+    /// Whether nothing moves it.
+    pub(crate) fn stands(&self) -> bool {
+        self.obstacle.motion.is_none()
+    }
+
     /// Lets a motion drive it from the next step on.
     pub(crate) fn drive(&mut self, motion: &Carried) {
         self.obstacle.motion = Some(motion.clone());

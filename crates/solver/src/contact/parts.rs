@@ -12,7 +12,8 @@ use rod::Friction;
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::detect::are_parallel;
-use super::geometry::{Contact, Feature, Partner, Poses, Shape, Side};
+use super::geometry::{Contact, Poses, Shape, Side};
+use super::key::{Feature, Partner};
 use crate::component::BodyPose;
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;

@@ -1,7 +1,7 @@
 //! How contacts come to rest where the momentum residual is solved for, which sees each change of an impulse.
 
+use super::cone::{Bound, length};
 use super::geometry::Contact;
-use super::problem::{Bound, length};
 
 /// What a contact keeps of its error and its friction from one iteration to the next; kept beside the contacts, as no
 /// formulation without a momentum residual asks for it.

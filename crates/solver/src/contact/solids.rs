@@ -12,7 +12,8 @@ use collision::{Aabb, closest};
 use rod::Friction;
 
 use super::convert::{to_kernel, to_nalgebra};
-use super::geometry::{Contact, Feature, Partner, Poses, Side, frame};
+use super::geometry::{Contact, Poses, Side, frame};
+use super::key::{Feature, Partner};
 use super::obstacles::Placed;
 use super::parts::{ASKEW, BESIDE, Carrier, Way};
 use crate::kernel::math::Vec3;

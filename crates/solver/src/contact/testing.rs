@@ -5,14 +5,16 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
 
-use super::Shape;
-use super::detect::Detector;
+use super::detect::{Detector, Search};
 use super::exclusion::PairFilter;
+use super::geometry::Contact;
+use super::{Sets, Shape};
 use crate::component::{Component, split};
-use crate::connected_set::{ConnectedSet, Projector};
+use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::contact_params::ContactParams;
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
+use crate::linear::response::Response;
 use crate::linear::solvers::SolverKind;
 
 /// A straight rod: its centre and the whole way along it [m], segments, radius [m] and velocity [m/s].
@@ -21,7 +23,10 @@ pub(super) type Straight = ([f64; 3], [f64; 3], usize, f64, [f64; 3]);
 /// Rods, their connected sets and the shapes of their segments.
 pub(super) struct Rods {
     pub(super) model: Model,
-    pub(super) sets: Vec<ConnectedSet>,
+    #[allow(clippy::vec_box)]
+    pub(super) sets: Vec<Box<ConnectedSet>>,
+    /// Their numbers.
+    pub(super) seats: Vec<u32>,
     pub(super) shapes: Vec<Shape>,
 }
 
@@ -53,7 +58,8 @@ impl Rods {
             }
         };
         let shapes = (0..model.segments.len()).map(shape).collect();
-        Self { model, sets, shapes }
+        let seats = (0..sets.len() as u32).collect();
+        Self { model, sets, seats, shapes }
     }
 
     /// Predicts a step of `dt` [s].
@@ -64,19 +70,36 @@ impl Rods {
         }
     }
 
+    /// All sets.
+    pub(super) fn all(&mut self) -> Sets<'_> {
+        Sets::new(&mut self.sets, &self.seats)
+    }
+
+    /// Their contacts, and what has found them.
+    pub(super) fn find(&mut self) -> (Detector, Search, Vec<Contact>) {
+        let (detector, mut search, mut contacts) = (self.detector(), Search::default(), Vec::new());
+        search.of(0..self.shapes.len() as u32);
+        detector.detect(&mut search, false, &self.all(), &mut contacts);
+        (detector, search, contacts)
+    }
+
     /// What finds their contacts.
-    pub(super) fn detector(&self) -> Detector {
+    fn detector(&self) -> Detector {
         Detector::new(&self.model, self.shapes.clone(), PairFilter::new(&self.model), ContactParams::DEFAULT)
     }
 }
 
-fn sets(model: &Model, state: &State) -> Vec<ConnectedSet> {
-    let set = |(members, topology)| {
+#[allow(clippy::vec_box)]
+fn sets(model: &Model, state: &State) -> Vec<Box<ConnectedSet>> {
+    let set = |(number, (members, topology))| {
         let solver = SolverKind::Direct.build(model, &members, &topology).expect("a solver");
         let mut component = Component::new(model, state, Arc::new(topology), &[&members]);
         component.pushes = vec![Spatial::zero(); component.poses.len()];
         component.pushed = component.pushes.clone();
-        ConnectedSet::new(component, members, Projector::Solve { solver, guess: None })
+        let response = Response::new(&component.system, true).expect("a factor");
+        let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess: None });
+        set.touch = Some(Box::new(Touch { number, response, corrections: Vec::new() }));
+        Box::new(set)
     };
-    split(model).into_iter().map(set).collect()
+    (0..).zip(split(model)).map(set).collect()
 }

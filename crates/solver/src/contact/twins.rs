@@ -11,7 +11,10 @@
 //! Friction goes along with the normal impulse, and cones are convex: both stay in theirs. Where both stick then, the two
 //! tangents move to their minimum, too.
 
-use super::problem::{Block3, Bound, Problem, Row, length};
+use super::cone::{Bound, length};
+use super::operator::{Block3, Row};
+use super::problem::Problem;
+use crate::kernel::dispatch::vectorized;
 
 /// Correlation of two normal responses from which their contacts are twins.
 const TWINS: f64 = 0.7;
@@ -28,18 +31,28 @@ pub(super) fn find(problem: &Problem, twins: &mut Vec<Twins>) {
     twins.clear();
     for a in 0..problem.unknowns().len() {
         let own = problem.diagonal(a)[0][0];
-        let is_twin = |&(b, normal, _): &(usize, f64, usize)| {
+        let is_twin = |&(b, places): &(usize, [Option<usize>; 2])| {
+            let normal = problem.operator.normals(a, places);
             normal > 0.0 && normal * normal > TWINS * TWINS * own * problem.diagonal(b)[0][0]
         };
-        if let Some((b, _, place)) = problem.after(a).find(is_twin) {
-            twins.push(Twins { pair: [a, b], block: problem.block(a, place) });
+        if let Some((b, places)) = problem.operator.coupled(a, a + 1).find(is_twin) {
+            twins.push(Twins { pair: [a, b], block: problem.operator.block(a, places) });
         }
     }
 }
 
+/// Moves force between all of them, in turn.
+pub(super) fn transfer(twins: &[Twins], problem: &mut Problem) {
+    vectorized(
+        #[inline(always)]
+        || twins.iter().for_each(|twins| twins.transfer(problem)),
+    );
+}
+
 impl Twins {
     /// Moves force from one to the other.
-    pub(super) fn transfer(&self, problem: &mut Problem) {
+    #[inline(always)]
+    fn transfer(&self, problem: &mut Problem) {
         let force = |k: usize| problem.unknowns()[k].force;
         let mut z = self.pair.map(force);
         if z[0][0] <= 0.0 && z[1][0] <= 0.0 {

@@ -46,7 +46,7 @@ impl Substep {
 
     /// The one that sets, which make up `whole`, have just been solved for; `None` where there are none.
     pub(crate) fn of_all(
-        sets: &[ConnectedSet],
+        sets: &[Box<ConnectedSet>],
         whole: &Members,
         touching: Vec<Touching>,
         begins_anew: bool,

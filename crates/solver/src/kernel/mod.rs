@@ -6,5 +6,6 @@ pub mod dual;
 pub mod lane;
 pub mod math;
 mod spatial;
+pub(crate) mod transfer;
 
 pub use spatial::Spatial;

@@ -8,6 +8,7 @@ pub mod precondition;
 pub(crate) mod response;
 pub mod solvers;
 pub mod sparse;
+pub(crate) mod transfers;
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;

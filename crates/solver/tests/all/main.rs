@@ -9,6 +9,7 @@ mod contact_forces;
 mod driven;
 mod grips;
 mod guess;
+mod islands;
 mod joint_forces;
 mod lanes;
 mod many_contacts;

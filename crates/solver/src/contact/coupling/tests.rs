@@ -1,7 +1,7 @@
 //! The operator of free segments in closed form.
 
 use super::super::geometry::Poses;
-use super::super::problem::Block3;
+use super::super::operator::Block3;
 use super::super::testing::Rods;
 use super::*;
 
@@ -21,15 +21,16 @@ fn stack(radii: &[f64], most_blocks: usize) -> Result<Stack, TooManyContacts> {
     let rod = |k: usize| ([0.0, 0.0, -depth(k)], along(k), 1, radii[k], STILL);
     let mut rods = Rods::new(&(0..radii.len()).map(rod).collect::<Vec<_>>());
     rods.predict(0.01);
-    let (mut detector, mut contacts) = (rods.detector(), Vec::new());
-    detector.detect(&rods.sets, &mut contacts);
-    contacts.iter_mut().for_each(|contact| contact.evaluate(&detector.world(), &rods.sets, Poses::Now));
-    let response = |set: &ConnectedSet| Response::new(&set.component.system, true).expect("a factor");
-    let mut responses: Vec<_> = rods.sets.iter().map(response).collect();
+    let (detector, search, mut contacts) = rods.find();
+    let Rods { sets, seats, shapes, .. } = &mut rods;
+    let mut sets = Sets::new(sets, seats);
+    contacts.iter_mut().for_each(|contact| contact.evaluate(&detector.world(&search), &sets, Poses::Now));
     let active: Vec<u32> = (0..contacts.len() as u32).collect();
     let (own, mut problem) = ((&*contacts, &*active), Problem::default());
-    Coupling::default().assemble(own, &rods.shapes, &rods.sets, &mut responses, &mut problem, most_blocks)?;
-    let blocks = (0..contacts.len()).map(|row| problem.row(row).collect()).collect();
+    Coupling::default().assemble(own, shapes, &mut sets, &mut problem, most_blocks)?;
+    let blocks = (0..contacts.len())
+        .map(|row| problem.row(row).map(|(column, block)| (column as u32, block)).collect())
+        .collect();
     Ok(Stack { rods, contacts, blocks })
 }
 

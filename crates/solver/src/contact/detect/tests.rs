@@ -7,9 +7,7 @@ const STILL: [f64; 3] = [0.0; 3];
 
 fn found(rods: &mut Rods, dt: f64) -> Vec<(u32, Partner, Feature)> {
     rods.predict(dt);
-    let mut contacts = Vec::new();
-    rods.detector().detect(&rods.sets, &mut contacts);
-    contacts.iter().map(|contact| contact.key).collect()
+    rods.find().2.iter().map(|contact| contact.key).collect()
 }
 
 #[test]

@@ -5,7 +5,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rod::Friction;
 
-use super::super::problem::{Bound, Pattern, Row, Unknown, length, natural_residual};
+use super::super::cone::{Bound, length, natural_residual};
+use super::super::operator::Block3;
+use super::super::problem::Unknown;
 use super::*;
 
 /// A random problem of `count` contacts that all push one component: a symmetric, positive definite matrix.
@@ -19,20 +21,26 @@ fn random(count: usize, friction: Bound, seed: u64) -> Problem {
         let free = [number() - 0.5, number(), number()];
         problem.push(Unknown { force: [0.0; 3], before: [0.0; 3], free, friction, scale: 1.0 });
     }
+    fill(&mut problem, |row, column| {
+        let entry = |r: usize, c: usize| {
+            let (i, j) = (3 * row + r, 3 * column + c);
+            let dot: f64 = factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum();
+            dot / size as f64 + if i == j { 0.5 } else { 0.0 }
+        };
+        [0, 1, 2].map(|r| [0, 1, 2].map(|c| entry(r, c)))
+    });
+    problem
+}
+
+/// Couples all contacts of a problem, by the blocks of the lower triangle.
+fn fill(problem: &mut Problem, block: impl Fn(usize, usize) -> Block3) {
+    let count = problem.unknowns().len();
     let members: Vec<u32> = (0..count as u32).collect();
-    problem.reset(&Pattern { start: &[0, count], members: &members }, &vec![[0, u32::MAX]; count]);
-    for (row, column) in (0..count).flat_map(|row| (0..count).map(move |column| (row, column))) {
-        for direction in 0..3 {
-            let entry = |r: usize| {
-                let (i, j) = (3 * row + r, 3 * column + direction);
-                let dot: f64 = factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum();
-                dot / size as f64 + if i == j { 0.5 } else { 0.0 }
-            };
-            problem.add(row as u32, column, direction, [entry(0), entry(1), entry(2)]);
-        }
+    problem.operator.reset(count, &[0, count], &members);
+    for (row, column) in (0..count).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+        problem.operator.add(0, (row, column), &block(row, column), false);
     }
     problem.close();
-    problem
 }
 
 fn coulomb(friction: f64) -> Bound {
@@ -59,15 +67,10 @@ fn row(count: usize, correlation: f64, friction: Bound, slip: f64) -> Problem {
         let (force, far) = (if k == 0 { [1.0, 0.0, 0.0] } else { [0.0; 3] }, 0.002 * k as f64);
         problem.push(Unknown { force, before: force, free: [-far, slip, 0.5 * slip - far], friction, scale: 1.0 });
     }
-    let members: Vec<u32> = (0..count as u32).collect();
-    problem.reset(&Pattern { start: &[0, count], members: &members }, &vec![[0, u32::MAX]; count]);
-    for (row, column) in (0..count).flat_map(|row| (0..count).map(move |column| (row, column))) {
+    fill(&mut problem, |row, column| {
         let entry = correlation.powi(row.abs_diff(column) as i32);
-        for direction in 0..3 {
-            problem.add(row as u32, column, direction, [0, 1, 2].map(|r| if r == direction { entry } else { 0.0 }));
-        }
-    }
-    problem.close();
+        [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { entry } else { 0.0 }))
+    });
     problem
 }
 

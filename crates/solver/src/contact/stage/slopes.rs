@@ -12,12 +12,13 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use super::{Contact, Poses, Shape, Stage};
+use super::Stage;
 use crate::component::BodyPose;
-use crate::connected_set::ConnectedSet;
 use crate::contact::convert::to_nalgebra;
-use crate::contact::geometry::World;
+use crate::contact::geometry::{Contact, Poses, Shape, World};
 use crate::contact::obstacles::Placed;
+use crate::contact::sets::Sets;
+use crate::contact::shared::Shared;
 use crate::kernel::math::{Quat, Vec3};
 
 /// Step of the central differences, in radii and in radians.
@@ -80,7 +81,7 @@ fn moved(pose: BodyPose<f64>, axis: usize, by: f64) -> BodyPose<f64> {
 }
 
 /// Where a segment is: at the end of the step (0), or at its start (1).
-fn pose_of<'a>(components: &'a mut [ConnectedSet], shape: &Shape, when: usize) -> &'a mut BodyPose<f64> {
+fn pose_of<'a>(components: &'a mut Sets<'_>, shape: &Shape, when: usize) -> &'a mut BodyPose<f64> {
     let component = &mut components[shape.component as usize].component;
     let poses = if when == 0 { &mut component.poses } else { &mut component.start };
     &mut poses[shape.body as usize]
@@ -88,85 +89,84 @@ fn pose_of<'a>(components: &'a mut [ConnectedSet], shape: &Shape, when: usize) -
 
 impl Stage {
     /// The contacts that press, at the poses evaluated last, in a step whose contacts are solved to `tolerance`.
-    pub(crate) fn slopes(&self, components: &mut [ConnectedSet], tolerance: f64) -> Vec<Touching> {
+    pub(crate) fn slopes(&self, shared: &Shared, components: &mut Sets<'_>, tolerance: f64) -> Vec<Touching> {
+        let world = shared.detector.world(&self.search);
         let pressing = self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero());
-        let mut obstacles = self.detector.world().obstacles.to_vec();
-        pressing.map(|contact| self.slopes_of(contact, components, &mut obstacles, tolerance)).collect()
+        let mut obstacles = world.obstacles.to_vec();
+        pressing.map(|contact| slopes_of(contact, &world, components, &mut obstacles, tolerance)).collect()
     }
+}
 
-    fn slopes_of(
-        &self,
-        contact: &Contact,
-        components: &mut [ConnectedSet],
-        obstacles: &mut [Placed],
-        tolerance: f64,
-    ) -> Touching {
-        let world = self.detector.world();
-        let segments = (contact.key.0, contact.key.1.segment());
-        let obstacle = contact.key.1.obstacle().map(|index| index as usize);
-        let force = contact.local(contact.impulse);
-        let see = |components: &[ConnectedSet], obstacles: &[Placed]| {
-            let mut other = *contact;
-            other.evaluate(&World { obstacles, ..world }, components, Poses::Now);
-            seen(&other, force)
-        };
-        let mut push_by_pose = SMatrix::<f64, 12, 12>::zeros();
-        let mut slopes = [SMatrix::<f64, 3, 12>::zeros(); 2];
-        // `at` sees the contact with a body that is moved at one end of the step.
-        let mut differ = |side: usize, at: &mut dyn FnMut(usize, usize, f64) -> Seen| {
-            for axis in 0..6 {
-                let step = if axis < 3 { STEP * contact.radius } else { STEP };
-                for (when, slopes) in slopes.iter_mut().enumerate() {
-                    let [above, below] = [step, -step].map(|by| at(when, axis, by));
-                    let (per, column) = (0.5 / step, 6 * side + axis);
-                    slopes.set_column(column, &((above.gap_and_slip - below.gap_and_slip) * per));
-                    if when == 0 {
-                        push_by_pose.set_column(column, &((above.push - below.push) * per));
-                    }
+fn slopes_of(
+    contact: &Contact,
+    world: &World<'_>,
+    components: &mut Sets<'_>,
+    obstacles: &mut [Placed],
+    tolerance: f64,
+) -> Touching {
+    let segments = (contact.key.0, contact.key.1.segment());
+    let obstacle = contact.key.1.obstacle().map(|index| index as usize);
+    let force = contact.local(contact.impulse);
+    let see = |components: &Sets<'_>, obstacles: &[Placed]| {
+        let mut other = *contact;
+        other.evaluate(&World { obstacles, ..*world }, components, Poses::Now);
+        seen(&other, force)
+    };
+    let mut push_by_pose = SMatrix::<f64, 12, 12>::zeros();
+    let mut slopes = [SMatrix::<f64, 3, 12>::zeros(); 2];
+    // `at` sees the contact with a body that is moved at one end of the step.
+    let mut differ = |side: usize, at: &mut dyn FnMut(usize, usize, f64) -> Seen| {
+        for axis in 0..6 {
+            let step = if axis < 3 { STEP * contact.radius } else { STEP };
+            for (when, slopes) in slopes.iter_mut().enumerate() {
+                let [above, below] = [step, -step].map(|by| at(when, axis, by));
+                let (per, column) = (0.5 / step, 6 * side + axis);
+                slopes.set_column(column, &((above.gap_and_slip - below.gap_and_slip) * per));
+                if when == 0 {
+                    push_by_pose.set_column(column, &((above.push - below.push) * per));
                 }
             }
-        };
-        let sides = [Some(segments.0), segments.1];
-        for (side, segment) in sides.into_iter().enumerate().filter_map(|(side, segment)| Some((side, segment?))) {
-            let shape = world.shapes[segment as usize];
-            differ(side, &mut |when, axis, by| {
-                let before = *pose_of(components, &shape, when);
-                *pose_of(components, &shape, when) = moved(before, axis, by);
-                let seen = see(components, obstacles);
-                *pose_of(components, &shape, when) = before;
-                seen
-            });
         }
-        if let Some(index) = obstacle {
-            let before = obstacles[index].clone();
-            obstacles[index].let_move();
-            differ(1, &mut |when, axis, by| {
-                // Poses of obstacles begin with the start.
-                let own = before.pose(1 - when);
-                obstacles[index].displace(1 - when, moved(own, axis, by));
-                let seen = see(components, obstacles);
-                obstacles[index].displace(1 - when, own);
-                seen
-            });
-            obstacles[index] = before;
-        }
-
-        let unit = |k: usize| [0, 1, 2].map(|j| if j == k { 1.0 } else { 0.0 });
-        let columns = [0, 1, 2].map(|k| push(contact, unit(k)));
-        let [by_pose, by_start] = slopes;
-        let mut out = Touching {
-            segments: (segments.0 as usize, segments.1.map(|other| other as usize)),
-            obstacle,
-            push_by_pose,
-            push_by_impulse: SMatrix::from_columns(&columns),
-            by_pose,
-            by_start,
-            by_impulse: Matrix3::zeros(),
-            by_friction: Vector3::zeros(),
-        };
-        out.let_slide(contact, force, tolerance);
-        out
+    };
+    let sides = [Some(segments.0), segments.1];
+    for (side, segment) in sides.into_iter().enumerate().filter_map(|(side, segment)| Some((side, segment?))) {
+        let shape = world.shapes[segment as usize];
+        differ(side, &mut |when, axis, by| {
+            let before = *pose_of(components, &shape, when);
+            *pose_of(components, &shape, when) = moved(before, axis, by);
+            let seen = see(components, obstacles);
+            *pose_of(components, &shape, when) = before;
+            seen
+        });
     }
+    if let Some(index) = obstacle {
+        let before = obstacles[index].clone();
+        obstacles[index].let_move();
+        differ(1, &mut |when, axis, by| {
+            // Poses of obstacles begin with the start.
+            let own = before.pose(1 - when);
+            obstacles[index].displace(1 - when, moved(own, axis, by));
+            let seen = see(components, obstacles);
+            obstacles[index].displace(1 - when, own);
+            seen
+        });
+        obstacles[index] = before;
+    }
+    let unit = |k: usize| [0, 1, 2].map(|j| if j == k { 1.0 } else { 0.0 });
+    let columns = [0, 1, 2].map(|k| push(contact, unit(k)));
+    let [by_pose, by_start] = slopes;
+    let mut out = Touching {
+        segments: (segments.0 as usize, segments.1.map(|other| other as usize)),
+        obstacle,
+        push_by_pose,
+        push_by_impulse: SMatrix::from_columns(&columns),
+        by_pose,
+        by_start,
+        by_impulse: Matrix3::zeros(),
+        by_friction: Vector3::zeros(),
+    };
+    out.let_slide(contact, force, tolerance);
+    out
 }
 
 impl Touching {

@@ -18,6 +18,7 @@ fn one_contact_presses_sticks_and_slides_as_coulomb_says() {
     let (smooth, rough) = (coulomb(0.0), coulomb(1.0));
     let two = Bound::Coulomb(Friction { at_rest: 0.8, sliding: 0.2 });
     let lagged = Bound::Lagged([0.25, 0.25]);
+    let own = Own::new(&DIAGONAL);
     for (w, friction, expected, what) in [
         ([1.0, 5.0, 0.0], rough, [0.0; 3], "open"),
         ([-1.0, 5.0, 0.0], smooth, [0.5, 0.0, 0.0], "without friction"),
@@ -28,11 +29,11 @@ fn one_contact_presses_sticks_and_slides_as_coulomb_says() {
         ([1.0, 3.0, 4.0], lagged, [0.0, -0.15, -0.2], "slides so though it no longer presses"),
         ([-1.0, 2.0, 0.0], two, [0.5, -0.1, 0.0], "slides with 0.2 * 0.5"),
     ] {
-        assert_near(local(&DIAGONAL, [0.0; 3], w, friction), expected, what);
+        assert_near(own.answer([0.0; 3], w, friction), expected, what);
     }
     // From an earlier impulse only the rest is added; one that would pull is dropped.
-    assert_near(local(&DIAGONAL, [0.5, 0.0, 0.0], [0.0; 3], smooth), [0.5, 0.0, 0.0], "stays");
-    assert_near(local(&DIAGONAL, [0.5, 0.0, 0.0], [2.0, 0.0, 0.0], smooth), [0.0; 3], "parts");
+    assert_near(own.answer([0.5, 0.0, 0.0], [0.0; 3], smooth), [0.5, 0.0, 0.0], "stays");
+    assert_near(own.answer([0.5, 0.0, 0.0], [2.0, 0.0, 0.0], smooth), [0.0; 3], "parts");
 }
 
 #[test]

@@ -1,0 +1,152 @@
+//! Islands: connected sets of segments that may touch in a step, directly or through others.
+//!
+//! Two sets are of one island where there is a possible contact between them. What the first search of a step does not see,
+//! as sets leave the rooms of that search, is found at its end: islands that may have met are one, and done again.
+
+use collision::{Aabb, SpatialHash};
+use nalgebra::Vector3;
+
+use super::geometry::Shape;
+use super::shared::Shared;
+use super::stage::Stage;
+
+/// Which connected sets are of one island, and in which order.
+#[derive(Default)]
+pub(crate) struct Islands {
+    /// Of each set, one of its island that comes earlier; itself if it is the first.
+    parents: Vec<u32>,
+    /// The island of each set.
+    of: Vec<u32>,
+    /// The seat of each set in its island.
+    pub(crate) seats: Vec<u32>,
+    /// Sets of each island.
+    pub(crate) sizes: Vec<u32>,
+    /// Where each island's sets begin, put side by side.
+    pub(crate) firsts: Vec<u32>,
+    /// The first set of each island.
+    pub(crate) leaders: Vec<u32>,
+    /// The numbers of all sets.
+    numbers: Vec<u32>,
+    boxes: Vec<Aabb>,
+    hash: SpatialHash,
+    meetings: Vec<[u32; 2]>,
+}
+
+impl Islands {
+    /// Every set an island of its own.
+    pub(crate) fn reset(&mut self, sets: usize) {
+        self.parents.clear();
+        self.parents.extend(0..sets as u32);
+        self.numbers.clone_from(&self.parents);
+    }
+
+    /// The seats of sets in the order of the model.
+    pub(crate) fn numbers(&self) -> &[u32] {
+        &self.numbers
+    }
+
+    /// Whether an island has become a part of another since they were numbered, or another of it.
+    pub(crate) fn is_joined(&self, island: usize) -> bool {
+        let first = self.first(self.leaders[island]);
+        let others = self.leaders.iter().enumerate().filter(|&(other, _)| other != island);
+        others.into_iter().any(|(_, &leader)| self.first(leader) == first)
+    }
+
+    /// The first set of an island.
+    fn first(&self, mut set: u32) -> u32 {
+        while self.parents[set as usize] != set {
+            set = self.parents[set as usize];
+        }
+        set
+    }
+
+    /// Makes one island of those of two sets; returns whether they were two.
+    pub(crate) fn link(&mut self, a: u32, b: u32) -> bool {
+        let (a, b) = (self.first(a), self.first(b));
+        self.parents[a.max(b) as usize] = a.min(b);
+        a != b
+    }
+
+    /// Links the sets between which there are possible contacts.
+    pub(crate) fn link_found(&mut self, shared: &Shared) {
+        let shapes = shared.detector.shapes();
+        for contact in &shared.found {
+            if let Some(other) = contact.key.1.segment() {
+                self.link(shapes[contact.key.0 as usize].component, shapes[other as usize].component);
+            }
+        }
+        shared.detector.near_bodies(&shared.search, |a, b| {
+            self.link(shapes[a as usize].component, shapes[b as usize].component);
+        });
+    }
+
+    /// Numbers the islands by their first sets, and the sets of each in order.
+    pub(crate) fn number(&mut self) {
+        self.of.clear();
+        self.seats.clear();
+        self.sizes.clear();
+        self.leaders.clear();
+        self.firsts.clear();
+        for set in 0..self.parents.len() as u32 {
+            let first = self.first(set);
+            let island = match first == set {
+                true => {
+                    self.sizes.push(0);
+                    self.leaders.push(set);
+                    self.sizes.len() as u32 - 1
+                }
+                false => self.of[first as usize],
+            };
+            self.parents[set as usize] = first;
+            self.of.push(island);
+            self.seats.push(self.sizes[island as usize]);
+            self.sizes[island as usize] += 1;
+        }
+        let mut first = 0;
+        for size in &self.sizes {
+            self.firsts.push(first);
+            first += size;
+        }
+    }
+
+    /// The island of a set.
+    pub(crate) fn of(&self, set: u32) -> u32 {
+        self.of[set as usize]
+    }
+
+    /// Hands the contacts that were found to the islands.
+    pub(crate) fn deal(&self, shared: &mut Shared, stages: &mut [Stage]) {
+        for contact in shared.found.drain(..) {
+            let component = shared.detector.shapes()[contact.key.0 as usize].component;
+            stages[self.of(component) as usize].take(contact);
+        }
+    }
+
+    /// Links islands that may have met in the step though nothing was found between them at its start; returns whether there
+    /// are any.
+    pub(crate) fn link_meetings(&mut self, shared: &Shared, stages: &[Stage]) -> bool {
+        if stages.len() < 2 || !stages.iter().any(|stage| stage.search.has_grown()) {
+            return false;
+        }
+        let shapes: &[Shape] = shared.detector.shapes();
+        let nowhere = Aabb { min: Vector3::zeros(), max: Vector3::zeros() };
+        let mut boxes = std::mem::take(&mut self.boxes);
+        boxes.clear();
+        boxes.resize(shapes.len(), nowhere);
+        stages.iter().for_each(|stage| stage.search.show_reach(&mut boxes));
+        let mut meetings = std::mem::take(&mut self.meetings);
+        shared.detector.meetings(&mut self.hash, &boxes, &mut meetings);
+        let mut met = false;
+        for pair in &meetings {
+            let [a, b] = pair.map(|segment| shapes[segment as usize].component);
+            if self.of(a) != self.of(b) {
+                met |= self.link(a, b);
+            }
+        }
+        (self.boxes, self.meetings) = (boxes, meetings);
+        met
+    }
+}
+
+#[cfg(test)]
+mod tests;

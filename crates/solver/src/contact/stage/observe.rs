@@ -1,0 +1,95 @@
+//! How far contacts are from their laws at new poses.
+
+use super::super::cone::{Bound, natural_residual};
+use super::super::geometry::{Contact, Poses};
+use super::super::rest::Rest;
+use super::super::sets::Sets;
+use super::super::shared::Shared;
+use super::{GOOD, Stage, push};
+use crate::counters::Counters;
+use crate::formulation::Formulation;
+use crate::kernel::Spatial;
+use crate::kernel::math::Vec3;
+
+impl Stage {
+    /// Evaluates the contacts at the new poses; returns the largest error, where one of `tolerance` is good enough: relative to
+    /// the radius, or to less where `tolerance` times that is more than gravity moves in a step.
+    pub(crate) fn observe(
+        &mut self,
+        shared: &Shared,
+        components: &mut Sets<'_>,
+        formulation: Formulation,
+        tolerance: f64,
+        iteration: usize,
+        counters: &mut Counters,
+    ) -> f64 {
+        if !shared.detector.covers(&self.search, components) {
+            self.find(shared, components, counters);
+            if shared.detector.allows_overlap() {
+                self.evaluate(shared, components, Poses::Start, counters);
+                self.let_overlaps_out(shared);
+            }
+        }
+        let poses = if iteration < shared.params.settle_after { Poses::Now } else { Poses::Settling };
+        self.evaluate(shared, components, poses, counters);
+        let fall = 0.5 * shared.slow * self.dt.powi(2);
+        self.unit = if fall > 0.0 { fall / tolerance } else { f64::INFINITY };
+        // The momentum residual sees each change of an impulse.
+        let after = |iterations: usize| formulation.momentum() && iteration >= iterations;
+        let (settles, rests) = (after(shared.params.settle_after), after(2 * shared.params.settle_after));
+        if formulation.momentum() {
+            self.rests.resize(self.contacts.len(), Rest::default());
+        }
+        let mut worst = 0.0_f64;
+        for (index, contact) in self.contacts.iter_mut().enumerate() {
+            contact.residual = 0.0;
+            let mut rest = self.rests.get_mut(index);
+            if let Some(rest) = &mut rest {
+                rest.left = [0.0; 3];
+                if settles && (!rests || rest.bound.is_none()) {
+                    rest.keep_bound(contact);
+                }
+            }
+            if contact.doubled && contact.impulse == Vec3::zero() {
+                continue;
+            }
+            let short = contact.gap - contact.target;
+            let gap_and_slip = |contact: &Contact| {
+                let [_, first, second] = contact.local(contact.slip);
+                [short, first, second]
+            };
+            contact.residual = if contact.compliance[0] > 0.0 {
+                let (force, w) = (contact.local(contact.impulse), gap_and_slip(contact));
+                let bound = rest.as_ref().map_or(Bound::Coulomb(contact.friction), |rest| rest.bound(contact));
+                let [normal, across] = natural_residual(contact.compliance, force, w, bound);
+                // Where surfaces slide far, the direction of friction need not be nearer than this.
+                let slip = contact.slip.norm_squared().sqrt() * (shared.params.sliding / tolerance);
+                normal.max(across / (slip / contact.radius).max(1.0))
+            } else {
+                (-short).max(0.0)
+            } / contact.radius.min(self.unit);
+            if let Some(rest) = rest
+                && rests
+                && contact.residual <= GOOD * tolerance
+            {
+                rest.left = rest.unanswered(contact, gap_and_slip(contact));
+            }
+            worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
+        }
+        if formulation.momentum() {
+            self.press(shared, components);
+        }
+        worst
+    }
+
+    /// Sums the impulses of the step in the components' `pushed`, with the current arms.
+    fn press(&self, shared: &Shared, components: &mut Sets<'_>) {
+        for component in components.iter_mut() {
+            component.component.pushed.fill(Spatial::zero());
+        }
+        let shapes = shared.detector.shapes();
+        for contact in self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()) {
+            push(contact, shapes, components, contact.impulse, |component| &mut component.pushed);
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Answers against solves in the usual way.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rod::{Assembly, InnerDamping, Material, RodSpec, Section, Springs, shape};
+
+use super::*;
+use crate::component::{Component, split};
+use crate::formulation::Formulation;
+use crate::kernel::math::Vec3;
+use crate::linear::LinearSolver;
+use crate::linear::direct::Direct;
+use crate::linear::looped::Looped;
+
+const MATERIAL: Material = Material { youngs_modulus: 1e5, torsion_modulus: 3e4, density: 300.0 };
+
+/// The system of a model's first connected set that has been set in motion a little.
+fn component(mut assembly: Assembly, change: impl FnOnce(&mut rod::Model)) -> Component<f64> {
+    let count = assembly.model_mut().segments.len();
+    assembly.state_mut().velocities[count / 2] = Vector3::new(1.0, 2.0, -1.0);
+    let (mut model, state) = assembly.finish();
+    change(&mut model);
+    let (members, topology) = split(&model).swap_remove(0);
+    let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
+    component.predict(0.0, 0.02, Formulation::XpbdGeometric);
+    component.evaluate(Formulation::XpbdGeometric);
+    component
+}
+
+/// What all bodies do under a force on one of them, joint by joint.
+fn solved(system: &mut System<f64>, body: usize, force: Spatial<f64>) -> Vec<Spatial<f64>> {
+    let mut impulses = vec![Spatial::zero(); system.bodies.len()];
+    impulses[body] = force;
+    let free: Vec<_> = impulses.iter().enumerate().map(|(i, &impulse)| system.correction(i, impulse)).collect();
+    for j in 0..system.joints.len() {
+        let change = system.joints[j].from_world(system.constraint_change(j, &free), system.frame(j));
+        system.joints[j].rhs = Spatial::zero().plus(change, -1.0);
+    }
+    let mut dlambda = vec![Spatial::zero(); system.joints.len()];
+    match Direct::new(&system.topology) {
+        Some(mut direct) => direct.solve(system, false, &mut dlambda),
+        None => Looped::new(&system.topology).unwrap().solve(system, false, &mut dlambda),
+    };
+    for (j, &dlambda) in dlambda.iter().enumerate() {
+        system.add_impulse(j, system.joints[j].multipliers_to_world(dlambda, system.frame(j)), &mut impulses);
+    }
+    impulses.iter().enumerate().map(|(i, &impulse)| system.correction(i, impulse)).collect()
+}
+
+/// Random sides on some of the bodies that move, several on some, two of them of one contact.
+fn sides(system: &System<f64>, count: usize, seed: u64) -> Vec<Side> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let moves: Vec<_> = (0..system.bodies.len()).filter(|&body| !system.topology.fixed[body]).collect();
+    let side = |k: usize| {
+        let body = moves[random.random_range(0..moves.len())] as u32;
+        let mut number = || random.random_range(-1.0..1.0);
+        let mut force = || Spatial::from_array([0; 6].map(|_| number()));
+        let contact = if k == 1 { 0 } else { k };
+        Side { contact: contact as u32, body, forces: [force(), force(), force()] }
+    };
+    (0..count).map(side).collect()
+}
+
+/// Holds all blocks between random sides to solves.
+fn check(component: &mut Component<f64>, kind: fn(&Response) -> bool, what: &str) {
+    for seed in 0..20 {
+        let system = &mut component.system;
+        let sides = sides(system, 1 + seed as usize, seed);
+        let contacts = sides.last().map_or(0, |side| side.contact as usize) + 1;
+        let mut found = vec![vec![[[0.0; 3]; 3]; contacts]; contacts];
+        let mut add = |row: usize, column: usize, entry: &dyn Fn(usize, usize) -> f64| {
+            for (r, c) in (0..9).map(|k| (k / 3, k % 3)) {
+                found[row][column][r][c] += entry(r, c);
+            }
+        };
+        let mut response = Response::new(system, true).unwrap();
+        assert!(kind(&response) && response.is_of(&system.topology), "{what}");
+        response.couple(system, &sides, |s, t, block| {
+            let (row, column) = (sides[s].contact as usize, sides[t].contact as usize);
+            add(row, column, &|r, c| block[r][c]);
+            if s != t {
+                add(column, row, &|r, c| block[c][r]);
+            }
+        });
+        let mut expected = vec![vec![[[0.0; 3]; 3]; contacts]; contacts];
+        for side in &sides {
+            for (c, &force) in side.forces.iter().enumerate() {
+                let answer = solved(system, side.body as usize, force);
+                for other in &sides {
+                    for (r, force) in other.forces.iter().enumerate() {
+                        let work = force.dot(answer[other.body as usize]);
+                        expected[other.contact as usize][side.contact as usize][r][c] += work;
+                    }
+                }
+            }
+        }
+        let all = |blocks: &[Vec<[[f64; 3]; 3]>]| blocks.concat().concat().concat();
+        let (found, expected) = (all(&found), all(&expected));
+        let size = expected.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            assert!((found - expected).abs() < 1e-11 * size, "{what}, seed {seed}, {k}: {found} {expected}");
+        }
+    }
+}
+
+/// A rod of so many segments.
+fn helix(segments: usize) -> RodSpec {
+    RodSpec::new(shape::helix(Vector3::zeros(), 0.3, 0.5, 1.0, segments), 0.02, MATERIAL)
+}
+
+fn is_tree(response: &Response) -> bool {
+    matches!(response, Response::Tree(_))
+}
+
+#[test]
+fn transfers_along_a_chain_are_what_solves_say() {
+    for segments in [1, 2, 9] {
+        let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        assembly.rod(&helix(segments));
+        check(&mut component(assembly, |_| {}), is_tree, "a free rod");
+    }
+}
+
+/// Joints have sections with sides, rest rotations and damping, and a grip has springs.
+#[test]
+fn answers_know_all_of_the_joints() {
+    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+    let rod = assembly.rod(&RodSpec {
+        sections: vec![Section::Rectangle { width: 0.05, height: 0.02 }],
+        inner_damping: InnerDamping { bending: 0.01, twist: 0.02, stretch: 0.0 },
+        ..helix(9)
+    });
+    assembly.clamp_start(&rod);
+    let mut component = component(assembly, |model| {
+        model.measure_from_rest();
+        let clamp = model.joints.len() - 1;
+        model.soften(clamp, &Springs { force: [300.0, 20.0, 100.0], ..Springs::RIGID });
+    });
+    let system = &component.system;
+    assert!(!system.frames.is_empty() && !system.bend_extra.is_empty() && !system.shear_extra.is_empty());
+    check(&mut component, is_tree, "a clamped rod");
+}
+
+/// Branches off the middle of other branches, a clamp, and a fixed segment that cuts the tree.
+#[test]
+fn transfers_in_a_tree_are_what_solves_say() {
+    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+    let trunk = assembly.rod(&helix(8));
+    let mut branch = |parent: usize, segments: usize| {
+        let start = Vector3::new(0.1 * parent as f64, 0.5, 0.0);
+        let nodes = shape::straight(start, Vector3::new(0.3, 1.0, 0.2).normalize(), 0.4, segments);
+        let branch = assembly.rod(&RodSpec::new(nodes, 0.02, MATERIAL));
+        assembly.branch(parent, 0.5, &branch);
+        branch
+    };
+    let first = branch(trunk.start + 2, 4);
+    branch(trunk.start + 2, 1);
+    branch(first.start + 1, 3);
+    let third = branch(first.start + 1, 2);
+    branch(trunk.start + 5, 5);
+    check(&mut component(assembly.clone(), |_| {}), is_tree, "a free tree");
+    assembly.clamp_start(&trunk);
+    assembly.fix(third.start);
+    assembly.fix(trunk.start + 4);
+    check(&mut component(assembly, |_| {}), is_tree, "a tree that is cut");
+}
+
+#[test]
+fn columns_of_a_ring_are_what_solves_say() {
+    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+    let rod = assembly.rod(&helix(7));
+    assembly.join(rod.start, 0.0, rod.end - 1, 1.0);
+    let is_looped = |response: &Response| matches!(response, Response::Looped(_));
+    check(&mut component(assembly, |_| {}), is_looped, "a ring");
+}
+
+/// Without joints each body answers for itself.
+#[test]
+fn bodies_without_joints_answer_for_themselves() {
+    let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+    assembly.rod(&helix(5));
+    let component = component(assembly, |_| {});
+    let system = &component.system;
+    let force = Spatial { linear: Vec3([1.0, -2.0, 0.5]), angular: Vec3([0.1, 0.2, -0.3]) };
+    let sides = [1, 3, 3].map(|body| Side { contact: body, body, forces: [force; 3] });
+    let mut pairs = Vec::new();
+    Response::new(system, false).unwrap().couple(system, &sides, |s, t, block| {
+        let expected = force.dot(system.correction(sides[s].body as usize, force));
+        assert!(block.iter().flatten().all(|x| (x - expected).abs() < 1e-12 * expected.abs()), "{block:?} {expected}");
+        pairs.push((s, t));
+    });
+    assert_eq!(pairs, [(0, 0), (1, 1), (2, 1), (2, 2)]);
+}
