@@ -60,7 +60,7 @@ pub struct ContactParams {
     pub newton_damping_fall: f64,
     /// What a step that did not help multiplies the damping by.
     pub newton_damping_rise: f64,
-    /// Blocks of 3 x 3 numbers in the contacts' matrix, at most: 76 bytes each. A step with more ends with a status of its
+    /// Blocks of 3 x 3 numbers in the contacts' matrix, at most: 72 bytes each. A step with more ends with a status of its
     /// own instead of taking all memory.
     pub most_blocks: usize,
     /// Residual of the rods' own constraints that is always good enough in a model with contacts, relative to the contact
