@@ -25,6 +25,7 @@
 
 pub mod answer;
 pub mod batch;
+pub mod branched;
 pub mod canonical;
 pub mod derivative;
 mod descent;
