@@ -5,9 +5,11 @@ use std::f64::consts::{FRAC_PI_3, PI};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::batch::KnownStar;
 use super::query::ARMS;
 use super::star::{Junction, Star};
-use super::start::{SIGNS, reference};
+use super::start::{Begin, SIGNS, reference};
+use crate::scaled::Cut;
 
 /// Numbers that a network reads of a query and a class: seven an arm with four of its grip's frame, and the direction of gravity.
 pub const INPUTS: usize = 11 * ARMS;
@@ -185,4 +187,62 @@ fn mirrored(is_mirrored: bool, q: Quaternion<f64>) -> Quaternion<f64> {
 /// A junction's frame mirrored at the plane of x and y, its z turned round.
 fn junction_mirrored(q: &Quaternion<f64>) -> Quaternion<f64> {
     Quaternion::new(q.w, -q.i, -q.j, q.k)
+}
+
+/// An equilibrium in its query's canonical frame, as a start of queries that are near.
+#[derive(Clone, Debug)]
+pub struct CanonicalStar {
+    grips: [Quaternion<f64>; ARMS],
+    place: Vector3<f64>,
+    junction: Quaternion<f64>,
+    forces: [Vector3<f64>; ARMS],
+    /// Frames of the segments, in the order of the canonical frame.
+    turns: Vec<UnitQuaternion<f64>>,
+}
+
+impl StarCanonical {
+    /// What is known of the query's equilibrium, in this frame.
+    pub fn known(&self, known: &KnownStar) -> CanonicalStar {
+        let (place, junction) = self.junction(&known.begin.junction);
+        let count = known.turns.len() / ARMS;
+        let mut turns = Vec::with_capacity(known.turns.len());
+        for (j, &arm) in self.order.iter().enumerate() {
+            let own = &known.turns[arm * count..(arm + 1) * count];
+            turns.extend(own.iter().map(|q| UnitQuaternion::new_unchecked(self.frame(j, q))));
+        }
+        let forces = self.order.map(|arm| self.vector(&known.begin.forces[arm]));
+        CanonicalStar { grips: self.grips, place, junction, forces, turns }
+    }
+
+    /// A start of this query at the equilibrium of another one on the same cut: the junction as it is there, the arms turned evenly
+    /// to the grips. Fills in the orientations of the segments, arm after arm.
+    ///
+    /// # Panics
+    /// If the cut is another one.
+    pub fn begin(&self, other: &CanonicalStar, cut: &Cut, out: &mut [UnitQuaternion<f64>]) -> Begin {
+        let count = cut.segments;
+        let mut forces = [Vector3::zeros(); ARMS];
+        for (j, &arm) in self.order.iter().enumerate() {
+            let unit = UnitQuaternion::new_unchecked;
+            let off = unit(self.grips[j]) * unit(other.grips[j]).inverse();
+            let back = self.back(j);
+            let from = &other.turns[j * count..(j + 1) * count];
+            for (k, (to, q)) in out[arm * count..(arm + 1) * count].iter_mut().zip(from).enumerate() {
+                *to = back.frame((off.powf(1.0 - cut.place(k)) * q).into_inner());
+            }
+            forces[arm] = self.vector_back(&other.forces[j]);
+        }
+        Begin { junction: self.junction_back(&other.place, &other.junction), forces }
+    }
+
+    /// The squared distance to another query's numbers, frames taken as they are turned, without their quaternions' signs.
+    pub fn distance(numbers: &[f32; INPUTS], other: &[f32; INPUTS]) -> f32 {
+        let square = |range: std::ops::Range<usize>| range.map(|k| (numbers[k] - other[k]).powi(2)).sum::<f32>();
+        let frame = |j: usize| {
+            let at = FRAMES + 4 * j;
+            let cosine = (at..at + 4).map(|k| numbers[k] * other[k]).sum::<f32>();
+            2.0 - 2.0 * cosine.abs()
+        };
+        square(0..FRAMES) + square(GRAVITY..INPUTS) + frame(0) + frame(1) + frame(2)
+    }
 }

@@ -89,14 +89,20 @@ pub struct Stars {
     pub classes: usize,
 }
 
+/// Turns that go evenly, with two poses of the junction and all classes.
 impl Default for Stars {
     fn default() -> Self {
-        Self { sites: vec![Site::Middle], poses: vec![Pose::Mean], shapes: vec![Shape::Sagging], classes: CLASSES }
+        Self {
+            sites: vec![Site::Middle],
+            poses: vec![Pose::Mean, Pose::Triangle],
+            shapes: vec![Shape::Even],
+            classes: CLASSES,
+        }
     }
 }
 
 impl Stars {
-    /// Many: both sites, two poses, two shapes, all classes.
+    /// Many: both sites, two poses, two shapes, all classes. Where the default leads nowhere, these may lead further.
     pub fn all() -> Self {
         Self {
             sites: vec![Site::Middle, Site::Low],
