@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
 use clap::{Args, ValueEnum};
+use equilibria::Params;
 use equilibria::branched::file::{self, BranchedWriter};
 use equilibria::branched::learned::LearnedStar;
 use equilibria::branched::start::{StarStarts, Stars};
 use equilibria::branched::{BranchedQuery, default_params, solve_from};
-use equilibria::Params;
 use terminal::{Progress, say, shard, threads};
 
 use crate::CHUNK;
@@ -66,7 +66,8 @@ pub(crate) fn answer(args: &BranchedArgs) -> Result<ExitCode> {
         rayon::ThreadPoolBuilder::new().num_threads(count).build_global()?;
     }
     let name = args.queries.display().to_string();
-    let all = file::read(&std::fs::read_to_string(&args.queries).with_context(|| format!("cannot read {name}"))?, &name)?;
+    let all =
+        file::read(&std::fs::read_to_string(&args.queries).with_context(|| format!("cannot read {name}"))?, &name)?;
     let (part, parts) = args.shard;
     let rows: Vec<(usize, file::Row)> = all.into_iter().enumerate().filter(|(row, _)| row % parts == part).collect();
     std::fs::create_dir_all(&args.out).with_context(|| format!("--out: cannot create {}", args.out.display()))?;

@@ -162,10 +162,10 @@ impl Descent {
 pub(crate) fn push(chain: &mut Chain<Wide>, lane: usize) {
     let count = chain.turns.len() as f64;
     for (k, own) in chain.turns.iter_mut().enumerate() {
-            let place = (k as f64 + 1.0) / count;
-            let turn = Vector3::new((1.3 * place).sin(), (2.3 * place).sin(), (4.1 * place).sin()) * PUSH;
-            let q = get(own, lane) * UnitQuaternion::from_scaled_axis(turn);
-            set(own, lane, &q);
+        let place = (k as f64 + 1.0) / count;
+        let turn = Vector3::new((1.3 * place).sin(), (2.3 * place).sin(), (4.1 * place).sin()) * PUSH;
+        let q = get(own, lane) * UnitQuaternion::from_scaled_axis(turn);
+        set(own, lane, &q);
     }
 }
 

@@ -153,7 +153,6 @@ fn forces_and_moments_balance_at_the_junction() {
     }
 }
 
-
 /// A query turned about the vertical and moved, or mirrored at the plane of x and z, its arms in another order. Frames of mirrored
 /// arms are turned by half a turn about their axes, as the junction's z is turned round.
 fn changed(query: &BranchedQuery, is_mirrored: bool, order: [usize; ARMS]) -> BranchedQuery {
@@ -180,7 +179,9 @@ fn changed(query: &BranchedQuery, is_mirrored: bool, order: [usize; ARMS]) -> Br
 #[test]
 fn changed_queries_have_changed_answers() {
     let queries = queries(10, 100);
-    for (is_mirrored, order) in [(false, [0, 1, 2]), (true, [0, 1, 2]), (false, [1, 2, 0]), (false, [0, 2, 1]), (true, [2, 1, 0])] {
+    for (is_mirrored, order) in
+        [(false, [0, 1, 2]), (true, [0, 1, 2]), (false, [1, 2, 0]), (false, [0, 2, 1]), (true, [2, 1, 0])]
+    {
         let others: Vec<BranchedQuery> = queries.iter().map(|query| changed(query, is_mirrored, order)).collect();
         let starts: [&dyn StarStarts; 2] = [&LearnedStar::default(), &Stars::default()];
         for (which, starts) in starts.into_iter().enumerate() {
@@ -289,7 +290,8 @@ fn files_are_answered_row_by_row() {
     fs::write(&path, changed.join("\n")).unwrap();
     for (start, threads) in [("poses", "1"), ("poses", "2"), ("learned", "2")] {
         let out = format!("{start}-{threads}");
-        let said = run(folder.path(), &["branched", "queries.csv", "--out", &out, "--start", start, "--threads", threads]);
+        let said =
+            run(folder.path(), &["branched", "queries.csv", "--out", &out, "--start", start, "--threads", threads]);
         assert!(said.status.success(), "{said:?}");
         assert!(String::from_utf8_lossy(&said.stdout).contains("9 of 12 queries answered"), "{said:?}");
         let mut reader = csv::Reader::from_path(folder.path().join(&out).join("answers.csv")).unwrap();

@@ -31,11 +31,12 @@ impl StarWay {
 }
 
 /// The searches over the junction's pose that are tried: names and poses.
-const POSES: [(&str, &[Pose]); 5] = [
+const POSES: [(&str, &[Pose]); 6] = [
     ("mean pose", &[Pose::Mean]),
     ("pose of the triangle", &[Pose::Triangle]),
     ("pose between", &[Pose::Both]),
     ("two poses", &[Pose::Mean, Pose::Triangle]),
+    ("two near poses", &[Pose::Mean, Pose::Both]),
     ("three poses", &[Pose::Mean, Pose::Triangle, Pose::Both]),
 ];
 
@@ -53,7 +54,7 @@ pub fn ways(segments: usize, neighbours: &[u64]) -> Result<Vec<StarWay>, ParamsE
     };
     for (name, poses) in POSES {
         for classes in [1, 2, 3, CLASSES] {
-            for levels in [&[5][..], &[6], &[7], &[10]] {
+            for levels in [&[5][..], &[6], &[7], &[8], &[10]] {
                 let name = format!("even turns, {name}, classes: {classes}");
                 ways.push(StarWay::new(name, levels, stars(&[Site::Middle], poses, &[Shape::Even], classes)));
             }
@@ -70,7 +71,7 @@ pub fn ways(segments: usize, neighbours: &[u64]) -> Result<Vec<StarWay>, ParamsE
     for (name, poses) in [POSES[0], POSES[3]] {
         let name = format!("even turns and with sag, {name}, classes: 4");
         let shapes = [Shape::Even, Shape::Sagging];
-        for levels in [&[5][..], &[7]] {
+        for levels in [&[5][..], &[6], &[7], &[8]] {
             ways.push(StarWay::new(&name, levels, stars(&[Site::Middle], poses, &shapes, CLASSES)));
         }
         let name = format!("{name}, low");

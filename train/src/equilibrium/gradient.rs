@@ -15,10 +15,8 @@ pub(super) fn gradient<S: Subject>(
     batch: &[&S::Sample],
     device: &Device,
 ) -> (f64, Vec<f32>) {
-    let parts: Vec<(f64, Vec<f32>)> = batch
-        .par_chunks(CHUNK)
-        .map(|chunk| part::<S>(sizes, parameters, chunk, batch.len(), device))
-        .collect();
+    let parts: Vec<(f64, Vec<f32>)> =
+        batch.par_chunks(CHUNK).map(|chunk| part::<S>(sizes, parameters, chunk, batch.len(), device)).collect();
     let mut sum = vec![0.0; parameters.len()];
     let mut loss = 0.0;
     for (own, gradient) in parts {

@@ -83,11 +83,17 @@ impl BranchedQuery {
             let own = Query { cable: *cable, start: *start, end: None };
             own.validate().map_err(|error| BranchedError::Arm { arm: k + 1, error })?;
         }
-        let reach = self.arms.map(|cable| cable.length * if cable.stretch_compliance >= YIELDS { LONGEST } else { 1.0 });
+        let reach =
+            self.arms.map(|cable| cable.length * if cable.stretch_compliance >= YIELDS { LONGEST } else { 1.0 });
         for [a, b] in [[0, 1], [1, 2], [0, 2]] {
             let distance = (self.grips[a].position - self.grips[b].position).norm();
             if distance > reach[a] + reach[b] {
-                return Err(BranchedError::TooFar { first: a + 1, second: b + 1, distance, reach: reach[a] + reach[b] });
+                return Err(BranchedError::TooFar {
+                    first: a + 1,
+                    second: b + 1,
+                    distance,
+                    reach: reach[a] + reach[b],
+                });
             }
         }
         if meet(self.grips.map(|grip| grip.position), reach) {
@@ -108,7 +114,8 @@ impl BranchedQuery {
 /// centre or a point of two circles is in all three (their common part is a disc or has corners).
 fn meet(centres: [Vector3<f64>; ARMS], radii: [f64; ARMS]) -> bool {
     let slack = ROUNDING * radii.iter().sum::<f64>();
-    let is_in_all = |x: Vector3<f64>| centres.iter().zip(radii).all(|(centre, radius)| (x - centre).norm() <= radius + slack);
+    let is_in_all =
+        |x: Vector3<f64>| centres.iter().zip(radii).all(|(centre, radius)| (x - centre).norm() <= radius + slack);
     if centres.iter().any(|&centre| is_in_all(centre)) {
         return true;
     }

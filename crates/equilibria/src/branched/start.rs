@@ -118,14 +118,7 @@ impl StarStarts for Stars {
         self.sites.len() * self.poses.len() * self.shapes.len() * self.classes.min(CLASSES)
     }
 
-    fn fill(
-        &self,
-        _: usize,
-        star: &Star,
-        cut: &Cut,
-        begins: &mut [Begin],
-        turns: &mut [UnitQuaternion<f64>],
-    ) -> usize {
+    fn fill(&self, _: usize, star: &Star, cut: &Cut, begins: &mut [Begin], turns: &mut [UnitQuaternion<f64>]) -> usize {
         let triangle = reference(star);
         let means = SIGNS.map(|signs| mean(star, signs));
         let mut order = [0, 1, 2, 3];

@@ -60,12 +60,7 @@ impl Section for Branched {
         150e-6 * key.queries as f64 * (130 * key.rounds + 10) as f64 + key.neighbours.iter().sum::<u64>() as f64 * 3e-4
     }
 
-    fn measure(
-        &mut self,
-        _: &Context,
-        key: &BranchedKey,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> Result<Option<Vec<Row>>> {
+    fn measure(&mut self, _: &Context, key: &BranchedKey, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Vec<Row>>> {
         let distribution = BranchedDistribution::default();
         let queries: Vec<BranchedQuery> = (0..key.queries as u64).map(|k| distribution.query(SEED, k)).collect();
         let ways = branched::ways(key.segments, &key.neighbours)?;
@@ -121,8 +116,9 @@ fn gain(what: &str, rows: &[Row], (name, level): (&str, usize), less: Option<f64
     let own = rows.iter().find(|row| row.start == name && row.levels == [level]);
     let pair = own.and_then(|own| {
         let least = less.map_or(0.0, |less| own.measured.lowest - less);
-        let fits =
-            |row: &&Row| !row.start.starts_with("learned") && row.measured.lowest >= least && row.measured.failed < 5e-3;
+        let fits = |row: &&Row| {
+            !row.start.starts_with("learned") && row.measured.lowest >= least && row.measured.failed < 5e-3
+        };
         Some((own, rows.iter().filter(fits).min_by(|a, b| time(a).total_cmp(&time(b)))?))
     });
     let mut cells: Vec<Cell> = vec![what.into()];

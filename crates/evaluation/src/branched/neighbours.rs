@@ -51,14 +51,7 @@ impl StarStarts for StarNeighbours {
         1
     }
 
-    fn fill(
-        &self,
-        _: usize,
-        star: &Star,
-        cut: &Cut,
-        begins: &mut [Begin],
-        turns: &mut [UnitQuaternion<f64>],
-    ) -> usize {
+    fn fill(&self, _: usize, star: &Star, cut: &Cut, begins: &mut [Begin], turns: &mut [UnitQuaternion<f64>]) -> usize {
         let canonical = StarCanonical::new(star);
         let known = &self.known[self.nearest(&canonical.inputs(0))];
         begins[0] = canonical.begin(known, cut, turns);
