@@ -41,7 +41,7 @@ pub(crate) struct EquilibriumArgs {
     /// Cables between two grips, or with three arms between three.
     #[arg(long, value_enum, default_value_t = Cables::Single)]
     cables: Cables,
-    /// Random queries [default: 1000000; 100000 of branched cables].
+    /// Random queries [default: 1000000; 120000 of branched cables].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     queries: Option<u64>,
     /// Times through the samples.
@@ -89,7 +89,7 @@ enum Cables {
 
 impl EquilibriumArgs {
     fn queries(&self) -> u64 {
-        let default = if self.cables == Cables::Single { 1_000_000 } else { 100_000 };
+        let default = if self.cables == Cables::Single { 1_000_000 } else { 120_000 };
         self.queries.unwrap_or(default)
     }
 
