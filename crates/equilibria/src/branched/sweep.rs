@@ -136,7 +136,7 @@ impl<T: Real> Tree<T> {
             let gap = chain.gap(front.reached);
             let mut schur = front.schur;
             for entry in &mut schur[..3] {
-                *entry = *entry - chain.compliance;
+                *entry -= chain.compliance;
             }
             let factor = Factor::new(schur);
             wrong += front.wrong + factor.negative - T::splat(3.0);
@@ -160,17 +160,17 @@ impl<T: Real> Tree<T> {
             let across = rotated(direction, &coupled);
             for (entry, (r, c)) in ENTRIES.into_iter().enumerate() {
                 turning[entry] += turned[r][c];
-                placing[entry] = placing[entry] - inverse[c][r];
+                placing[entry] -= inverse[c][r];
             }
             for r in 0..3 {
                 for c in 0..3 {
-                    both[r][c] = both[r][c] - across[r][c];
+                    both[r][c] -= across[r][c];
                 }
             }
             let gradient = front.last.gradient[1];
             let mut eliminated = gradient + front.right;
             for r in 0..3 {
-                eliminated.0[r] = eliminated.0[r] - Vec3(front.border[r]).dot(loose);
+                eliminated.0[r] -= Vec3(front.border[r]).dot(loose);
             }
             slopes[0] += direction.rotate(gradient);
             rest[0] += direction.rotate(eliminated);
@@ -184,13 +184,13 @@ impl<T: Real> Tree<T> {
         let solved = both.map(|row| place_factor.solve(row));
         let mut left = turning;
         for (entry, (r, c)) in ENTRIES.into_iter().enumerate() {
-            left[entry] = left[entry] - Vec3(both[r]).dot(Vec3(solved[c]));
+            left[entry] -= Vec3(both[r]).dot(Vec3(solved[c]));
         }
         let turn_factor = Factor::new(left);
         wrong += turn_factor.negative;
         let mut right = rest[0];
         for r in 0..3 {
-            right.0[r] = right.0[r] - Vec3(solved[r]).dot(rest[1]);
+            right.0[r] -= Vec3(solved[r]).dot(rest[1]);
         }
         let turn = -Vec3(turn_factor.solve(right.0));
         let onto = |c: usize| Vec3(column(&both, c)).dot(turn);
