@@ -112,6 +112,8 @@ pub fn ways(segments: usize, neighbours: &[u64]) -> Result<Vec<StarWay>, ParamsE
 }
 
 type Answers = Vec<Result<BranchedAnswer, BranchedError>>;
+/// Times of the parts; of each query the solves, if it was answered, and the energy.
+type Seen = (Vec<f64>, Vec<Option<[u32; 2]>>, Vec<f64>);
 
 /// Measures ways on queries, which take turns, `rounds` times each, on one thread. `go_on` is asked after each way's turn. The
 /// lowest is the lowest of all ways and of 30 random starts, each on the arms' own segments, to 1e-6 of its energy or of B / L.
@@ -128,7 +130,7 @@ pub fn measure(
     let energy = |answer: &Result<BranchedAnswer, BranchedError>| {
         answer.as_ref().ok().and_then(|own| own.equilibria.first()).map_or(f64::INFINITY, |own| own.energy)
     };
-    let mut all: Vec<(Vec<f64>, Vec<Option<[u32; 2]>>, Vec<f64>)> = Vec::new();
+    let mut all: Vec<Seen> = Vec::new();
     for round in 0..rounds {
         for (k, way) in ways.iter().enumerate() {
             let params = Params { segments, levels: way.levels.clone(), again: false, ..default_params() };

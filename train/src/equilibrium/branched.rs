@@ -78,7 +78,7 @@ impl Subject for Branched {
         let targets = tensor(chunk.iter().flat_map(|own| own.targets.unwrap_or([0.0; LIKELY])).collect(), LIKELY);
         let known = tensor(chunk.iter().map(|own| f32::from(u8::from(own.targets.is_some()))).collect(), 1);
         let is_lowest = |own: &&Sample| (0..CLASSES).map(move |class| class == own.lowest).collect::<Vec<_>>();
-        let lowest = chunk.iter().flat_map(|own| is_lowest(own)).map(|is| f32::from(u8::from(is))).collect();
+        let lowest = chunk.iter().flat_map(is_lowest).map(|is| f32::from(u8::from(is))).collect();
         let lowest = tensor(lowest, CLASSES);
         let off = x.clone().slice([0..rows, 0..LIKELY]) - targets;
         let shape = off.clone().slice([0..rows, 0..FORCES]);

@@ -104,11 +104,6 @@ impl StarCanonical {
         numbers.map(|x| x as f32)
     }
 
-    /// Real numbers that tell a query from others whatever its class, for the search for neighbours.
-    pub fn numbers(&self) -> &[f64; INPUTS] {
-        &self.numbers
-    }
-
     /// A frame of the arm in place `j`, in the canonical frame.
     pub(crate) fn frame(&self, j: usize, q: &UnitQuaternion<f64>) -> Quaternion<f64> {
         let q = if self.is_flipped { q * about_own() } else { *q };
