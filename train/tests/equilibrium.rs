@@ -4,6 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use equilibria::branched;
 use equilibria::canonical::INPUTS;
 use equilibria::learned::OUTPUTS;
 use equilibria::network::Perceptron;
@@ -14,6 +15,20 @@ fn small(out: &Path, more: &[&str]) -> Command {
     command.args(["equilibrium", "--queries", "400", "--epochs", "3", "--width", "8", "--batch", "100"]);
     command.args(["--out", out.to_str().unwrap()]).args(more);
     command
+}
+
+/// Branched cables take the same way.
+#[test]
+fn branched_cables_are_learned_alike_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let [one, two] = ["one", "two"].map(|name| folder.path().join(name));
+    let weights = [(&one, "1"), (&two, "2")].map(|(out, threads)| {
+        let output = small(out, &["--cables", "branched", "--threads", threads]).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        std::fs::read(out).unwrap()
+    });
+    assert!(weights[0] == weights[1]);
+    assert!(Perceptron::from_bytes(&weights[0], branched::canonical::INPUTS, branched::learned::OUTPUTS).is_ok());
 }
 
 fn trained(out: &Path, more: &[&str]) -> Perceptron {

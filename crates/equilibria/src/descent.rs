@@ -8,8 +8,8 @@ use crate::scaled::{Cut, Scaled, get, set};
 use crate::sweep::{Chain, Found, Row};
 
 /// Queries side by side.
-const WIDTH: usize = 8;
-type Wide = Lanes<WIDTH>;
+pub(crate) const WIDTH: usize = 8;
+pub(crate) type Wide = Lanes<WIDTH>;
 
 /// Largest turn of a segment in one step [rad]; of one segment against its neighbour half as much.
 const LARGEST_TURN: f64 = 2.0;
@@ -57,13 +57,13 @@ pub(crate) struct Until {
 
 /// What a lane remembers of its search.
 #[derive(Clone, Copy, Debug, Default)]
-struct Search {
-    job: Option<usize>,
-    shift: f64,
-    last: f64,
-    movement: f64,
-    solves: u32,
-    is_at_saddle: bool,
+pub(crate) struct Search {
+    pub(crate) job: Option<usize>,
+    pub(crate) shift: f64,
+    pub(crate) last: f64,
+    pub(crate) movement: f64,
+    pub(crate) solves: u32,
+    pub(crate) is_at_saddle: bool,
 }
 
 /// Memory of a descent of chains of one cut.
@@ -142,7 +142,7 @@ impl Descent {
             );
             for (lane, search) in lanes.iter_mut().enumerate() {
                 if std::mem::take(&mut search.is_at_saddle) {
-                    self.push(lane);
+                    push(&mut self.chain, lane);
                 }
                 let Some(converged) = done[lane] else { continue };
                 let Some(index) = search.job.take() else { continue };
@@ -158,22 +158,20 @@ impl Descent {
     }
 }
 
-impl Descent {
-    /// Turns the segments of a lane a little, in long waves.
-    fn push(&mut self, lane: usize) {
-        let count = self.cut.segments as f64;
-        for (k, own) in self.chain.turns.iter_mut().enumerate() {
-            let place = (k as f64 + 1.0) / count;
-            let turn = Vector3::new((1.3 * place).sin(), (2.3 * place).sin(), (4.1 * place).sin()) * PUSH;
-            let q = get(own, lane) * UnitQuaternion::from_scaled_axis(turn);
-            set(own, lane, &q);
-        }
+/// Turns the segments of a lane a little, in long waves.
+pub(crate) fn push(chain: &mut Chain<Wide>, lane: usize) {
+    let count = chain.turns.len() as f64;
+    for (k, own) in chain.turns.iter_mut().enumerate() {
+        let place = (k as f64 + 1.0) / count;
+        let turn = Vector3::new((1.3 * place).sin(), (2.3 * place).sin(), (4.1 * place).sin()) * PUSH;
+        let q = get(own, lane) * UnitQuaternion::from_scaled_axis(turn);
+        set(own, lane, &q);
     }
 }
 
 impl Search {
     /// By how much of the step and of the force's change to go on.
-    fn judge(&mut self, found: &Found<Wide>, lane: usize, careful: bool) -> (f64, f64) {
+    pub(crate) fn judge(&mut self, found: &Found<Wide>, lane: usize, careful: bool) -> (f64, f64) {
         self.solves += 1;
         let wrong = found.wrong.lane(lane);
         let (turn, bend) = (found.turn.lane(lane), found.bend.lane(lane));
@@ -194,7 +192,7 @@ impl Search {
     }
 
     /// Whether the last step was so small that the next one would be below the tolerance.
-    fn converged(&self, until: Until, share: f64) -> bool {
+    pub(crate) fn converged(&self, until: Until, share: f64) -> bool {
         share == 1.0 && self.movement * self.movement <= until.tolerance
     }
 }

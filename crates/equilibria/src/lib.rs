@@ -21,10 +21,11 @@
 //!
 //! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve), `descent` (Newton's method),
 //! `start`, `known` (starts at answers), `canonical`, `network` and `learned` (starts that a network proposes), `level` (from a coarse cut to a finer one), `model` (a model as a query), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
-//! queries and writes answers.
+//! queries and writes answers. `branched` has cables with three arms.
 
 pub mod answer;
 pub mod batch;
+pub mod branched;
 pub mod canonical;
 pub mod derivative;
 mod descent;

@@ -1,11 +1,15 @@
 //! `equilibria`: answers queries for the shapes of cables from a file. See `equilibria --help`.
 
+mod branched_command;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use equilibria::branched::BranchedQuery;
+use equilibria::branched::sample::BranchedDistribution;
 use equilibria::file::{self, AnswerWriter};
 use equilibria::learned::Learned;
 use equilibria::sample::Distribution;
@@ -32,6 +36,8 @@ struct Cli {
 enum Command {
     /// Draw random queries.
     Sample(SampleArgs),
+    /// Answer questions about cables with three arms: which shape do they take between three grips?
+    Branched(branched_command::BranchedArgs),
 }
 
 #[derive(Args)]
@@ -88,6 +94,9 @@ struct SampleArgs {
     /// Largest weight that is carried, over B / L^2, anywhere on the cable.
     #[arg(long, default_value_t = 0.0)]
     carried: f64,
+    /// Of cables with three arms, for `branched`.
+    #[arg(long, conflicts_with_all = ["distance", "curvature", "carried"])]
+    branched: bool,
     /// The file to write.
     #[arg(long, default_value = "out/queries.csv")]
     out: PathBuf,
@@ -97,6 +106,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match &cli.command {
         Some(Command::Sample(args)) => sample(args),
+        Some(Command::Branched(args)) => branched_command::answer(args),
         None => answer(&cli.answer),
     };
     result.unwrap_or_else(|error| {
@@ -114,13 +124,19 @@ fn sample(args: &SampleArgs) -> Result<ExitCode> {
         ensure!((0.0..=1e3).contains(&value), "{flag} {value}, but it must be a number from 0 to 1000");
     }
     let distribution = Distribution { distance: [least, most], curvature, carried, ..Distribution::default() };
-    let queries: Vec<Query> = (0..args.count).map(|k| distribution.query(args.seed, k)).collect();
+    let text = if args.branched {
+        let distribution = BranchedDistribution::default();
+        let queries: Vec<BranchedQuery> = (0..args.count).map(|k| distribution.query(args.seed, k)).collect();
+        equilibria::branched::file::text(&queries)
+    } else {
+        let queries: Vec<Query> = (0..args.count).map(|k| distribution.query(args.seed, k)).collect();
+        file::text(&queries)
+    };
     if let Some(folder) = args.out.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| format!("--out: cannot create {}", folder.display()))?;
     }
-    let text = file::text(&queries);
     export::write_atomically(&args.out, |out| std::io::Write::write_all(out, text.as_bytes())).context("--out")?;
-    say!("{} queries in {}", queries.len(), args.out.display())?;
+    say!("{} queries in {}", args.count, args.out.display())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -123,7 +123,16 @@ impl<T: Real> Chain<T> {
 
     /// Puts a query into a lane, without its start.
     pub(crate) fn load(&mut self, lane: usize, cut: &Cut, query: &Scaled) {
-        for (kind, length) in cut.joints().into_iter().enumerate() {
+        self.load_long(lane, cut, query, 1.0);
+    }
+
+    /// The same of a cable that is `length` units long.
+    pub(crate) fn load_long(&mut self, lane: usize, cut: &Cut, query: &Scaled, length: f64) {
+        for (own, share) in self.lengths.iter_mut().zip(cut.lengths) {
+            own.set_lane(lane, share * length);
+        }
+        for (kind, share) in cut.joints().into_iter().enumerate() {
+            let length = share * length;
             for k in 0..3 {
                 self.stiffness[kind][k].set_lane(lane, 4.0 * query.stiffness[k] / length);
                 self.rest[kind][k].set_lane(lane, 0.5 * length * query.rest[k]);

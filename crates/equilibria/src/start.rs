@@ -234,8 +234,25 @@ fn sideways(query: &Scaled) -> Vector3<f64> {
     query.ends[0] * Vector3::x() * 0.05
 }
 
+/// The shape of a cable between two grips without twist: the cubic, or a curve that bows towards `side`. Returns the twists that
+/// bring its last frame to the second grip's quaternion and to its negative, each the one that is nearest to that at rest.
+pub(crate) fn untwisted(
+    query: &Scaled,
+    cut: &Cut,
+    side: Option<Vector3<f64>>,
+    out: &mut [UnitQuaternion<f64>],
+) -> [f64; 2] {
+    let curve = side.map_or_else(|| Curve::hermite(query), |side| Curve::bowed(query, side));
+    curve.frames(query, cut, out);
+    let before = out.last().copied().unwrap_or(query.ends[0]);
+    let last = carried(&before, &(query.ends[1] * Vector3::z())).inverse() * query.ends[1];
+    // Frames go on from the first grip's without a jump, and so do their quaternions.
+    let to_it = 2.0 * last.k.atan2(last.w);
+    [to_it, to_it + TAU].map(|angle| angle - 2.0 * TAU * ((angle - query.rest[2]) / (2.0 * TAU)).round())
+}
+
 /// Twists frames about their axes, evenly from none to `angle`.
-fn twist(cut: &Cut, angle: f64, frames: &mut [UnitQuaternion<f64>]) {
+pub(crate) fn twist(cut: &Cut, angle: f64, frames: &mut [UnitQuaternion<f64>]) {
     for (k, q) in frames.iter_mut().enumerate() {
         *q *= about_z(angle * cut.place(k));
     }

@@ -67,6 +67,32 @@ pub(crate) struct Found<T> {
     pub(crate) bend: T,
 }
 
+/// What is left when the turns of all segments are eliminated.
+pub(crate) struct Front<T> {
+    /// L without the chord's part, and negative pivots.
+    pub(crate) energy: T,
+    pub(crate) wrong: T,
+    /// From the first grip to the end of the last segment.
+    pub(crate) reached: Vec3<T>,
+    /// Of the force's rows: the Schur complement without the compliance, and what the right-hand side gains.
+    pub(crate) schur: [T; 6],
+    pub(crate) rest: Vec3<T>,
+    /// Of the rows of the end's turn: what its block and its right-hand side gain, and its coupling with the force.
+    pub(crate) block: [T; 6],
+    pub(crate) border: [[T; 3]; 3],
+    pub(crate) right: Vec3<T>,
+    /// The last joint.
+    pub(crate) last: Bend<T>,
+}
+
+/// What the way back has seen: largest squared turn of a segment and of one against its neighbour, and the sum of gradients
+/// times changes.
+pub(crate) struct Steps<T> {
+    pub(crate) turn: T,
+    pub(crate) bend: T,
+    pub(crate) slope: T,
+}
+
 /// What holds at the turns as they are.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Balance<T> {
@@ -131,6 +157,39 @@ impl<T: Real> Chain<T> {
         moment: impl Fn(usize, Vec3<T>) -> Vec3<T>,
         miss: impl Fn(Vec3<T>) -> Vec3<T>,
     ) -> Found<T> {
+        let (one, zero, half) = (T::splat(1.0), T::zero(), T::splat(0.5));
+        let front = self.eliminate(rows, shift, moment);
+        // The border: what the chord misses, and the compliance of the joints; a known force does not change.
+        let gap = miss(self.gap(front.reached)) * self.held;
+        let mut schur = front.schur;
+        for k in 0..6 {
+            let own = if k < 3 { self.held * self.compliance + one - self.held } else { zero };
+            schur[k] = schur[k] * self.held - own;
+        }
+        let factor = Factor::new(schur);
+        let force = -Vec3(factor.solve((gap + front.rest * self.held).0));
+        let wrong = front.wrong + (factor.negative - T::splat(3.0));
+        let Steps { turn, bend, slope } = self.substitute(rows, force, Vec3::zero(), gap.dot(force));
+        let energy = front.energy + (self.force.dot(self.chord) * self.held + half * slope);
+        Found { energy, wrong, force, turn: turn.sqrt(), bend: bend.sqrt() }
+    }
+
+    /// By how much the chord is missed: the gradient by the force of a chain that reaches so far.
+    #[inline(always)]
+    pub(crate) fn gap(&self, reached: Vec3<T>) -> Vec3<T> {
+        let mut gap = self.chord - reached - self.force * self.compliance;
+        gap.0[2] -= self.sag;
+        gap
+    }
+
+    /// The way forwards: eliminates the turns of all segments, whose gradients `moment` may change.
+    #[inline(always)]
+    pub(crate) fn eliminate(
+        &self,
+        rows: &mut [Row<T>],
+        shift: T,
+        moment: impl Fn(usize, Vec3<T>) -> Vec3<T>,
+    ) -> Front<T> {
         let count = self.turns.len();
         let rows = &mut rows[..count];
         let weights = &self.weights[..count];
@@ -231,20 +290,18 @@ impl<T: Real> Chain<T> {
             right = -Vec3([onto(&row.next, 0, g.0), onto(&row.next, 1, g.0), onto(&row.next, 2, g.0)]);
             bend = after;
         }
-        // The border: what the chord misses, and the compliance of the joints; a known force does not change.
-        let mut gap = self.chord - reached - self.force * self.compliance;
-        gap.0[2] -= self.sag;
-        let gap = miss(gap) * self.held;
-        for k in 0..6 {
-            let own = if k < 3 { self.held * self.compliance + one - self.held } else { zero };
-            schur[k] = schur[k] * self.held - own;
-        }
-        let factor = Factor::new(schur);
-        let force = -Vec3(factor.solve((gap + rest * self.held).0));
-        wrong += factor.negative - T::splat(3.0);
-        // Back.
-        let mut following = Vec3::<T>::zero();
-        let (mut turn, mut relatively, mut slope) = (zero, zero, gap.dot(force));
+        Front { energy, wrong, reached, schur, rest, block, border, right, last: bend }
+    }
+
+    /// The way back: the turns of all segments as the force changes by `force` and the end turns by `end`; `slope` is where
+    /// the sum begins.
+    #[inline(always)]
+    pub(crate) fn substitute(&self, rows: &mut [Row<T>], force: Vec3<T>, end: Vec3<T>, slope: T) -> Steps<T> {
+        let count = self.turns.len();
+        let rows = &mut rows[..count];
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        let mut following = end;
+        let (mut turn, mut relatively, mut slope) = (zero, zero, slope);
         let last = (self.turns[count - 1].conj() * self.ends[1]).upper();
         let mut relative = last;
         for i in (0..count).rev() {
@@ -252,9 +309,7 @@ impl<T: Real> Chain<T> {
             let mut theta = -row.right;
             for r in 0..3 {
                 theta.0[r] -= Vec3(row.border[r]).dot(force);
-                if i + 1 < count {
-                    theta.0[r] -= Vec3(row.next[r]).dot(following);
-                }
+                theta.0[r] -= Vec3(row.next[r]).dot(following);
             }
             turn = turn.max(theta.norm_squared());
             let against = theta - relative.rotate(following);
@@ -266,8 +321,7 @@ impl<T: Real> Chain<T> {
             relative = row.relative;
         }
         relatively = relatively.max(following.norm_squared());
-        energy += self.force.dot(self.chord) * self.held + half * slope;
-        Found { energy, wrong, force, turn: turn.sqrt(), bend: relatively.sqrt() }
+        Steps { turn, bend: relatively, slope }
     }
 
     /// How far from balance it is, and what its ends bear.

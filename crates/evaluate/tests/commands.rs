@@ -29,7 +29,9 @@ fn measured(folder: &TempDir, arguments: &[&str]) -> String {
 
 /// The rows of a table that was written, by the names of its columns.
 fn table(folder: &TempDir, id: &str) -> Vec<BTreeMap<String, String>> {
-    let file = folder.path().join("out").join(if id.starts_with("cables") { "equilibria/csv" } else { "csv" });
+    let page =
+        [("cables", "equilibria/csv"), ("branched", "branched/csv")].into_iter().find(|(name, _)| id.starts_with(name));
+    let file = folder.path().join("out").join(page.map_or("csv", |(_, page)| page));
     let file = file.join(format!("{id}.csv"));
     let mut reader = csv::Reader::from_path(&file).unwrap_or_else(|error| panic!("{id}: {error}"));
     reader.deserialize().collect::<Result<_, _>>().expect("rows")
@@ -324,4 +326,25 @@ fn starts_of_cables_are_compared() {
     let paths = table(&folder, "cables-paths");
     assert_eq!(paths.len(), 4);
     assert!(median(&paths[0], "solves") < median(&paths[2], "solves"));
+}
+
+#[test]
+fn starts_of_branched_cables_are_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    measured(&folder, &["branched", "--quick"]);
+    let gain = table(&folder, "branched-gain");
+    assert_eq!(gain.len(), 2);
+    assert!(gain.iter().all(|row| !row["rival"].starts_with("learned")), "{gain:?}");
+    let rows = table(&folder, "branched-all");
+    let of = |start: &str, levels: &str| {
+        let own = rows.iter().find(|row| row["start"] == start && row["coarse levels"] == levels);
+        own.unwrap_or_else(|| panic!("no row {start}, {levels}: {rows:?}"))
+    };
+    let number = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().expect("a number");
+    let (learned, poses) = (of("learned, proposals: 4", "7"), of("even turns, two poses, classes: 4", "7"));
+    for row in [learned, poses] {
+        assert!(number(row, "lowest %") >= 90.0 && number(row, "failed %") == 0.0, "{row:?}");
+    }
+    assert!(3.0 * number(learned, "coarse solves") < number(poses, "coarse solves"));
+    assert_eq!(rows.iter().filter(|row| row["start"].starts_with("nearest of 100,")).count(), 2);
 }

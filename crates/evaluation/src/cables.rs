@@ -19,13 +19,13 @@ pub use continuation::Continued;
 pub use starts::{Neighbours, Slerp};
 
 /// Queries that are timed together.
-const CHUNK: usize = 250;
+pub(crate) const CHUNK: usize = 250;
 /// Random starts among which the lowest equilibrium is looked for, too.
-const RANDOM: usize = 30;
+pub(crate) const RANDOM: usize = 30;
 /// Energies this close, over their size or B / L, are the same.
-const SAME: f64 = 1e-6;
+pub(crate) const SAME: f64 = 1e-6;
 /// Seeds of the neighbours and of the random starts; queries have their own.
-const NEIGHBOURS_SEED: u64 = 1 << 40;
+pub(crate) const NEIGHBOURS_SEED: u64 = 1 << 40;
 
 /// A way to an equilibrium.
 pub struct Way {
@@ -176,7 +176,7 @@ fn timed(
 }
 
 /// Time for which this thread has run [s]; where the system does not tell it, time of day.
-fn now() -> f64 {
+pub(crate) fn now() -> f64 {
     let otherwise = || std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
     thread_time().unwrap_or_else(otherwise).as_secs_f64()
 }
@@ -205,7 +205,7 @@ impl Starts for Later<'_> {
 }
 
 /// Mean, and half of its 95 % interval.
-fn mean(values: &[f64]) -> [f64; 2] {
+pub(crate) fn mean(values: &[f64]) -> [f64; 2] {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let spread = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);

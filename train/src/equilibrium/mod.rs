@@ -1,24 +1,26 @@
 //! `train equilibrium`: the learned start of cables' equilibria ([`equilibria::learned`]).
 
-mod data;
+mod branched;
 mod gradient;
+mod single;
+mod subject;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use copingnet::{Adam, AdamParams, Backend, TrainingState};
 use dataset::shuffled;
-use equilibria::canonical::INPUTS;
-use equilibria::learned::OUTPUTS;
 use equilibria::network::Perceptron;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use terminal::{Progress, threads};
 
-use self::data::{Sample, samples};
+use self::branched::Branched;
+use self::single::Single;
+use self::subject::Subject;
 use crate::cli::threads_or_cores;
 use crate::course::with_ending;
 use crate::run::Outcome;
@@ -32,19 +34,23 @@ const WARM_UP: u64 = 200;
 
 /// Trains the learned start of `equilibria`.
 ///
-/// Queries are drawn and solved first, each from twelve starts; the network learns the lowest equilibrium of each class of twist.
+/// Queries are drawn and solved first, each from twelve starts or more; the network learns the lowest equilibrium of each class of
+/// twist.
 #[derive(Args, Debug)]
 pub(crate) struct EquilibriumArgs {
-    /// Random queries.
-    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
-    queries: u64,
+    /// Cables between two grips, or with three arms between three.
+    #[arg(long, value_enum, default_value_t = Cables::Single)]
+    cables: Cables,
+    /// Random queries [default: 1000000; 120000 of branched cables].
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    queries: Option<u64>,
     /// Times through the samples.
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     epochs: u64,
-    /// Size of the two inner layers.
-    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u16).range(1..=256))]
-    width: u16,
-    /// Samples in a batch, two a query.
+    /// Size of the two inner layers [default: 128; 192 for branched cables].
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    width: Option<u16>,
+    /// Samples in a batch: two a query, four of branched cables.
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=65536))]
     batch: u32,
     /// Largest step size of Adam; it falls to nothing as a cosine.
@@ -59,9 +65,10 @@ pub(crate) struct EquilibriumArgs {
     /// What computes the network: ndarray; flex, wgpu or cuda where built with that cargo feature.
     #[arg(long, default_value_t = Backend::default())]
     backend: Backend,
-    /// The weights to write; until the training is done its state is in FILE.state.
-    #[arg(long, value_name = "FILE", default_value = "trained/equilibrium.safetensors")]
-    out: PathBuf,
+    /// The weights to write; until the training is done its state is in FILE.state [default: trained/equilibrium.safetensors, or
+    /// trained/branched.safetensors].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Replace weights that are there already.
     #[arg(long)]
     force: bool,
@@ -73,11 +80,34 @@ pub(crate) struct EquilibriumArgs {
     quiet: bool,
 }
 
+/// Which cables are learned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Cables {
+    Single,
+    Branched,
+}
+
+impl EquilibriumArgs {
+    fn queries(&self) -> u64 {
+        let default = if self.cables == Cables::Single { 1_000_000 } else { 120_000 };
+        self.queries.unwrap_or(default)
+    }
+
+    fn width(&self) -> u16 {
+        self.width.unwrap_or(if self.cables == Cables::Single { 128 } else { 192 })
+    }
+
+    fn out(&self) -> PathBuf {
+        let default = if self.cables == Cables::Single { "equilibrium" } else { "branched" };
+        self.out.clone().unwrap_or_else(|| Path::new("trained").join(default).with_extension("safetensors"))
+    }
+}
+
 /// A training under way.
-struct Course<'a> {
+struct Course<'a, S: Subject> {
     args: &'a EquilibriumArgs,
     sizes: Vec<[usize; 2]>,
-    samples: Vec<Sample>,
+    samples: Vec<S::Sample>,
     parameters: Vec<f32>,
     adam: Adam,
     epoch: u64,
@@ -86,15 +116,23 @@ struct Course<'a> {
 
 /// Trains as the command line says.
 pub(crate) fn run(args: &EquilibriumArgs) -> Result<Outcome> {
-    let state = with_ending(&args.out, ".state");
+    match args.cables {
+        Cables::Single => learn::<Single>(args),
+        Cables::Branched => learn::<Branched>(args),
+    }
+}
+
+fn learn<S: Subject>(args: &EquilibriumArgs) -> Result<Outcome> {
+    let out = args.out();
+    let state = with_ending(&out, ".state");
     if !args.resume {
-        check_place(args, &state)?;
+        check_place(args, &out, &state)?;
     }
     rayon::ThreadPoolBuilder::new().num_threads(threads_or_cores(args.threads)).build_global()?;
     let begin = Instant::now();
-    let Some(samples) = draw(args)? else { return Ok(Outcome::Interrupted) };
-    let validation = samples_of_validation(args)?;
-    let mut course = Course::new(args, samples);
+    let Some(samples) = draw::<S>(args)? else { return Ok(Outcome::Interrupted) };
+    let validation = S::samples(args.seed + 1, 0, VALIDATION.min(args.queries()))?;
+    let mut course = Course::<S>::new(args, samples);
     if args.resume {
         course.resume(&state).context("--resume")?;
     }
@@ -132,35 +170,36 @@ pub(crate) fn run(args: &EquilibriumArgs) -> Result<Outcome> {
         course.command()
     );
     let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
-    export::write_atomically(&args.out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
+    export::write_atomically(&out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
     std::fs::remove_file(&state).context("--out")?;
     if !args.quiet {
-        terminal::print(format_args!("wrote {}", args.out.display()))?;
+        terminal::print(format_args!("wrote {}", out.display()))?;
     }
     Ok(Outcome::Done)
 }
 
 /// Sees that nothing of worth is there.
-fn check_place(args: &EquilibriumArgs, state: &Path) -> Result<()> {
-    let folder = args.out.parent().unwrap_or(Path::new(""));
+fn check_place(args: &EquilibriumArgs, out: &Path, state: &Path) -> Result<()> {
+    let folder = out.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).with_context(|| format!("--out: cannot make the folder {}", folder.display()))?;
     if state.exists() {
         bail!("{} is the state of a training that was cut off: go on by --resume, or delete it", state.display());
     }
-    if args.out.exists() && !args.force {
-        bail!("--out {}: it is there already; give another place, or --force", args.out.display());
+    if out.exists() && !args.force {
+        bail!("--out {}: it is there already; give another place, or --force", out.display());
     }
     Ok(())
 }
 
 /// The samples of the training; `None` after Ctrl-C.
-fn draw(args: &EquilibriumArgs) -> Result<Option<Vec<Sample>>> {
-    let progress = Progress::new(args.queries as usize, "queries", args.quiet)?;
+fn draw<S: Subject>(args: &EquilibriumArgs) -> Result<Option<Vec<S::Sample>>> {
+    let queries = args.queries();
+    let progress = Progress::new(queries as usize, "queries", args.quiet)?;
     let mut all = Vec::new();
     let mut first = 0;
-    while first < args.queries {
-        let count = CHUNK.min(args.queries - first);
-        all.extend(samples(args.seed, first, count)?);
+    while first < queries {
+        let count = CHUNK.min(queries - first);
+        all.extend(S::samples(args.seed, first, count)?);
         first += count;
         if !progress.advance_by(count as usize) {
             break;
@@ -169,14 +208,10 @@ fn draw(args: &EquilibriumArgs) -> Result<Option<Vec<Sample>>> {
     Ok(if progress.finish() { None } else { Some(all) })
 }
 
-fn samples_of_validation(args: &EquilibriumArgs) -> Result<Vec<Sample>> {
-    samples(args.seed + 1, 0, VALIDATION.min(args.queries))
-}
-
-impl<'a> Course<'a> {
-    fn new(args: &'a EquilibriumArgs, samples: Vec<Sample>) -> Self {
-        let inner = [usize::from(args.width); 2];
-        let sizes = Perceptron::layers(INPUTS, &inner, OUTPUTS);
+impl<'a, S: Subject> Course<'a, S> {
+    fn new(args: &'a EquilibriumArgs, samples: Vec<S::Sample>) -> Self {
+        let inner = [usize::from(args.width()); 2];
+        let sizes = Perceptron::layers(S::INPUTS, &inner, S::OUTPUTS);
         let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
         let mut parameters = Vec::new();
         for &[inputs, outputs] in &sizes {
@@ -196,8 +231,8 @@ impl<'a> Course<'a> {
         let batches = order.len().div_ceil(size) as u64;
         let (mut sum, mut count) = (0.0, 0);
         for batch in order.chunks(size).skip(self.batch as usize) {
-            let batch: Vec<&Sample> = batch.iter().map(|&k| &self.samples[k]).collect();
-            let (loss, gradient) = gradient::gradient(&self.sizes, &self.parameters, &batch, device);
+            let batch: Vec<&S::Sample> = batch.iter().map(|&k| &self.samples[k]).collect();
+            let (loss, gradient) = gradient::gradient::<S>(&self.sizes, &self.parameters, &batch, device);
             let done = self.adam.steps as f64 / (self.args.epochs * batches) as f64;
             let rise = ((self.adam.steps + 1) as f64 / WARM_UP as f64).min(1.0);
             let rate = self.args.learning_rate * rise * 0.5 * (1.0 + (std::f64::consts::PI * done.min(1.0)).cos());
@@ -214,39 +249,27 @@ impl<'a> Course<'a> {
         sum / f64::from(count.max(1))
     }
 
-    /// Of the samples with the lowest equilibrium: the median and mean error of the turns [rad], how many are above 0.2 rad [%];
-    /// and how often the class is the right one [%].
-    fn validate(&self, samples: &[Sample]) -> Result<[f64; 4]> {
-        let network = Perceptron::new(&self.sizes, &self.parameters)?;
-        let (mut errors, mut right, mut outputs) = (Vec::new(), 0, [0.0; OUTPUTS]);
-        for own in samples {
-            network.evaluate(&own.inputs, &mut outputs);
-            right += usize::from((outputs[OUTPUTS - 1] > 0.0) == own.is_lowest);
-            if let (Some(targets), true) = (own.targets, own.is_lowest) {
-                let off = outputs[..OUTPUTS - 4].iter().zip(targets).map(|(a, b)| f64::from(a - b).powi(2));
-                errors.push((2.0 * off.sum::<f64>()).sqrt());
-            }
-        }
-        errors.sort_by(f64::total_cmp);
-        let count = errors.len().max(1) as f64;
-        let far = errors.iter().filter(|&&own| own > 0.2).count() as f64;
-        let median = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
-        let percent = 100.0 * right as f64 / samples.len() as f64;
-        Ok([median, errors.iter().sum::<f64>() / count, 100.0 * far / count, percent])
+    /// [`Subject::validate`] of the weights as they are.
+    fn validate(&self, samples: &[S::Sample]) -> Result<[f64; 4]> {
+        Ok(S::validate(&Perceptron::new(&self.sizes, &self.parameters)?, samples))
     }
 
     /// The command that makes these weights again.
     fn command(&self) -> String {
-        let EquilibriumArgs { queries, epochs, width, batch, learning_rate, seed, backend, .. } = self.args;
+        let EquilibriumArgs { cables, epochs, batch, learning_rate, seed, backend, .. } = self.args;
+        let (queries, width) = (self.args.queries(), self.args.width());
+        let cables = if *cables == Cables::Single { "" } else { " --cables branched" };
         format!(
-            "train equilibrium --queries {queries} --epochs {epochs} --width {width} --batch {batch} \
+            "train equilibrium{cables} --queries {queries} --epochs {epochs} --width {width} --batch {batch} \
              --learning-rate {learning_rate} --seed {seed} --backend {backend}"
         )
     }
 
     fn fingerprint(&self) -> BTreeMap<String, String> {
-        let EquilibriumArgs { queries, epochs, width, batch, learning_rate, seed, backend, .. } = self.args;
+        let EquilibriumArgs { cables, epochs, batch, learning_rate, seed, backend, .. } = self.args;
+        let (queries, width) = (self.args.queries(), self.args.width());
         let settings = [
+            ("cables", format!("{cables:?}")),
             ("queries", queries.to_string()),
             ("epochs", epochs.to_string()),
             ("width", width.to_string()),

@@ -1,6 +1,7 @@
 //! The sections of the report, a file each: what a section measures, and in a file below it how that is shown.
 
 mod ablation;
+mod branched;
 mod cables;
 pub(crate) mod claims;
 mod dynamics;
@@ -73,6 +74,18 @@ static STARTS: Place = Place {
     has_networks: false,
 };
 
+/// What a learned start of branched cables is worth.
+static BRANCHES: Place = Place {
+    folder: "branched",
+    title: "Elastic rods: branched cables between three grips",
+    lead: &[
+        "Three cables meet at a junction, and each has its other end in a grip. Which shape do they take, without a history? This page \
+         has what a learned start is worth there, beside searches over the junction's pose and the nearest of many answers.",
+        "One command, `cargo run -p evaluate -- report --only branched`, measures it in minutes. Every table has a CSV file.",
+    ],
+    has_networks: false,
+};
+
 /// How near simulations come to real cables.
 static REAL: Place = Place {
     folder: "real",
@@ -109,6 +122,10 @@ const fn starts(name: &'static str, about: &'static str, job: fn() -> Box<dyn Jo
     Named { name, about, page: &STARTS, job }
 }
 
+const fn branches(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
+    Named { name, about, page: &BRANCHES, job }
+}
+
 const fn real(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
     Named { name, about, page: &REAL, job }
 }
@@ -118,7 +135,7 @@ fn cells<S: Section + 'static>(section: S) -> Box<dyn Job> {
 }
 
 /// All sections, in the order of their pages.
-pub(crate) static SECTIONS: [Named; 16] = [
+pub(crate) static SECTIONS: [Named; 17] = [
     learned("precision", "Error against run time", || cells(precision::Precision::default())),
     learned("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
     learned("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),
@@ -134,6 +151,7 @@ pub(crate) static SECTIONS: [Named; 16] = [
     exact("equilibria", "Equilibria by Newton's method", || cells(equilibria::Equilibria)),
     exact("gradients", "Derivatives of runs", || cells(gradients::Gradients)),
     starts("cables", "Starts for the equilibria of cables", || cells(cables::Cables)),
+    branches("branched", "Starts for the equilibria of branched cables", || cells(branched::Branched)),
     real("real-cables", "Predictions of real cables (with --recordings alone)", || {
         cells(real_cables::RealCables::default())
     }),
