@@ -4,6 +4,9 @@ use std::ops::{Index, IndexMut};
 
 use names::names;
 
+use crate::quantity::{Quantity, Range, Scale};
+use crate::specimen::Numbers;
+
 /// A number of a cable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Parameter {
@@ -48,21 +51,6 @@ names!(Parameter {
     Roll = "roll",
 });
 
-/// Where and how a parameter is searched for.
-struct Range {
-    /// Where the search begins.
-    start: f64,
-    least: f64,
-    most: f64,
-    /// Whether its logarithm is searched for; else it is measured in this unit.
-    scale: Scale,
-}
-
-enum Scale {
-    Logarithm,
-    Unit(f64),
-}
-
 impl Parameter {
     /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell.
     pub const DEFAULT: [Self; 10] = [
@@ -80,6 +68,13 @@ impl Parameter {
     /// Number of parameters.
     pub const COUNT: usize = Self::ALL.len();
 
+    /// Where it stands among all.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+impl Quantity for Parameter {
     fn range(self) -> Range {
         use Scale::{Logarithm, Unit};
         match self {
@@ -96,13 +91,7 @@ impl Parameter {
         }
     }
 
-    /// Where it stands among all.
-    pub fn index(self) -> usize {
-        self as usize
-    }
-
-    /// Its unit.
-    pub fn unit(self) -> &'static str {
+    fn unit(self) -> &'static str {
         match self {
             Self::Bending => "m^4/s^2",
             Self::Twist => "1",
@@ -114,38 +103,8 @@ impl Parameter {
         }
     }
 
-    /// Where searches begin.
-    pub fn start(self) -> f64 {
-        self.range().start
-    }
-
-    /// The least and the largest value that it may have.
-    pub fn bounds(self) -> [f64; 2] {
-        let Range { least, most, .. } = self.range();
-        [least, most]
-    }
-
-    /// The number that is searched for: the logarithm of `value`, or the value in its unit of search.
-    pub fn coordinate(self, value: f64) -> f64 {
-        match self.range().scale {
-            Scale::Logarithm => value.ln(),
-            Scale::Unit(unit) => value / unit,
-        }
-    }
-
-    /// The value of a coordinate, within the bounds.
-    pub fn value(self, coordinate: f64) -> f64 {
-        let Range { least, most, scale, .. } = self.range();
-        let value = match scale {
-            Scale::Logarithm => coordinate.exp(),
-            Scale::Unit(unit) => coordinate * unit,
-        };
-        value.clamp(least, most)
-    }
-
-    /// Whether its logarithm is searched for, so that its spread is a factor.
-    pub fn is_logarithmic(self) -> bool {
-        matches!(self.range().scale, Scale::Logarithm)
+    fn may_be_left_out(self) -> bool {
+        matches!(self, Self::DragAcross | Self::DragAlong)
     }
 }
 
@@ -175,5 +134,25 @@ impl Index<Parameter> for Parameters {
 impl IndexMut<Parameter> for Parameters {
     fn index_mut(&mut self, parameter: Parameter) -> &mut f64 {
         &mut self.0[parameter.index()]
+    }
+}
+
+/// Bending stiffnesses [m^4/s^2] from which a search may begin.
+pub(crate) const BEGINNINGS: [f64; 4] = [0.005, 0.02, 0.08, 0.3];
+
+impl Numbers for Parameters {
+    type Quantity = Parameter;
+
+    fn quantities(&self) -> Vec<Parameter> {
+        Parameter::ALL.to_vec()
+    }
+
+    fn beginnings(&self) -> Vec<Self> {
+        let with = |&bending: &f64| {
+            let mut parameters = *self;
+            parameters[Parameter::Bending] = bending;
+            parameters
+        };
+        std::iter::once(*self).chain(BEGINNINGS.iter().map(with)).collect()
     }
 }

@@ -49,7 +49,7 @@ fn table(grip: &Carried, time: &[f64]) -> String {
 
 /// The scene.
 fn text(cable: &Cable, name: &str, parameters: &Parameters, per_frame: usize) -> String {
-    let (model, state) = cable.model(parameters);
+    let (model, state) = cable.assembly(parameters).finish();
     let (first, steps) = (&model.joints[0], per_frame * (cable.time.len() - 1));
     let dt = cable.time[cable.time.len() - 1] / steps as f64;
     let nodes: Vec<_> = cable.first_nodes().iter().map(list).collect();
