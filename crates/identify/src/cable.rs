@@ -193,6 +193,27 @@ impl Begin {
         [0, 1].map(|end| model.anchors[end].orientation)
     }
 
+    /// Curvatures at rest [1/m] of the joints between segments, by their places in the first frame: of second order along the rod.
+    fn rest(&self, parameters: &Parameters) -> Vec<Vector3<f64>> {
+        let of = |one, other| Vector3::new(parameters[one], parameters[other], 0.0);
+        let mean = of(Parameter::Curvature1, Parameter::Curvature2);
+        let slope = of(Parameter::Slope1, Parameter::Slope2);
+        let bow = of(Parameter::Bow1, Parameter::Bow2);
+        let ways: Vec<f64> = self.nodes[0]
+            .windows(2)
+            .scan(0.0, |way, pair| {
+                *way += (pair[1] - pair[0]).norm();
+                Some(*way)
+            })
+            .collect();
+        let length = ways[ways.len() - 1];
+        let at = |way: &f64| {
+            let place = 2.0 * way / length - 1.0;
+            mean + slope * place + bow * (3.0 * place * place - 1.0)
+        };
+        ways[..ways.len() - 1].iter().map(at).collect()
+    }
+
     /// The rod, clamped at both faces by grips that stand still.
     fn assembly(&self, parameters: &Parameters) -> Assembly {
         let of = |parameter| parameters[parameter];
@@ -212,7 +233,7 @@ impl Begin {
         let rod = assembly.rod(&RodSpec {
             inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
             d1: Some(start_frame(&axis) * Vector3::x()),
-            rest: RestShape::Uniform(Vector3::new(of(Parameter::Curvature1), of(Parameter::Curvature2), 0.0)),
+            rest: RestShape::PerJoint(self.rest(parameters)),
             ..RodSpec::new(
                 self.nodes[0].clone(),
                 RADIUS,

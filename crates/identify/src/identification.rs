@@ -10,6 +10,7 @@ use identify::cable::Resolution;
 use identify::confidence::{Known, known};
 use identify::fit::{Of, Search, fit};
 use identify::kind::{Kind, Read};
+use identify::metric::{Errors, mean_change};
 use identify::page::{self, Predicted, Shown};
 use identify::playback::play;
 use identify::predict::{Prediction, predict};
@@ -71,6 +72,7 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     let start = kind.start(train.as_ref().map_or(&[], |train| &train.specimens));
     let (file, numbers, known) = match (earlier, &train) {
         (Some(file), _) => {
+            check(&file, &kind, train.iter().chain(&eval).next())?;
             let numbers = file.numbers(start).map_err(|message| anyhow!("--from: {message}"))?;
             let known = file.known(&numbers);
             (file, numbers, known)
@@ -82,7 +84,57 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     };
     say!("{}", page::lines(&known))?;
     let sets: Vec<Set<K::Specimen>> = train.into_iter().chain(eval).collect();
-    write(cli, &kind, &sets, file, &numbers, &known, resolution)
+    let (code, outcomes) = write(cli, &kind, &sets, file, &numbers, &known, resolution)?;
+    if let Some(times) = cli.refine {
+        let Resolution { segments, steps } = resolution;
+        let times = usize::from(times);
+        let (_, finer) = K::read([&cli.recordings, &cli.eval], reading, segments * times)?;
+        for ((set, outcome), finer) in sets.iter().zip(&outcomes).zip(finer.iter().filter(|read| !read.good.is_empty()))
+        {
+            let segments: Vec<_> = finer.good.iter().map(|(_, specimen)| specimen.clone()).collect();
+            change(
+                set,
+                outcome,
+                &format!("steps by {times}"),
+                &predict(&set.specimens, &numbers, usize::MAX, steps * times)?,
+            )?;
+            change(set, outcome, &format!("segments by {times}"), &predict(&segments, &numbers, usize::MAX, steps)?)?;
+        }
+    }
+    Ok(code)
+}
+
+/// Refuses the result of another kind of recordings, and of a cable with other branches.
+fn check<K: Kind>(file: &CableFile, kind: &K, set: Option<&Set<K::Specimen>>) -> Result<()> {
+    if file.kind != K::NAME {
+        bail!("--from: it is of a {}, but these recordings are of a {}", file.kind, K::NAME);
+    }
+    let rods = set.and_then(|set| set.recordings.first()).map(|recording| kind.ways(recording));
+    if file.rods.len() > 1 && rods.is_some_and(|rods| rods != file.rods) {
+        bail!("--from: it is of a {} with other branches than these recordings'", file.kind);
+    }
+    Ok(())
+}
+
+/// Tells by how much finer predictions of a set are others than what came of it.
+fn change<S: Specimen>(set: &Set<S>, outcome: &Outcome, refined: &str, finer: &[Prediction]) -> Result<()> {
+    let free = set.specimens.first().map_or_else(Vec::new, Specimen::free);
+    let (mut change, mut before, mut after) = (0.0, 0.0, 0.0);
+    for ((recording, one), other) in set.recordings.iter().zip(&outcome.predictions).zip(finer) {
+        let error = |prediction| Errors::of(recording, &free, prediction).mean(0..recording.count());
+        change += mean_change(recording, &free, [one, other]);
+        before += error(one);
+        after += error(other);
+    }
+    let cm = |sum: f64| significant(100.0 * sum / set.recordings.len() as f64, 3);
+    let [change_cm, before_cm, after_cm] = [change, before, after].map(cm);
+    let share = significant(100.0 * change / before, 2);
+    say!(
+        "{}, {refined}: predictions change by {change_cm} cm of a coordinate, {share} % of their error, which goes from \
+         {before_cm} to {after_cm} cm",
+        set.name
+    )?;
+    Ok(())
 }
 
 /// What to search for, and where from: what is held and free as the command line says.
@@ -189,7 +241,7 @@ fn write<K: Kind>(
     numbers: &<K::Specimen as Specimen>::Numbers,
     known: &[Known<Of<K::Specimen>>],
     Resolution { segments, steps }: Resolution,
-) -> Result<ExitCode> {
+) -> Result<(ExitCode, Vec<Outcome>)> {
     let mut conditions = Conditions::new("method", "newton, bdf2")
         .with("resolution", format!("--segments {segments}, {steps} steps a frame"));
     if file.stopped {
@@ -238,5 +290,6 @@ fn write<K: Kind>(
         }
     }
     say!("page: {}", page.display())?;
-    Ok(if file.stopped && cli.from.is_none() { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS })
+    let stopped = file.stopped && cli.from.is_none();
+    Ok((if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS }, outcomes))
 }

@@ -41,6 +41,9 @@ struct Cli {
     /// Steps from frame to frame.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1000))]
     steps: Option<u16>,
+    /// Predicts again with so many times the steps, and with so many times the segments, and tells by how much predictions change.
+    #[arg(long, value_name = "TIMES", value_parser = clap::value_parser!(u16).range(2..=10))]
+    refine: Option<u16>,
     /// Frames a second of files that do not say it.
     #[arg(long, default_value = "100", value_parser = positive)]
     rate: f64,

@@ -13,6 +13,16 @@ pub fn mean_error(recording: &Recording, prediction: &Prediction) -> f64 {
     Errors::of(recording, &free, prediction).mean(0..recording.count())
 }
 
+/// By how much two predictions of a recording differ: the mean absolute error of a coordinate [m] that one would have, were the other
+/// the recording.
+pub fn mean_change(recording: &Recording, free: &[usize], [one, other]: [&Prediction; 2]) -> f64 {
+    let mut as_recorded = recording.clone();
+    for (markers, predicted) in as_recorded.markers.iter_mut().zip(&one.markers) {
+        free.iter().zip(predicted).for_each(|(&marker, &predicted)| markers[marker] = predicted);
+    }
+    Errors::of(&as_recorded, free, other).mean(0..recording.count())
+}
+
 /// Sums of what a prediction is off at each marker of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errors {

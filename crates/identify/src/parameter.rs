@@ -22,10 +22,18 @@ pub enum Parameter {
     DragAcross,
     /// Drag along the axis: deceleration over the square of the velocity [1/m].
     DragAlong,
-    /// Curvature at rest about d1 [1/m].
+    /// Curvature at rest about d1 [1/m], in the mean over the cable.
     Curvature1,
-    /// Curvature at rest about d2 [1/m].
+    /// Curvature at rest about d2 [1/m], in the mean over the cable.
     Curvature2,
+    /// By how much the curvature about d1 is greater at the end, and less at the start, than half-way [1/m].
+    Slope1,
+    /// The same about d2 [1/m].
+    Slope2,
+    /// By how much the curvature about d1 is less half-way than in the mean [1/m]; at both ends it is greater by twice as much.
+    Bow1,
+    /// The same about d2 [1/m].
+    Bow2,
     /// Tilt of the recordings' vertical towards x [rad].
     TiltX,
     /// Tilt of the recordings' vertical towards y [rad].
@@ -45,6 +53,10 @@ names!(Parameter {
     DragAlong = "drag-along",
     Curvature1 = "curvature-1",
     Curvature2 = "curvature-2",
+    Slope1 = "slope-1",
+    Slope2 = "slope-2",
+    Bow1 = "bow-1",
+    Bow2 = "bow-2",
     TiltX = "tilt-x",
     TiltY = "tilt-y",
     Grip = "grip",
@@ -52,7 +64,8 @@ names!(Parameter {
 });
 
 impl Parameter {
-    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell.
+    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell, and a curvature
+    /// that differs along the cable.
     pub const DEFAULT: [Self; 10] = [
         Self::Bending,
         Self::Twist,
@@ -84,7 +97,9 @@ impl Quantity for Parameter {
             Self::OuterDamping => Range { start: 0.3, least: 1e-3, most: 100.0, scale: Logarithm },
             Self::DragAcross => Range { start: 0.1, least: 1e-3, most: 100.0, scale: Logarithm },
             Self::DragAlong => Range { start: 0.01, least: 1e-3, most: 100.0, scale: Logarithm },
-            Self::Curvature1 | Self::Curvature2 => Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) },
+            Self::Curvature1 | Self::Curvature2 | Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => {
+                Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) }
+            }
             Self::TiltX | Self::TiltY => Range { start: 0.0, least: -0.3, most: 0.3, scale: Unit(0.1) },
             Self::Grip => Range { start: 0.01, least: 1e-4, most: 0.5, scale: Logarithm },
             Self::Roll => Range { start: 0.0, least: -6.3, most: 6.3, scale: Unit(1.0) },
@@ -98,13 +113,14 @@ impl Quantity for Parameter {
             Self::InnerDamping => "s",
             Self::OuterDamping => "1/s",
             Self::DragAcross | Self::DragAlong | Self::Curvature1 | Self::Curvature2 => "1/m",
+            Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => "1/m",
             Self::TiltX | Self::TiltY | Self::Roll => "rad",
             Self::Grip => "m",
         }
     }
 
     fn may_be_left_out(self) -> bool {
-        matches!(self, Self::DragAcross | Self::DragAlong)
+        !Self::DEFAULT.contains(&self)
     }
 }
 

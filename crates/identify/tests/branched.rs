@@ -159,6 +159,20 @@ fn recordings_are_played_beside_predictions() {
         let page = fs::read_to_string(folder.path().join("out").join(name)).unwrap();
         assert!(page.contains("\"recording\"") && page.contains("\"prediction\""), "{name}");
     }
+    // What is of another cable is refused.
+    for (change, part) in [
+        (json!({ "rods": [(0..8).collect::<Vec<_>>(), vec![3, 8, 9, 10]] }), "other branches"),
+        (json!({ "kind": "noodle" }), "of a noodle"),
+    ] {
+        let mut other = earlier.clone();
+        other.as_object_mut().unwrap().extend(change.as_object().unwrap().clone());
+        fs::write(path("other.json"), other.to_string()).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
+        let output =
+            command.args([&path("eval"), "--from", &path("other.json"), "--out", &path("no")]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(part), "{}", String::from_utf8_lossy(&output.stderr));
+    }
     // They were simulated with these numbers: all but the second frame, which is as it was drawn, is predicted.
     let result: Value = serde_json::from_str(&fs::read_to_string(path("out/result.json")).unwrap()).unwrap();
     let errors: Vec<f64> =
