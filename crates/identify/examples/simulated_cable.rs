@@ -8,6 +8,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use identify::parameter::{Parameter, Parameters};
+use identify::quantity::Quantity;
 use identify::simulated::{Plan, recordings, write};
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -8,9 +8,11 @@ use rod::{
     Air, Assembly, Body, Carried, Damping, Driven, InnerDamping, Interpolation, KeyframeError, Material, Model, Motion,
     Pose, RestShape, RodSpec, Springs, State, Wind,
 };
+use solver::simulation::SimulationError;
 
 use crate::parameter::{Parameter, Parameters};
 use crate::recording::{GRIPPED, Recording};
+use crate::specimen::Specimen;
 use crate::spline;
 
 /// Gravitational acceleration [m/s^2].
@@ -34,9 +36,14 @@ pub struct Resolution {
     pub steps: usize,
 }
 
+impl Resolution {
+    /// That of cables.
+    pub const DEFAULT: Self = Self { segments: 3, steps: 1 };
+}
+
 impl Default for Resolution {
     fn default() -> Self {
-        Self { segments: 3, steps: 1 }
+        Self::DEFAULT
     }
 }
 
@@ -48,8 +55,28 @@ pub struct Cable {
     motions: [Arc<Motion>; 2],
     /// Times of the frames [s].
     pub(crate) time: Vec<f64>,
-    /// Segments between two markers.
-    pub(crate) parts: usize,
+    /// Where its free markers lie.
+    pub(crate) places: Vec<Place>,
+}
+
+/// A place on a rod: a segment, and the share of its length at which it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    pub(crate) segment: usize,
+    pub(crate) share: f64,
+}
+
+impl Place {
+    /// The node where a segment ends.
+    pub(crate) fn end_of(segment: usize) -> Self {
+        Self { segment, share: 1.0 }
+    }
+
+    /// Where it is in a state [m].
+    pub(crate) fn at(self, model: &Model, state: &State) -> Vector3<f64> {
+        let Self { segment, share } = self;
+        state.positions[segment] + state.axis(segment) * ((share - 0.5) * model.segments[segment].length)
+    }
 }
 
 impl Cable {
@@ -62,11 +89,24 @@ impl Cable {
     /// # Errors
     /// If the markers of a grip make no motion, because a coordinate is not finite.
     pub fn new(recording: &Recording, parts: usize) -> Result<Self, KeyframeError> {
+        Self::with_junctions(recording, parts, &[])
+    }
+
+    /// The same, with a short segment about each of these markers in place of a node, so that something can be joined to it there
+    /// which turns as the cable does at the marker, and not as it does half a segment beside it.
+    pub(crate) fn with_junctions(
+        recording: &Recording,
+        parts: usize,
+        junctions: &[usize],
+    ) -> Result<Self, KeyframeError> {
         let last = recording.count() - 1;
-        let nodes = [0, 1].map(|frame| {
-            let all = spline::through(&recording.markers[frame], parts);
-            all[parts * (GRIPPED - 1)..=parts * (last + 1 - GRIPPED)].to_vec()
-        });
+        let nodes = [0, 1].map(|frame| nodes(&recording.markers[frame], parts, junctions));
+        let place = |marker: usize| {
+            let before = junctions.iter().filter(|junction| **junction < marker).count();
+            let segment = (marker + 1 - GRIPPED) * parts + before;
+            if junctions.contains(&marker) { Place { segment, share: 0.5 } } else { Place::end_of(segment - 1) }
+        };
+        let places = recording.free().map(place).collect();
         let time = recording.time.clone();
         let begin = Begin { nodes, interval: time[1] };
         let [start, end] = begin.faces();
@@ -75,7 +115,7 @@ impl Cable {
             Arc::new(grip_motion(recording, [GRIPPED - 1, 0], start)?),
             Arc::new(grip_motion(recording, [last + 1 - GRIPPED, last], end)?),
         ];
-        Ok(Self { begin, motions, time, parts })
+        Ok(Self { begin, motions, time, places })
     }
 
     /// By how much the end's grip holds the rod turned about its axis in the first frame [rad], -pi to pi.
@@ -89,11 +129,6 @@ impl Cable {
         let [start, end] = self.motions.each_ref().map(|motion| Carried::new(motion.clone()));
         let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), parameters[Parameter::Roll]);
         [start, Carried { grip: Pose { orientation: roll, ..end.grip }, ..end }]
-    }
-
-    /// The model of the cable with these parameters, and its state in the first frame.
-    pub fn model(&self, parameters: &Parameters) -> (Model, State) {
-        self.assembly(parameters).finish()
     }
 
     /// The cable in its grips: its segments are the first, and so are the joints between them.
@@ -120,10 +155,25 @@ impl Cable {
     pub(crate) fn first_nodes(&self) -> &[Vector3<f64>] {
         &self.begin.nodes[0]
     }
+}
 
-    /// Nodes at which the free markers lie.
-    pub(crate) fn marker_nodes(&self) -> impl Iterator<Item = usize> {
-        (1..self.begin.nodes[0].len() / self.parts).map(|marker| marker * self.parts)
+impl Specimen for Cable {
+    type Numbers = Parameters;
+
+    fn time(&self) -> &[f64] {
+        &self.time
+    }
+
+    fn free(&self) -> Vec<usize> {
+        (GRIPPED..GRIPPED + self.places.len()).collect()
+    }
+
+    fn model(&self, parameters: &Parameters) -> Result<(Model, State), SimulationError> {
+        Ok(self.assembly(parameters).finish())
+    }
+
+    fn markers(&self, _: &Parameters, model: &Model, state: &State) -> Vec<Vector3<f64>> {
+        self.places.iter().map(|place| place.at(model, state)).collect()
     }
 }
 
@@ -141,6 +191,27 @@ impl Begin {
     fn faces(&self) -> [UnitQuaternion<f64>; 2] {
         let (model, _) = self.assembly(&Parameters::default()).finish();
         [0, 1].map(|end| model.anchors[end].orientation)
+    }
+
+    /// Curvatures at rest [1/m] of the joints between segments, by their places in the first frame: of second order along the rod.
+    fn rest(&self, parameters: &Parameters) -> Vec<Vector3<f64>> {
+        let of = |one, other| Vector3::new(parameters[one], parameters[other], 0.0);
+        let mean = of(Parameter::Curvature1, Parameter::Curvature2);
+        let slope = of(Parameter::Slope1, Parameter::Slope2);
+        let bow = of(Parameter::Bow1, Parameter::Bow2);
+        let ways: Vec<f64> = self.nodes[0]
+            .windows(2)
+            .scan(0.0, |way, pair| {
+                *way += (pair[1] - pair[0]).norm();
+                Some(*way)
+            })
+            .collect();
+        let length = ways[ways.len() - 1];
+        let at = |way: &f64| {
+            let place = 2.0 * way / length - 1.0;
+            mean + slope * place + bow * (3.0 * place * place - 1.0)
+        };
+        ways[..ways.len() - 1].iter().map(at).collect()
     }
 
     /// The rod, clamped at both faces by grips that stand still.
@@ -162,7 +233,7 @@ impl Begin {
         let rod = assembly.rod(&RodSpec {
             inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
             d1: Some(start_frame(&axis) * Vector3::x()),
-            rest: RestShape::Uniform(Vector3::new(of(Parameter::Curvature1), of(Parameter::Curvature2), 0.0)),
+            rest: RestShape::PerJoint(self.rest(parameters)),
             ..RodSpec::new(
                 self.nodes[0].clone(),
                 RADIUS,
@@ -173,6 +244,27 @@ impl Begin {
         set_velocities(assembly.state_mut(), 0, &self.nodes, self.interval);
         assembly
     }
+}
+
+/// Half of the length of a segment about a junction, as a share of the others': one over this.
+const HALF_SHARE: usize = 4;
+
+/// Nodes of the curve through the markers of a frame, from the inner marker of one grip to that of the other, with so many parts
+/// between two markers. About each junction is a short segment, whose middle is the marker.
+fn nodes(markers: &[Vector3<f64>], parts: usize, junctions: &[usize]) -> Vec<Vector3<f64>> {
+    let fine = spline::through(markers, HALF_SHARE * parts);
+    let mut nodes = Vec::new();
+    for k in parts * (GRIPPED - 1)..=parts * (markers.len() - GRIPPED) {
+        let (at, marker) = (HALF_SHARE * k, k / parts);
+        if k % parts == 0 && junctions.contains(&marker) {
+            let [before, after] = [fine[at - 1], fine[at + 1]];
+            let half = (after - before) * 0.5;
+            nodes.extend([markers[marker] - half, markers[marker] + half]);
+        } else {
+            nodes.push(fine[at]);
+        }
+    }
+    nodes
 }
 
 /// Gives the segments of a rod, from `first` on, the velocities from its nodes in one frame to those in the next.

@@ -1,27 +1,32 @@
 //! The fit: least squares with Huber's loss over all recordings.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 use optimise::{LeastSquares, Normal, Residuals};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
-use crate::cable::Cable;
-use crate::parameter::{Parameter, Parameters};
-use crate::predict::{Prediction, TOGETHER, together};
-use crate::recording::{GRIPPED, Recording};
+use crate::parameter::Parameter;
+use crate::predict::{Prediction, TOGETHER, are_in_time, predict, predict_each};
+use crate::quantity::Quantity;
+use crate::recording::Recording;
+use crate::specimen::{Numbers, Specimen};
+
+/// What a specimen has numbers of.
+pub type Of<S> = <<S as Specimen>::Numbers as Numbers>::Quantity;
 
 /// How to search.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Search {
+pub struct Search<Q> {
     /// What is searched for; all else is held where the search begins.
-    pub free: Vec<Parameter>,
+    pub free: Vec<Q>,
     /// What is looked at, one after the other: little first, which leads to the basin.
     pub stages: Vec<Stage>,
     /// Distance of a coordinate [m] from which on it counts linearly and no longer squared.
     pub huber: f64,
     /// Steps from frame to frame.
     pub steps: usize,
+    /// How long parts of a recording are that count as independent of each other [s]; infinite: each recording is one.
+    pub independent: f64,
 }
 
 /// A part of the recordings that is looked at until the loss falls no more.
@@ -42,14 +47,27 @@ impl Stage {
     }
 }
 
-impl Default for Search {
+impl Default for Search<Parameter> {
     fn default() -> Self {
         let stages = vec![
             Stage { frames: Some(100), every: 4, iterations: 12 },
             Stage { frames: None, every: 4, iterations: 10 },
             Stage { frames: None, every: 1, iterations: 3 },
         ];
-        Self { free: Parameter::DEFAULT.to_vec(), stages, huber: 5e-3, steps: 1 }
+        let free = Parameter::DEFAULT.to_vec();
+        Self { free, stages, huber: 5e-3, steps: 1, independent: f64::INFINITY }
+    }
+}
+
+impl<Q> Search<Q> {
+    /// Most iterations.
+    pub fn iterations(&self) -> usize {
+        self.before(self.stages.len())
+    }
+
+    /// Most iterations before a stage.
+    pub fn before(&self, stage: usize) -> usize {
+        self.stages[..stage].iter().map(|stage| stage.iterations).sum()
     }
 }
 
@@ -62,19 +80,17 @@ pub struct Iteration {
     pub iteration: usize,
     /// Mean Huber loss of a coordinate of a free marker [m^2].
     pub loss: f64,
-    /// The best parameters of this stage so far.
-    pub parameters: Parameters,
 }
 
 /// A fit's end.
 #[derive(Clone, Debug)]
-pub struct Fit {
-    /// The best parameters.
-    pub parameters: Parameters,
+pub struct Fit<N: Numbers> {
+    /// The best numbers.
+    pub parameters: N,
     /// Those of [`Search::free`].
-    pub free: Vec<Parameter>,
-    /// What each recording of the last stage that was reached says there, by the coordinates of the free parameters
-    /// ([`Parameter::coordinate`]); losses are in m^2.
+    pub free: Vec<N::Quantity>,
+    /// What each independent part of the recordings of the last stage that was reached says there, by the coordinates of what is free
+    /// ([`Quantity::coordinate`]); losses are in m^2.
     pub normals: Vec<Normal>,
     /// Whether it was stopped before its end.
     pub stopped: bool,
@@ -86,24 +102,22 @@ const DIFFERENCE: f64 = 5e-3;
 const LONGEST: f64 = 1.0;
 /// A stage ends where the loss falls by less than this part of it.
 const ENOUGH: f64 = 1e-3;
-/// Bending stiffnesses [m^4/s^2] from which a search may begin.
-const SCAN: [f64; 4] = [0.005, 0.02, 0.08, 0.3];
 
-/// Searches for the parameters of a cable from `start`, on rayon's threads, with the same bits on any number of them. `watch` is
-/// told after each iteration where the search is, and says whether to go on.
+/// Searches for the numbers of recordings from the best of where `start` may begin, on rayon's threads, with the same bits on any
+/// number of them. `watch` is told after each iteration where the search is, and says whether to go on.
 ///
 /// # Errors
 /// If a model is not valid.
-pub fn fit(
+pub fn fit<S: Specimen>(
     recordings: &[Recording],
-    cables: &[Cable],
-    start: &Parameters,
-    search: &Search,
+    specimens: &[S],
+    start: &S::Numbers,
+    search: &Search<Of<S>>,
     watch: &mut dyn FnMut(&Iteration) -> bool,
-) -> Result<Fit, SimulationError> {
-    let of = |stage| Part::new(recordings, cables, stage, search, start);
-    let mut parts: Vec<Part<'_>> = search.stages.iter().map(of).collect();
-    let begin = parts.first().map_or(Ok(*start), |part| begun(part, start))?;
+) -> Result<Fit<S::Numbers>, SimulationError> {
+    let of = |stage| Part::new(recordings, specimens, stage, search, start);
+    let mut parts: Vec<Part<'_, S>> = search.stages.iter().map(of).collect();
+    let begin = parts.first().map_or(Ok(start.clone()), Part::begun)?;
     let mut least = LeastSquares::new(coordinates(&search.free, &begin));
     least.bounds = search.free.iter().map(|of| of.bounds().map(|bound| of.coordinate(bound))).collect();
     (least.longest, least.tolerance) = (LONGEST, ENOUGH);
@@ -111,8 +125,7 @@ pub fn fit(
     for (stage, part) in parts.iter_mut().enumerate() {
         for iteration in 1..=search.stages[stage].iterations {
             let step = least.step(part)?;
-            let parameters = part.parameters(&least.x);
-            stopped = !watch(&Iteration { stage, iteration, loss: step.loss / step.count as f64, parameters });
+            stopped = !watch(&Iteration { stage, iteration, loss: step.loss / step.count as f64 });
             if stopped || step.converged || step.loss >= step.before {
                 break;
             }
@@ -123,157 +136,156 @@ pub fn fit(
         }
     }
     // Where the user does not want to wait, the stage that was reached must do.
-    let end = parts.get(last).map(|part| (part, part.parameters(&least.x)));
-    let normals = end.as_ref().map_or(Ok(Vec::new()), |(part, parameters)| part.linearised(parameters))?;
-    Ok(Fit {
-        parameters: end.map_or(*start, |(_, parameters)| parameters),
-        free: search.free.clone(),
-        normals,
-        stopped,
-    })
+    let end = parts.get(last).map(|part| (part, part.numbers(&least.x)));
+    let normals = end.as_ref().map_or(Ok(Vec::new()), |(part, numbers)| part.linearised(numbers))?;
+    let parameters = end.map_or_else(|| start.clone(), |(_, numbers)| numbers);
+    Ok(Fit { parameters, free: search.free.clone(), normals, stopped })
 }
 
-/// The coordinates of the free parameters.
-fn coordinates(free: &[Parameter], parameters: &Parameters) -> DVector<f64> {
-    DVector::from_iterator(free.len(), free.iter().map(|&of| of.coordinate(parameters[of])))
-}
-
-/// Where the search begins: at the bending stiffness of a few that fits the first stage best. Stiff and slack cables move
-/// differently, and no derivative leads from one to the other.
-fn begun(part: &Part<'_>, start: &Parameters) -> Result<Parameters, SimulationError> {
-    let mut best = (f64::INFINITY, *start);
-    if part.search.free.contains(&Parameter::Bending) {
-        for bending in [start[Parameter::Bending]].into_iter().chain(SCAN) {
-            let mut from = *start;
-            from[Parameter::Bending] = bending;
-            let loss = part.loss_of(&from)?;
-            if loss < best.0 {
-                best = (loss, from);
-            }
-        }
-    }
-    Ok(best.1)
+/// The coordinates of what is free.
+fn coordinates<N: Numbers>(free: &[N::Quantity], numbers: &N) -> DVector<f64> {
+    DVector::from_iterator(free.len(), free.iter().map(|&of| of.coordinate(numbers[of])))
 }
 
 /// The recordings that a stage looks at.
-struct Part<'a> {
+struct Part<'a, S: Specimen> {
     recordings: Vec<&'a Recording>,
-    cables: Vec<Cable>,
+    specimens: Vec<S>,
     frames: usize,
-    search: &'a Search,
+    search: &'a Search<Of<S>>,
     /// The values of what is not searched for.
-    held: Parameters,
+    held: S::Numbers,
 }
 
-impl<'a> Part<'a> {
+impl<'a, S: Specimen> Part<'a, S> {
     fn new(
         recordings: &'a [Recording],
-        cables: &[Cable],
+        specimens: &[S],
         stage: &Stage,
-        search: &'a Search,
-        held: &Parameters,
+        search: &'a Search<Of<S>>,
+        held: &S::Numbers,
     ) -> Self {
         // Of few recordings all count: each fills a lane.
         let every = stage.every.min(recordings.len() / TOGETHER).max(1);
         let recordings = recordings.iter().step_by(every).collect();
-        let cables = cables.iter().step_by(every).cloned().collect();
-        Self { recordings, cables, frames: stage.frames.unwrap_or(usize::MAX), search, held: *held }
+        let specimens = specimens.iter().step_by(every).cloned().collect();
+        Self { recordings, specimens, frames: stage.frames.unwrap_or(usize::MAX), search, held: held.clone() }
     }
 
-    /// The parameters with these coordinates.
-    fn parameters(&self, x: &DVector<f64>) -> Parameters {
-        let mut parameters = self.held;
-        self.search.free.iter().zip(x).for_each(|(&of, &x)| parameters[of] = of.value(x));
-        parameters
+    /// The numbers with these coordinates.
+    fn numbers(&self, x: &DVector<f64>) -> S::Numbers {
+        let mut numbers = self.held.clone();
+        self.search.free.iter().zip(x).for_each(|(&of, &x)| numbers[of] = of.value(x));
+        numbers
+    }
+
+    /// Where the search begins: where the loss is least of all that it may begin with.
+    fn begun(&self) -> Result<S::Numbers, SimulationError> {
+        let mut best = (f64::INFINITY, self.held.clone());
+        for beginning in self.held.beginnings() {
+            let mut numbers = self.held.clone();
+            self.search.free.iter().for_each(|&of| numbers[of] = beginning[of]);
+            let loss = self.loss_of(&numbers)?;
+            if loss < best.0 {
+                best = (loss, numbers);
+            }
+        }
+        Ok(best.1)
     }
 
     /// Loss over all of its recordings.
-    fn loss_of(&self, parameters: &Parameters) -> Result<f64, SimulationError> {
-        let run = |cables| together(cables, parameters, self.frames, self.search.steps);
-        let chunks: Result<Vec<Vec<Prediction>>, _> = self.cables.par_chunks(TOGETHER).map(run).collect();
-        let predictions = chunks?.into_iter().flatten();
-        let loss =
-            |(real, predicted): (&&Recording, _)| normal(&recorded(real), &predicted, &[], &[], self.search.huber).loss;
-        Ok(self.recordings.iter().zip(predictions).map(loss).sum())
+    fn loss_of(&self, numbers: &S::Numbers) -> Result<f64, SimulationError> {
+        let predictions = predict(&self.specimens, numbers, self.frames, self.search.steps)?;
+        let losses = predictions.iter().enumerate().map(|(k, own)| self.normals(k, own, &[], &[]));
+        Ok(losses.flatten().map(|normal| normal.loss).sum())
     }
 
-    /// What each recording says near `parameters`, its derivatives by differences of whole runs.
-    fn linearised(&self, parameters: &Parameters) -> Result<Vec<Normal>, SimulationError> {
-        let Search { free, huber, steps, .. } = self.search;
-        let chunk = |(recordings, cables): (&[&Recording], &[Cable])| -> Result<Vec<Normal>, SimulationError> {
-            // The run itself, and one beside it for each free parameter.
-            let run = |run: usize| {
-                let mut beside = *parameters;
-                if let Some(&parameter) = run.checked_sub(1).map(|k| &free[k]) {
-                    let at = parameter.coordinate(parameters[parameter]);
-                    beside[parameter] = parameter.value(at + difference(parameter, parameters));
+    /// What each independent part of the recordings says near some numbers, its derivatives by differences of whole runs.
+    fn linearised(&self, numbers: &S::Numbers) -> Result<Vec<Normal>, SimulationError> {
+        let Search { free, steps, .. } = self.search;
+        let differences: Vec<f64> = free.iter().map(|&of| difference(of, numbers[of])).collect();
+        let beside = free.iter().zip(&differences).map(|(&of, difference)| {
+            let mut beside = numbers.clone();
+            beside[of] = of.value(of.coordinate(numbers[of]) + difference);
+            beside
+        });
+        let runs: Vec<S::Numbers> = std::iter::once(numbers.clone()).chain(beside).collect();
+        let mut normals = Vec::new();
+        // Of the same run side by side, so that they are of one world.
+        let same_times = |a: &S, b: &S| are_in_time(a.time(), b.time());
+        let groups: Vec<&[S]> = self.specimens.chunk_by(same_times).flat_map(|group| group.chunks(TOGETHER)).collect();
+        let copies: Vec<(&S, &S::Numbers)> = groups
+            .iter()
+            .flat_map(|group| runs.iter().flat_map(|run| group.iter().map(move |specimen| (specimen, run))))
+            .collect();
+        let predictions = predict_each(&copies, self.frames, *steps)?;
+        let mut first = 0;
+        for group in groups {
+            let own = &predictions[runs.len() * first..][..runs.len() * group.len()];
+            for k in 0..group.len() {
+                let beside: Vec<&Prediction> = own.iter().skip(k).step_by(group.len()).collect();
+                normals.append(&mut self.normals(first + k, beside[0], &beside[1..], &differences));
+            }
+            first += group.len();
+        }
+        Ok(normals)
+    }
+
+    /// What the independent parts of a recording tell of its prediction and those `beside` it, one for each free number, whose
+    /// coordinates differ by `differences`.
+    fn normals(
+        &self,
+        recording: usize,
+        predicted: &Prediction,
+        beside: &[&Prediction],
+        differences: &[f64],
+    ) -> Vec<Normal> {
+        let Search { huber, independent, .. } = *self.search;
+        let (recording, markers) = (self.recordings[recording], self.specimens[recording].free());
+        let mut normals = Vec::new();
+        let mut slope = vec![0.0; beside.len()];
+        let mut until = f64::NEG_INFINITY;
+        for (frame, here) in predicted.markers.iter().enumerate() {
+            if recording.time[frame] >= until {
+                until = recording.time[frame] + independent;
+                normals.push(Normal::zero(beside.len()));
+            }
+            let Some(normal) = normals.last_mut() else { continue };
+            for (k, (&marker, here)) in markers.iter().zip(here).enumerate() {
+                let real = recording.markers[frame][marker];
+                for axis in 0..3 {
+                    if real[axis].is_nan() {
+                        continue;
+                    }
+                    let residual = here[axis] - real[axis];
+                    for ((slope, beside), difference) in slope.iter_mut().zip(beside).zip(differences) {
+                        // Where the run beside goes over to another shape there is no derivative.
+                        let change = beside.markers[frame][k][axis] - here[axis];
+                        *slope = if change.abs() < huber { change / difference } else { 0.0 };
+                    }
+                    // What is no number is as far off as anything can be.
+                    normal.add(if residual.is_nan() { 1.0 } else { residual }, &slope, huber);
                 }
-                together(cables, &beside, self.frames, *steps)
-            };
-            let differences: Vec<f64> = free.iter().map(|&of| difference(of, parameters)).collect();
-            let runs = (0..=free.len()).into_par_iter().map(run).collect::<Result<Vec<_>, _>>()?;
-            let of = |(k, recording): (usize, &&Recording)| {
-                let beside: Vec<&Prediction> = runs[1..].iter().map(|run| &run[k]).collect();
-                normal(&recorded(recording), &runs[0][k], &beside, &differences, *huber)
-            };
-            Ok(recordings.iter().enumerate().map(of).collect())
-        };
-        let chunks = self.recordings.par_chunks(TOGETHER).zip(self.cables.par_chunks(TOGETHER)).map(chunk);
-        Ok(chunks.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+            }
+        }
+        normals
     }
 }
 
-impl Residuals for Part<'_> {
+impl<S: Specimen> Residuals for Part<'_, S> {
     type Error = SimulationError;
 
     fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
-        self.loss_of(&self.parameters(x))
+        self.loss_of(&self.numbers(x))
     }
 
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
-        Ok(self.linearised(&self.parameters(x))?.iter().sum())
+        Ok(self.linearised(&self.numbers(x))?.iter().sum())
     }
 }
 
-/// By how much the coordinate of a parameter is changed for derivatives: back where forth would leave its bounds.
-fn difference(parameter: Parameter, parameters: &Parameters) -> f64 {
-    let most = parameter.coordinate(parameter.bounds()[1]);
-    if parameter.coordinate(parameters[parameter]) + DIFFERENCE > most { -DIFFERENCE } else { DIFFERENCE }
-}
-
-/// Where a free marker of a recording was in a frame.
-fn recorded(recording: &Recording) -> impl Fn(usize, usize) -> Vector3<f64> {
-    |frame, marker| recording.markers[frame][GRIPPED + marker]
-}
-
-/// What a recording, which says where a free marker was in a frame, tells of a prediction and those `beside` it, one for each free
-/// parameter, whose coordinates differ by `differences`.
-pub(crate) fn normal(
-    recorded: &dyn Fn(usize, usize) -> Vector3<f64>,
-    predicted: &Prediction,
-    beside: &[&Prediction],
-    differences: &[f64],
-    huber: f64,
-) -> Normal {
-    let mut normal = Normal::zero(beside.len());
-    let mut slope = vec![0.0; beside.len()];
-    for (frame, markers) in predicted.markers.iter().enumerate() {
-        for (marker, here) in markers.iter().enumerate() {
-            let real = recorded(frame, marker);
-            for axis in 0..3 {
-                if real[axis].is_nan() {
-                    continue;
-                }
-                let residual = here[axis] - real[axis];
-                for ((slope, beside), difference) in slope.iter_mut().zip(beside).zip(differences) {
-                    // Where the run beside goes over to another shape there is no derivative.
-                    let change = beside.markers[frame][marker][axis] - here[axis];
-                    *slope = if change.abs() < huber { change / difference } else { 0.0 };
-                }
-                // What is no number is as far off as anything can be.
-                normal.add(if residual.is_nan() { 1.0 } else { residual }, &slope, huber);
-            }
-        }
-    }
-    normal
+/// By how much a coordinate is changed for derivatives: back where forth would leave its bounds.
+fn difference<Q: Quantity>(of: Q, value: f64) -> f64 {
+    let [_, most] = of.bounds().map(|bound| of.coordinate(bound));
+    if of.coordinate(value) + DIFFERENCE > most { -DIFFERENCE } else { DIFFERENCE }
 }

@@ -1,11 +1,12 @@
 //! Identifies real cables: from recordings of markers between two grips to the numbers of a rod that moves as they do.
 //!
-//! A [`Recording`](recording::Recording) is read from a file. A [`Cable`](cable::Cable) is what a prediction may know of it: its
-//! first two frames and its grips. [`predict`](predict::predict) simulates cables with some [`Parameters`](parameter::Parameters).
-//! [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings determine them. What is written is
-//! [`CableFile`](result::CableFile), a [`scene`], a [`page`], and a [`playback`]. [`simulated`]
-//! makes recordings of a cable whose numbers are known. [`hanging`] finds the stiffness of wires from photographs of how they hang.
-//! [`noodle`] identifies a rod with one clamp whose full pose is recorded, [`branched`] a cable with branches.
+//! A [`Recording`](recording::Recording) is read from a file. A [`Specimen`](specimen::Specimen) is what a prediction may know of it:
+//! of a [`Cable`](cable::Cable) its first two frames and its grips; there are cables with branches ([`branched`]), too, and rods with
+//! one clamp whose full pose is recorded ([`noodle`]). [`predict`](predict::predict) simulates specimens with some numbers, as
+//! [`Parameters`](parameter::Parameters). [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings
+//! determine them. A [`Kind`](kind::Kind) is all of that for one of the three. What is written is [`CableFile`](result::CableFile), a
+//! [`scene`], a [`page`], and a [`playback`]. [`simulated`] makes recordings of a cable whose numbers are known. [`hanging`] finds the
+//! stiffness of wires from photographs of how they hang.
 //! [`motions`] says which recordings are of one kind of motion.
 
 pub mod branched;
@@ -13,6 +14,7 @@ pub mod cable;
 pub mod confidence;
 pub mod fit;
 pub mod hanging;
+pub mod kind;
 pub mod metric;
 pub mod motions;
 pub mod noodle;
@@ -20,8 +22,10 @@ pub mod page;
 pub mod parameter;
 pub mod playback;
 pub mod predict;
+pub mod quantity;
 pub mod recording;
 pub mod result;
 pub mod scene;
 pub mod simulated;
+pub mod specimen;
 pub mod spline;

@@ -1,21 +1,26 @@
 //! A noodle: a rod that one clamp holds, whose full pose is recorded, with a free end.
 //!
-//! A [`Recording`] is read from a file. [`predict`] simulates it with some [`Numbers`], knowing nothing of it but the way of its clamp.
-//! [`fit`] finds the numbers.
+//! A [`NoodleRecording`] is read from a file; [`Noodle`] is what a prediction knows of it, nothing but the way of its clamp. It has
+//! some [`Numbers`].
 
-mod fit;
 mod model;
 mod number;
 mod recording;
 
-pub use fit::{Found, ITERATIONS, fit};
-pub use model::{Resolution, predict};
+pub use model::Noodle;
 pub use number::{Number, Numbers};
-pub use recording::{Recording, is_noodle, read};
+pub use recording::{NoodleRecording, is_noodle, read};
 
-/// Mean distance [m] of the predicted tip from the recorded one, over the frames before `time` [s].
-pub fn tip_error(recording: &Recording, predicted: &[[nalgebra::Vector3<f64>; 2]], time: f64) -> f64 {
-    let frames = recording.time.iter().take_while(|&&at| at < time).count().min(predicted.len());
-    let distance = |frame: usize| (predicted[frame][1] - recording.markers[frame][1]).norm();
-    (0..frames).map(distance).sum::<f64>() / frames as f64
+use crate::predict::Prediction;
+use crate::recording::Recording;
+
+/// Markers of a noodle's [`Recording`]: the clamp, which is given, one in the middle and one at the tip.
+pub const MARKERS: usize = 3;
+
+/// Mean distance [m] of the predicted tip from the recorded one, over the frames before `time` [s] in which it was not lost.
+pub fn tip_error(recording: &Recording, predicted: &Prediction, time: f64) -> f64 {
+    let pairs = recording.time.iter().zip(&recording.markers).zip(&predicted.markers);
+    let apart = pairs.take_while(|((at, _), _)| **at < time).map(|((_, real), here)| (here[1] - real[2]).norm());
+    let (sum, count) = apart.filter(|apart| !apart.is_nan()).fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
+    sum / f64::from(count)
 }

@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use nalgebra::Vector3;
 use report::{
     Axis, Block, Cell, Charts, Column, Conditions, Figure, LineChart, Page, Section, Series, Table, significant,
 };
 
 use crate::confidence::Known;
 use crate::metric::mean_error;
-use crate::parameter::Parameter;
 use crate::predict::Prediction;
+use crate::quantity::Quantity;
 use crate::recording::Recording;
 
 /// Recordings with their predictions.
@@ -19,12 +20,14 @@ pub struct Predicted<'a> {
     pub name: &'a str,
     /// The recordings.
     pub recordings: &'a [Recording],
+    /// The markers that are predicted.
+    pub free: &'a [usize],
     /// A prediction for each.
     pub predictions: &'a [Prediction],
 }
 
 impl Predicted<'_> {
-    /// Mean error of each recording [m].
+    /// Mean error of each recording of a cable without branches [m].
     pub fn errors(&self) -> Vec<f64> {
         self.recordings.iter().zip(self.predictions).map(|(real, predicted)| mean_error(real, predicted)).collect()
     }
@@ -33,49 +36,80 @@ impl Predicted<'_> {
     pub fn over_time(&self) -> Vec<(f64, f64)> {
         let frames = self.predictions.iter().map(|prediction| prediction.markers.len()).max().unwrap_or(0);
         let time = |frame: usize| self.recordings.iter().find_map(|recording| recording.time.get(frame).copied());
-        let errors = (0..frames).map(|frame| self.mean(|at, _| at == frame));
-        (0..frames).zip(errors).filter_map(|(frame, error)| Some((time(frame)?, error * 100.0))).collect()
+        let mut means = vec![Mean::default(); frames];
+        self.each(|frame, _, off| means[frame].add(off));
+        (0..frames).zip(means).filter_map(|(frame, mean)| Some((time(frame)?, mean.cm()))).collect()
     }
 
     /// Mean error of each free marker [cm].
     fn by_marker(&self) -> Vec<(f64, f64)> {
-        let free = self.recordings.first().map_or(0..0, Recording::free);
-        free.clone().map(|marker| (marker as f64, 100.0 * self.mean(|_, at| at + free.start == marker))).collect()
+        let mut means = vec![Mean::default(); self.free.len()];
+        self.each(|_, marker, off| means[marker].add(off));
+        self.free.iter().zip(means).map(|(&marker, mean)| (marker as f64, mean.cm())).collect()
     }
 
-    fn mean(&self, counts: impl Fn(usize, usize) -> bool) -> f64 {
-        let (mut sum, mut count) = (0.0, 0usize);
+    /// Shows each frame and each free marker that was not lost, and by how much it is off.
+    fn each(&self, mut show: impl FnMut(usize, usize, Vector3<f64>)) {
         for (real, predicted) in self.recordings.iter().zip(self.predictions) {
             for (frame, markers) in predicted.markers.iter().enumerate() {
-                for (marker, here) in markers.iter().enumerate() {
-                    let there = real.markers[frame][real.free().start + marker];
-                    if counts(frame, marker) && there.iter().all(|x| !x.is_nan()) {
-                        sum += (here - there).abs().sum();
-                        count += 3;
+                for (marker, (here, &free)) in markers.iter().zip(self.free).enumerate() {
+                    let off = here - real.markers[frame][free];
+                    if off.iter().all(|x| !x.is_nan()) {
+                        show(frame, marker, off);
                     }
                 }
             }
         }
-        sum / count as f64
     }
+}
+
+/// A mean of coordinates.
+#[derive(Clone, Copy, Default)]
+struct Mean {
+    sum: f64,
+    count: usize,
+}
+
+impl Mean {
+    fn add(&mut self, off: Vector3<f64>) {
+        self.sum += off.abs().sum();
+        self.count += 3;
+    }
+
+    fn cm(self) -> f64 {
+        100.0 * self.sum / self.count as f64
+    }
+}
+
+/// What is shown of a set of recordings: its predictions, and for each recording its errors by their names [m].
+pub struct Shown<'a> {
+    /// The predictions.
+    pub predicted: Predicted<'a>,
+    /// The errors, the same names for each recording.
+    pub errors: &'a [Vec<(String, f64)>],
 }
 
 /// Writes `folder/index.html` with its tables and figures.
 ///
 /// # Errors
 /// If the system refuses.
-pub fn write(folder: &Path, known: &[Known], sets: &[Predicted<'_>], conditions: &Conditions) -> Result<PathBuf> {
+pub fn write<Q: Quantity>(
+    folder: &Path,
+    known: &[Known<Q>],
+    sets: &[Shown<'_>],
+    conditions: &Conditions,
+) -> Result<PathBuf> {
     let numbers = |value: f64| significant(value, 3);
-    let row = |known: &Known| -> Vec<Cell> {
+    let row = |known: &Known<Q>| -> Vec<Cell> {
         let spread = match known.interval {
             Some(_) => known.told().into(),
             None => Cell::muted(known.told()),
         };
-        vec![known.parameter.name().into(), numbers(known.value).into(), spread, known.parameter.unit().into()]
+        vec![known.parameter.to_string().into(), numbers(known.value).into(), spread, known.parameter.unit().into()]
     };
     let parameters = Table {
         id: "parameters".into(),
-        title: "What the cable is".into(),
+        title: "What was found".into(),
         caption:
             "Intervals hold 95 % and are robust over recordings. What the recordings do not tell is held at its value."
                 .into(),
@@ -90,25 +124,32 @@ pub fn write(folder: &Path, known: &[Known], sets: &[Predicted<'_>], conditions:
     };
     let mut rows: Vec<(f64, Vec<Cell>)> = Vec::new();
     for set in sets {
-        for (recording, error) in set.recordings.iter().zip(set.errors()) {
-            rows.push((error, vec![recording.name().into(), set.name.into(), numbers(100.0 * error).into()]));
+        for (recording, errors) in set.predicted.recordings.iter().zip(set.errors) {
+            let names = [recording.name().into(), set.predicted.name.into()];
+            let told = errors.iter().map(|(_, error)| numbers(100.0 * error).into());
+            rows.push((errors.first().map_or(f64::NAN, |(_, error)| *error), names.into_iter().chain(told).collect()));
         }
     }
     rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let names = sets.iter().flat_map(|set| set.errors).next().map_or(&[][..], Vec::as_slice);
+    let columns = names.iter().map(|(name, _)| Column::number(format!("{name} [cm]")));
     let errors = Table {
         id: "errors".into(),
         title: "Each recording".into(),
-        caption: "Mean absolute error of a coordinate, over all markers and frames, those in the grips included. The worst come \
-                  first."
+        caption: "Mean: absolute error of a coordinate, over all markers and frames, those that are given included. Tip: distance of the \
+                  tip. The worst come first."
             .into(),
-        columns: vec![Column::text("recording"), Column::text("set"), Column::number("error [cm]")],
+        columns: [Column::text("recording"), Column::text("set")].into_iter().chain(columns).collect(),
         rows: rows.into_iter().map(|(_, row)| row).collect(),
         conditions: conditions.clone(),
     };
     let chart = |x: &str, curve: &dyn Fn(&Predicted<'_>) -> Vec<(f64, f64)>| LineChart {
         x: Axis::linear(x),
         y: Axis { range: None, ..Axis::linear("mean error of a coordinate [cm]") },
-        series: sets.iter().map(|set| Series { markers: false, ..Series::new(set.name, curve(set)) }).collect(),
+        series: sets
+            .iter()
+            .map(|Shown { predicted, .. }| Series { markers: false, ..Series::new(predicted.name, curve(predicted)) })
+            .collect(),
         ..LineChart::default()
     };
     let figure = |id: &str, title: &str, caption: &str, chart| {
@@ -123,10 +164,10 @@ pub fn write(folder: &Path, known: &[Known], sets: &[Predicted<'_>], conditions:
     let over_time = chart("time [s]", &|set| set.over_time());
     let by_marker = chart("marker", &|set| set.by_marker());
     let page = Page {
-        title: "An identified cable".into(),
+        title: "What recordings tell of a cable".into(),
         lead: vec![
-            "A prediction is one run from the first frame on: of a recording it knows the first two frames and the markers in \
-             the grips, nothing else. Markers tell ratios to the mass alone, so that stiffness stands over mass per length."
+            "A prediction is one run from the first frame on: of a recording it knows the first two frames and how the grips \
+             move, nothing else. Markers tell ratios to the mass alone, so that stiffness stands over mass per length."
                 .into(),
             "[The worst recording](worst.html) and [the one in the middle](median.html) play beside their predictions.".into(),
         ],
@@ -138,7 +179,7 @@ pub fn write(folder: &Path, known: &[Known], sets: &[Predicted<'_>], conditions:
                 title: "Predictions".into(),
                 blocks: vec![
                     figure("time", "Over time", "Mean over recordings and free markers.", over_time),
-                    figure("markers", "By marker", "Mean over recordings and frames; grips are at both ends.", by_marker),
+                    figure("markers", "By marker", "Mean over recordings and frames, of the markers that are not given.", by_marker),
                     Block::Table(errors),
                 ],
             },
@@ -148,12 +189,12 @@ pub fn write(folder: &Path, known: &[Known], sets: &[Predicted<'_>], conditions:
 }
 
 /// A table of parameters for the terminal.
-pub fn lines(known: &[Known]) -> String {
-    let line = |known: &Known| {
+pub fn lines<Q: Quantity>(known: &[Known<Q>]) -> String {
+    let line = |known: &Known<Q>| {
         let Known { parameter, value, .. } = *known;
         let unit = if parameter.unit() == "1" { "" } else { parameter.unit() };
-        format!("{:<14} {:>10} {:<8} {}", parameter.name(), significant(value, 4), unit, known.told())
+        format!("{:<14} {:>10} {:<8} {}", parameter.to_string(), significant(value, 4), unit, known.told())
     };
-    let shown = known.iter().filter(|known| known.value != 0.0 || Parameter::DEFAULT.contains(&known.parameter));
-    shown.map(line).collect::<Vec<_>>().join("\n")
+    let is_there = |known: &&Known<Q>| known.value != 0.0 || !known.parameter.may_be_left_out();
+    known.iter().filter(is_there).map(line).collect::<Vec<_>>().join("\n")
 }

@@ -4,6 +4,9 @@ use std::ops::{Index, IndexMut};
 
 use names::names;
 
+use crate::quantity::{Quantity, Range, Scale};
+use crate::specimen::Numbers;
+
 /// A number of a cable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Parameter {
@@ -19,10 +22,18 @@ pub enum Parameter {
     DragAcross,
     /// Drag along the axis: deceleration over the square of the velocity [1/m].
     DragAlong,
-    /// Curvature at rest about d1 [1/m].
+    /// Curvature at rest about d1 [1/m], in the mean over the cable.
     Curvature1,
-    /// Curvature at rest about d2 [1/m].
+    /// Curvature at rest about d2 [1/m], in the mean over the cable.
     Curvature2,
+    /// By how much the curvature about d1 is greater at the end, and less at the start, than half-way [1/m].
+    Slope1,
+    /// The same about d2 [1/m].
+    Slope2,
+    /// By how much the curvature about d1 is less half-way than in the mean [1/m]; at both ends it is greater by twice as much.
+    Bow1,
+    /// The same about d2 [1/m].
+    Bow2,
     /// Tilt of the recordings' vertical towards x [rad].
     TiltX,
     /// Tilt of the recordings' vertical towards y [rad].
@@ -42,29 +53,19 @@ names!(Parameter {
     DragAlong = "drag-along",
     Curvature1 = "curvature-1",
     Curvature2 = "curvature-2",
+    Slope1 = "slope-1",
+    Slope2 = "slope-2",
+    Bow1 = "bow-1",
+    Bow2 = "bow-2",
     TiltX = "tilt-x",
     TiltY = "tilt-y",
     Grip = "grip",
     Roll = "roll",
 });
 
-/// Where and how a parameter is searched for.
-struct Range {
-    /// Where the search begins.
-    start: f64,
-    least: f64,
-    most: f64,
-    /// Whether its logarithm is searched for; else it is measured in this unit.
-    scale: Scale,
-}
-
-enum Scale {
-    Logarithm,
-    Unit(f64),
-}
-
 impl Parameter {
-    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell.
+    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell, and a curvature
+    /// that differs along the cable.
     pub const DEFAULT: [Self; 10] = [
         Self::Bending,
         Self::Twist,
@@ -80,6 +81,13 @@ impl Parameter {
     /// Number of parameters.
     pub const COUNT: usize = Self::ALL.len();
 
+    /// Where it stands among all.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+impl Quantity for Parameter {
     fn range(self) -> Range {
         use Scale::{Logarithm, Unit};
         match self {
@@ -89,63 +97,30 @@ impl Parameter {
             Self::OuterDamping => Range { start: 0.3, least: 1e-3, most: 100.0, scale: Logarithm },
             Self::DragAcross => Range { start: 0.1, least: 1e-3, most: 100.0, scale: Logarithm },
             Self::DragAlong => Range { start: 0.01, least: 1e-3, most: 100.0, scale: Logarithm },
-            Self::Curvature1 | Self::Curvature2 => Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) },
+            Self::Curvature1 | Self::Curvature2 | Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => {
+                Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) }
+            }
             Self::TiltX | Self::TiltY => Range { start: 0.0, least: -0.3, most: 0.3, scale: Unit(0.1) },
             Self::Grip => Range { start: 0.01, least: 1e-4, most: 0.5, scale: Logarithm },
             Self::Roll => Range { start: 0.0, least: -6.3, most: 6.3, scale: Unit(1.0) },
         }
     }
 
-    /// Where it stands among all.
-    pub fn index(self) -> usize {
-        self as usize
-    }
-
-    /// Its unit.
-    pub fn unit(self) -> &'static str {
+    fn unit(self) -> &'static str {
         match self {
             Self::Bending => "m^4/s^2",
             Self::Twist => "1",
             Self::InnerDamping => "s",
             Self::OuterDamping => "1/s",
             Self::DragAcross | Self::DragAlong | Self::Curvature1 | Self::Curvature2 => "1/m",
+            Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => "1/m",
             Self::TiltX | Self::TiltY | Self::Roll => "rad",
             Self::Grip => "m",
         }
     }
 
-    /// Where searches begin.
-    pub fn start(self) -> f64 {
-        self.range().start
-    }
-
-    /// The least and the largest value that it may have.
-    pub fn bounds(self) -> [f64; 2] {
-        let Range { least, most, .. } = self.range();
-        [least, most]
-    }
-
-    /// The number that is searched for: the logarithm of `value`, or the value in its unit of search.
-    pub fn coordinate(self, value: f64) -> f64 {
-        match self.range().scale {
-            Scale::Logarithm => value.ln(),
-            Scale::Unit(unit) => value / unit,
-        }
-    }
-
-    /// The value of a coordinate, within the bounds.
-    pub fn value(self, coordinate: f64) -> f64 {
-        let Range { least, most, scale, .. } = self.range();
-        let value = match scale {
-            Scale::Logarithm => coordinate.exp(),
-            Scale::Unit(unit) => coordinate * unit,
-        };
-        value.clamp(least, most)
-    }
-
-    /// Whether its logarithm is searched for, so that its spread is a factor.
-    pub fn is_logarithmic(self) -> bool {
-        matches!(self.range().scale, Scale::Logarithm)
+    fn may_be_left_out(self) -> bool {
+        !Self::DEFAULT.contains(&self)
     }
 }
 
@@ -175,5 +150,25 @@ impl Index<Parameter> for Parameters {
 impl IndexMut<Parameter> for Parameters {
     fn index_mut(&mut self, parameter: Parameter) -> &mut f64 {
         &mut self.0[parameter.index()]
+    }
+}
+
+/// Bending stiffnesses [m^4/s^2] from which a search may begin.
+pub(crate) const BEGINNINGS: [f64; 4] = [0.005, 0.02, 0.08, 0.3];
+
+impl Numbers for Parameters {
+    type Quantity = Parameter;
+
+    fn quantities(&self) -> Vec<Parameter> {
+        Parameter::ALL.to_vec()
+    }
+
+    fn beginnings(&self) -> Vec<Self> {
+        let with = |&bending: &f64| {
+            let mut parameters = *self;
+            parameters[Parameter::Bending] = bending;
+            parameters
+        };
+        std::iter::once(*self).chain(BEGINNINGS.iter().map(with)).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! Predictions: cables simulated with the motion of their grips.
+//! Predictions: what is identified, simulated with the motion of its grips.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -10,16 +10,15 @@ use solver::integrator::Integrator;
 use solver::simulation::{GuessFactory, Settings, SimulationError};
 use solver::step::{Status, StepParams};
 
-use crate::cable::Cable;
-use crate::parameter::Parameters;
+use crate::specimen::Specimen;
 
-/// Cables that are simulated together: the lanes of a vector register.
+/// Specimens that are simulated together: the lanes of a vector register.
 pub const TOGETHER: usize = 8;
 
-/// Fewest cables that move in lanes.
+/// Fewest that move in lanes.
 const IN_LANES: usize = 3;
 
-/// The free markers of a cable over time.
+/// The free markers of a recording over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Positions [m]: `markers[frame][marker]`, without those in the grips.
@@ -40,43 +39,52 @@ pub fn step_params() -> StepParams {
     }
 }
 
-/// Predicts `frames` frames of each cable, all on rayon's threads, with the same bits on any number of them.
+/// Predicts `frames` frames of each specimen, in `steps` steps from frame to frame, all on rayon's threads, with the same bits on any
+/// number of them.
 ///
 /// # Errors
 /// If a model is not valid.
-pub fn predict(
-    cables: &[Cable],
-    parameters: &Parameters,
+pub fn predict<S: Specimen>(
+    specimens: &[S],
+    numbers: &S::Numbers,
     frames: usize,
     steps: usize,
 ) -> Result<Vec<Prediction>, SimulationError> {
-    let chunks: Result<Vec<_>, _> =
-        cables.par_chunks(TOGETHER).map(|cables| together(cables, parameters, frames, steps)).collect();
-    Ok(chunks?.into_iter().flatten().collect())
+    predict_each(&specimens.iter().map(|specimen| (specimen, numbers)).collect::<Vec<_>>(), frames, steps)
 }
 
-/// Predicts a few cables on this thread, in one simulation if their frames come at the same times.
-pub(crate) fn together(
-    cables: &[Cable],
-    parameters: &Parameters,
+/// The same, each specimen with numbers of its own; those that stand beside each other and are alike move together.
+pub(crate) fn predict_each<S: Specimen>(
+    copies: &[(&S, &S::Numbers)],
     frames: usize,
     steps: usize,
 ) -> Result<Vec<Prediction>, SimulationError> {
-    let longest = cables.iter().max_by_key(|cable| cable.time.len());
-    let in_time = |with: &Cable| {
-        let own = |cable: &Cable| cable.time.iter().zip(&with.time).all(|(a, b)| (a - b).abs() < 1e-9);
-        cables.iter().all(own)
-    };
-    if !longest.is_none_or(in_time) {
-        let alone = cables.iter().map(|cable| together(std::slice::from_ref(cable), parameters, frames, steps));
-        return Ok(alone.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect());
-    }
-    let mut markers: Vec<Vec<_>> =
-        cables.iter().map(|cable| Vec::with_capacity(frames.min(cable.time.len()))).collect();
-    let models: Vec<(Model, State)> = cables.iter().map(|cable| cable.model(parameters)).collect();
-    let times: Vec<&[f64]> = cables.iter().map(|cable| &cable.time[..cable.time.len().min(frames)]).collect();
+    let same_times = |a: &(&S, &S::Numbers), b: &(&S, &S::Numbers)| are_in_time(a.0.time(), b.0.time());
+    let groups: Vec<_> = copies.chunk_by(same_times).flat_map(|group| group.chunks(TOGETHER)).collect();
+    let all: Result<Vec<Vec<Prediction>>, _> =
+        groups.into_par_iter().map(|group| together(group, frames, steps)).collect();
+    Ok(all?.into_iter().flatten().collect())
+}
+
+/// Whether frames come at the same times, as far as both go.
+pub(crate) fn are_in_time(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9)
+}
+
+/// Predicts a few specimens, whose frames come at the same times, on this thread, in one simulation.
+fn together<S: Specimen>(
+    copies: &[(&S, &S::Numbers)],
+    frames: usize,
+    steps: usize,
+) -> Result<Vec<Prediction>, SimulationError> {
+    let models: Vec<(Model, State)> =
+        copies.iter().map(|(specimen, numbers)| specimen.model(numbers)).collect::<Result<_, _>>()?;
+    let times: Vec<&[f64]> =
+        copies.iter().map(|(specimen, _)| &specimen.time()[..specimen.time().len().min(frames)]).collect();
+    let mut markers: Vec<Vec<_>> = times.iter().map(|time| Vec::with_capacity(time.len())).collect();
     let unsolved = simulated(&models, &times, steps, &mut |copy, model, state| {
-        markers[copy].push(cables[copy].marker_nodes().map(|node| end_of(model, state, node)).collect());
+        let (specimen, numbers) = copies[copy];
+        markers[copy].push(specimen.markers(numbers, model, state));
     })?;
     Ok(markers.into_iter().zip(unsolved).map(|(markers, unsolved)| Prediction { markers, unsolved }).collect())
 }
@@ -120,10 +128,4 @@ pub(crate) fn simulated(
         }
     }
     Ok(unsolved)
-}
-
-/// Where the segment before a node ends.
-pub(crate) fn end_of(model: &Model, state: &State, node: usize) -> Vector3<f64> {
-    let segment = node - 1;
-    state.positions[segment] + state.axis(segment) * (0.5 * model.segments[segment].length)
 }

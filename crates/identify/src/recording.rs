@@ -13,7 +13,7 @@ mod pickle;
 mod read;
 mod table;
 
-pub(crate) use check::{check_neighbours, fill_grips};
+pub(crate) use check::{check_length, check_neighbours, fill_grips, median};
 pub use flat::{is_flat, read_flat};
 pub use read::{Reading, files, read, read_all};
 

@@ -9,15 +9,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::cable::Resolution;
 use crate::confidence::Known;
-use crate::fit::Stage;
-use crate::parameter::{Parameter, Parameters};
+use crate::fit::{Search, Stage};
+use crate::parameter::Parameters;
+use crate::quantity::Quantity;
+use crate::recording::Reading;
+use crate::specimen::Numbers;
 
-/// All that is needed to predict with a cable, and to repeat its identification.
+/// All that is needed to predict with what was identified, and to repeat its identification.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct CableFile {
+    /// What it is: a cable, a cable with branches, a noodle.
+    pub kind: String,
     /// The parameters by their names.
     pub parameters: BTreeMap<String, Value>,
-    /// Segments between two markers.
+    /// Those that were searched for; the others were held.
+    pub free: Vec<String>,
+    /// Segments between two markers; of a noodle, in all.
     pub segments: usize,
     /// Steps from frame to frame.
     pub steps: usize,
@@ -25,14 +32,20 @@ pub struct CableFile {
     pub huber_m: f64,
     /// The stages of the search.
     pub stages: Vec<Stage>,
+    /// The markers along each rod.
+    pub rods: Vec<Vec<usize>>,
     /// The recordings that it was identified on.
     pub recordings: Vec<String>,
+    /// Frames a second of files that do not say it.
+    pub rate_per_s: f64,
+    /// Unit of length of the files [m].
+    pub unit_m: f64,
     /// Whether the search was stopped before its end.
     pub stopped: bool,
     /// Time of the search [s].
     pub seconds: f64,
-    /// Mean errors of recordings [m], of those to fit and of those to predict.
-    pub errors_m: BTreeMap<String, f64>,
+    /// Errors of recordings [m] by their names, of those to fit and of those to predict.
+    pub errors_m: BTreeMap<String, BTreeMap<String, f64>>,
 }
 
 /// A parameter in a file.
@@ -46,16 +59,27 @@ pub struct Value {
     pub interval: Option<[f64; 2]>,
 }
 
-/// The parameters as they stand in the file.
-pub fn values(known: &[Known]) -> BTreeMap<String, Value> {
-    let one = |known: &Known| {
-        let unit = known.parameter.unit().to_owned();
-        (known.parameter.name().to_owned(), Value { value: known.value, unit, interval: known.interval })
-    };
-    known.iter().map(one).collect()
-}
-
 impl CableFile {
+    /// What is to be written of a search.
+    pub fn new<Q: Quantity>(kind: &str, search: &Search<Q>, segments: usize, reading: Reading) -> Self {
+        Self {
+            kind: kind.to_owned(),
+            parameters: BTreeMap::new(),
+            free: search.free.iter().map(ToString::to_string).collect(),
+            segments,
+            steps: search.steps,
+            huber_m: search.huber,
+            stages: search.stages.clone(),
+            rods: Vec::new(),
+            recordings: Vec::new(),
+            rate_per_s: reading.rate,
+            unit_m: reading.unit,
+            stopped: false,
+            seconds: 0.0,
+            errors_m: BTreeMap::new(),
+        }
+    }
+
     /// Writes it.
     ///
     /// # Errors
@@ -69,57 +93,54 @@ impl CableFile {
     /// # Errors
     /// With the file, and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let file: Self = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-        file.parameters().map_err(|message| format!("{}: {message}", path.display()))?;
+        let wrong = |message: String| format!("{}: {message}", path.display());
+        let text = fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+        let file: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+        if file.segments == 0 || file.steps == 0 {
+            return Err(wrong("segments and steps must be 1 or more".to_owned()));
+        }
         Ok(file)
     }
 
-    /// Its parameters; what it does not name is held where searches begin.
+    /// The parameters of a cable without branches; what the file does not name is held where searches begin.
     ///
     /// # Errors
     /// If a name is unknown, or a value is not within its bounds.
     pub fn parameters(&self) -> Result<Parameters, String> {
-        let mut parameters = Parameters::default();
-        for (name, value) in &self.parameters {
-            parameters.set(name, value.value)?;
-        }
-        if self.segments == 0 || self.steps == 0 {
-            return Err("segments and steps must be 1 or more".to_owned());
-        }
-        Ok(parameters)
+        self.numbers(Parameters::default())
     }
-}
 
-impl CableFile {
-    /// How finely the cable was simulated.
+    /// What it says instead of some numbers.
+    ///
+    /// # Errors
+    /// If a name is unknown, or a value is not within its bounds.
+    pub fn numbers<N: Numbers>(&self, mut numbers: N) -> Result<N, String> {
+        for (name, value) in &self.parameters {
+            numbers.set(name, value.value).map_err(|message| format!("a {}: {message}", self.kind))?;
+        }
+        Ok(numbers)
+    }
+
+    /// How finely it was simulated.
     pub fn resolution(&self) -> Resolution {
         Resolution { segments: self.segments, steps: self.steps }
     }
 
-    /// What is known of each parameter.
-    pub fn known(&self) -> Vec<Known> {
-        let one = |parameter: Parameter| {
-            let value = self.parameters.get(parameter.name())?;
-            Some(Known { parameter, value: value.value, interval: value.interval })
+    /// Notes what is known of each of some numbers.
+    pub fn note<Q: Quantity>(&mut self, known: &[Known<Q>]) {
+        let one = |known: &Known<Q>| {
+            let unit = known.parameter.unit().to_owned();
+            (known.parameter.to_string(), Value { value: known.value, unit, interval: known.interval })
         };
-        Parameter::ALL.into_iter().filter_map(one).collect()
+        self.parameters = known.iter().map(one).collect();
     }
-}
 
-impl Parameters {
-    /// Sets a parameter by its name.
-    ///
-    /// # Errors
-    /// If there is none of this name, or the value is not within its bounds. A drag may be 0.
-    pub fn set(&mut self, name: &str, value: f64) -> Result<(), String> {
-        let parameter: Parameter = name.parse().map_err(|allowed| format!("parameter {name:?}: {allowed}"))?;
-        let [least, most] = parameter.bounds();
-        let is_drag = matches!(parameter, Parameter::DragAcross | Parameter::DragAlong);
-        if !((least..=most).contains(&value) || is_drag && value == 0.0) {
-            return Err(format!("{name} = {value}, but it must be {least} to {most} {}", parameter.unit()));
-        }
-        self[parameter] = value;
-        Ok(())
+    /// What is known of each of some numbers.
+    pub fn known<N: Numbers>(&self, numbers: &N) -> Vec<Known<N::Quantity>> {
+        let one = |parameter: N::Quantity| {
+            let interval = self.parameters.get(&parameter.to_string()).and_then(|value| value.interval);
+            Known { parameter, value: numbers[parameter], interval }
+        };
+        numbers.quantities().into_iter().map(one).collect()
     }
 }

@@ -49,13 +49,20 @@ fn table(grip: &Carried, time: &[f64]) -> String {
 
 /// The scene.
 fn text(cable: &Cable, name: &str, parameters: &Parameters, per_frame: usize) -> String {
-    let (model, state) = cable.model(parameters);
+    let (model, state) = cable.assembly(parameters).finish();
     let (first, steps) = (&model.joints[0], per_frame * (cable.time.len() - 1));
     let dt = cable.time[cable.time.len() - 1] / steps as f64;
     let nodes: Vec<_> = cable.first_nodes().iter().map(list).collect();
     let d1 = state.orientations[0] * Vector3::x();
     let [bend, twist] = moduli(parameters);
     let tau = first.inner_damping.bending;
+    // The joints of the grips come last, and are at rest as those beside them.
+    let rests: Vec<Vector3<f64>> =
+        model.joints[..model.joints.len() - 2].iter().map(|joint| joint.rest_darboux).collect();
+    let rest = match rests.iter().all(|rest| *rest == first.rest_darboux) {
+        true => format!("darboux_per_m = {}", list(&first.rest_darboux)),
+        false => format!("darboux_of_joints_per_m = [{}]", rests.iter().map(list).collect::<Vec<_>>().join(", ")),
+    };
     let mut text = String::new();
     let _ = write!(
         text,
@@ -94,7 +101,7 @@ youngs_modulus_pa = {bend:?}
 torsion_modulus_pa = {twist:?}
 inner_damping = {{ bending_s = {tau:?}, twist_s = {tau:?} }}
 frame = {{ d1 = {} }}
-rest = {{ darboux_per_m = {} }}
+rest = {{ {rest} }}
 
 [rods.shape.polyline]
 nodes_m = [
@@ -102,7 +109,6 @@ nodes_m = [
 ]
 ",
         list(&d1),
-        list(&first.rest_darboux),
         nodes.join(",\n    "),
     );
     let springs = springs(parameters);

@@ -4,9 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use identify::branched::{Branch, BranchedCable, Errors, Number, Numbers, Tree, fit, predict};
+use identify::branched::{Branch, BranchedCable, Number, Numbers, Tree};
+use identify::confidence::known;
+use identify::fit::fit;
+use identify::kind::Kind;
 use identify::parameter::Parameter;
+use identify::predict::predict;
+use identify::quantity::Quantity;
 use identify::recording::{Reading, Recording, is_flat, read_flat};
+use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -59,7 +65,7 @@ fn truth() -> Numbers {
         (Number::Curvature(1), 1.5),
         (Number::Kink(0), -0.3),
     ] {
-        truth.set(number, value);
+        truth[number] = value;
     }
     truth
 }
@@ -70,9 +76,9 @@ fn a_prediction_begins_where_the_recording_does() {
     assert_eq!(Tree::of(&[recorded(&truth(), 1, 60)]).unwrap(), tree());
     assert_eq!(tree().ways(), [(0..8).collect(), vec![4, 8, 9, 10]]);
     let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
-    let (model, state) = cable.model(&truth());
+    let (model, state) = cable.model(&truth()).unwrap();
     model.validate(&state).unwrap();
-    assert_eq!((model.segments.len(), model.rods()), (PARTS * (5 + 3), 2));
+    assert_eq!((model.segments.len(), model.rods()), (PARTS * (5 + 3) + 1, 2));
     let prediction = predict(&[cable], &truth(), 1, 1).unwrap().remove(0);
     for (marker, predicted) in tree().free().zip(&prediction.markers[0]) {
         assert!((predicted - recording.markers[0][marker]).norm() < 1e-9, "{marker}");
@@ -108,17 +114,17 @@ fn a_simulated_tree_is_identified_back() {
     let recordings: Vec<_> = (0..3).map(|index| recorded(&truth, index, 90)).collect();
     let of = |recording: &Recording| BranchedCable::new(recording, &tree(), PARTS).unwrap();
     let cables: Vec<_> = recordings.iter().map(of).collect();
-    let found = fit(&recordings, &cables, &tree(), 1, &mut |_| true).unwrap();
-    assert!(found.intervals.iter().all(Option::is_none), "three recordings are fewer than the numbers");
+    let found = fit(&recordings, &cables, &tree().start(&cables), &tree().search(), &mut |_| true).unwrap();
+    assert!(known(&found).iter().all(|known| known.interval.is_none()), "three recordings are fewer than the numbers");
+    let found = found.parameters;
     for number in [Number::Parent(Parameter::Bending), Number::BranchMass] {
-        let error = found.numbers.get(number) / truth.get(number) - 1.0;
-        assert!(error.abs() < 0.05, "{}: {}", number.name(), found.numbers.get(number));
+        let error = found[number] / truth[number] - 1.0;
+        assert!(error.abs() < 0.05, "{number}: {}", found[number]);
     }
     let fresh = recorded(&truth, 3, 90);
-    let error =
-        |numbers: &Numbers| Errors::of(&fresh, &tree(), &predict(&[of(&fresh)], numbers, 90, 1).unwrap()[0]).mean;
+    let error = |numbers: &Numbers| tree().errors(&fresh, &predict(&[of(&fresh)], numbers, 90, 1).unwrap()[0])[0].1;
     let start = error(&Numbers::start(1, truth.side));
-    assert!(error(&found.numbers) < 0.05 * start, "{} m, where the search began {start} m", error(&found.numbers));
+    assert!(error(&found) < 0.05 * start, "{} m, where the search began {start} m", error(&found));
 }
 
 /// Runs the program on a result of an earlier identification, and takes what it writes.
@@ -131,12 +137,13 @@ fn recordings_are_played_beside_predictions() {
         pickle(&folder.path().join("eval"), &format!("{index}.pkl"), &recorded(&truth(), index, 40));
     }
     let value = |number: &Number| {
-        (number.name(), json!({ "value": truth().get(*number), "unit": number.unit(), "interval": null }))
+        (number.to_string(), json!({ "value": truth()[*number], "unit": number.unit(), "interval": null }))
     };
     let numbers: serde_json::Map<String, Value> = Number::all(1).iter().map(value).collect();
     let earlier = json!({
-        "numbers": numbers, "parent_markers": 8, "branches": [[4, 8]], "segments": PARTS, "steps": 1, "recordings": [],
-        "stopped": false, "seconds": 1.0, "errors_m": {},
+        "kind": "cable with branches", "parameters": numbers, "free": [], "segments": PARTS, "steps": 1, "huber_m": 0.005,
+        "stages": [], "rods": tree().ways(), "recordings": [], "rate_per_s": 100.0, "unit_m": 1.0, "stopped": false,
+        "seconds": 1.0, "errors_m": {},
     });
     fs::write(path("result.json"), earlier.to_string()).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
@@ -144,10 +151,27 @@ fn recordings_are_played_beside_predictions() {
     let output = command.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
+    let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    for name in ["parent", "branch 1", "root mean square"] {
+        assert!(page.contains(name) && said.contains(name), "{name}: {said}");
+    }
     for name in ["worst.html", "median.html"] {
         let page = fs::read_to_string(folder.path().join("out").join(name)).unwrap();
         assert!(page.contains("\"recording\"") && page.contains("\"prediction\""), "{name}");
-        assert!(said.contains(name), "{said}");
+    }
+    // What is of another cable is refused.
+    for (change, part) in [
+        (json!({ "rods": [(0..8).collect::<Vec<_>>(), vec![3, 8, 9, 10]] }), "other branches"),
+        (json!({ "kind": "noodle" }), "of a noodle"),
+    ] {
+        let mut other = earlier.clone();
+        other.as_object_mut().unwrap().extend(change.as_object().unwrap().clone());
+        fs::write(path("other.json"), other.to_string()).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
+        let output =
+            command.args([&path("eval"), "--from", &path("other.json"), "--out", &path("no")]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(part), "{}", String::from_utf8_lossy(&output.stderr));
     }
     // They were simulated with these numbers: all but the second frame, which is as it was drawn, is predicted.
     let result: Value = serde_json::from_str(&fs::read_to_string(path("out/result.json")).unwrap()).unwrap();

@@ -4,15 +4,19 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use identify::noodle::{Number, Numbers, Recording, Resolution, fit, is_noodle, predict, read, tip_error};
+use identify::confidence::known;
+use identify::fit::{Search, Stage, fit};
+use identify::noodle::{Noodle, NoodleRecording, Number, Numbers, is_noodle, read, tip_error};
+use identify::predict::predict;
+use identify::recording::Recording;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::Pose;
 
-const RESOLUTION: Resolution = Resolution { segments: 8, frames: 1 };
+const SEGMENTS: usize = 8;
 const FRAMES: usize = 400;
 
 /// A clamp that sways and turns in its own way, 50 frames a second; the markers are those of a noodle with `truth`, off by up to 2 mm.
-fn recording(truth: &Numbers, index: usize) -> Recording {
+fn recording(truth: &Numbers, index: usize) -> (Recording, Noodle) {
     let phase = 1.7 * index as f64;
     let time: Vec<f64> = (0..FRAMES).map(|frame| 0.02 * frame as f64).collect();
     let pose = |&time: &f64| {
@@ -21,16 +25,18 @@ fn recording(truth: &Numbers, index: usize) -> Recording {
         let orientation = UnitQuaternion::from_euler_angles(0.4 * sway(1.3), 0.3 * sway(1.9), 0.2 * sway(2.3));
         Pose { position, orientation }
     };
-    let clamp = time.iter().map(pose).collect();
-    let markers = vec![[Vector3::zeros(); 2]; FRAMES];
-    let mut recording = Recording { path: PathBuf::from(format!("noodle-{index}")), time, clamp, markers };
-    let mut markers = predict(&recording, truth, RESOLUTION).unwrap();
-    for (frame, marker) in markers.iter_mut().flatten().enumerate() {
+    let clamp: Vec<(f64, Pose)> = time.iter().map(|time| (*time, pose(time))).collect();
+    let markers = clamp.iter().map(|(_, pose)| vec![pose.position; 3]).collect();
+    let recording = Recording { path: PathBuf::from(format!("noodle-{index}")), time, markers };
+    let mut recording = NoodleRecording { recording, clamp };
+    let noodle = Noodle::new(&recording, SEGMENTS).unwrap();
+    let predicted = predict(&[noodle.clone()], truth, FRAMES, 1).unwrap().remove(0);
+    let markers = recording.recording.markers.iter_mut().zip(predicted.markers);
+    for (frame, (marker, here)) in markers.flat_map(|(row, here)| row.iter_mut().skip(1).zip(here)).enumerate() {
         // Far from any frequency of the noodle.
-        *marker += Vector3::new(1.0, 2.0, 3.0).map(|rate: f64| 2e-3 * (1e3 * rate * frame as f64).sin());
+        *marker = here + Vector3::new(1.0, 2.0, 3.0).map(|rate: f64| 2e-3 * (1e3 * rate * frame as f64).sin());
     }
-    recording.markers = markers;
-    recording
+    (recording.recording, noodle)
 }
 
 fn truth() -> Numbers {
@@ -50,20 +56,27 @@ fn truth() -> Numbers {
 #[test]
 fn a_simulated_noodle_is_identified_back() {
     let truth = truth();
-    let found = fit(&[recording(&truth, 0), recording(&truth, 1)], RESOLUTION, &mut || true).unwrap();
+    let (mut recordings, noodles): (Vec<_>, Vec<_>) = (0..2).map(|index| recording(&truth, index)).unzip();
+    // Lost for a second, and an outlier.
+    recordings[0].markers[50..100].iter_mut().for_each(|row| row[2].x = f64::NAN);
+    recordings[1].markers[70][1].y += 0.3;
+    let stages = vec![Stage { frames: None, every: 1, iterations: 40 }];
+    let search = Search { free: Number::ALL.to_vec(), stages, huber: 0.1, steps: 1, independent: 1.0 };
+    let fit = fit(&recordings, &noodles, &Numbers::start(1.1), &search, &mut |_| true).unwrap();
+    let (known, found) = (known(&fit), fit.parameters);
     for number in [Number::Length, Number::Middle, Number::Bending] {
-        let error = found.numbers[number] / truth[number] - 1.0;
-        assert!(error.abs() < 0.05, "{}: {} for {}", number.name(), found.numbers[number], truth[number]);
+        let error = found[number] / truth[number] - 1.0;
+        assert!(error.abs() < 0.05, "{}: {} for {}", number.name(), found[number], truth[number]);
     }
-    let inside = Number::ALL
+    let holds = known
         .iter()
-        .zip(&found.intervals)
-        .filter(|(number, interval)| interval.is_some_and(|[low, high]| (low..=high).contains(&truth[**number])));
-    let (inside, known) = (inside.count(), found.intervals.iter().flatten().count());
+        .filter_map(|known| known.interval.map(|[low, high]| (low..=high).contains(&truth[known.parameter])));
+    let holds: Vec<bool> = holds.collect();
+    let inside = holds.iter().filter(|holds| **holds).count();
     // Of eleven intervals of 95 %, two or more miss in one case of ten.
-    assert!(known >= 9 && inside + 2 >= known, "{inside} of {known}: {:?}", found.intervals);
-    let fresh = recording(&truth, 2);
-    let error = tip_error(&fresh, &predict(&fresh, &found.numbers, RESOLUTION).unwrap(), f64::INFINITY);
+    assert!(holds.len() >= 9 && inside + 2 >= holds.len(), "{inside}: {known:?}");
+    let (fresh, noodle) = recording(&truth, 2);
+    let error = tip_error(&fresh, &predict(&[noodle], &found, FRAMES, 1).unwrap()[0], f64::INFINITY);
     assert!(error < 5e-3, "{error} m");
 }
 
@@ -90,19 +103,21 @@ fn a_table_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = table(folder.path(), |_, _| {});
     assert!(is_noodle(&path));
-    let recording = read(&path).unwrap();
+    let NoodleRecording { recording, clamp } = read(&path, 1.0).unwrap();
     assert_eq!((recording.time.len(), recording.time[0]), (120, 0.0));
-    assert_eq!(recording.markers[3], [Vector3::new(0.5, 0.0, 0.8), Vector3::new(1.0, 0.0, 0.5)]);
+    let markers = [[0.0, 0.0, 1.0], [0.5, 0.0, 0.8], [1.0, 0.0, 0.5]].map(Vector3::from);
+    assert_eq!(recording.markers[3], markers);
     // About x first, then y, then z of the world.
     let turn = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
     let expected = turn(Vector3::z_axis(), 0.3) * turn(Vector3::y_axis(), 0.2) * turn(Vector3::x_axis(), 0.1);
-    assert!(recording.clamp[7].orientation.angle_to(&expected) < 1e-7);
+    assert!(clamp[7].1.orientation.angle_to(&expected) < 1e-7);
 }
 
 #[test]
-fn bad_tables_give_one_error_with_row_and_column() {
+fn bad_tables_give_one_error_with_frame_and_column() {
     let folder = tempfile::tempdir().unwrap();
-    let told = |change: &dyn Fn(usize, &mut Vec<String>)| read(&table(folder.path(), change)).unwrap_err().to_string();
+    let told =
+        |change: &dyn Fn(usize, &mut Vec<String>)| read(&table(folder.path(), change), 1.0).unwrap_err().to_string();
     let cell = |at: usize, column: usize, text: &'static str| {
         move |row: usize, cells: &mut Vec<String>| {
             if row == at {
@@ -112,9 +127,26 @@ fn bad_tables_give_one_error_with_row_and_column() {
     };
     for (message, parts) in [
         (told(&cell(1, 9, "other")), ["noodle.csv", "p_m_z"]),
-        (told(&cell(5, 12, "far")), ["row 5, column p_e_z", "\"far\""]),
-        (told(&cell(9, 2, "NaN")), ["row 9, column p_b_y", "finite"]),
-        (told(&cell(7, 0, "0")), ["row 7, column t", "not after"]),
+        (told(&cell(5, 12, "far")), ["frame 3, column p_e_z", "\"far\""]),
+        (told(&cell(9, 2, "NaN")), ["frame 7, column p_b_y", "finite"]),
+        (told(&cell(9, 10, "40")), ["frame 7, marker 2", "swapped"]),
+        (
+            told(&|row, cells: &mut Vec<String>| {
+                if row > 1 {
+                    cells[7].clear()
+                }
+            }),
+            ["marker 1", "lost in all"],
+        ),
+        (
+            told(&|row, cells: &mut Vec<String>| {
+                if row > 1 {
+                    cells[7] = "900".to_owned()
+                }
+            }),
+            ["noodle.csv", "--unit-m"],
+        ),
+        (told(&cell(7, 0, "0")), ["frame 5, column t", "not after"]),
     ] {
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     }

@@ -1,18 +1,17 @@
-//! The model of a cable with branches, and predictions with it.
+//! The model of a cable with branches.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rayon::prelude::*;
 use rod::{Assembly, InnerDamping, KeyframeError, Material, Model, RestShape, RodSpec, State};
 use solver::simulation::SimulationError;
 
 use super::{Numbers, Tree};
-use crate::cable::{Cable, DENSITY, RADIUS, set_velocities, youngs_modulus};
+use crate::cable::{Cable, DENSITY, Place, RADIUS, set_velocities, youngs_modulus};
 use crate::parameter::{Parameter, Parameters};
-use crate::predict::{Prediction, end_of, simulated};
 use crate::recording::{GRIPPED, Recording};
+use crate::specimen::Specimen;
 use crate::spline;
 
 /// What a prediction may know of a recording: its first two frames, and its grips over all time.
@@ -20,14 +19,18 @@ use crate::spline;
 pub struct BranchedCable {
     parent: Cable,
     twigs: Vec<Twig>,
+    /// Its markers that are predicted.
+    free: Vec<usize>,
 }
 
 /// How a branch begins.
 #[derive(Clone, Debug)]
 struct Twig {
-    /// Node of the parent where it hangs.
+    /// The parent's segment in whose middle it hangs.
     junction: usize,
-    /// Its nodes [m] in the first two frames; the first is the parent's.
+    /// Segments between two markers.
+    parts: usize,
+    /// Its nodes [m] in the first two frames; the first is on the parent.
     nodes: [Vec<Vector3<f64>>; 2],
 }
 
@@ -39,6 +42,9 @@ impl BranchedCable {
     pub fn new(recording: &Recording, tree: &Tree, parts: usize) -> Result<Self, KeyframeError> {
         let of_parent = recording.markers.iter().map(|markers| markers[..tree.parent].to_vec()).collect();
         let parent = Recording { markers: of_parent, ..recording.clone() };
+        let mut junctions: Vec<usize> = tree.branches.iter().map(|branch| branch.junction).collect();
+        junctions.sort_unstable();
+        junctions.dedup();
         let twig = |branch: &super::Branch| {
             let nodes = [0, 1].map(|frame| {
                 let markers = &recording.markers[frame];
@@ -47,9 +53,11 @@ impl BranchedCable {
                     .collect();
                 spline::through(&points, parts)
             });
-            Twig { junction: (branch.junction + 1 - GRIPPED) * parts, nodes }
+            let before = junctions.iter().filter(|junction| **junction < branch.junction).count();
+            Twig { junction: (branch.junction + 1 - GRIPPED) * parts + before, parts, nodes }
         };
-        Ok(Self { parent: Cable::new(&parent, parts)?, twigs: tree.branches.iter().map(twig).collect() })
+        let twigs = tree.branches.iter().map(twig).collect();
+        Ok(Self { parent: Cable::with_junctions(&parent, parts, &junctions)?, twigs, free: tree.free().collect() })
     }
 
     /// On which side of the parent each branch leaves it in the first frame, were the parent not twisted: angle about the parent's
@@ -59,21 +67,6 @@ impl BranchedCable {
         self.twigs.iter().map(|twig| twig.side(&state)).collect()
     }
 
-    /// The model of the cable with these numbers, and its state in the first frame.
-    ///
-    /// The parent begins with the twist that its branches show: where a branch hangs, it is turned by the angle from the side on which
-    /// the branch leaves it at rest to that on which it is seen, and evenly between. Branches leave the parent at rest at the angle of
-    /// the first frame, and are at rest as they are in it.
-    pub fn model(&self, numbers: &Numbers) -> (Model, State) {
-        let mut assembly = self.parent.assembly(&numbers.parent);
-        self.twist(assembly.state_mut(), numbers);
-        self.bend(assembly.model_mut(), numbers);
-        for twig in &self.twigs {
-            self.add(&mut assembly, twig, numbers);
-        }
-        assembly.finish()
-    }
-
     /// Gives the joints of the parent their rest shape.
     fn bend(&self, model: &mut Model, numbers: &Numbers) {
         let towards = Vector3::new(-numbers.side.sin(), numbers.side.cos(), 0.0);
@@ -81,9 +74,11 @@ impl BranchedCable {
         let clamps = [(0, segments - 1), (segments, segments)];
         for (node, joint) in clamps.into_iter().chain((1..segments).map(|node| (node, node - 1))) {
             let span = self.twigs.iter().filter(|twig| twig.junction < node).count();
-            let kinks = self.twigs.iter().zip(&numbers.kinks).filter(|(twig, _)| twig.junction == node);
+            // Half of a kink at each end of the junction's segment.
+            let is_here = |twig: &Twig| twig.junction == node || twig.junction + 1 == node;
+            let kinks = self.twigs.iter().zip(&numbers.kinks).filter(|(twig, _)| is_here(twig));
             let joint = &mut model.joints[joint];
-            let kink: f64 = kinks.map(|(_, kink)| 2.0 * (0.5 * kink).sin() / joint.length).sum();
+            let kink: f64 = kinks.map(|(_, kink)| 2.0 * (0.25 * kink).sin() / joint.length).sum();
             joint.rest_darboux += towards * (numbers.curvatures[span] + kink);
         }
     }
@@ -96,16 +91,16 @@ impl BranchedCable {
     /// Twists the parent as the branches show.
     fn twist(&self, state: &mut State, numbers: &Numbers) {
         let mut turns = vec![(0.0, 0.0)];
-        let mut turn = |node: usize, angle: f64| {
+        let mut turn = |place: f64, angle: f64| {
             let (_, before): (f64, f64) = turns[turns.len() - 1];
-            turns.push((node as f64, before + (angle - before + PI).rem_euclid(TAU) - PI));
+            turns.push((place, before + (angle - before + PI).rem_euclid(TAU) - PI));
         };
         let mut twigs: Vec<&Twig> = self.twigs.iter().collect();
         twigs.sort_by_key(|twig| twig.junction);
         twigs.dedup_by_key(|twig| twig.junction);
-        twigs.iter().for_each(|twig| turn(twig.junction, twig.side(state) - numbers.side));
+        twigs.iter().for_each(|twig| turn(twig.junction as f64 + 0.5, twig.side(state) - numbers.side));
         let segments = self.segments();
-        turn(segments, self.parent.twisted(&numbers.parent));
+        turn(segments as f64, self.parent.twisted(&numbers.parent));
         for i in 0..segments {
             let place = i as f64 + 0.5;
             let Some(pair) = turns.windows(2).find(|pair| place < pair[1].0) else { continue };
@@ -129,9 +124,12 @@ impl BranchedCable {
             rest: RestShape::Initial,
             ..RodSpec::new(twig.nodes[0].clone(), RADIUS, material)
         });
-        assembly.branch(twig.junction - 1, 1.0, &rod);
+        assembly.branch(twig.junction, 0.5, &rod);
         if let Some(joint) = assembly.model_mut().joints.last_mut() {
             joint.measure_from_rest(1.0);
+            // It bends over the half of the branch's first segment; the parent's half is the parent's own.
+            joint.bend_compliance *= 0.5;
+            joint.twist_compliance *= 0.5;
         }
         self.balance(assembly, &rod);
         set_velocities(assembly.state_mut(), rod.start, &twig.nodes, self.parent.interval());
@@ -159,53 +157,50 @@ impl BranchedCable {
             joint.rest_darboux -= local.component_mul(&soft) * joint.length;
         }
     }
+}
 
-    /// The free markers.
-    fn markers(&self, model: &Model, state: &State) -> Vec<Vector3<f64>> {
+impl Specimen for BranchedCable {
+    type Numbers = Numbers;
+
+    fn time(&self) -> &[f64] {
+        &self.parent.time
+    }
+
+    fn free(&self) -> Vec<usize> {
+        self.free.clone()
+    }
+
+    /// The parent begins with the twist that its branches show: where a branch hangs, it is turned by the angle from the side on which
+    /// the branch leaves it at rest to that on which it is seen, and evenly between. Branches leave the parent at rest at the angle of
+    /// the first frame, and are at rest as they are in it.
+    fn model(&self, numbers: &Numbers) -> Result<(Model, State), SimulationError> {
+        let mut assembly = self.parent.assembly(&numbers.parent);
+        self.twist(assembly.state_mut(), numbers);
+        self.bend(assembly.model_mut(), numbers);
+        for twig in &self.twigs {
+            self.add(&mut assembly, twig, numbers);
+        }
+        Ok(assembly.finish())
+    }
+
+    fn markers(&self, _: &Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>> {
         let mut first = self.segments();
-        let mut nodes: Vec<usize> = self.parent.marker_nodes().collect();
+        let mut places = self.parent.places.clone();
         for twig in &self.twigs {
             let segments = twig.nodes[0].len() - 1;
-            nodes.extend((self.parent.parts..=segments).step_by(self.parent.parts).map(|node| first + node));
+            let nodes = (twig.parts..=segments).step_by(twig.parts);
+            places.extend(nodes.map(|node| Place::end_of(first + node - 1)));
             first += segments;
         }
-        nodes.into_iter().map(|node| end_of(model, state, node)).collect()
+        places.into_iter().map(|place| place.at(model, state)).collect()
     }
 }
 
 impl Twig {
-    /// On which side of the parent's segment before the junction the branch begins: angle from d1 [rad].
+    /// On which side of the parent's segment at the junction the branch begins: angle from d1 [rad].
     fn side(&self, state: &State) -> f64 {
         let begin = self.nodes[0][1] - self.nodes[0][0];
-        let local = state.orientations[self.junction - 1].inverse() * begin;
+        let local = state.orientations[self.junction].inverse() * begin;
         local.y.atan2(local.x)
     }
-}
-
-/// Predicts `frames` frames of each cable, in `steps` steps from frame to frame, all on rayon's threads, with the same bits on any
-/// number of them.
-///
-/// # Errors
-/// If a model is not valid.
-pub fn predict(
-    cables: &[BranchedCable],
-    numbers: &Numbers,
-    frames: usize,
-    steps: usize,
-) -> Result<Vec<Prediction>, SimulationError> {
-    cables.par_iter().map(|cable| alone(cable, numbers, frames, steps)).collect()
-}
-
-/// Predicts a cable.
-pub(super) fn alone(
-    cable: &BranchedCable,
-    numbers: &Numbers,
-    frames: usize,
-    steps: usize,
-) -> Result<Prediction, SimulationError> {
-    let time = &cable.parent.time[..cable.parent.time.len().min(frames)];
-    let mut markers = Vec::with_capacity(time.len());
-    let watch = &mut |_, model: &Model, state: &State| markers.push(cable.markers(model, state));
-    let unsolved = simulated(&[cable.model(numbers)], &[time], steps, watch)?[0];
-    Ok(Prediction { markers, unsolved })
 }

@@ -1,6 +1,11 @@
 //! What is identified of a cable with branches.
 
+use std::fmt;
+use std::ops::{Index, IndexMut};
+
 use crate::parameter::{Parameter, Parameters};
+use crate::quantity::{Quantity, Range, Scale};
+use crate::specimen;
 
 /// A number of a cable with branches, global for all its recordings. At rest such a cable lies in a plane, its branches too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,21 +34,37 @@ impl Number {
         let own = [Self::BranchBending, Self::BranchMass, Self::Side];
         parent.into_iter().chain(own).chain(curvatures).chain(kinks).collect()
     }
+}
 
+impl fmt::Display for Number {
     /// Its name; branches and the spans between them count from 1.
-    pub fn name(self) -> String {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Parent(parameter) => parameter.name().to_owned(),
-            Self::BranchBending => "branch-bending".to_owned(),
-            Self::BranchMass => "branch-mass".to_owned(),
-            Self::Side => "side".to_owned(),
-            Self::Curvature(span) => format!("curvature-{}", span + 1),
-            Self::Kink(branch) => format!("kink-{}", branch + 1),
+            Self::Parent(parameter) => f.pad(parameter.name()),
+            Self::BranchBending => f.pad("branch-bending"),
+            Self::BranchMass => f.pad("branch-mass"),
+            Self::Side => f.pad("side"),
+            Self::Curvature(span) => write!(f, "curvature-{}", span + 1),
+            Self::Kink(branch) => write!(f, "kink-{}", branch + 1),
+        }
+    }
+}
+
+impl Quantity for Number {
+    fn range(self) -> Range {
+        let factor = |most: f64| Range { start: 1.0, least: 1.0 / most, most, scale: Scale::Logarithm };
+        let unit = |most: f64| Range { start: 0.0, least: -most, most, scale: Scale::Unit(1.0) };
+        match self {
+            Self::Parent(parameter) => parameter.range(),
+            Self::BranchBending => factor(100.0),
+            Self::BranchMass => factor(20.0),
+            Self::Side => unit(6.3),
+            Self::Curvature(_) => unit(20.0),
+            Self::Kink(_) => unit(1.5),
         }
     }
 
-    /// Its unit.
-    pub fn unit(self) -> &'static str {
+    fn unit(self) -> &'static str {
         match self {
             Self::Parent(parameter) => parameter.unit(),
             Self::BranchBending | Self::BranchMass => "1",
@@ -52,44 +73,8 @@ impl Number {
         }
     }
 
-    /// The least and the largest value that it may have.
-    pub fn bounds(self) -> [f64; 2] {
-        match self {
-            Self::Parent(parameter) => parameter.bounds(),
-            Self::BranchBending => [0.01, 100.0],
-            Self::BranchMass => [0.05, 20.0],
-            Self::Side => [-6.3, 6.3],
-            Self::Curvature(_) => [-20.0, 20.0],
-            Self::Kink(_) => [-1.5, 1.5],
-        }
-    }
-
-    /// Whether its logarithm is searched for, so that its spread is a factor.
-    pub fn is_logarithmic(self) -> bool {
-        match self {
-            Self::Parent(parameter) => parameter.is_logarithmic(),
-            Self::BranchBending | Self::BranchMass => true,
-            Self::Side | Self::Curvature(_) | Self::Kink(_) => false,
-        }
-    }
-
-    /// The number that is searched for: the logarithm of `value`, or the value in its unit of search.
-    pub fn coordinate(self, value: f64) -> f64 {
-        match self {
-            Self::Parent(parameter) => parameter.coordinate(value),
-            _ if self.is_logarithmic() => value.ln(),
-            _ => value,
-        }
-    }
-
-    /// The value of a coordinate, within the bounds.
-    pub fn value(self, coordinate: f64) -> f64 {
-        let [least, most] = self.bounds();
-        match self {
-            Self::Parent(parameter) => parameter.value(coordinate),
-            _ if self.is_logarithmic() => coordinate.exp().clamp(least, most),
-            _ => coordinate.clamp(least, most),
-        }
+    fn may_be_left_out(self) -> bool {
+        matches!(self, Self::Parent(parameter) if parameter.may_be_left_out())
     }
 }
 
@@ -116,29 +101,47 @@ impl Numbers {
         let (curvatures, kinks) = (vec![0.0; branches + 1], vec![0.0; branches]);
         Self { parent: Parameters::default(), branch_bending: 1.0, branch_mass: 1.0, side, curvatures, kinks }
     }
+}
 
-    /// The value of a number.
-    pub fn get(&self, number: Number) -> f64 {
+impl Index<Number> for Numbers {
+    type Output = f64;
+
+    fn index(&self, number: Number) -> &f64 {
         match number {
-            Number::Parent(parameter) => self.parent[parameter],
-            Number::BranchBending => self.branch_bending,
-            Number::BranchMass => self.branch_mass,
-            Number::Side => self.side,
-            Number::Curvature(span) => self.curvatures[span],
-            Number::Kink(branch) => self.kinks[branch],
+            Number::Parent(parameter) => &self.parent[parameter],
+            Number::BranchBending => &self.branch_bending,
+            Number::BranchMass => &self.branch_mass,
+            Number::Side => &self.side,
+            Number::Curvature(span) => &self.curvatures[span],
+            Number::Kink(branch) => &self.kinks[branch],
         }
     }
+}
 
-    /// Sets a number.
-    pub fn set(&mut self, number: Number, value: f64) {
-        let place = match number {
+impl IndexMut<Number> for Numbers {
+    fn index_mut(&mut self, number: Number) -> &mut f64 {
+        match number {
             Number::Parent(parameter) => &mut self.parent[parameter],
             Number::BranchBending => &mut self.branch_bending,
             Number::BranchMass => &mut self.branch_mass,
             Number::Side => &mut self.side,
             Number::Curvature(span) => &mut self.curvatures[span],
             Number::Kink(branch) => &mut self.kinks[branch],
-        };
-        *place = value;
+        }
+    }
+}
+
+impl specimen::Numbers for Numbers {
+    type Quantity = Number;
+
+    /// Those that are searched for, and the drags.
+    fn quantities(&self) -> Vec<Number> {
+        let drags = [Parameter::DragAcross, Parameter::DragAlong].map(Number::Parent);
+        Number::all(self.kinks.len()).into_iter().chain(drags).collect()
+    }
+
+    fn beginnings(&self) -> Vec<Self> {
+        let with = |parent: Parameters| Self { parent, ..self.clone() };
+        specimen::Numbers::beginnings(&self.parent).into_iter().map(with).collect()
     }
 }

@@ -4,6 +4,9 @@ use std::ops::{Index, IndexMut};
 
 use names::names;
 
+use crate::quantity::{Quantity, Range, Scale};
+use crate::specimen;
+
 /// A number of a noodle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
@@ -45,12 +48,24 @@ names!(Number {
     HeadingZ = "heading-z",
 });
 
-impl Number {
-    /// How many there are.
-    pub const COUNT: usize = Self::ALL.len();
+impl Quantity for Number {
+    fn range(self) -> Range {
+        let logarithm = |start, least, most| Range { start, least, most, scale: Scale::Logarithm };
+        let unit = |most: f64| Range { start: 0.0, least: -most, most, scale: Scale::Unit(1.0) };
+        match self {
+            Self::Length => logarithm(1.0, 0.05, 20.0),
+            Self::Middle => logarithm(0.5, 0.1, 0.9),
+            Self::Bending => logarithm(1.0, 1e-3, 1e3),
+            Self::Twist => logarithm(0.7, 0.05, 20.0),
+            Self::InnerDamping => logarithm(0.05, 1e-4, 10.0),
+            Self::OuterDamping => logarithm(0.1, 1e-3, 100.0),
+            Self::DragAcross => logarithm(0.1, 1e-3, 100.0),
+            Self::Curvature1 | Self::Curvature2 => unit(5.0),
+            Self::HeadingY | Self::HeadingZ => unit(1.5),
+        }
+    }
 
-    /// Its unit.
-    pub fn unit(self) -> &'static str {
+    fn unit(self) -> &'static str {
         match self {
             Self::Length => "m",
             Self::Middle | Self::Twist => "1",
@@ -62,47 +77,24 @@ impl Number {
         }
     }
 
-    /// The least and the largest value that it may have.
-    pub fn bounds(self) -> [f64; 2] {
-        match self {
-            Self::Length => [0.05, 20.0],
-            Self::Middle => [0.1, 0.9],
-            Self::Bending => [1e-3, 1e3],
-            Self::Twist => [0.05, 20.0],
-            Self::InnerDamping => [1e-4, 10.0],
-            Self::OuterDamping => [1e-3, 100.0],
-            Self::DragAcross => [1e-3, 100.0],
-            Self::Curvature1 | Self::Curvature2 => [-5.0, 5.0],
-            Self::HeadingY | Self::HeadingZ => [-1.5, 1.5],
-        }
-    }
-
-    /// Whether its logarithm is searched for, so that its spread is a factor.
-    pub fn is_logarithmic(self) -> bool {
-        self.bounds()[0] > 0.0
-    }
-
-    /// The number that is searched for: the logarithm of `value`, or the value.
-    pub fn coordinate(self, value: f64) -> f64 {
-        if self.is_logarithmic() { value.ln() } else { value }
-    }
-
-    /// The value of a coordinate, within the bounds.
-    pub fn value(self, coordinate: f64) -> f64 {
-        let [least, most] = self.bounds();
-        let value = if self.is_logarithmic() { coordinate.exp() } else { coordinate };
-        value.clamp(least, most)
+    fn may_be_left_out(self) -> bool {
+        self == Self::DragAcross
     }
 }
 
+/// Bending stiffnesses [m^4/s^2] from which a search may begin, for a noodle of 1 m; they go with the length's cube.
+const BEGINNINGS: [f64; 4] = [0.1, 0.4, 1.6, 6.4];
+
 /// A value for each number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Numbers([f64; Number::COUNT]);
+pub struct Numbers([f64; Number::ALL.len()]);
 
 impl Numbers {
     /// Where a search begins, for a noodle of this length [m].
     pub fn start(length: f64) -> Self {
-        Self([length, 0.5, 1.0, 0.7, 0.05, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0])
+        let mut numbers = Self(Number::ALL.map(Quantity::start));
+        numbers[Number::Length] = length;
+        numbers
     }
 }
 
@@ -117,5 +109,22 @@ impl Index<Number> for Numbers {
 impl IndexMut<Number> for Numbers {
     fn index_mut(&mut self, number: Number) -> &mut f64 {
         &mut self.0[number as usize]
+    }
+}
+
+impl specimen::Numbers for Numbers {
+    type Quantity = Number;
+
+    fn quantities(&self) -> Vec<Number> {
+        Number::ALL.to_vec()
+    }
+
+    fn beginnings(&self) -> Vec<Self> {
+        let with = |scale: f64| {
+            let mut numbers = *self;
+            numbers[Number::Bending] = scale * self[Number::Length].powi(3);
+            numbers
+        };
+        BEGINNINGS.map(with).to_vec()
     }
 }

@@ -1,5 +1,7 @@
 //! What a recording must be to be of use.
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 
 use super::{GRIPPED, Recording, RecordingError};
@@ -112,11 +114,7 @@ pub(crate) fn check_neighbours(recording: &Recording, neighbours: &[[usize; 2]])
         .map(|&pair| median(recording.markers.iter().map(|markers| distance(markers, pair)).collect()))
         .collect();
     let length: f64 = medians.iter().sum();
-    if !(LENGTHS[0]..=LENGTHS[1]).contains(&length) {
-        let [least, most] = LENGTHS;
-        let message = format!("a cable {length} m long, but it must be {least} to {most} m: say the unit (--unit-m)");
-        return Err(RecordingError::new(&recording.path, message));
-    }
+    check_length(&recording.path, length)?;
     let mean = length / medians.len() as f64;
     for (frame, markers) in recording.markers.iter().enumerate() {
         for (&pair, &usual) in neighbours.iter().zip(&medians) {
@@ -131,6 +129,16 @@ pub(crate) fn check_neighbours(recording: &Recording, neighbours: &[[usize; 2]])
         }
     }
     Ok(mean)
+}
+
+/// Refuses other units.
+pub(crate) fn check_length(path: &Path, length: f64) -> Result<(), RecordingError> {
+    let [least, most] = LENGTHS;
+    if (least..=most).contains(&length) {
+        return Ok(());
+    }
+    let message = format!("a cable {length} m long, but it must be {least} to {most} m: say the unit (--unit-m)");
+    Err(RecordingError::new(path, message))
 }
 
 /// Refuses markers that are one and the same, and neighbours that are told in the wrong order in all frames: a smooth cable is

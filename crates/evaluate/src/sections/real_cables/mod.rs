@@ -240,7 +240,8 @@ fn uncorrected(films: &[(Recording, Film)]) -> Vec<Prediction> {
 }
 
 fn errors(name: &str, recordings: &[Recording], predictions: &[Prediction]) -> Errors {
-    let of = Predicted { name, recordings, predictions };
+    let free: Vec<usize> = recordings.first().map_or_else(Vec::new, |recording| recording.free().collect());
+    let of = Predicted { name, recordings, free: &free, predictions };
     let each = of.errors();
     Errors {
         name: name.to_owned(),

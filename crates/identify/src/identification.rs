@@ -1,0 +1,295 @@
+//! An identification on the command line, the same for all kinds of recordings.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, Result, anyhow, bail};
+use identify::cable::Resolution;
+use identify::confidence::{Known, known};
+use identify::fit::{Of, Search, fit};
+use identify::kind::{Kind, Read};
+use identify::metric::{Errors, mean_change};
+use identify::page::{self, Predicted, Shown};
+use identify::playback::play;
+use identify::predict::{Prediction, predict};
+use identify::quantity::Quantity;
+use identify::recording::{Reading, Recording};
+use identify::result::CableFile;
+use identify::specimen::{Numbers, Specimen};
+use report::{Conditions, significant};
+use terminal::{Progress, complain, say};
+
+use crate::Cli;
+
+/// Recordings with what is identified of each.
+struct Set<S> {
+    name: &'static str,
+    recordings: Vec<Recording>,
+    specimens: Vec<S>,
+}
+
+/// What came of the predictions of a set.
+struct Outcome {
+    predictions: Vec<Prediction>,
+    /// Errors of each recording by their names [m].
+    errors: Vec<Vec<(String, f64)>>,
+}
+
+impl<S: Specimen> Set<S> {
+    /// The recordings that are of use; what is wrong with the others is told. None where no recording was named.
+    fn new(name: &'static str, read: Read<S>, places: &[PathBuf]) -> Result<Option<Self>> {
+        read.bad.iter().for_each(|error| complain(format_args!("{error}")));
+        if places.is_empty() {
+            return Ok(None);
+        }
+        if read.good.is_empty() {
+            bail!("none of the recordings to {} is of use", if name == "train" { "identify" } else { "predict" });
+        }
+        let (recordings, specimens) = read.good.into_iter().unzip();
+        Ok(Some(Self { name, recordings, specimens }))
+    }
+}
+
+/// Identifies recordings of a kind, or takes the result of an earlier identification, predicts, and writes what came of it.
+///
+/// # Errors
+/// If no recording is of use, an option does not fit, a model is not valid or a file cannot be written.
+pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
+    let earlier =
+        cli.from.as_deref().map(CableFile::read).transpose().map_err(|message| anyhow!("--from: {message}"))?;
+    let usual = earlier.as_ref().map_or(Resolution { segments: K::SEGMENTS, steps: 1 }, CableFile::resolution);
+    let resolution = Resolution {
+        segments: cli.segments.map_or(usual.segments, usize::from),
+        steps: cli.steps.map_or(usual.steps, usize::from),
+    };
+    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let (kind, [train, eval]) = K::read([&cli.recordings, &cli.eval], reading, resolution.segments)?;
+    let train = Set::new("train", train, &cli.recordings)?;
+    let eval = Set::new("eval", eval, &cli.eval)?;
+    std::fs::create_dir_all(&cli.out).with_context(|| format!("--out: cannot create {}", cli.out.display()))?;
+    let start = kind.start(train.as_ref().map_or(&[], |train| &train.specimens));
+    let (file, numbers, known) = match (earlier, &train) {
+        (Some(file), _) => {
+            check(&file, &kind, train.iter().chain(&eval).next())?;
+            let numbers = file.numbers(start).map_err(|message| anyhow!("--from: {message}"))?;
+            let known = file.known(&numbers);
+            (file, numbers, known)
+        }
+        (None, Some(train)) => identified(cli, &kind, train, start, resolution)?,
+        (None, None) => {
+            bail!("there are no recordings to identify on; --from FILE predicts with what is known")
+        }
+    };
+    say!("{}", page::lines(&known))?;
+    let sets: Vec<Set<K::Specimen>> = train.into_iter().chain(eval).collect();
+    let (code, outcomes) = write(cli, &kind, &sets, file, &numbers, &known, resolution)?;
+    if let Some(times) = cli.refine {
+        let Resolution { segments, steps } = resolution;
+        let times = usize::from(times);
+        let (_, finer) = K::read([&cli.recordings, &cli.eval], reading, segments * times)?;
+        for ((set, outcome), finer) in sets.iter().zip(&outcomes).zip(finer.iter().filter(|read| !read.good.is_empty()))
+        {
+            let segments: Vec<_> = finer.good.iter().map(|(_, specimen)| specimen.clone()).collect();
+            change(
+                set,
+                outcome,
+                &format!("steps by {times}"),
+                &predict(&set.specimens, &numbers, usize::MAX, steps * times)?,
+            )?;
+            change(set, outcome, &format!("segments by {times}"), &predict(&segments, &numbers, usize::MAX, steps)?)?;
+        }
+    }
+    Ok(code)
+}
+
+/// Refuses the result of another kind of recordings, and of a cable with other branches.
+fn check<K: Kind>(file: &CableFile, kind: &K, set: Option<&Set<K::Specimen>>) -> Result<()> {
+    if file.kind != K::NAME {
+        bail!("--from: it is of a {}, but these recordings are of a {}", file.kind, K::NAME);
+    }
+    let rods = set.and_then(|set| set.recordings.first()).map(|recording| kind.ways(recording));
+    if file.rods.len() > 1 && rods.is_some_and(|rods| rods != file.rods) {
+        bail!("--from: it is of a {} with other branches than these recordings'", file.kind);
+    }
+    Ok(())
+}
+
+/// Tells by how much finer predictions of a set are others than what came of it.
+fn change<S: Specimen>(set: &Set<S>, outcome: &Outcome, refined: &str, finer: &[Prediction]) -> Result<()> {
+    let free = set.specimens.first().map_or_else(Vec::new, Specimen::free);
+    let (mut change, mut before, mut after) = (0.0, 0.0, 0.0);
+    for ((recording, one), other) in set.recordings.iter().zip(&outcome.predictions).zip(finer) {
+        let error = |prediction| Errors::of(recording, &free, prediction).mean(0..recording.count());
+        change += mean_change(recording, &free, [one, other]);
+        before += error(one);
+        after += error(other);
+    }
+    let cm = |sum: f64| significant(100.0 * sum / set.recordings.len() as f64, 3);
+    let [change_cm, before_cm, after_cm] = [change, before, after].map(cm);
+    let share = significant(100.0 * change / before, 2);
+    say!(
+        "{}, {refined}: predictions change by {change_cm} cm of a coordinate, {share} % of their error, which goes from \
+         {before_cm} to {after_cm} cm",
+        set.name
+    )?;
+    Ok(())
+}
+
+/// What to search for, and where from: what is held and free as the command line says.
+fn search<K: Kind>(
+    cli: &Cli,
+    kind: &K,
+    start: &mut <K::Specimen as Specimen>::Numbers,
+) -> Result<Search<Of<K::Specimen>>> {
+    let mut search = kind.search();
+    for name in &cli.free {
+        let quantity = start.named(name).map_err(|message| anyhow!("--free {message}"))?;
+        if !search.free.contains(&quantity) {
+            search.free.push(quantity);
+            start[quantity] = quantity.start();
+        }
+    }
+    for hold in &cli.hold {
+        let parts = hold.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
+        let (name, value) = parts.with_context(|| format!("--hold {hold:?}: it must be NAME=VALUE"))?;
+        start.set(name, value).map_err(|message| anyhow!("--hold {message}"))?;
+        search.free.retain(|quantity| quantity.to_string() != name);
+    }
+    if search.free.is_empty() {
+        bail!("all parameters are held");
+    }
+    Ok(search)
+}
+
+type Identified<S> = (CableFile, <S as Specimen>::Numbers, Vec<Known<Of<S>>>);
+
+/// Searches for the numbers.
+fn identified<K: Kind>(
+    cli: &Cli,
+    kind: &K,
+    train: &Set<K::Specimen>,
+    mut start: <K::Specimen as Specimen>::Numbers,
+    resolution: Resolution,
+) -> Result<Identified<K::Specimen>> {
+    let search = Search { steps: resolution.steps, ..search(cli, kind, &mut start)? };
+    let began = Instant::now();
+    let progress = Progress::new(search.iterations(), "iterations", cli.quiet)?;
+    let mut done = 0;
+    let fit = fit(&train.recordings, &train.specimens, &start, &search, &mut |now| {
+        let reached = search.before(now.stage) + now.iteration;
+        let go_on = progress.advance_by(reached - done);
+        done = reached;
+        go_on
+    })?;
+    progress.finish();
+    if fit.stopped {
+        say!("stopped after {done} of {} iterations: these are the best parameters so far", search.iterations())?;
+    }
+    let known = known(&fit);
+    let units = fit.normals.len();
+    if units <= fit.free.len() {
+        say!("no intervals: {} parameters need more recordings than {units} for them", fit.free.len())?;
+    }
+    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let mut file = CableFile::new(K::NAME, &search, resolution.segments, reading);
+    file.note(&known);
+    file.rods = train.recordings.first().map_or_else(Vec::new, |recording| kind.ways(recording));
+    file.recordings = train.recordings.iter().map(|recording| recording.path.display().to_string()).collect();
+    (file.stopped, file.seconds) = (fit.stopped, began.elapsed().as_secs_f64());
+    say!("searched for {} s", significant(file.seconds, 2))?;
+    // What was searched for is kept, whatever becomes of the predictions.
+    file.write(&cli.out.join("result.json"))?;
+    Ok((file, fit.parameters, known))
+}
+
+/// Predicts a set and tells how far off it is.
+fn predicted<K: Kind>(
+    kind: &K,
+    set: &Set<K::Specimen>,
+    numbers: &<K::Specimen as Specimen>::Numbers,
+    steps: usize,
+) -> Result<Outcome> {
+    let began = Instant::now();
+    let predictions = predict(&set.specimens, numbers, usize::MAX, steps)?;
+    let seconds = began.elapsed().as_secs_f64();
+    let recorded: f64 = set.recordings.iter().filter_map(|recording| recording.time.last()).sum();
+    let each = set.recordings.iter().zip(&predictions);
+    let errors: Vec<_> = each.map(|(recording, prediction)| kind.errors(recording, prediction)).collect();
+    let unsolved: usize = predictions.iter().map(|prediction| prediction.unsolved).sum();
+    let speed = significant(recorded / seconds, 2);
+    let unsolved = if unsolved > 0 { format!("; {unsolved} steps were not solved") } else { String::new() };
+    say!("{}: {} recordings, predicted at {speed} times real time{unsolved}; errors [cm]:", set.name, errors.len())?;
+    for (k, (name, _)) in errors.iter().flatten().take(errors[0].len()).enumerate() {
+        let mut sorted: Vec<f64> = errors.iter().map(|own| own[k].1).collect();
+        sorted.sort_by(f64::total_cmp);
+        let mean = sorted.iter().sum::<f64>() / sorted.len() as f64;
+        let [mean, median, worst] =
+            [mean, sorted[sorted.len() / 2], sorted[sorted.len() - 1]].map(|error| significant(100.0 * error, 3));
+        say!("  {name}: mean {mean}, median {median}, worst {worst}")?;
+    }
+    Ok(Outcome { predictions, errors })
+}
+
+/// Predicts all sets, and writes what came of it.
+fn write<K: Kind>(
+    cli: &Cli,
+    kind: &K,
+    sets: &[Set<K::Specimen>],
+    mut file: CableFile,
+    numbers: &<K::Specimen as Specimen>::Numbers,
+    known: &[Known<Of<K::Specimen>>],
+    Resolution { segments, steps }: Resolution,
+) -> Result<(ExitCode, Vec<Outcome>)> {
+    let mut conditions = Conditions::new("method", "newton, bdf2")
+        .with("resolution", format!("--segments {segments}, {steps} steps a frame"));
+    if file.stopped {
+        conditions = conditions.with("search", "stopped before its end");
+    }
+    let mut outcomes = Vec::new();
+    file.errors_m.clear();
+    for set in sets {
+        let outcome = predicted(kind, set, numbers, steps)?;
+        conditions = conditions.with(set.name, format!("{} recordings", set.recordings.len()));
+        for (recording, errors) in set.recordings.iter().zip(&outcome.errors) {
+            let errors: BTreeMap<String, f64> = errors.iter().cloned().collect();
+            file.errors_m.insert(recording.path.display().to_string(), errors);
+        }
+        outcomes.push(outcome);
+    }
+    file.write(&cli.out.join("result.json"))?;
+    let free = sets.first().and_then(|set| set.specimens.first()).map_or_else(Vec::new, Specimen::free);
+    let shown: Vec<Shown<'_>> = sets
+        .iter()
+        .zip(&outcomes)
+        .map(|(set, outcome)| Shown {
+            predicted: Predicted {
+                name: set.name,
+                recordings: &set.recordings,
+                free: &free,
+                predictions: &outcome.predictions,
+            },
+            errors: &outcome.errors,
+        })
+        .collect();
+    let page = page::write(&cli.out, known, &shown, &conditions)?;
+    // What is played and written as a scene is of the last set: that to predict, if there is one.
+    if let (Some(set), Some(outcome)) = (sets.last(), outcomes.last()) {
+        let mut order: Vec<usize> = (0..outcome.errors.len()).collect();
+        let rank = |k: usize| outcome.errors[k].first().map_or(f64::NAN, |(_, error)| *error);
+        order.sort_by(|&a, &b| rank(a).total_cmp(&rank(b)));
+        let (median, worst) = (order[order.len() / 2], order[order.len() - 1]);
+        for (name, k) in [("worst.html", worst), ("median.html", median)] {
+            let recording = &set.recordings[k];
+            play(&cli.out.join(name), recording, &kind.ways(recording), set.specimens[k].model(numbers)?, steps)?;
+        }
+        let name = set.recordings[median].name();
+        if let Some(scene) = kind.scene(&cli.out.join("scene"), &set.specimens[median], &name, numbers, steps)? {
+            say!("scene of {name}: {}", scene.display())?;
+        }
+    }
+    say!("page: {}", page.display())?;
+    let stopped = file.stopped && cli.from.is_none();
+    Ok((if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS }, outcomes))
+}

@@ -1,0 +1,71 @@
+//! What is identified, as a prediction sees it: what cables, cables with branches and noodles share.
+
+use std::ops::{Index, IndexMut};
+
+use nalgebra::Vector3;
+use rod::{Model, State};
+use solver::simulation::SimulationError;
+
+use crate::quantity::Quantity;
+
+/// A value for each quantity of what is identified.
+pub trait Numbers:
+    Clone + Send + Sync + Index<Self::Quantity, Output = f64> + IndexMut<Self::Quantity, Output = f64>
+{
+    /// What there are values of.
+    type Quantity: Quantity;
+
+    /// All quantities, in the order in which they are told.
+    fn quantities(&self) -> Vec<Self::Quantity>;
+
+    /// Where a search from these values may begin, of which the best is taken: stiff and slack cables move differently, and no
+    /// derivative leads from one to the other.
+    fn beginnings(&self) -> Vec<Self>;
+
+    /// Sets a quantity by its name.
+    ///
+    /// # Errors
+    /// If there is none of this name, or the value is not within its bounds. What may be left out may be 0.
+    fn set(&mut self, name: &str, value: f64) -> Result<(), String> {
+        let quantity = self.named(name)?;
+        let [least, most] = quantity.bounds();
+        if !((least..=most).contains(&value) || value == 0.0 && quantity.may_be_left_out()) {
+            return Err(format!("{name} = {value}, but it must be {least} to {most} {}", quantity.unit()));
+        }
+        self[quantity] = value;
+        Ok(())
+    }
+
+    /// The quantity of this name.
+    ///
+    /// # Errors
+    /// If there is none; it tells all that there are.
+    fn named(&self, name: &str) -> Result<Self::Quantity, String> {
+        let all = self.quantities();
+        all.iter().copied().find(|quantity| quantity.to_string() == name).ok_or_else(|| {
+            let names: Vec<String> = all.iter().map(ToString::to_string).collect();
+            format!("{name:?}: it must be one of {}", names.join(", "))
+        })
+    }
+}
+
+/// What a prediction may know of a recording, and the model that it makes of it.
+pub trait Specimen: Clone + Send + Sync {
+    /// What is identified of it.
+    type Numbers: Numbers;
+
+    /// Times of the frames [s].
+    fn time(&self) -> &[f64];
+
+    /// The markers of the recording that are predicted, in the order in which predictions have them.
+    fn free(&self) -> Vec<usize>;
+
+    /// The model with these numbers, and its state in the first frame.
+    ///
+    /// # Errors
+    /// If there is no state to begin with.
+    fn model(&self, numbers: &Self::Numbers) -> Result<(Model, State), SimulationError>;
+
+    /// The free markers in a state [m].
+    fn markers(&self, numbers: &Self::Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>>;
+}
