@@ -13,7 +13,7 @@ pub mod inference;
 #[cfg(feature = "training")]
 mod network;
 #[cfg(feature = "training")]
-mod parameters;
+pub mod parameters;
 mod step_guess;
 #[cfg(feature = "training")]
 mod tensors;

@@ -4,19 +4,19 @@ use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Gradients, Tensor, TensorData};
 
 /// All parameters, in the order of the module's fields.
-pub(crate) fn values(module: &impl Module) -> Vec<f32> {
+pub fn values(module: &impl Module) -> Vec<f32> {
     let mut getter = Getter { values: Vec::new() };
     module.visit(&mut getter);
     getter.values
 }
 
 /// The module with other parameters. What `values` has too few of stays; what it has too many of is ignored.
-pub(crate) fn set<M: Module>(module: M, values: &[f32]) -> M {
+pub fn set<M: Module>(module: M, values: &[f32]) -> M {
     module.map(&mut Setter { rest: values })
 }
 
 /// The gradients of all parameters, zero where there is none.
-pub(crate) fn gradients(module: &impl Module, gradients: &Gradients) -> Vec<f32> {
+pub fn gradients(module: &impl Module, gradients: &Gradients) -> Vec<f32> {
     let mut collector = Collector { gradients, values: Vec::new() };
     module.visit(&mut collector);
     collector.values

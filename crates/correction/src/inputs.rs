@@ -5,22 +5,41 @@
 
 use nalgebra::{Matrix3, Vector3};
 use names::names;
+use serde::{Deserialize, Serialize};
 
 use crate::film::Film;
 
 /// How a network reads a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// COPINGNet's graph network on the chain of markers.
     Graph,
     /// A perceptron that reads all markers at once.
     Perceptron,
+    /// A recurrent network, which reads of each frame what the perceptron does, and remembers the frames before.
+    Recurrent,
 }
 
 names!(Kind {
     Graph = "graph",
     Perceptron = "perceptron",
+    Recurrent = "recurrent",
 });
+
+/// Of so many frames one is looked at in an epoch of training, in the next epoch the next one. A recurrent network goes from one
+/// frame to that so many later, in training and in use.
+pub(crate) const STRIDE: usize = 5;
+
+impl Kind {
+    /// Every so many frames from `first` on, of `count`, as they go through a network: each by itself, or all in a row.
+    pub(crate) fn rows(self, first: usize, count: usize) -> Vec<Vec<usize>> {
+        let frames = (first..count).step_by(STRIDE);
+        match self {
+            Self::Recurrent if first < count => vec![frames.collect()],
+            _ => frames.map(|frame| vec![frame]).collect(),
+        }
+    }
+}
 
 /// Frames over which displacements are read.
 const LAGS: [usize; 5] = [2, 5, 10, 20, 40];
@@ -65,7 +84,7 @@ impl Sizes {
         match kind {
             Kind::Graph => Self { nodes: markers, node: OF_MARKER + OF_FRAME + OF_PLACE, edge: 3 },
             // There are no edges to read.
-            Kind::Perceptron => Self { nodes: 1, node: markers * OF_MARKER + OF_FRAME, edge: 1 },
+            Kind::Perceptron | Kind::Recurrent => Self { nodes: 1, node: markers * OF_MARKER + OF_FRAME, edge: 1 },
         }
     }
 }
@@ -116,7 +135,7 @@ impl Inputs {
                 now.windows(2)
                     .for_each(|pair| push(&mut edges, axes * (pair[1] - pair[0]) * now.len() as f64 / length));
             }
-            Kind::Perceptron => {
+            Kind::Perceptron | Kind::Recurrent => {
                 (0..now.len()).for_each(|k| of_marker(&mut nodes, k));
                 nodes.extend_from_slice(&common);
             }

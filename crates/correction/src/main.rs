@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
-use correction::correction::{Correction, Shape};
+use correction::correction::Correction;
 use correction::film::{Film, Guess};
 use correction::inputs::Kind;
+use correction::network::Shape;
 use correction::training::{Plan, train};
 use identify::cable::Cable;
 use identify::metric::mean_error;
@@ -36,7 +37,7 @@ struct Cli {
     /// The file to write.
     #[arg(long, default_value = "out/correction.toml")]
     out: PathBuf,
-    /// The network: graph or perceptron.
+    /// The network: graph, perceptron or recurrent.
     #[arg(long, default_value = "perceptron")]
     kind: Kind,
     /// What is corrected: physics, or blend, which leaves the simulation out, to compare.
@@ -51,9 +52,9 @@ struct Cli {
     /// Networks whose mean counts; each keeps another seventh of the recordings aside, to choose its epoch.
     #[arg(long, default_value = "3", value_parser = clap::value_parser!(u16).range(1..=16))]
     members: u16,
-    /// Times that the recordings are gone through.
-    #[arg(long, default_value = "40", value_parser = clap::value_parser!(u16).range(1..))]
-    epochs: u16,
+    /// Times that the recordings are gone through; as usual for the kind unless given.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    epochs: Option<u16>,
     /// Seed of weights and order.
     #[arg(long, default_value = "1")]
     seed: u64,
@@ -139,7 +140,7 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
         kind: cli.kind,
         shape,
         members: cli.members.into(),
-        epochs: cli.epochs.into(),
+        epochs: cli.epochs.map_or(cli.kind.epochs(), usize::from),
         seed: cli.seed,
     };
     let progress = Progress::new(plan.members * plan.epochs, "epochs", cli.quiet)?;
@@ -164,8 +165,8 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
 
 fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()> {
     let films = films(cli, &cli.eval, cable, correction.guess)?;
-    if let Some((other, _)) = films.iter().find(|(recording, _)| recording.count() != correction.markers) {
-        let (path, found, asked) = (other.path.display(), other.count(), correction.markers);
+    if let Some((other, _)) = films.iter().find(|(recording, _)| recording.count() != correction.reader.markers) {
+        let (path, found, asked) = (other.path.display(), other.count(), correction.reader.markers);
         bail!("{path}: {found} markers, but the correction is of a cable with {asked}");
     }
     let began = Instant::now();

@@ -1,16 +1,17 @@
 //! Training: networks that each keep other recordings aside, to choose their epoch by.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use copingnet::{Adam, AdamParams, Backend, Network, Weights};
+use copingnet::{Adam, AdamParams, Backend};
 use identify::metric::mean_error;
 use identify::recording::Recording;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::correction::{Correction, Shape, tensors};
+use crate::correction::Correction;
 use crate::film::{Film, Guess};
-use crate::inputs::{Inputs, Kind, Sizes};
+use crate::inputs::{Inputs, Kind, STRIDE, Sizes};
+use crate::network::{Reader, Row, Shape};
 
 /// How to train.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,13 +54,8 @@ pub struct Trained {
 
 /// One recording in so many is kept aside by a network.
 const ASIDE: usize = 7;
-/// Frames of a step, and those whose gradient is made in one piece. Sums run in the order of pieces, whichever thread made
-/// them.
-const BATCH: usize = 64;
-/// See [`BATCH`].
-const PIECE: usize = 32;
-/// Of so many frames one is looked at in an epoch, in the next epoch the next one.
-const STRIDE: usize = 5;
+/// Pieces of a step. The gradient of each is made at once; sums run in the order of pieces, whichever thread made them.
+const PIECES: usize = 2;
 /// Largest step size; it falls to zero as a cosine.
 const RATE: f64 = 2e-3;
 /// Weights shrink at this rate times the step size.
@@ -71,32 +67,49 @@ const SMALL: f64 = 1e-3;
 /// A correction may be larger than any in training by this factor.
 const BEYOND: f64 = 1.5;
 
-/// A frame to learn from.
+impl Kind {
+    /// Times that recordings are gone through, unless told otherwise.
+    pub fn epochs(self) -> usize {
+        match self {
+            Self::Graph | Self::Perceptron => 40,
+            Self::Recurrent => 80,
+        }
+    }
+
+    /// Samples of a piece.
+    fn piece(self) -> usize {
+        match self {
+            Self::Graph | Self::Perceptron => 32,
+            Self::Recurrent => 2,
+        }
+    }
+}
+
+/// A row of frames to learn from.
 struct Sample {
-    inputs: Inputs,
-    /// What is to be added to free markers, in the grips' frame, over the bound; NaN where they were lost.
+    inputs: Vec<Inputs>,
+    /// Frame by frame what is to be added to free markers, in the grips' frame, over the bound; NaN where they were lost.
     wanted: Vec<f32>,
 }
 
 /// Trains a correction of films, each beside its recording. `watch` is told after each epoch, and says whether to go on; what is
 /// best so far is kept.
 pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Epoch) -> bool) -> Option<Trained> {
-    let (markers, free) = (films.first()?.0.count(), films[0].1.free.clone());
+    let reader = Reader { kind: plan.kind, shape: plan.shape, markers: films.first()?.0.count() };
     let missed = |film: &Film| {
         let rows = film.real.iter().zip(&film.guess);
         rows.flat_map(|(real, guess)| real.iter().zip(guess).map(|(a, b)| (a - b).amax())).fold(0.0, f64::max)
     };
     // A marker that was lost has no share in the largest.
     let bound = BEYOND * films.iter().map(|(_, film)| missed(film)).fold(1e-6, f64::max);
-    let scale = scale(plan.kind, films, Sizes::of(plan.kind, markers).node);
-    let correction = Correction { guess: plan.guess, kind: plan.kind, markers, bound, scale, members: Vec::new() };
+    let scale = scale(plan.kind, films, Sizes::of(plan.kind, reader.markers).node);
+    let correction = Correction { guess: plan.guess, reader, bound, scale, members: Vec::new() };
     let (mut members, mut aside, mut stopped) = (Vec::new(), Vec::new(), false);
     for member in 0..plan.members.max(1) {
         let is_aside = |k: usize| films.len() > 1 && k % ASIDE.min(films.len()) == member % ASIDE.min(films.len());
         let (kept, learned): (Vec<usize>, Vec<usize>) = (0..films.len()).partition(|&k| is_aside(k));
-        let network = plan.shape.network(plan.kind, markers, free.len());
         let seed = plan.seed.wrapping_mul(1000).wrapping_add(member as u64);
-        let mut school = School::new(&correction, Weights::random(network, seed), seed);
+        let mut school = School::new(&correction, seed);
         let kept: Vec<&(Recording, Film)> = kept.iter().map(|&k| &films[k]).collect();
         let plain = kept.iter().map(|(recording, film)| mean_error(recording, &film.uncorrected())).sum::<f64>();
         let mut best = (f64::INFINITY, school.mean.clone());
@@ -105,9 +118,9 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
                 .par_iter()
                 .flat_map_iter(|&k| {
                     let film = &films[k].1;
-                    (epoch % STRIDE..film.time.len()).step_by(STRIDE).map(move |frame| (film, frame))
+                    plan.kind.rows(epoch % STRIDE, film.time.len()).into_iter().map(move |row| (film, row))
                 })
-                .map(|(film, frame)| Sample::of(plan.kind, film, frame, bound))
+                .map(|(film, row)| Sample::of(&reader, film, &row, bound))
                 .collect();
             school.epoch(&samples, (epoch, plan.epochs));
             let now = Correction { members: vec![school.mean.clone()], ..correction.clone() };
@@ -153,15 +166,17 @@ fn scale(kind: Kind, films: &[(Recording, Film)], columns: usize) -> [Vec<f32>; 
 }
 
 impl Sample {
-    fn of(kind: Kind, film: &Film, frame: usize, bound: f64) -> Self {
-        let inputs = Inputs::of(kind, film, frame);
-        let markers = if kind == Kind::Graph { 0..film.real[frame].len() } else { film.free.clone() };
-        let wanted = markers.flat_map(|marker| {
-            let missed = inputs.axes * (film.real[frame][marker] - film.guess[frame][marker]) / bound;
-            let counts = film.free.contains(&marker);
-            [0, 1, 2].map(|axis| if counts { missed[axis] as f32 } else { f32::NAN })
-        });
-        Self { wanted: wanted.collect(), inputs }
+    fn of(reader: &Reader, film: &Film, row: &[usize], bound: f64) -> Self {
+        let inputs: Vec<Inputs> = row.iter().map(|&frame| Inputs::of(reader.kind, film, frame)).collect();
+        let of_frame = |(inputs, &frame): (&Inputs, &usize)| -> Vec<f32> {
+            let wanted = reader.told().flat_map(|marker| {
+                let missed = inputs.axes * (film.real[frame][marker] - film.guess[frame][marker]) / bound;
+                let counts = film.free.contains(&marker);
+                [0, 1, 2].map(|axis| if counts { missed[axis] as f32 } else { f32::NAN })
+            });
+            wanted.collect()
+        };
+        Self { wanted: inputs.iter().zip(row).flat_map(of_frame).collect(), inputs }
     }
 }
 
@@ -169,18 +184,19 @@ impl Sample {
 struct School<'a> {
     of: &'a Correction,
     device: Device,
-    weights: Weights,
+    parameters: Vec<f32>,
     /// Their mean over the last steps.
-    mean: Weights,
+    mean: Vec<f32>,
     adam: Adam,
     random: ChaCha8Rng,
 }
 
 impl<'a> School<'a> {
-    fn new(of: &'a Correction, weights: Weights, seed: u64) -> Self {
-        let adam = Adam::new(weights.values().len());
+    fn new(of: &'a Correction, seed: u64) -> Self {
+        let parameters = of.reader.random(seed);
+        let adam = Adam::new(parameters.len());
         let (device, random) = (Backend::default().device().autodiff(), ChaCha8Rng::seed_from_u64(seed));
-        Self { of, device, mean: weights.clone(), weights, adam, random }
+        Self { of, device, mean: parameters.clone(), parameters, adam, random }
     }
 
     fn epoch(&mut self, samples: &[Sample], (epoch, epochs): (usize, usize)) {
@@ -188,18 +204,19 @@ impl<'a> School<'a> {
         for k in (1..order.len()).rev() {
             order.swap(k, self.random.random_range(0..=k));
         }
-        let batches = order.len().div_ceil(BATCH);
-        for (batch, own) in order.chunks(BATCH).enumerate() {
+        let piece = self.of.reader.kind.piece();
+        let batches = order.len().div_ceil(PIECES * piece);
+        for (batch, own) in order.chunks(PIECES * piece).enumerate() {
             let done = (epoch - 1) as f64 + batch as f64 / batches as f64;
             let rate = RATE * 0.5 * (1.0 + (std::f64::consts::PI * done / epochs as f64).cos());
             let gradient = |piece: &[usize]| self.gradient(&piece.iter().map(|&k| &samples[k]).collect::<Vec<_>>());
-            let pieces: Vec<Vec<f32>> = own.par_chunks(PIECE).map(gradient).collect();
-            let mut sum = vec![0.0; self.weights.values().len()];
+            let pieces: Vec<Vec<f32>> = own.par_chunks(piece).map(gradient).collect();
+            let mut sum = vec![0.0; self.parameters.len()];
             pieces.iter().for_each(|piece| sum.iter_mut().zip(piece).for_each(|(sum, g)| *sum += g / own.len() as f32));
             let params = AdamParams { beta_1: 0.9, beta_2: 0.99, clip: 1.0 };
-            self.adam.step(&params, rate, &sum, self.weights.values_mut());
+            self.adam.step(&params, rate, &sum, &mut self.parameters);
             let (shrink, share) = ((1.0 - rate * DECAY) as f32, (1.0 / AVERAGED.min(self.adam.steps as f64)) as f32);
-            for (own, mean) in self.weights.values_mut().iter_mut().zip(self.mean.values_mut()) {
+            for (own, mean) in self.parameters.iter_mut().zip(&mut self.mean) {
                 *own *= shrink;
                 *mean += share * (*own - *mean);
             }
@@ -208,24 +225,24 @@ impl<'a> School<'a> {
 
     /// The sum of samples' gradients.
     fn gradient(&self, samples: &[&Sample]) -> Vec<f32> {
-        let inputs: Vec<&Inputs> = samples.iter().map(|sample| &sample.inputs).collect();
-        let network = Network::new(&self.weights, &self.device);
-        let scans = self.weights.config().scans > 0;
-        let graph = tensors(&inputs, &self.of.scale, scans, &self.device);
-        let (nodes, _) = network.forward(&graph);
-        let [rows, columns] = nodes.dims();
-        let found: Vec<f32> = nodes.clone().into_data().iter::<f32>().collect();
-        // The slope of the loss sqrt(e^2 + small^2) by what the network says.
+        let rows: Vec<Row<'_>> = samples.iter().map(|sample| sample.inputs.as_slice()).collect();
+        let longest = rows.iter().map(|row| row.len()).max().unwrap_or(0);
+        let network = self.of.reader.network(&self.parameters, &self.device);
+        let said = network.forward(&rows, longest, &self.of.scale, &self.device);
+        let dims = said.dims();
+        let found: Vec<f32> = said.clone().into_data().iter::<f32>().collect();
+        // The slope of the loss sqrt(e^2 + small^2) by what the network says, over the frames of a row.
         let small = (SMALL / self.of.bound) as f32;
-        let each = found.len() / samples.len();
+        let each = 3 * self.of.reader.told().len();
         let slope = |(i, found): (usize, &f32)| {
-            let sample = samples[i / each];
-            let (share, wanted) = (sample.inputs.share as f32, sample.wanted[i % each]);
+            let (sample, k) = (samples[i / (longest * each)], i % (longest * each));
+            let Some(&wanted) = sample.wanted.get(k).filter(|wanted| !wanted.is_nan()) else { return 0.0 };
+            let share = sample.inputs[k / each].share as f32;
             let missed = found * share - wanted;
-            if wanted.is_nan() { 0.0 } else { share * missed / (missed * missed + small * small).sqrt() }
+            share * missed / (missed * missed + small * small).sqrt() / sample.inputs.len() as f32
         };
         let slopes: Vec<f32> = found.iter().enumerate().map(slope).collect();
-        let against = Tensor::<2>::from_data(TensorData::new(slopes, [rows, columns]), &self.device);
-        network.gradients(&(nodes * against).sum().backward())
+        let against = Tensor::<2>::from_data(TensorData::new(slopes, dims), &self.device);
+        network.gradients(&(said * against).sum().backward())
     }
 }

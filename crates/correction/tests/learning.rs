@@ -1,8 +1,9 @@
 //! Corrections of a simulated cable that was identified wrongly.
 
-use correction::correction::{Correction, Shape};
+use correction::correction::Correction;
 use correction::film::{Film, Guess};
 use correction::inputs::Kind;
+use correction::network::Shape;
 use correction::training::{Plan, Trained, train};
 use identify::cable::{Cable, Resolution};
 use identify::metric::mean_error;

@@ -92,9 +92,9 @@ static REAL: Place = Place {
     title: "Elastic rods: how near predictions come to real cables",
     lead: &[
         "Everything else here is held against theory. This page holds predictions against recordings of real cables.",
-        "One command, `cargo run -p evaluate -- real-cables --recordings FOLDER --out report`, measures it in some ten minutes a cable. The folder \
-         has a folder a cable, with the recordings to learn from in `train` and those to predict in `eval`; the data set of DEFORM \
-         is laid out so. The recordings are not part of this project. Every figure and table has a CSV file.",
+        "One command, `cargo run -p evaluate -- real-cables --recordings FOLDER --out report`, measures it in some half an hour a cable. The \
+         folder has a folder a cable, with the recordings to learn from in `train` and those to predict in `eval`; the data set of \
+         DEFORM is laid out so. The recordings are not part of this project. Every figure and table has a CSV file.",
     ],
     has_networks: false,
 };

@@ -5,12 +5,15 @@ mod show;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, anyhow};
-use correction::correction::Shape;
+use correction::correction::Correction;
 use correction::film::{Film, Guess};
 use correction::inputs::Kind;
-use correction::training::{Plan, train};
+use correction::inside::{self, Law};
+use correction::moments::Moments;
+use correction::network::Shape;
+use correction::training::{Plan, Trained, train};
 use identify::cable::{Cable, Resolution};
-use identify::fit::{Search, fit};
+use identify::fit::{Search, Stage, fit};
 use identify::motions::{halves, kinds};
 use identify::page::Predicted;
 use identify::parameter::Parameters;
@@ -20,7 +23,7 @@ use report::Section as PageSection;
 use serde::{Deserialize, Serialize};
 
 use crate::cells::Section;
-use crate::context::Context;
+use crate::context::{Context, Size};
 
 /// How a cable is predicted, or what is asked of a prediction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,10 +36,14 @@ pub(crate) enum Method {
     Refined(usize, usize),
     /// With a correction that was learned from this seed.
     Corrected(u64),
-    /// With that of a graph network.
-    Graph,
-    /// The perceptron of the correction without a simulation.
-    WithoutPhysics,
+    /// With that of another network.
+    By(Kind),
+    /// The correction without a simulation.
+    WithoutPhysics(Kind),
+    /// Identified with a curvature at rest that differs along the cable; with moments of the joints, where it says so.
+    Inside { moments: bool },
+    /// What a correction's sizes are worth: the error of recordings that training keeps aside.
+    Size { kind: Kind, shape: Shape, seed: u64 },
     /// Identified and corrected on half of the recordings, by kinds of motion, and predicted on the other half.
     OtherMotions,
     /// The grips' ways to and fro, so many times.
@@ -83,6 +90,8 @@ struct Known {
     eval: Vec<Recording>,
     parameters: Parameters,
     seconds: f64,
+    /// The correction that was learned last from all recordings with their simulations.
+    learned: Option<(Plan, Correction)>,
 }
 
 /// Remembers the cable that it was last asked for.
@@ -91,22 +100,51 @@ pub(crate) struct RealCables {
     known: Option<Known>,
 }
 
+/// What is looked at on the way to a law inside the simulation: runs that grow.
+const STAGES: [Stage; 3] = [
+    Stage { frames: Some(100), every: 4, iterations: 4 },
+    Stage { frames: None, every: 4, iterations: 5 },
+    Stage { frames: None, every: 2, iterations: 2 },
+];
+/// Hidden numbers of the perceptron that says moments.
+const HIDDEN: usize = 4;
 /// Kinds of motion that recordings are sorted into.
 const KINDS: usize = 8;
 
-const METHODS: [Method; 11] = [
+const METHODS: [Method; 15] = [
     Method::Blend,
     Method::Identified,
     Method::Refined(4, 1),
     Method::Refined(1, 4),
-    Method::Corrected(1),
-    Method::Corrected(2),
     Method::Corrected(3),
-    Method::Graph,
-    Method::WithoutPhysics,
-    Method::OtherMotions,
+    Method::Corrected(2),
+    Method::Corrected(1),
+    // Takes the correction of the one before.
     Method::ToAndFro(20),
+    Method::By(Kind::Recurrent),
+    Method::By(Kind::Graph),
+    Method::WithoutPhysics(Kind::Perceptron),
+    Method::WithoutPhysics(Kind::Recurrent),
+    Method::OtherMotions,
+    Method::Inside { moments: false },
+    Method::Inside { moments: true },
 ];
+
+/// Sizes of networks that are compared on the first cable: widths, for a graph network with the blocks.
+const PERCEPTRONS: [usize; 4] = [32, 64, 128, 256];
+const RECURRENT: [usize; 3] = [40, 80, 160];
+const GRAPHS: [[usize; 2]; 5] = [[1, 32], [2, 16], [2, 32], [2, 64], [4, 32]];
+
+/// All sizes that are compared, with the seeds that each is trained with: those that train fast with three.
+fn sizes() -> Vec<Method> {
+    let shape = |kind, width| Shape { width, ..Shape::of(kind) };
+    let perceptrons = PERCEPTRONS.map(|width| (Kind::Perceptron, shape(Kind::Perceptron, width)));
+    let recurrent = RECURRENT.map(|width| (Kind::Recurrent, shape(Kind::Recurrent, width)));
+    let graphs = GRAPHS.map(|[blocks, width]| (Kind::Graph, Shape { blocks, ..shape(Kind::Graph, width) }));
+    let all = perceptrons.into_iter().chain(recurrent).chain(graphs);
+    let seeds = |kind| if kind == Kind::Perceptron { 1..=3 } else { 1..=1 };
+    all.flat_map(|(kind, shape)| seeds(kind).map(move |seed| Method::Size { kind, shape, seed })).collect()
+}
 
 impl Section for RealCables {
     type Key = CableKey;
@@ -126,8 +164,8 @@ impl Section for RealCables {
         cables.sort();
         let methods = context.size.pick(&METHODS[..2], &METHODS);
         let mut keys = Vec::new();
-        for path in cables {
-            let recordings_blake3 = hash(&path)?;
+        for (index, path) in cables.iter().enumerate() {
+            let recordings_blake3 = hash(path)?;
             let cable = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let key = |&method: &Method| CableKey {
                 cable: cable.clone(),
@@ -135,6 +173,10 @@ impl Section for RealCables {
                 method,
             };
             keys.extend(methods.iter().map(key));
+            // Sizes of networks are compared on one cable.
+            if index == 0 && context.size == Size::Full {
+                keys.extend(sizes().iter().map(key));
+            }
         }
         if keys.is_empty() {
             return Err(anyhow!("no folders of cables")).with_context(wrong);
@@ -147,10 +189,12 @@ impl Section for RealCables {
             Method::Blend => 1.0,
             Method::Identified => 60.0,
             Method::Refined(..) => 8.0,
-            Method::Corrected(_) | Method::WithoutPhysics => 60.0,
-            Method::Graph => 300.0,
+            Method::Corrected(_) | Method::WithoutPhysics(Kind::Perceptron) => 60.0,
+            Method::By(_) | Method::WithoutPhysics(_) => 200.0,
             Method::OtherMotions => 130.0,
-            Method::ToAndFro(times) => 2.0 * times as f64,
+            Method::ToAndFro(times) => times as f64,
+            Method::Inside { .. } => 200.0,
+            Method::Size { .. } => 60.0,
         }
     }
 
@@ -168,7 +212,7 @@ impl Section for RealCables {
             let Some(folder) = &context.recordings else { return Ok(None) };
             self.known = known(&folder.join(&key.cable), &key.cable, go_on)?;
         }
-        let Some(known) = &self.known else { return Ok(None) };
+        let Some(known) = &mut self.known else { return Ok(None) };
         known.measure(key.method, go_on)
     }
 
@@ -200,7 +244,7 @@ fn known(folder: &Path, cable: &str, go_on: &mut dyn FnMut() -> bool) -> Result<
     let began = std::time::Instant::now();
     let Some(parameters) = identified(&train, go_on)? else { return Ok(None) };
     let seconds = began.elapsed().as_secs_f64();
-    Ok(Some(Known { cable: cable.to_owned(), train, eval, parameters, seconds }))
+    Ok(Some(Known { cable: cable.to_owned(), train, eval, parameters, seconds, learned: None }))
 }
 
 fn identified(recordings: &[Recording], go_on: &mut dyn FnMut() -> bool) -> Result<Option<Parameters>> {
@@ -230,9 +274,13 @@ fn films(recordings: &[Recording], parameters: Option<&Parameters>) -> Result<Ve
     let Some(parameters) = parameters else {
         return Ok(recordings.iter().map(|recording| (recording.clone(), Film::blended(recording))).collect());
     };
-    let predictions = simulated(recordings, parameters, [1; 2])?;
-    let beside = recordings.iter().zip(&predictions);
-    Ok(beside.map(|(recording, own)| (recording.clone(), Film::simulated(recording, own))).collect())
+    Ok(beside(recordings, &simulated(recordings, parameters, [1; 2])?))
+}
+
+/// Recordings beside their simulations.
+fn beside(recordings: &[Recording], predictions: &[Prediction]) -> Vec<(Recording, Film)> {
+    let film = |(recording, own): (&Recording, _)| (recording.clone(), Film::simulated(recording, own));
+    recordings.iter().zip(predictions).map(film).collect()
 }
 
 fn uncorrected(films: &[(Recording, Film)]) -> Vec<Prediction> {
@@ -253,14 +301,13 @@ fn errors(name: &str, recordings: &[Recording], predictions: &[Prediction]) -> E
 
 impl Known {
     /// Measures a method; `None` where it was stopped.
-    fn measure(&self, method: Method, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
-        let eval = &self.eval;
-        let counts = [self.train.len(), eval.len()];
+    fn measure(&mut self, method: Method, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
+        let counts = [self.train.len(), self.eval.len()];
         let began = std::time::Instant::now();
         let done = |errors: Vec<Errors>, seconds: f64| {
             Ok(Some(Measured { errors, recordings: counts, seconds, parameters: Vec::new() }))
         };
-        let perceptron = |guess, seed| plan(guess, Kind::Perceptron, seed);
+        let eval = &self.eval;
         match method {
             Method::Blend => done(vec![errors("", eval, &uncorrected(&films(eval, None)?))], 0.0),
             Method::Identified => {
@@ -272,21 +319,88 @@ impl Known {
             Method::Refined(steps, segments) => {
                 done(vec![errors("", eval, &simulated(eval, &self.parameters, [steps, segments])?)], 0.0)
             }
-            Method::Corrected(_) | Method::Graph | Method::WithoutPhysics => {
-                let plan = match method {
-                    Method::Corrected(seed) => perceptron(Guess::Physics, seed),
-                    Method::WithoutPhysics => perceptron(Guess::Blend, 1),
-                    _ => plan(Guess::Physics, Kind::Graph, 1),
-                };
-                let known = (plan.guess == Guess::Physics).then_some(&self.parameters);
-                let Some([_, predictions]) = corrected(&self.train, eval, known, &plan, go_on)? else {
+            Method::Corrected(seed) => self.corrected(&plan(Guess::Physics, Kind::Perceptron, seed), counts, go_on),
+            Method::By(kind) => self.corrected(&plan(Guess::Physics, kind, 1), counts, go_on),
+            Method::WithoutPhysics(kind) => {
+                let Some(correction) = learned(&films(&self.train, None)?, &plan(Guess::Blend, kind, 1), go_on)? else {
                     return Ok(None);
                 };
+                let predictions = corrected(&films(eval, None)?, &correction);
                 done(vec![errors("", eval, &predictions)], began.elapsed().as_secs_f64())
             }
+            Method::Inside { moments } => self.inside(moments, counts, go_on),
+            Method::Size { kind, shape, seed } => {
+                let plan = Plan { shape, members: 1, ..plan(Guess::Physics, kind, seed) };
+                let Some(trained) = trained(&films(&self.train, Some(&self.parameters))?, &plan, go_on)? else {
+                    return Ok(None);
+                };
+                let error = |(name, error): (&str, &f64)| Errors {
+                    name: name.to_owned(),
+                    mean_cm: 100.0 * error,
+                    worst_cm: f64::NAN,
+                    over_time: Vec::new(),
+                };
+                let errors = ["identified", "corrected"].into_iter().zip(&trained.aside[0]).map(error).collect();
+                let seconds = began.elapsed().as_secs_f64();
+                let count = trained.correction.reader.parameters() as f64;
+                let parameters = vec![("parameters".to_owned(), count)];
+                Ok(Some(Measured { errors, recordings: counts, seconds, parameters }))
+            }
             Method::OtherMotions => self.other_motions(go_on),
-            Method::ToAndFro(times) => self.to_and_fro(times, go_on),
+            Method::ToAndFro(times) => self.forth_and_back(times, go_on),
         }
+    }
+
+    /// The correction that is learned from all recordings with their simulations; the last one is remembered.
+    fn learned(&mut self, plan: &Plan, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Correction>> {
+        if let Some((_, correction)) = self.learned.as_ref().filter(|(of, _)| of == plan) {
+            return Ok(Some(correction.clone()));
+        }
+        let correction = learned(&films(&self.train, Some(&self.parameters))?, plan, go_on)?;
+        self.learned = correction.clone().map(|correction| (plan.clone(), correction));
+        Ok(correction)
+    }
+
+    /// The recordings to predict, corrected.
+    fn corrected(
+        &mut self,
+        plan: &Plan,
+        recordings: [usize; 2],
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Measured>> {
+        let began = std::time::Instant::now();
+        let Some(correction) = self.learned(plan, go_on)? else { return Ok(None) };
+        let seconds = began.elapsed().as_secs_f64();
+        let predictions = corrected(&films(&self.eval, Some(&self.parameters))?, &correction);
+        let errors = vec![errors("", &self.eval, &predictions)];
+        Ok(Some(Measured { errors, recordings, seconds, parameters: Vec::new() }))
+    }
+
+    /// With a law inside the simulation, and corrected on top of it.
+    fn inside(
+        &self,
+        moments: bool,
+        recordings: [usize; 2],
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Measured>> {
+        let began = std::time::Instant::now();
+        let law = Law { curvature: true, moments: moments.then(|| Moments::new(HIDDEN, 1)) };
+        let Some(found) = inside::fit(&self.train, &cables(&self.train, 1)?, &self.parameters, law, &STAGES, go_on)?
+        else {
+            return Ok(None);
+        };
+        let seconds = began.elapsed().as_secs_f64();
+        let [train, eval] = [&self.train, &self.eval]
+            .map(|own| -> Result<Vec<(Recording, Film)>> { Ok(beside(own, &found.predict(own, &cables(own, 1)?)?)) });
+        let (train, eval) = (train?, eval?);
+        let Some(correction) = learned(&train, &plan(Guess::Physics, Kind::Perceptron, 1), go_on)? else {
+            return Ok(None);
+        };
+        let errors = vec![
+            errors("", &self.eval, &uncorrected(&eval)),
+            errors("corrected", &self.eval, &corrected(&eval, &correction)),
+        ];
+        Ok(Some(Measured { errors, recordings, seconds, parameters: Vec::new() }))
     }
 
     /// Each half of the recordings predicted by what the other half says.
@@ -303,11 +417,10 @@ impl Known {
             let (own, other) = (half(which), half(!which));
             let Some(parameters) = identified(&own, go_on)? else { return Ok(None) };
             let plan = plan(Guess::Physics, Kind::Perceptron, 1);
-            let Some([plain, predictions]) = corrected(&own, &other, Some(&parameters), &plan, go_on)? else {
-                return Ok(None);
-            };
-            out.push(errors("identified", &other, &plain));
-            out.push(errors("corrected", &other, &predictions));
+            let Some(correction) = learned(&films(&own, Some(&parameters))?, &plan, go_on)? else { return Ok(None) };
+            let films = films(&other, Some(&parameters))?;
+            out.push(errors("identified", &other, &uncorrected(&films)));
+            out.push(errors("corrected", &other, &corrected(&films, &correction)));
             count = count.max(own.len());
         }
         let seconds = began.elapsed().as_secs_f64();
@@ -316,14 +429,17 @@ impl Known {
     }
 
     /// The grips' ways to and fro: errors of the first and the last way forth, on which they move as they were recorded.
-    fn to_and_fro(&self, times: usize, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
+    fn forth_and_back(&mut self, times: usize, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
         let began = std::time::Instant::now();
         let long: Vec<Recording> = self.eval.iter().map(|recording| recording.to_and_fro(times)).collect();
-        let plan = plan(Guess::Physics, Kind::Perceptron, 1);
-        let known = Some(&self.parameters);
-        let Some([plain, predictions]) = corrected(&self.train, &long, known, &plan, go_on)? else { return Ok(None) };
+        let Some(correction) = self.learned(&plan(Guess::Physics, Kind::Perceptron, 1), go_on)? else {
+            return Ok(None);
+        };
+        let films = films(&long, Some(&self.parameters))?;
         let mut out = Vec::new();
-        for (name, predictions) in [("identified", &plain), ("corrected", &predictions)] {
+        for (name, predictions) in
+            [("identified", &uncorrected(&films)), ("corrected", &corrected(&films, &correction))]
+        {
             // The last way forth is the one before last where the number is even.
             for (which, pass) in [("first", 0), ("last", (times - 1) / 2 * 2)] {
                 let part = |(recording, prediction): (&Recording, &Prediction)| {
@@ -341,26 +457,21 @@ impl Known {
 
 /// How a correction is trained: as the program `correction` does it.
 fn plan(guess: Guess, kind: Kind, seed: u64) -> Plan {
-    Plan { guess, kind, shape: Shape::of(kind), members: 3, epochs: 40, seed }
+    Plan { guess, kind, shape: Shape::of(kind), members: 3, epochs: kind.epochs(), seed }
 }
 
-/// Predictions without and with a correction.
-type Both = [Vec<Prediction>; 2];
+/// Trains a correction; `None` where it was stopped.
+fn trained(films: &[(Recording, Film)], plan: &Plan, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Trained>> {
+    let trained = train(films, plan, &mut |_| go_on()).context("there is nothing to learn")?;
+    Ok((!trained.stopped).then_some(trained))
+}
 
-/// A correction learned from some recordings, and others predicted: with the parameters, where the guess is a simulation. `None`
-/// where it was stopped.
-fn corrected(
-    own: &[Recording],
-    other: &[Recording],
-    parameters: Option<&Parameters>,
-    plan: &Plan,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Result<Option<Both>> {
-    let trained = train(&films(own, parameters)?, plan, &mut |_| go_on()).context("there is nothing to learn")?;
-    if trained.stopped {
-        return Ok(None);
-    }
-    let films = films(other, parameters)?;
-    let corrected = films.iter().map(|(_, film)| film.corrected(&trained.correction.add(film)));
-    Ok(Some([uncorrected(&films), corrected.collect()]))
+/// The same without how it went.
+fn learned(films: &[(Recording, Film)], plan: &Plan, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Correction>> {
+    Ok(trained(films, plan, go_on)?.map(|trained| trained.correction))
+}
+
+/// Corrected predictions.
+fn corrected(films: &[(Recording, Film)], correction: &Correction) -> Vec<Prediction> {
+    films.iter().map(|(_, film)| film.corrected(&correction.add(film))).collect()
 }

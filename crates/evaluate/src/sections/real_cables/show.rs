@@ -1,5 +1,7 @@
 //! Real cables: tables and figures.
 
+use correction::inputs::Kind;
+use correction::network::Shape;
 use report::{Axis, Block, Cell, Conditions, LineChart, Section as PageSection, Series};
 
 use super::{CableKey, Errors, Measured, Method};
@@ -29,24 +31,31 @@ const PUBLISHED: [(&str, [f64; 3]); 5] = [
 ];
 const PUBLISHED_CABLES: [&str; 3] = ["DLO1", "DLO2", "DLO3"];
 
-/// What methods with one row are called.
-const NAMES: [(Method, &str); 9] = [
-    (Method::Blend, "first shape, carried along with the grips"),
-    (Method::Identified, "identified"),
-    (Method::Refined(4, 1), "identified; four times the steps"),
-    (Method::Refined(1, 4), "identified; four times the segments"),
-    (Method::WithoutPhysics, "perceptron without a simulation"),
-    (Method::Graph, "corrected by a graph network"),
-    (Method::Corrected(1), "corrected by a perceptron, seed 1"),
-    (Method::Corrected(2), "corrected by a perceptron, seed 2"),
-    (Method::Corrected(3), "corrected by a perceptron, seed 3"),
+/// What rows are called: of a method, and of which of its errors.
+const NAMES: [(Method, usize, &str); 15] = [
+    (Method::Blend, 0, "first shape, carried along with the grips"),
+    (Method::WithoutPhysics(Kind::Perceptron), 0, "perceptron without a simulation"),
+    (Method::WithoutPhysics(Kind::Recurrent), 0, "recurrent network without a simulation"),
+    (Method::Identified, 0, "identified"),
+    (Method::Refined(4, 1), 0, "identified; four times the steps"),
+    (Method::Refined(1, 4), 0, "identified; four times the segments"),
+    (Method::Inside { moments: false }, 0, "identified with curvatures along the cable"),
+    (Method::Inside { moments: true }, 0, "identified with curvatures along the cable and moments inside"),
+    (Method::By(Kind::Graph), 0, "corrected by a graph network"),
+    (Method::By(Kind::Recurrent), 0, "corrected by a recurrent network"),
+    (Method::Corrected(1), 0, "corrected by a perceptron, seed 1"),
+    (Method::Corrected(2), 0, "corrected by a perceptron, seed 2"),
+    (Method::Corrected(3), 0, "corrected by a perceptron, seed 3"),
+    (Method::Inside { moments: false }, 1, "with curvatures along the cable, corrected by a perceptron"),
+    (Method::Inside { moments: true }, 1, "with curvatures and moments, corrected by a perceptron"),
 ];
 
 /// What is drawn over time.
-const DRAWN: [Method; 4] = [Method::Blend, Method::WithoutPhysics, Method::Identified, Method::Corrected(1)];
+const DRAWN: [Method; 4] =
+    [Method::Blend, Method::WithoutPhysics(Kind::Perceptron), Method::Identified, Method::Corrected(1)];
 
 fn name(method: Method) -> &'static str {
-    NAMES.iter().find(|(own, _)| *own == method).map_or("", |(_, name)| name)
+    NAMES.iter().find(|(own, ..)| *own == method).map_or("", |(_, _, name)| name)
 }
 
 fn of<'a>(cells: &Cells<'a>, cable: &str, method: Method) -> Option<&'a Measured> {
@@ -71,6 +80,7 @@ pub(super) fn page_section(context: &Context, cells: &Cells<'_>) -> PageSection 
         .with("method", "newton, bdf2; 3 segments between markers, a step a frame");
     let mut blocks = vec![by_method(cells, &cables, &conditions), over_time(cells, &cables, &conditions)];
     blocks.extend(beyond(cells, &cables, &conditions));
+    blocks.extend(sizes(cells, &conditions));
     blocks.push(parameters(cells, &cables, &conditions));
     blocks.push(Block::Paragraph(LIMITS.to_owned()));
     section(["real-cables", "Predictions of real cables", INTRODUCTION], blocks)
@@ -84,9 +94,9 @@ fn by_method(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Blo
         let row: Vec<Cell> = cables.iter().map(|cable| told(error(cable))).collect();
         rows.push(std::iter::once(name.into()).chain(row).collect());
     }
-    let ours = NAMES.iter().filter(|(method, _)| cells.iter().any(|(key, _)| key.method == *method));
-    for (method, name) in ours {
-        let error = |cable: &&str| of(cells, cable, *method).map(|own| own.errors[0].mean_cm);
+    let ours = NAMES.iter().filter(|(method, ..)| cells.iter().any(|(key, _)| key.method == *method));
+    for (method, which, name) in ours {
+        let error = |cable: &&str| of(cells, cable, *method).map(|own| own.errors[*which].mean_cm);
         let row: Vec<Cell> = cables.iter().map(|cable| told(error(cable))).collect();
         rows.push(std::iter::once((*name).into()).chain(row).collect());
     }
@@ -95,7 +105,10 @@ fn by_method(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Blo
         [
             "real-cables-errors",
             "Error of a coordinate",
-            "Means over the recordings that were predicted. Published errors are those of the DEFORM data set's paper.",
+            "Means over the recordings that were predicted. Published errors are those of the DEFORM data set's paper. A recurrent network has \
+             as many parameters as the perceptron. Curvatures along the cable: at rest, linear from marker to marker, found together with the ten numbers. \
+             Moments inside: a perceptron says what each joint bears beyond, by how it is bent and was bent, in each step of the simulation; \
+             trained by Gauss and Newton's method through runs of the whole length.",
         ],
         &format!("prediction{headings}"),
         rows,
@@ -148,6 +161,48 @@ fn beyond(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Option
             conditions.clone(),
         )
     })
+}
+
+/// Networks of other sizes, on one cable.
+fn sizes(cells: &Cells<'_>, conditions: &Conditions) -> Option<Block> {
+    let mut rows: Vec<(Kind, Shape, Vec<&Measured>)> = Vec::new();
+    for (key, measured) in cells {
+        let Method::Size { kind, shape, .. } = key.method else { continue };
+        match rows.last_mut().filter(|(own, size, _)| (*own, *size) == (kind, shape)) {
+            Some((.., all)) => all.push(measured),
+            None => rows.push((kind, shape, vec![measured])),
+        }
+    }
+    let row = |(kind, shape, all): &(Kind, Shape, Vec<&Measured>)| -> Vec<Cell> {
+        let errors = all.iter().map(|own| own.errors[1].mean_cm);
+        let count = all.len() as f64;
+        let seconds = all.iter().map(|own| own.seconds).sum::<f64>() / count;
+        vec![
+            kind.name().into(),
+            if *kind == Kind::Graph { number(shape.blocks as f64).into() } else { Cell::muted("-") },
+            number(shape.width as f64).into(),
+            number(all[0].parameters[0].1).into(),
+            number(errors.clone().sum::<f64>() / count).into(),
+            number(errors.clone().fold(f64::INFINITY, f64::min)).into(),
+            number(errors.fold(0.0, f64::max)).into(),
+            number(seconds).into(),
+        ]
+    };
+    let cable = cells.iter().find(|(key, _)| matches!(key.method, Method::Size { .. })).map(|(key, _)| &key.cable)?;
+    let plain = number(rows.first()?.2[0].errors[0].mean_cm);
+    Some(table(
+        [
+            "real-cables-sizes",
+            "Networks of other sizes",
+            &format!(
+                "On {cable}: one network of each size and seed, which keeps a seventh of the recordings to learn from aside. Errors of a coordinate of \
+                 those, in the epoch that is best for them; identified alone {plain} cm. Perceptrons are trained from three seeds."
+            ),
+        ],
+        "network | #blocks | #width | #parameters | #mean error [cm] | #least [cm] | #largest [cm] | #training [s]",
+        rows.iter().map(row).collect(),
+        conditions.clone(),
+    ))
 }
 
 /// What was found.
