@@ -8,7 +8,9 @@ use identify::cable::{Cable, DENSITY, RADIUS, Resolution};
 use identify::fit::Stage;
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::{Prediction, TOGETHER, step_params};
+use identify::quantity::Quantity;
 use identify::recording::{GRIPPED, Recording};
+use identify::specimen::Specimen;
 use nalgebra::{DVector, Vector2, Vector3};
 use optimise::{LeastSquares, Normal, Residuals};
 use rayon::prelude::*;
@@ -78,8 +80,8 @@ impl Inside {
     }
 
     /// The model of a cable, with a load on each segment.
-    fn model(&self, cable: &Cable) -> (Model, State) {
-        let (mut model, state) = cable.model(&self.parameters);
+    fn model(&self, cable: &Cable) -> Result<(Model, State), SimulationError> {
+        let (mut model, state) = cable.model(&self.parameters)?;
         let parts = Resolution::default().segments;
         let inner = model.segments.len() - 1;
         if let Some(last) = self.curvatures.len().checked_sub(1) {
@@ -95,7 +97,7 @@ impl Inside {
             let load = |segment| Load { segment, offset: 0.0, force: Vector3::zeros(), torque: Vector3::zeros() };
             model.loads.extend((0..model.segments.len()).map(load));
         }
-        (model, state)
+        Ok((model, state))
     }
 
     /// Runs some cables on this thread, side by side where their frames come at the same times.
@@ -106,7 +108,7 @@ impl Inside {
             let alone = cases.iter().map(|case| self.run(std::slice::from_ref(case), frames));
             return Ok(alone.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect());
         }
-        let models: Vec<(Model, State)> = cases.iter().map(|case| self.model(&case.cable)).collect();
+        let models: Vec<(Model, State)> = cases.iter().map(|case| self.model(&case.cable)).collect::<Result<_, _>>()?;
         let copies: Vec<_> = models.iter().map(|(model, state)| (model, state)).collect();
         let step = step_params();
         let mut batch =
