@@ -1,7 +1,8 @@
 //! What a step with contacts takes: `cargo run -p rods --example contact_speed -- heap-20 hair` prints a row a scene.
 //!
 //! Scenes run for a second, and then up to the third. Each half of a row has means over its steps: the time of a step,
-//! outer iterations of a rod, sweeps over contacts' problems, and contacts in them, summed over iterations.
+//! outer iterations of a rod, sweeps over contacts' problems, and contacts in them, summed over iterations. Then over both: steps
+//! that were halved, steps that did not converge, and the deepest penetration.
 //! `RAYON_NUM_THREADS=1` keeps it to one thread.
 
 use std::error::Error;
@@ -15,7 +16,7 @@ const ENDS: [f64; 2] = [1.0, 3.0];
 fn main() -> Result<(), Box<dyn Error>> {
     println!("per step:          first second                        up to the third");
     println!(
-        "scene              ms       outer  sweeps  contacts    ms       outer  sweeps  contacts   deepest [radii]"
+        "scene              ms       outer  sweeps  contacts    ms       outer  sweeps  contacts   halved  unconverged  deepest [radii]"
     );
     for name in std::env::args().skip(1) {
         let scene = rods::scene::builtin(&name)?;
@@ -40,7 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             print!("   {:<8.3} {outer:<6.2} {sweeps:<7.1} {contacts:<8.0}", ms * per_step);
             done += steps;
         }
-        println!("   {:.1e}", simulation.counters().deepest_penetration);
+        let counters = simulation.counters();
+        println!("   {:<6}  {:<11}  {:.1e}", counters.retries, counters.not_converged, counters.deepest_penetration);
     }
     Ok(())
 }

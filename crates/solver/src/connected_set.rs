@@ -38,6 +38,8 @@ pub(crate) struct Touch {
     pub(crate) response: Response,
     /// Corrections of the rods' own solve.
     pub(crate) corrections: Vec<Spatial<f64>>,
+    /// Energy in its joints at the end of the last step [J]; not a number where it is not known.
+    pub(crate) stored: f64,
 }
 
 /// One connected set of segments.
@@ -138,6 +140,9 @@ impl ConnectedSet {
     /// Shows a tape the component and what its guess and the choice of its tangent have learned; solvers and predictions have no memory.
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.component.tape(tape);
+        if let Some(touch) = &mut self.touch {
+            tape.number(&mut touch.stored);
+        }
         tape.size(usize::from(self.tangents.is_some()));
         if let Some(tangents) = &mut self.tangents {
             tangents.tape(tape);

@@ -68,6 +68,10 @@ pub struct ContactParams {
     pub rods_share: f64,
     /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
     pub lost: f64,
+    /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
+    /// explains, by so much of their kinetic energy at its start: no more than gravity and loads do work there. Larger:
+    /// energy may rise in impacts. Smaller: more steps are halved.
+    pub most_gain: f64,
 }
 
 /// A contact parameter outside of what is allowed.
@@ -108,6 +112,7 @@ impl ContactParams {
         most_blocks: 8_000_000,
         rods_share: 0.01,
         lost: 1e4,
+        most_gain: 0.02,
     };
 
     /// Checks every number.
@@ -135,6 +140,7 @@ impl ContactParams {
             ("sharper", self.sharper),
             ("share_left", self.share_left),
             ("momentum_sharper", self.momentum_sharper),
+            ("most_gain", self.most_gain),
             ("newton_damping_fall", self.newton_damping_fall),
         ];
         for (name, value) in shares {

@@ -10,6 +10,7 @@ mod begin;
 mod beyond;
 mod derivative;
 mod drag;
+mod energy;
 mod equilibrium;
 mod evaluate;
 mod forces;

@@ -91,7 +91,7 @@ impl<T: Real> Component<T> {
 
     /// Velocities of a segment over the step.
     #[inline(always)]
-    fn over_step(&self, i: usize) -> Spatial<T> {
+    pub(super) fn over_step(&self, i: usize) -> Spatial<T> {
         let (pose, start) = (&self.poses[i], &self.start[i]);
         let turn = (pose.q * start.q.conj()).upper();
         let (rate, twice) = (T::splat(1.0 / self.dt), T::splat(2.0 / self.dt));

@@ -343,6 +343,20 @@ impl Stage {
         self.contacts.iter().map(|contact| contact.residual).fold(0.0, f64::max)
     }
 
+    /// Energy that contacts may give within their `tolerance` [J]; `None` where nothing presses, or they do work of their own:
+    /// with obstacles that move, and where overlaps at the start are let out.
+    pub(crate) fn slack(&self, shared: &Shared, tolerance: f64) -> Option<f64> {
+        let mut slack = None;
+        for contact in self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()) {
+            if contact.target < 0.0 || shared.detector.moves(contact.key.1) {
+                return None;
+            }
+            let force = contact.impulse.norm_squared().sqrt() / contact.span.powi(2);
+            *slack.get_or_insert(0.0) += force * tolerance * contact.radius.min(self.unit);
+        }
+        slack
+    }
+
     /// Forgets all impulses, as far as a step taken back is concerned.
     pub(crate) fn roll_back(&mut self) {
         for contact in &mut self.contacts {

@@ -215,6 +215,23 @@ impl Island<'_> {
         self.sets.iter().map(|set| set.ended(status)).max().unwrap_or(status)
     }
 
+    /// Whether the step under way, which is solved, gives the island energy: where segments turn far in a step, what is left of
+    /// the momentum residual may do so. Shorter steps leave less of it.
+    fn gains_energy(&self, params: &StepParams) -> bool {
+        let Some(slack) = self.stage.slack(self.shared, params.contact_tolerance) else { return false };
+        if params.max_halvings == 0 || self.sets.iter().any(|set| set.component.has_other_work()) {
+            return false;
+        }
+        let (mut kinetic, mut gain) = (0.0, 0.0);
+        for set in self.sets.iter() {
+            let [before, won] = set.component.kinetic_and_won();
+            kinetic += before;
+            gain += won + set.component.stored() - set.touch.as_ref().map_or(f64::NAN, |touch| touch.stored);
+        }
+        // Nothing is refused where what the joints held before is not known.
+        gain > slack + params.contact.most_gain * kinetic
+    }
+
     fn mark_pushed(&mut self) {
         let Self { shared, sets, stage, .. } = self;
         for set in sets.iter_mut() {
@@ -313,7 +330,8 @@ impl Steps for Island<'_> {
             });
         }
         let own = self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged);
-        if self.stage.turns_too_far(self.shared) { own.max(Status::OutOfIterations) } else { own }
+        let is_refused = self.stage.turns_too_far(self.shared) || self.gains_energy(params);
+        if is_refused { own.max(Status::OutOfIterations) } else { own }
     }
 
     fn is_guessed(&self) -> bool {
@@ -352,6 +370,9 @@ impl Steps for Island<'_> {
             self.room.substeps.extend(Substep::of_all(self.sets.as_slice(), whole, touching, begins_anew));
         }
         for set in self.sets.iter_mut() {
+            if let Some(touch) = &mut set.touch {
+                touch.stored = if status == Status::Converged { set.component.stored() } else { f64::NAN };
+            }
             finish(&mut set.component, params.formulation, 1.0, &mut set.counters);
             if begins_anew {
                 set.component.begin_anew(1.0);
