@@ -8,7 +8,7 @@ use std::process::Command;
 use std::{env, fs, io};
 
 /// What decides measurements: crates, scenes, and what the sections share.
-const DECIDING: [&str; 19] = [
+const DECIDING: [&str; 20] = [
     "crates/names/src",
     "crates/rod/src",
     "crates/collision/src",
@@ -23,6 +23,7 @@ const DECIDING: [&str; 19] = [
     "crates/optimise/src",
     "crates/identify/src",
     "crates/correction/src",
+    "crates/equilibria/src",
     "crates/evaluation/src",
     "crates/evaluate/src/library.rs",
     "crates/evaluate/src/ways.rs",

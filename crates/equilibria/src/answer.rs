@@ -3,7 +3,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use solver::kernel::math::Vec3;
 
-use crate::descent::Job;
 use crate::query::Query;
 use crate::scaled::{Cut, Scaled, set};
 use crate::sweep::Chain;
@@ -15,6 +14,14 @@ pub struct Wrench {
     pub force: Vector3<f64>,
     /// Moment about the grip's position [N m].
     pub moment: Vector3<f64>,
+}
+
+impl Wrench {
+    /// The force's and the moment's components.
+    pub(crate) fn numbers(&self) -> [f64; 6] {
+        let (f, m) = (self.force, self.moment);
+        [f.x, f.y, f.z, m.x, m.y, m.z]
+    }
 }
 
 /// A stable equilibrium.
@@ -33,15 +40,21 @@ pub struct Equilibrium {
     pub residual: f64,
 }
 
-/// The answer to a query.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Answer {
+/// The answer to a query: by equilibria of a cable, or of one with three arms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer<E = Equilibrium> {
     /// Equilibria, the lowest first: one, or all that were found.
-    pub equilibria: Vec<Equilibrium>,
+    pub equilibria: Vec<E>,
     /// Linear solves of all searches on the cable's own segments.
     pub solves: u32,
     /// Those on coarse levels.
     pub coarse_solves: u32,
+}
+
+impl<E> Default for Answer<E> {
+    fn default() -> Self {
+        Self { equilibria: Vec::new(), solves: 0, coarse_solves: 0 }
+    }
 }
 
 /// Makes equilibria of turns.
@@ -59,7 +72,7 @@ impl Finish {
         &mut self,
         query: &Query,
         scaled: &Scaled,
-        job: &Job,
+        force: &Vector3<f64>,
         turns: &[UnitQuaternion<f64>],
     ) -> Equilibrium {
         let Self { cut, chain } = self;
@@ -67,20 +80,20 @@ impl Finish {
         for (own, q) in chain.turns.iter_mut().zip(turns) {
             set(own, 0, q);
         }
-        chain.force = Vec3([job.force.x, job.force.y, job.force.z]);
+        chain.force = Vec3([force.x, force.y, force.z]);
         let balance = chain.balance();
         let [moment, gap] = balance.residual;
-        let residual = (moment / (1.0 + job.force.norm() / cut.segments as f64)).max(gap);
+        let residual = (moment / (1.0 + force.norm() / cut.segments as f64)).max(gap);
         let length = query.cable.length;
         let bending = query.cable.bending[0].max(query.cable.bending[1]);
-        let (force, moment) = (bending / length.powi(2), bending / length);
+        let [unit_force, unit_moment] = [bending / length.powi(2), bending / length];
         let z = Vector3::z();
         let gap = |pull: Vector3<f64>| pull * scaled.compliance;
         // Along the cable: each joint gives way to the force that it bears.
         let own_weight = |k: usize| scaled.weight * cut.length(k);
         let [carried, carried_at] = scaled.carried;
         let after = |k: usize| cut.share_after(k, carried_at);
-        let (mut pull, mut place) = (job.force, Vector3::zeros());
+        let (mut pull, mut place) = (*force, Vector3::zeros());
         let mut positions = Vec::with_capacity(turns.len());
         let mut lifted = 0.0;
         let mut stretched = 0.0;
@@ -104,11 +117,11 @@ impl Finish {
         stretched += 0.5 * scaled.compliance * end.norm_squared();
         let world = |q: &UnitQuaternion<f64>, m: Vec3<f64>| q * Vector3::from(m.0);
         let grips = [
-            Wrench { force: -job.force * force, moment: world(&scaled.ends[0], balance.moments[0]) * moment },
-            Wrench { force: end * force, moment: world(&scaled.ends[1], balance.moments[1]) * moment },
+            Wrench { force: -force * unit_force, moment: world(&scaled.ends[0], balance.moments[0]) * unit_moment },
+            Wrench { force: end * unit_force, moment: world(&scaled.ends[1], balance.moments[1]) * unit_moment },
         ];
         let lift = (query.cable.weight * length + query.cable.carried.weight) * query.start.position.z;
-        let energy = (balance.energy + lifted + stretched) * moment + lift;
+        let energy = (balance.energy + lifted + stretched) * unit_moment + lift;
         Equilibrium { positions, orientations: turns.to_vec(), grips, energy, residual }
     }
 }

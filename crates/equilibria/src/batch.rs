@@ -1,11 +1,14 @@
 //! Many queries at once.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use std::ops::Range;
+
+use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
 
 use crate::answer::{Answer, Finish};
 use crate::descent::{Descent, Job, Until};
 use crate::level::Finer;
+use crate::problem::{Answers, Problem, Solved};
 use crate::query::{Query, QueryError};
 use crate::scaled::{Cut, Scaled};
 use crate::start::{Curves, Starts};
@@ -20,7 +23,8 @@ const BLOCK: [usize; 2] = [16, 256];
 const COARSE: f64 = 1e-2;
 /// What is too far from rest at its end goes on to this part of the tolerance.
 const NEARER: f64 = 1e-4;
-/// Energies this close, over one of the size of B / L, and forces this close, over B / L^2 or their size, are the same equilibrium's.
+/// Energies this close, over one of the size of B / L, forces this close, over B / L^2 or their size, and places this close are the
+/// same equilibrium's.
 const SAME: f64 = 1e-5;
 const SAME_COARSE: f64 = 1e-2;
 /// Energies this close to the lowest on a coarse level may be lower on a finer one.
@@ -29,7 +33,7 @@ const CLOSE: f64 = 0.03;
 /// How queries are answered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// Equal segments in which each cable is cut.
+    /// Equal segments in which each cable, or each arm, is cut.
     pub segments: usize,
     /// Segments of the coarse levels, in their order; each has end segments as short as those of the cable.
     pub levels: Vec<usize>,
@@ -39,8 +43,8 @@ pub struct Params {
     pub most_solves: u32,
     /// Whether all equilibria that are found are wanted, not the lowest alone.
     pub branches: bool,
-    /// Whether a query for which the starts lead nowhere is tried again from all [`Curves`], with short steps and
-    /// without coarse levels.
+    /// Whether a query for which the starts lead nowhere is tried again from all [`Curves`], or many [`Stars`](crate::branched::start::Stars), with
+    /// short steps and without coarse levels.
     pub again: bool,
 }
 
@@ -109,6 +113,15 @@ pub fn solve_from(
     params: &Params,
     starts: &dyn Starts,
 ) -> Result<Vec<Result<Answer, QueryError>>, ParamsError> {
+    Scaled::solve_from(queries, params, starts)
+}
+
+/// The answer to each query of any problem.
+pub(crate) fn answers<P: Solved>(
+    queries: &[P::Query],
+    params: &Params,
+    starts: &dyn Starts<P>,
+) -> Result<Answers<P>, ParamsError> {
     params.validate()?;
     let size = match rayon::current_num_threads() {
         1 => BLOCK[1],
@@ -123,23 +136,33 @@ pub fn solve_from(
 }
 
 /// A level of segments and its way up to the next one.
-struct Level {
-    descent: Descent,
+struct Level<P: Solved> {
+    descent: Descent<P>,
     finer: Option<Finer>,
-    jobs: Vec<Job>,
+    jobs: Vec<Job<P::Begin>>,
+    /// Orientations of each job's segments.
     turns: Vec<UnitQuaternion<f64>>,
 }
 
+impl<P: Solved> Level<P> {
+    /// Segments of a job.
+    fn size(&self) -> usize {
+        P::CABLES * self.descent.cut.segments
+    }
+}
+
 /// Memory of a thread.
-struct Worker {
-    levels: Vec<Level>,
-    queries: Vec<Scaled>,
+struct Worker<P: Solved> {
+    levels: Vec<Level<P>>,
+    problems: Vec<P>,
     /// Indices of the valid queries in their block.
     places: Vec<usize>,
+    begins: Vec<P::Begin>,
+    order: Vec<usize>,
     finish: Finish,
 }
 
-impl Worker {
+impl<P: Solved> Worker<P> {
     fn new(params: &Params) -> Self {
         let fine = Cut::even(params.segments);
         let coarse = params.levels.iter().map(|&segments| Cut::between(segments, fine.lengths[0]));
@@ -151,32 +174,34 @@ impl Worker {
             turns: Vec::new(),
         };
         let levels = (0..cuts.len()).map(level).collect();
-        Self { levels, queries: Vec::new(), places: Vec::new(), finish: Finish::new(&fine) }
+        let none = Vec::new;
+        Self {
+            levels,
+            problems: Vec::new(),
+            places: none(),
+            begins: Vec::new(),
+            order: none(),
+            finish: Finish::new(&fine),
+        }
     }
 
-    fn answers(
-        &mut self,
-        block: &[Query],
-        first: usize,
-        params: &Params,
-        starts: &dyn Starts,
-    ) -> Vec<Result<Answer, QueryError>> {
-        let mut answers: Vec<Result<Answer, QueryError>> =
-            block.iter().map(|query| query.validate().map(|()| Answer::default())).collect();
+    fn answers(&mut self, block: &[P::Query], first: usize, params: &Params, starts: &dyn Starts<P>) -> Answers<P> {
         self.places.clear();
-        self.queries.clear();
-        for (k, answer) in answers.iter().enumerate() {
-            if answer.is_ok() {
+        self.problems.clear();
+        let mut answers: Answers<P> = Vec::with_capacity(block.len());
+        for (k, query) in block.iter().enumerate() {
+            let problem = P::new(query);
+            answers.push(problem.map(|problem| {
                 self.places.push(k);
-                self.queries.push(Scaled::new(&block[k]));
-            }
+                self.problems.push(problem);
+                Answer::default()
+            }));
         }
-        let all: Vec<usize> = (0..self.queries.len()).collect();
+        let all: Vec<usize> = (0..self.problems.len()).collect();
         self.begin(0, &all, first, starts);
         for level in 0..self.levels.len() {
             self.descend(level, params, false);
-            let is_last = level + 1 == self.levels.len();
-            if !is_last {
+            if level + 1 < self.levels.len() {
                 self.go_up(level, params.branches);
             }
         }
@@ -188,7 +213,7 @@ impl Worker {
             .collect();
         if params.again && !left.is_empty() {
             let last = self.levels.len() - 1;
-            self.begin(last, &left, first, &Curves::all());
+            self.begin(last, &left, first, &P::all_starts());
             self.descend(last, params, true);
             self.finish(block, &mut answers, params);
         }
@@ -196,58 +221,53 @@ impl Worker {
             if let Ok(Answer { equilibria, solves, coarse_solves }) = answer
                 && equilibria.is_empty()
             {
-                *answer = Err(QueryError::NotFound { solves: *solves + *coarse_solves });
+                *answer = Err(P::not_found(*solves + *coarse_solves));
             }
         }
         answers
     }
 
     /// Fills a level with all starts of these queries.
-    fn begin(&mut self, level: usize, queries: &[usize], first: usize, starts: &dyn Starts) {
-        let Level { descent, jobs, turns, .. } = &mut self.levels[level];
-        let (cut, count) = (descent.cut, starts.count());
-        let mut forces = vec![Vector3::zeros(); count];
+    fn begin(&mut self, level: usize, queries: &[usize], first: usize, starts: &dyn Starts<P>) {
+        let Self { levels, problems, places, begins, .. } = self;
+        let (size, count) = (levels[level].size(), starts.count());
+        let Level { descent, jobs, turns, .. } = &mut levels[level];
+        begins.resize(count, P::Begin::default());
         jobs.clear();
         turns.clear();
         for &query in queries {
-            forces.fill(Vector3::zeros());
+            begins.fill(P::Begin::default());
             let at = turns.len();
-            turns.resize(at + count * cut.segments, UnitQuaternion::identity());
-            let index = first + self.places[query];
-            let own = starts.fill(index, &self.queries[query], &cut, &mut turns[at..], &mut forces);
-            turns.truncate(at + own * cut.segments);
-            jobs.extend(forces[..own].iter().map(|&force| Job { force, ..Job::new(query) }));
+            turns.resize(at + count * size, UnitQuaternion::identity());
+            let index = first + places[query];
+            let own = starts.fill(index, &problems[query], &descent.cut, &mut turns[at..], begins);
+            turns.truncate(at + own * size);
+            jobs.extend(begins[..own].iter().map(|&begin| Job::new(query, begin)));
         }
     }
 
     fn descend(&mut self, level: usize, params: &Params, careful: bool) {
         let is_last = level + 1 == self.levels.len();
         let tolerance = if is_last { params.tolerance } else { COARSE };
+        let most = params.most_solves * if careful { 4 } else { 1 };
         let Level { descent, jobs, turns, .. } = &mut self.levels[level];
-        descent.run(
-            &self.queries,
-            jobs,
-            turns,
-            Until { tolerance, most: params.most_solves * if careful { 4 } else { 1 }, careful },
-        );
+        descent.run(&self.problems, jobs, turns, Until { tolerance, most, careful });
     }
 
     /// Takes of each query the lowest equilibrium with those that are about as low, or all, to the next level.
     fn go_up(&mut self, level: usize, all: bool) {
-        let (below, above) = self.levels.split_at_mut(level + 1);
+        let Self { levels, problems, order, .. } = self;
+        let (below, above) = levels.split_at_mut(level + 1);
         let (Level { descent, finer, jobs, turns }, next) = (&mut below[level], &mut above[0]);
         let Some(finer) = finer else { return };
         let (count, fine) = (descent.cut.segments, next.descent.cut.segments);
         next.jobs.clear();
         next.turns.clear();
-        let mut order: Vec<usize> = Vec::new();
         let mut begin = 0;
         while begin < jobs.len() {
             let query = jobs[begin].query;
-            let end = begin + jobs[begin..].iter().take_while(|job| job.query == query).count();
-            order.clear();
-            order.extend((begin..end).filter(|&k| jobs[k].converged));
-            order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
+            let end = end_of_query(jobs, begin);
+            order_by_energy(jobs, begin..end, order);
             if order.is_empty() {
                 // As good a start as any other.
                 order.push(begin);
@@ -256,64 +276,66 @@ impl Worker {
                 let lowest = jobs[lowest].energy;
                 order.retain(|&k| jobs[k].energy <= lowest + CLOSE * lowest.abs().max(1.0));
             }
-            order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME_COARSE));
+            order.dedup_by(|b, a| are_same::<P>(&jobs[*b], &jobs[*a], SAME_COARSE));
             let solves = jobs[begin..end].iter().map(|job| job.solves + job.coarse_solves).sum::<u32>();
             for (rank, &k) in order.iter().enumerate() {
                 let coarse_solves = if rank == 0 { solves } else { 0 };
-                next.jobs.push(Job { coarse_solves, solves: 0, converged: false, ..jobs[k].clone() });
-                let at = next.turns.len();
-                next.turns.resize(at + fine, UnitQuaternion::identity());
-                finer.fill(&self.queries[query], &turns[k * count..(k + 1) * count], &mut next.turns[at..]);
+                next.jobs.push(Job { coarse_solves, solves: 0, converged: false, ..jobs[k] });
+                for cable in 0..P::CABLES {
+                    let at = next.turns.len();
+                    next.turns.resize(at + fine, UnitQuaternion::identity());
+                    let from = (k * P::CABLES + cable) * count;
+                    let own = problems[query].cable(cable, &jobs[k].begin);
+                    finer.fill(&own, &turns[from..from + count], &mut next.turns[at..]);
+                }
             }
             begin = end;
         }
     }
 
     /// Makes answers of the last level's jobs; those that are not as near to rest as they were said to be go on before.
-    fn finish(&mut self, block: &[Query], answers: &mut [Result<Answer, QueryError>], params: &Params) {
+    fn finish(&mut self, block: &[P::Query], answers: &mut Answers<P>, params: &Params) {
         let early = self.collect(block, answers, params);
         if early.is_empty() {
             return;
         }
-        let Some(Level { descent, jobs, turns, .. }) = self.levels.last_mut() else { return };
-        let count = descent.cut.segments;
-        let kept = early.iter().flat_map(|&k| turns[k * count..(k + 1) * count].to_vec());
-        *turns = kept.collect();
-        *jobs =
-            early.iter().map(|&k| Job { coarse_solves: 0, solves: 0, converged: false, ..jobs[k].clone() }).collect();
+        let Some(level) = self.levels.last_mut() else { return };
+        let size = level.size();
+        let Level { descent, jobs, turns, .. } = level;
+        *turns = early.iter().flat_map(|&k| turns[k * size..(k + 1) * size].to_vec()).collect();
+        *jobs = early.iter().map(|&k| Job { coarse_solves: 0, solves: 0, converged: false, ..jobs[k] }).collect();
         let until = Until { tolerance: NEARER * params.tolerance, most: params.most_solves, careful: false };
-        descent.run(&self.queries, jobs, turns, until);
+        descent.run(&self.problems, jobs, turns, until);
         self.collect(block, answers, params);
         for answer in answers.iter_mut().flatten() {
-            answer.equilibria.sort_by(|a, b| a.energy.total_cmp(&b.energy));
+            answer.equilibria.sort_by(|a, b| P::energy(a).total_cmp(&P::energy(b)));
         }
     }
 
     /// Adds the last level's jobs to the answers. Returns those that are not near enough to rest.
-    fn collect(&mut self, block: &[Query], answers: &mut [Result<Answer, QueryError>], params: &Params) -> Vec<usize> {
+    fn collect(&mut self, block: &[P::Query], answers: &mut Answers<P>, params: &Params) -> Vec<usize> {
         let mut early = Vec::new();
-        let Self { levels, queries, places, finish } = self;
-        let Some(Level { descent, jobs, turns, .. }) = levels.last_mut() else { return early };
-        let count = descent.cut.segments;
+        let Self { levels, problems, places, finish, order, .. } = self;
+        let Some(level) = levels.last() else { return early };
+        let (size, Level { jobs, turns, .. }) = (level.size(), level);
         let mut begin = 0;
         while begin < jobs.len() {
             let query = jobs[begin].query;
-            let end = begin + jobs[begin..].iter().take_while(|job| job.query == query).count();
+            let end = end_of_query(jobs, begin);
             let place = places[query];
             if let Ok(answer) = &mut answers[place] {
-                let sum = |solves: fn(&Job) -> u32| jobs[begin..end].iter().map(solves).sum::<u32>();
+                let sum = |solves: fn(&Job<P::Begin>) -> u32| jobs[begin..end].iter().map(solves).sum::<u32>();
                 answer.solves += sum(|job| job.solves);
                 answer.coarse_solves += sum(|job| job.coarse_solves);
-                let mut order: Vec<usize> = (begin..end).filter(|&k| jobs[k].converged).collect();
-                order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
-                order.dedup_by(|b, a| jobs[*b].is_as(&jobs[*a], SAME));
+                order_by_energy(jobs, begin..end, order);
+                order.dedup_by(|b, a| are_same::<P>(&jobs[*b], &jobs[*a], SAME));
                 if !params.branches {
                     order.truncate(1);
                 }
-                for k in order {
-                    let own = &turns[k * count..(k + 1) * count];
-                    let found = finish.equilibrium(&block[place], &queries[query], &jobs[k], own);
-                    if found.residual <= params.tolerance {
+                for &k in order.iter() {
+                    let own = &turns[k * size..(k + 1) * size];
+                    let found = problems[query].equilibrium(finish, &block[place], &jobs[k].begin, own);
+                    if P::residual(&found) <= params.tolerance {
                         answer.equilibria.push(found);
                     } else {
                         early.push(k);
@@ -326,14 +348,19 @@ impl Worker {
     }
 }
 
-impl Job {
-    pub(crate) fn new(query: usize) -> Self {
-        Self { query, force: Vector3::zeros(), energy: 0.0, solves: 0, coarse_solves: 0, converged: false }
-    }
+/// Where the jobs of the query end whose first job is `begin`.
+fn end_of_query<B>(jobs: &[Job<B>], begin: usize) -> usize {
+    begin + jobs[begin..].iter().take_while(|job| job.query == jobs[begin].query).count()
+}
 
-    /// Whether both are the same equilibrium, but for errors of this size.
-    fn is_as(&self, other: &Self, error: f64) -> bool {
-        (self.energy - other.energy).abs() <= error * self.energy.abs().max(1.0)
-            && (self.force - other.force).norm() <= error * self.force.norm().max(1.0)
-    }
+/// Those of these jobs that came to rest, the lowest first.
+fn order_by_energy<B>(jobs: &[Job<B>], range: Range<usize>, order: &mut Vec<usize>) {
+    order.clear();
+    order.extend(range.filter(|&k| jobs[k].converged));
+    order.sort_by(|&a, &b| jobs[a].energy.total_cmp(&jobs[b].energy));
+}
+
+/// Whether both came to the same equilibrium, but for errors of this size.
+fn are_same<P: Solved>(a: &Job<P::Begin>, b: &Job<P::Begin>, error: f64) -> bool {
+    (a.energy - b.energy).abs() <= error * a.energy.abs().max(1.0) && P::is_same(&a.begin, &b.begin, error)
 }

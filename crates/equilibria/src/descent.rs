@@ -4,8 +4,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use solver::kernel::dispatch::vectorized;
 use solver::kernel::lane::{Lanes, Real};
 
-use crate::scaled::{Cut, Scaled, get, set};
-use crate::sweep::{Chain, Found, Row};
+use crate::problem::{Problem, Solved};
+use crate::scaled::{Cut, get, set};
+use crate::sweep::{Chain, Found};
 
 /// Queries side by side.
 pub(crate) const WIDTH: usize = 8;
@@ -25,18 +26,24 @@ const GROWTH: f64 = 4.0;
 const DOWN: f64 = 4.0;
 
 /// A query and where its search begins; afterwards where it came to.
-#[derive(Clone, Debug)]
-pub(crate) struct Job {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Job<B> {
     /// Index of the query.
     pub(crate) query: usize,
-    /// Force on the start's grip.
-    pub(crate) force: Vector3<f64>,
+    /// What is searched for beside the turns.
+    pub(crate) begin: B,
     /// Energy but for a constant of the query.
     pub(crate) energy: f64,
     /// Linear solves on this level, and on the levels before.
     pub(crate) solves: u32,
     pub(crate) coarse_solves: u32,
     pub(crate) converged: bool,
+}
+
+impl<B> Job<B> {
+    pub(crate) fn new(query: usize, begin: B) -> Self {
+        Self { query, begin, energy: 0.0, solves: 0, coarse_solves: 0, converged: false }
+    }
 }
 
 /// Where turns are smaller than this although they are made stiffer, the search has come to an unstable equilibrium [rad].
@@ -57,37 +64,57 @@ pub(crate) struct Until {
 
 /// What a lane remembers of its search.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Search {
-    pub(crate) job: Option<usize>,
-    pub(crate) shift: f64,
-    pub(crate) last: f64,
-    pub(crate) movement: f64,
-    pub(crate) solves: u32,
-    pub(crate) is_at_saddle: bool,
+struct Search {
+    job: Option<usize>,
+    shift: f64,
+    last: f64,
+    movement: f64,
+    solves: u32,
+    is_at_saddle: bool,
 }
 
-/// Memory of a descent of chains of one cut.
-#[derive(Clone, Debug)]
-pub(crate) struct Descent {
+/// Problems side by side, one a lane.
+pub(crate) trait System<P: Problem> {
+    /// Memory for cables of this cut.
+    fn new(cut: &Cut) -> Self;
+
+    /// Puts a problem into a lane, with its start.
+    fn load(&mut self, lane: usize, cut: &Cut, problem: &P, begin: &P::Begin, turns: &[UnitQuaternion<f64>]);
+
+    /// Solves for the step from here with turns made stiffer by `shifts` times the segments' lengths, and keeps it.
+    fn solve(&mut self, shifts: Wide) -> Found<Wide>;
+
+    /// Goes on by `shares` of the step, and by `forces` of the forces' changes.
+    fn step(&mut self, shares: Wide, forces: Wide);
+
+    /// Turns the segments of a lane a little.
+    fn push(&mut self, lane: usize);
+
+    /// Where a lane is.
+    fn store(&self, lane: usize, turns: &mut [UnitQuaternion<f64>]) -> P::Begin;
+}
+
+/// Memory of a descent of cables of one cut.
+pub(crate) struct Descent<P: Solved> {
     pub(crate) cut: Cut,
-    chain: Chain<Wide>,
-    rows: Vec<Row<Wide>>,
+    system: P::System,
 }
 
-impl Descent {
+impl<P: Solved> Descent<P> {
     pub(crate) fn new(cut: Cut) -> Self {
-        Self { cut, chain: Chain::new(&cut), rows: vec![Row::zero(); cut.segments] }
+        Self { cut, system: P::System::new(&cut) }
     }
 
-    /// Takes all jobs down to equilibria; `turns` has the orientations of each job's segments, one job after the other.
+    /// Takes all jobs down to equilibria; `turns` has the orientations of each job's segments, cable after cable, one job after
+    /// the other.
     pub(crate) fn run(
         &mut self,
-        queries: &[Scaled],
-        jobs: &mut [Job],
+        problems: &[P],
+        jobs: &mut [Job<P::Begin>],
         turns: &mut [UnitQuaternion<f64>],
         until: Until,
     ) {
-        let count = self.cut.segments;
+        let size = P::CABLES * self.cut.segments;
         let mut next = 0;
         let mut lanes = [Search::default(); WIDTH];
         loop {
@@ -95,17 +122,8 @@ impl Descent {
             for (lane, search) in lanes.iter_mut().enumerate() {
                 if search.job.is_none() && next < jobs.len() {
                     *search = Search { job: Some(next), movement: f64::INFINITY, ..Search::default() };
-                    let job = &jobs[next];
-                    self.chain.load(lane, &self.cut, &queries[job.query]);
-                    for (own, q) in self.chain.turns.iter_mut().zip(&turns[next * count..]) {
-                        set(own, lane, q);
-                    }
-                    let query = &queries[job.query];
-                    // A free end bears nothing, and so the first grip bears all.
-                    let force = if query.held { job.force } else { Vector3::z() * -(query.weight + query.carried[0]) };
-                    for k in 0..3 {
-                        self.chain.force.0[k].set_lane(lane, force[k]);
-                    }
+                    let (job, own) = (&jobs[next], &turns[next * size..(next + 1) * size]);
+                    self.system.load(lane, &self.cut, &problems[job.query], &job.begin, own);
                     next += 1;
                 }
                 busy |= search.job.is_some();
@@ -117,10 +135,10 @@ impl Descent {
             for (lane, search) in lanes.iter().enumerate() {
                 shifts.set_lane(lane, search.shift);
             }
-            let Self { chain, rows, .. } = self;
+            let system = &mut self.system;
             let found = vectorized(
                 #[inline(always)]
-                || chain.solve(rows, shifts),
+                || system.solve(shifts),
             );
             let (mut shares, mut forces) = (Wide::zero(), Wide::zero());
             let mut done = [None; WIDTH];
@@ -138,19 +156,16 @@ impl Descent {
             }
             vectorized(
                 #[inline(always)]
-                || chain.step(rows, shares, found.force, forces),
+                || system.step(shares, forces),
             );
             for (lane, search) in lanes.iter_mut().enumerate() {
                 if std::mem::take(&mut search.is_at_saddle) {
-                    push(&mut self.chain, lane);
+                    system.push(lane);
                 }
                 let Some(converged) = done[lane] else { continue };
                 let Some(index) = search.job.take() else { continue };
                 let job = &mut jobs[index];
-                for (own, q) in self.chain.turns.iter().zip(&mut turns[index * count..]) {
-                    *q = get(own, lane);
-                }
-                job.force = Vector3::from_fn(|k, _| self.chain.force.0[k].lane(lane));
+                job.begin = system.store(lane, &mut turns[index * size..(index + 1) * size]);
                 job.energy = found.energy.lane(lane);
                 (job.solves, job.converged) = (job.solves + search.solves, converged);
             }
@@ -171,7 +186,7 @@ pub(crate) fn push(chain: &mut Chain<Wide>, lane: usize) {
 
 impl Search {
     /// By how much of the step and of the force's change to go on.
-    pub(crate) fn judge(&mut self, found: &Found<Wide>, lane: usize, careful: bool) -> (f64, f64) {
+    fn judge(&mut self, found: &Found<Wide>, lane: usize, careful: bool) -> (f64, f64) {
         self.solves += 1;
         let wrong = found.wrong.lane(lane);
         let (turn, bend) = (found.turn.lane(lane), found.bend.lane(lane));
@@ -192,7 +207,7 @@ impl Search {
     }
 
     /// Whether the last step was so small that the next one would be below the tolerance.
-    pub(crate) fn converged(&self, until: Until, share: f64) -> bool {
+    fn converged(&self, until: Until, share: f64) -> bool {
         share == 1.0 && self.movement * self.movement <= until.tolerance
     }
 }

@@ -1,27 +1,37 @@
 //! Starts at equilibria that are known: where there is a history, the fastest ones.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
 use crate::answer::Answer;
-use crate::query::Query;
+use crate::problem::Problem;
 use crate::scaled::{Cut, Scaled};
 use crate::start::Starts;
 
-/// Turns of an equilibrium's segments, and the force on the first grip, over B / L^2; empty where nothing is known.
-#[derive(Clone, Debug, Default)]
-pub struct Known {
+/// Turns of an equilibrium's segments, cable after cable, and where else a search begins; empty where nothing is known.
+#[derive(Clone, Debug)]
+pub struct Known<P: Problem = Scaled> {
     /// Orientations of the segments.
     pub turns: Vec<UnitQuaternion<f64>>,
-    /// The force on the first grip, with the sign of the pull along the cable.
-    pub force: Vector3<f64>,
+    /// The force on the first grip, over B / L^2, with the sign of the pull along the cable; or junction and forces.
+    pub begin: P::Begin,
 }
 
-impl Known {
+impl<P: Problem> Default for Known<P> {
+    fn default() -> Self {
+        Self { turns: Vec::new(), begin: P::Begin::default() }
+    }
+}
+
+impl<P: Problem> Known<P> {
     /// Those of the lowest equilibrium; `None` where there is none.
-    pub fn of(query: &Query, answer: &Answer) -> Option<Self> {
-        let own = answer.equilibria.first()?;
-        let unit = query.cable.bending[0].max(query.cable.bending[1]) / query.cable.length.powi(2);
-        Some(Self { turns: own.orientations.clone(), force: own.grips[0].force / -unit })
+    pub fn of(query: &P::Query, answer: &Answer<P::Equilibrium>) -> Option<Self> {
+        answer.equilibria.first().map(|own| Self::at(query, own))
+    }
+
+    /// Those of an equilibrium of the query.
+    pub fn at(query: &P::Query, found: &P::Equilibrium) -> Self {
+        let (turns, begin) = P::known(query, found);
+        Self { turns, begin }
     }
 
     /// Whether there is anything.
@@ -36,23 +46,16 @@ impl Known {
 /// # Panics
 /// In a search, if the number of turns is not that of the segments, or there are fewer starts than queries.
 #[derive(Clone, Debug)]
-pub struct Previous(pub Vec<Known>);
+pub struct Previous<P: Problem = Scaled>(pub Vec<Known<P>>);
 
-impl Starts for Previous {
+impl<P: Problem + Sync> Starts<P> for Previous<P> {
     fn count(&self) -> usize {
         1
     }
 
-    fn fill(
-        &self,
-        index: usize,
-        _: &Scaled,
-        _: &Cut,
-        turns: &mut [UnitQuaternion<f64>],
-        forces: &mut [Vector3<f64>],
-    ) -> usize {
+    fn fill(&self, index: usize, _: &P, _: &Cut, turns: &mut [UnitQuaternion<f64>], begins: &mut [P::Begin]) -> usize {
         turns.copy_from_slice(&self.0[index].turns);
-        forces[0] = self.0[index].force;
+        begins[0] = self.0[index].begin;
         1
     }
 }

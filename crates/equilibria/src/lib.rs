@@ -19,13 +19,16 @@
 //! assert!((lowest.grips[0].force.z - 1.0).abs() < 1e-6);
 //! ```
 //!
-//! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve), `descent` (Newton's method),
-//! `start`, `known` (starts at answers), `canonical`, `network` and `learned` (starts that a network proposes), `level` (from a coarse cut to a finer one), `model` (a model as a query), `answer`, `batch`, `derivative`; `sample` draws random queries, `file` reads
-//! queries and writes answers. `branched` has cables with three arms.
+//! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve),
+//! `descent` (Newton's method), `start`, `known` (starts at answers), `canonical`, `network` and `learned` (starts that a network
+//! proposes), `level` (from a coarse cut to a finer one), `model` (a model as a query), `answer`, `problem` (what is solved: a cable,
+//! or three), `cable` (the first of these), `batch`, `derivative`; `sample` draws random queries, `file` reads queries and writes
+//! answers. `branched` has cables with three arms.
 
 pub mod answer;
 pub mod batch;
 pub mod branched;
+mod cable;
 pub mod canonical;
 pub mod derivative;
 mod descent;
@@ -36,6 +39,7 @@ pub mod learned;
 mod level;
 pub mod model;
 pub mod network;
+pub mod problem;
 pub mod query;
 pub mod sample;
 mod scaled;
@@ -45,5 +49,6 @@ mod sweep;
 pub use answer::{Answer, Equilibrium, Wrench};
 pub use batch::{Params, ParamsError, solve, solve_from};
 pub use model::CableOfModel;
+pub use problem::{Answers, Problem};
 pub use query::{Cable, Carried, Grip, Query, QueryError};
 pub use scaled::{Cut, Scaled};

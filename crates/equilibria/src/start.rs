@@ -6,6 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::problem::Problem;
 use crate::scaled::{Cut, Scaled};
 
 /// Pieces in which a curve is measured.
@@ -15,19 +16,20 @@ const MOST_TRIALS: usize = 8;
 const NEAR: f64 = 1e-2;
 
 /// Starts of searches.
-pub trait Starts: Sync {
+pub trait Starts<P: Problem = Scaled>: Sync {
     /// How many there are of a query at most.
     fn count(&self) -> usize;
-    /// Fills in the orientations of a query's segments, one start after the other: `count * cut.segments` of them, and where
-    /// they are known the forces on the first grip, over B / L^2: `count` of them, which are zero. `index` is the query's place
-    /// among all. Returns how many starts there are, of which the first places hold the turns and forces.
+    /// Fills in the orientations of a query's segments, cable after cable and one start after the other: `count` times those of
+    /// `cut`, and where else each begins: `count` places, which are zero. Of a cable that is the force on the first grip, over
+    /// B / L^2, where it is known. `index` is the query's place among all. Returns how many starts there are, of which the
+    /// first places hold the turns and the rest.
     fn fill(
         &self,
         index: usize,
-        query: &Scaled,
+        query: &P,
         cut: &Cut,
         turns: &mut [UnitQuaternion<f64>],
-        forces: &mut [Vector3<f64>],
+        begins: &mut [P::Begin],
     ) -> usize;
 }
 

@@ -8,12 +8,14 @@ use std::process::{Command, Output};
 
 use equilibria::branched::learned::LearnedStar;
 use equilibria::branched::sample::BranchedDistribution;
-use equilibria::branched::start::{RandomStars, StarStarts, Stars};
+use equilibria::branched::start::{RandomStars, Stars};
 use equilibria::branched::{
     ARMS, BranchedAnswer, BranchedEquilibrium, BranchedError, BranchedQuery, Junction, Star, default_params, solve,
     solve_from,
 };
-use equilibria::{Cable, Grip, Params};
+use equilibria::file::{bytes, read};
+use equilibria::start::Starts;
+use equilibria::{Cable, Carried, Grip, Params};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::{
     Assembly, LineInertia, Material, Model, Pose, RestShape, RigidBody, RodSpec, Section, State, Stiffness, Stretch,
@@ -183,7 +185,7 @@ fn changed_queries_have_changed_answers() {
         [(false, [0, 1, 2]), (true, [0, 1, 2]), (false, [1, 2, 0]), (false, [0, 2, 1]), (true, [2, 1, 0])]
     {
         let others: Vec<BranchedQuery> = queries.iter().map(|query| changed(query, is_mirrored, order)).collect();
-        let starts: [&dyn StarStarts; 2] = [&LearnedStar::default(), &Stars::default()];
+        let starts: [&dyn Starts<Star>; 2] = [&LearnedStar::default(), &Stars::default()];
         for (which, starts) in starts.into_iter().enumerate() {
             let [own, other] = [&queries, &others].map(|own| solve_from(own, &default_params(), starts).unwrap());
             let mut alike = 0;
@@ -211,7 +213,7 @@ fn the_learned_start_finds_the_lowest() {
     let params = Params { again: false, ..default_params() };
     let all = Params { branches: true, ..params.clone() };
     let learned = solve_from(&queries, &params, &LearnedStar::default()).unwrap();
-    let others: [&dyn StarStarts; 2] = [&Stars::default(), &RandomStars { count: 30, seed: 5 }];
+    let others: [&dyn Starts<Star>; 2] = [&Stars::default(), &RandomStars { count: 30, seed: 5 }];
     let others = others.map(|starts| solve_from(&queries, &all, starts).unwrap());
     let mut found = 0;
     for (k, query) in queries.iter().enumerate() {
@@ -237,7 +239,7 @@ fn what_is_unlike_the_training_is_answered_too() {
         query.arms[1].rest = Vector3::new(1.0, 0.0, 0.0);
         assert!(!LearnedStar::knows(&Star::new(query)));
     }
-    let [a, b] = [&LearnedStar::default() as &dyn StarStarts, &Stars::default()]
+    let [a, b] = [&LearnedStar::default() as &dyn Starts<Star>, &Stars::default()]
         .map(|starts| solve_from(&queries, &default_params(), starts).unwrap());
     assert_eq!(a, b);
 }
@@ -326,4 +328,50 @@ fn files_are_answered_row_by_row() {
     let output = run(folder.path(), &["branched", "queries.csv", "--segments", "3"]);
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(2) && error.contains("--segments = 3, but it must be from 8"), "{error}");
+}
+
+/// Tensors of the same numbers are answered as a table is, all columns and a row that cannot be included; shards have the rows of
+/// the whole.
+#[test]
+fn tensors_and_shards_have_the_same_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut queries = queries(13, 10);
+    for query in &mut queries {
+        query.arms[1].bending[1] *= 0.7;
+        query.arms[2].rest = Vector3::new(0.4, -0.2, 0.1);
+        query.arms[0].carried = Carried { weight: 2.0, place: 0.3 };
+    }
+    queries[4].arms[0].length = f64::NAN;
+    for name in ["queries.csv", "queries.safetensors"] {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes::<Star>(&queries, &path).unwrap()).unwrap();
+        let said = run(folder.path(), &["branched", name, "--out", name.split('.').nth(1).unwrap()]);
+        assert!(String::from_utf8_lossy(&said.stdout).contains("9 of 10 queries answered"), "{said:?}");
+        let read = read::<Star>(&path).unwrap();
+        assert!(
+            read.iter()
+                .zip(&queries)
+                .all(|(own, query)| own.as_ref().map_or(query.validate().is_err(), |own| own == query))
+        );
+    }
+    let file = |out: &str, name: &str| fs::read(folder.path().join(out).join(name)).unwrap();
+    assert!(file("csv", "shapes.safetensors") == file("safetensors", "shapes.safetensors"));
+    let lines = |out: &str, name: &str| -> Vec<String> {
+        String::from_utf8(file(out, name)).unwrap().lines().skip(1).map(str::to_owned).collect()
+    };
+    let whole = lines("csv", "answers.csv");
+    // The row that cannot be says what stands in its file.
+    let others = |all: &[String]| all.iter().filter(|line| !line.starts_with("4,")).cloned().collect::<Vec<_>>();
+    assert_eq!(others(&whole), others(&lines("safetensors", "answers.csv")));
+    let mut rows = Vec::new();
+    for part in 0..2 {
+        let shard = format!("{part}/2");
+        let said = run(folder.path(), &["branched", "queries.csv", "--out", "parts", "--shard", &shard]);
+        assert!(said.status.success(), "{said:?}");
+        rows.extend(lines("parts", &format!("answers-{part}-of-2.csv")));
+    }
+    rows.sort_by_key(|row| row.split(',').next().unwrap().parse::<usize>().unwrap());
+    assert_eq!(rows, whole);
+    let sampled = run(folder.path(), &["sample", "--branched", "--count", "3", "--out", "sampled.safetensors"]);
+    assert!(sampled.status.success() && read::<Star>(&folder.path().join("sampled.safetensors")).unwrap().len() == 3);
 }

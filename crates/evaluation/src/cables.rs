@@ -1,64 +1,28 @@
 //! Starts for the equilibria of cables between two grips: time, solves, and how often they lead to the lowest equilibrium.
 
 mod continuation;
+mod measure;
 mod starts;
 
 use equilibria::known::{Known, Previous};
 use equilibria::learned::Learned;
 use equilibria::sample::Distribution;
 use equilibria::start::{Curves, RandomCurves, Starts};
-use equilibria::{Answer, Grip, Params, ParamsError, Query, QueryError, solve, solve_from};
+use equilibria::{Grip, Params, ParamsError, Problem, Query, Scaled, solve};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use serde::{Deserialize, Serialize};
 
-use crate::precision::clock::thread_time;
+use self::measure::{Seen, solve_later, timed};
 
 pub use continuation::Continued;
+pub use measure::{Measured, Way, measure};
 pub use starts::{Neighbours, Slerp};
 
-/// Queries that are timed together.
-pub(crate) const CHUNK: usize = 250;
-/// Random starts among which the lowest equilibrium is looked for, too.
-pub(crate) const RANDOM: usize = 30;
-/// Energies this close, over their size or B / L, are the same.
-pub(crate) const SAME: f64 = 1e-6;
+pub(crate) use measure::RANDOM;
+
 /// Seeds of the neighbours and of the random starts; queries have their own.
 pub(crate) const NEIGHBOURS_SEED: u64 = 1 << 40;
-
-/// A way to an equilibrium.
-pub struct Way {
-    /// Its name.
-    pub name: String,
-    /// Segments of its coarse levels.
-    pub levels: Vec<usize>,
-    /// Where it begins.
-    pub starts: Box<dyn Starts>,
-    /// What it is brought there by, and in how many steps.
-    pub continued: Option<(Continued, usize)>,
-}
-
-impl Way {
-    fn new(name: &str, levels: &[usize], starts: impl Starts + 'static) -> Self {
-        Self { name: name.to_owned(), levels: levels.to_vec(), starts: Box::new(starts), continued: None }
-    }
-}
-
-/// What a way came to.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Measured {
-    /// Time a query [us], and half of its 95 % interval over parts of the queries, each the best of its rounds.
-    pub query_us: [f64; 2],
-    /// Solves a query on the cable's own segments, and half of the mean's 95 % interval.
-    pub solves: [f64; 2],
-    /// Solves a query on coarse levels.
-    pub coarse_solves: f64,
-    /// Share of the queries without an equilibrium.
-    pub failed: f64,
-    /// Share of the queries with the lowest equilibrium that is known.
-    pub lowest: f64,
-}
 
 /// All ways, with and without learning; neighbours among so many answers.
 ///
@@ -88,7 +52,9 @@ pub fn ways(distribution: &Distribution, segments: usize, neighbours: u64) -> Re
     for (what, name) in [(Continued::Load, "load"), (Continued::Pose, "pose")] {
         for steps in [3, 6] {
             let name = format!("{name} continuation in {steps} steps");
-            ways.push(Way { continued: Some((what, steps)), ..Way::new(&name, &[], sag) });
+            ways.push(Way::by(name, &[], move |_, queries: &[Query], params: &Params| {
+                continuation::solve(queries, params, &sag, (what, steps))
+            }));
         }
     }
     let queries: Vec<Query> = (0..neighbours).map(|k| distribution.query(NEIGHBOURS_SEED, k)).collect();
@@ -100,134 +66,14 @@ pub fn ways(distribution: &Distribution, segments: usize, neighbours: u64) -> Re
         .collect();
     for (with_tree, how) in [(false, "one by one"), (true, "k-d tree")] {
         let name = format!("nearest of {}, {how}", known.len());
-        ways.push(Way::new(&name, &[], Neighbours::new(&known, with_tree)));
+        ways.push(Way::new(name, &[], Neighbours::new(&known, with_tree)));
     }
     Ok(ways)
 }
 
-type Answers = Vec<Result<Answer, QueryError>>;
-
-/// Measures ways on queries, which take turns, `rounds` times each, on one thread. `go_on` is asked after each way's turn.
-///
-/// # Errors
-/// If a parameter is not allowed.
-pub fn measure(
-    queries: &[Query],
-    ways: &[Way],
-    segments: usize,
-    rounds: usize,
-    mut go_on: impl FnMut() -> bool,
-) -> Result<Option<Vec<Measured>>, ParamsError> {
-    let mut all: Vec<(Vec<f64>, Answers)> = Vec::new();
-    for round in 0..rounds {
-        for (k, way) in ways.iter().enumerate() {
-            let params = Params { segments, levels: way.levels.clone(), again: false, ..Params::default() };
-            let (times, answers) = timed(queries, &params, way.starts.as_ref(), way.continued)?;
-            if round == 0 {
-                all.push((times, answers));
-            } else {
-                all[k].0.iter_mut().zip(times).for_each(|(best, own)| *best = best.min(own));
-            }
-            if !go_on() {
-                return Ok(None);
-            }
-        }
-    }
-    let random = RandomCurves { count: RANDOM, seed: NEIGHBOURS_SEED };
-    let params = Params { segments, branches: true, ..Params::default() };
-    let random = solve_from(queries, &params, &random)?;
-    let energy = |answer: &Result<Answer, QueryError>| {
-        answer.as_ref().ok().and_then(|own| own.equilibria.first()).map_or(f64::INFINITY, |own| own.energy)
-    };
-    let lowest: Vec<f64> = (0..queries.len())
-        .map(|k| all.iter().map(|(_, answers)| energy(&answers[k])).fold(energy(&random[k]), f64::min))
-        .collect();
-    let summed = all.iter().map(|(times, answers)| {
-        summary(times, answers, |k, own| {
-            energy(own) <= lowest[k] + SAME * lowest[k].abs().max(queries[k].cable.bending[0] / queries[k].cable.length)
-        })
-    });
-    Ok(Some(summed.collect()))
-}
-
-/// Answers, and the time a query of each part of them.
-fn timed(
-    queries: &[Query],
-    params: &Params,
-    starts: &dyn Starts,
-    continued: Option<(Continued, usize)>,
-) -> Result<(Vec<f64>, Answers), ParamsError> {
-    let (mut times, mut answers) = (Vec::new(), Vec::new());
-    for (k, part) in queries.chunks(CHUNK).enumerate() {
-        let starts = Later { first: k * CHUNK, starts };
-        // The thread that answers is the one that is timed.
-        let (own, seconds) = rayon::scope(|_| {
-            let begin = now();
-            let own = match continued {
-                None => solve_from(part, params, &starts),
-                Some(way) => continuation::solve(part, params, &starts, way),
-            };
-            (own, now() - begin)
-        });
-        answers.extend(own?);
-        times.push(seconds / part.len() as f64);
-    }
-    Ok((times, answers))
-}
-
-/// Time for which this thread has run [s]; where the system does not tell it, time of day.
-pub(crate) fn now() -> f64 {
-    let otherwise = || std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
-    thread_time().unwrap_or_else(otherwise).as_secs_f64()
-}
-
-/// Starts of queries of which the first is not the first of all.
-struct Later<'a> {
-    first: usize,
-    starts: &'a dyn Starts,
-}
-
-impl Starts for Later<'_> {
-    fn count(&self) -> usize {
-        self.starts.count()
-    }
-
-    fn fill(
-        &self,
-        index: usize,
-        query: &equilibria::Scaled,
-        cut: &equilibria::Cut,
-        turns: &mut [UnitQuaternion<f64>],
-        forces: &mut [Vector3<f64>],
-    ) -> usize {
-        self.starts.fill(self.first + index, query, cut, turns, forces)
-    }
-}
-
-/// Mean, and half of its 95 % interval.
-pub(crate) fn mean(values: &[f64]) -> [f64; 2] {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let spread = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    [mean, 1.96 * (spread / count).sqrt()]
-}
-
-fn summary(
-    times: &[f64],
-    answers: &[Result<Answer, QueryError>],
-    is_lowest: impl Fn(usize, &Result<Answer, QueryError>) -> bool,
-) -> Measured {
-    let count = answers.len() as f64;
-    let found: Vec<&Answer> = answers.iter().flatten().collect();
-    let solves: Vec<f64> = found.iter().map(|own| f64::from(own.solves)).collect();
-    let lowest = answers.iter().enumerate().filter(|(k, own)| is_lowest(*k, own)).count();
-    Measured {
-        query_us: mean(times).map(|seconds| 1e6 * seconds),
-        solves: mean(&solves),
-        coarse_solves: found.iter().map(|own| f64::from(own.coarse_solves)).sum::<f64>() / found.len().max(1) as f64,
-        failed: 1.0 - found.len() as f64 / count,
-        lowest: lowest as f64 / count,
-    }
+/// The random starts among which the lowest equilibrium is looked for, too.
+pub fn random() -> RandomCurves {
+    RandomCurves { count: RANDOM, seed: NEIGHBOURS_SEED }
 }
 
 /// Steps of a path of queries.
@@ -262,19 +108,20 @@ pub fn measure_paths(
     let is_known: Vec<bool> = last.iter().map(|own| own.is_known()).collect();
     queries = kept(queries, &is_known);
     last = kept(last, &is_known);
-    let mut times = [Vec::new(), Vec::new()];
-    let mut all: [Answers; 2] = [Vec::new(), Vec::new()];
-    let mut lengths = Vec::new();
+    let (mut times, mut all) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+    let mut units = Vec::new();
     for k in 0..steps {
         queries = queries.iter().enumerate().map(|(path, query)| gone_on(query, step, path, k)).collect();
-        let previous = timed(&queries, &direct, &Previous(last.clone()), None)?;
-        let others = timed(&queries, &params, &Curves::all(), None)?;
+        let from = |params: &Params, starts: &dyn Starts| {
+            timed::<Scaled>(&queries, |first, part| solve_later(first, part, params, starts))
+        };
+        let [previous, others] = [from(&direct, &Previous(last.clone()))?, from(&params, &Curves::all())?];
         for ((query, known), answer) in queries.iter().zip(&mut last).zip(&previous.1) {
             if let Some(own) = answer.as_ref().ok().and_then(|own| Known::of(query, own)) {
                 *known = own;
             }
         }
-        lengths.extend(queries.iter().map(|query| query.cable.bending[0] / query.cable.length));
+        units.extend(queries.iter().map(Scaled::unit));
         for (which, (own, answers)) in [previous, others].into_iter().enumerate() {
             times[which].extend(own);
             all[which].extend(answers);
@@ -283,17 +130,10 @@ pub fn measure_paths(
             return Ok(None);
         }
     }
-    let energy = |which: usize, k: usize| {
-        let own: Option<&Answer> = all[which][k].as_ref().ok();
-        own.and_then(|own| own.equilibria.first()).map_or(f64::INFINITY, |own| own.energy)
-    };
-    let measured = [0, 1].map(|which| {
-        summary(&times[which], &all[which], |k, _| {
-            let lowest = energy(0, k).min(energy(1, k));
-            energy(which, k) <= lowest + SAME * lowest.abs().max(lengths[k])
-        })
-    });
-    Ok(Some(measured))
+    let ([own, other], [previous, others]) = (times, all);
+    let [previous, others] = [Seen::new::<Scaled>(own, &previous), Seen::new::<Scaled>(other, &others)];
+    let lowest: Vec<f64> = previous.energies.iter().zip(&others.energies).map(|(a, b)| a.min(*b)).collect();
+    Ok(Some([previous, others].map(|own| own.measured(&lowest, &units))))
 }
 
 fn kept<T>(all: Vec<T>, keep: &[bool]) -> Vec<T> {

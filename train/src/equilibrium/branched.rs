@@ -1,16 +1,19 @@
 //! What the learned start of a cable with three arms is taught: random queries and the lowest equilibrium of each of four classes
 //! of twist.
 
+use std::f64::consts::TAU;
+
 use burn::tensor::{Tensor, activation};
 use equilibria::Params;
-use equilibria::branched::canonical::{INPUTS, StarCanonical};
+use equilibria::branched::canonical::{CABLES, FRAMES, GRAVITY, INPUTS, StarCanonical};
 use equilibria::branched::learned::{self, FORCES, JUNCTION, LIKELY, MODES, OUTPUTS};
 use equilibria::branched::sample::BranchedDistribution;
 use equilibria::branched::start::{CLASSES, Pose, RandomStars, Shape, Site, Stars};
 use equilibria::branched::{ARMS, BranchedAnswer, BranchedQuery, Star, default_params, solve_from};
 use equilibria::network::Perceptron;
 
-use super::subject::{Make, Subject, summary};
+use super::graph::{Graph, Rows};
+use super::subject::{Make, Sample, Subject, summary};
 
 /// Equal segments of each arm that is solved.
 const SEGMENTS: usize = 16;
@@ -18,36 +21,29 @@ const SEGMENTS: usize = 16;
 const RANDOM: usize = 8;
 /// Error of the answers; it is far below that of a network.
 const TOLERANCE: f64 = 1e-6;
-/// Weights of the forces' error and of the likelihoods' cross entropy against the error of the turns and the junction's place.
-const OF_FORCE: f32 = 0.1;
+/// Weight of the likelihoods' cross entropy against the error of the turns and the junction's place.
 const OF_CLASS: f32 = 0.2;
 /// Weight of the place's error [1/L].
 const OF_PLACE: f32 = 4.0;
-/// Error below which the root is a square [rad].
-const SMALL: f32 = 0.02;
 /// By how much faster modes weigh more: their share of the slope.
 const SLOPE: f32 = 0.02;
 
 /// A cable with three arms.
 pub(crate) struct Branched;
 
-/// A query in one class of twist.
-#[derive(Clone, Debug)]
-pub(crate) struct Sample {
-    inputs: [f32; INPUTS],
-    /// What the network should say but for the likelihoods; `None` where no equilibrium of this class was found.
-    targets: Option<[f32; LIKELY]>,
-    /// The class of the lowest equilibrium of all, counted from this one.
-    lowest: usize,
-}
-
 impl Subject for Branched {
-    type Sample = Sample;
+    type Sample = Sample<INPUTS, LIKELY>;
     const INPUTS: usize = INPUTS;
     const OUTPUTS: usize = OUTPUTS;
 
+    /// The arms are the nodes. Each reads what is known of it in its own frame, the canonical one turned by its direction's angle;
+    /// the junction is the sum of what they say of it, turned back.
+    fn graph() -> Option<Graph> {
+        Some(Graph { inputs: (0..ARMS).map(read).collect(), outputs: (0..ARMS).map(said).collect() })
+    }
+
     /// Four samples a query.
-    fn samples(seed: u64, first: u64, count: u64) -> anyhow::Result<Vec<Sample>> {
+    fn samples(seed: u64, first: u64, count: u64) -> anyhow::Result<Vec<Self::Sample>> {
         let distribution = BranchedDistribution::default();
         let queries: Vec<BranchedQuery> = (first..first + count).map(|k| distribution.query(seed, k)).collect();
         let params = Params { segments: SEGMENTS, tolerance: TOLERANCE, branches: true, ..default_params() };
@@ -67,31 +63,22 @@ impl Subject for Branched {
         Ok(samples)
     }
 
-    fn inputs(sample: &Sample) -> &[f32] {
+    fn inputs(sample: &Self::Sample) -> &[f32] {
         &sample.inputs
     }
 
     /// The root of its mean squared error of turns [rad] and of the junction's place, that of the forces, and the cross entropy of
     /// the class.
-    fn loss(x: Tensor<2>, chunk: &[&Sample], tensor: Make<'_>) -> Tensor<2> {
+    fn loss(x: Tensor<2>, chunk: &[&Self::Sample], tensor: Make<'_>) -> Tensor<2> {
         let rows = chunk.len();
-        let targets = tensor(chunk.iter().flat_map(|own| own.targets.unwrap_or([0.0; LIKELY])).collect(), LIKELY);
-        let known = tensor(chunk.iter().map(|own| f32::from(u8::from(own.targets.is_some()))).collect(), 1);
-        let is_lowest = |own: &&Sample| (0..CLASSES).map(move |class| class == own.lowest).collect::<Vec<_>>();
+        let is_lowest = |own: &&Self::Sample| (0..CLASSES).map(move |class| class == own.lowest).collect::<Vec<_>>();
         let lowest = chunk.iter().flat_map(is_lowest).map(|is| f32::from(u8::from(is))).collect();
-        let lowest = tensor(lowest, CLASSES);
-        let off = x.clone().slice([0..rows, 0..LIKELY]) - targets;
-        let shape = off.clone().slice([0..rows, 0..FORCES]);
-        let shape = shape.clone() * shape * tensor((0..FORCES).map(weight).collect(), FORCES);
-        let shape = (shape.sum_dim(1) + SMALL * SMALL).sqrt();
-        let force = off.slice([0..rows, FORCES..LIKELY]);
-        let force = ((force.clone() * force).sum_dim(1) + SMALL * SMALL).sqrt();
+        let misses = Sample::misses(&x, chunk, tensor, (0..FORCES).map(weight).collect());
         let logs = activation::log_softmax(x.slice([0..rows, LIKELY..OUTPUTS]), 1);
-        let class = (logs * lowest).sum_dim(1);
-        (shape + force * OF_FORCE) * known - class * OF_CLASS
+        misses - (logs * tensor(lowest, CLASSES)).sum_dim(1) * OF_CLASS
     }
 
-    fn validate(network: &Perceptron, samples: &[Sample]) -> [f64; 4] {
+    fn validate(network: &Perceptron, samples: &[Self::Sample]) -> [f64; 4] {
         let (mut errors, mut right, mut outputs) = (Vec::new(), 0, [0.0; OUTPUTS]);
         for own in samples {
             network.evaluate(&own.inputs, &mut outputs);
@@ -121,24 +108,51 @@ fn weight(output: usize) -> f32 {
     }
 }
 
-fn of_query(query: &BranchedQuery, found: &[BranchedAnswer]) -> Option<[Sample; CLASSES]> {
+/// Marks that `to` is the vector `from` of the other side, turned about z by the angle of an arm, or backwards.
+fn turned(matrix: &mut Rows, arm: usize, [from, to]: [usize; 2], sign: f64) {
+    let (sin, cos) = (sign * TAU * arm as f64 / ARMS as f64).sin_cos();
+    for (row, column, value) in [(0, 0, cos), (0, 1, sin), (1, 0, -sin), (1, 1, cos)] {
+        matrix[from + row][to + column] = value as f32;
+    }
+}
+
+/// What an arm reads of the inputs: its grip's place and gravity in its own frame, its grip's frame, its cable.
+fn read(arm: usize) -> Rows {
+    let [place, frame, gravity, cable] = [2 * arm, FRAMES + 4 * arm, GRAVITY, CABLES + 4 * arm];
+    let mut matrix = vec![vec![0.0; 13]; INPUTS];
+    turned(&mut matrix, arm, [place, 0], -1.0);
+    turned(&mut matrix, arm, [gravity, 2], -1.0);
+    matrix[gravity + 2][4] = 1.0;
+    for k in 0..4 {
+        matrix[frame + k][5 + k] = 1.0;
+        matrix[cable + k][9 + k] = 1.0;
+    }
+    matrix
+}
+
+/// What an arm says: its modes, its force, its shares of the junction's place and quaternion and of the class that was asked about,
+/// and how likely its own sign is the other one.
+fn said(arm: usize) -> Rows {
+    let own = 4 * MODES;
+    let [force, place, real, class] = [own, own + 3, own + 6, own + 10];
+    let mut matrix = vec![vec![0.0; OUTPUTS]; own + 12];
+    (0..own).for_each(|k| matrix[k][own * arm + k] = 1.0);
+    for (from, to) in [(force, FORCES + 3 * arm), (place, JUNCTION), (real + 1, JUNCTION + 4)] {
+        turned(&mut matrix, arm, [from, to], 1.0);
+        matrix[from + 2][to + 2] = 1.0;
+    }
+    matrix[real][JUNCTION + 3] = 1.0;
+    matrix[class][LIKELY] = 1.0;
+    matrix[class + 1][LIKELY + 1 + arm] = 1.0;
+    matrix
+}
+
+fn of_query(query: &BranchedQuery, found: &[BranchedAnswer]) -> Option<[Sample<INPUTS, LIKELY>; CLASSES]> {
     let star = Star::new(query);
     let canonical = StarCanonical::new(&star);
-    let mut lowest: [Option<(f64, [f32; LIKELY])>; CLASSES] = [None; CLASSES];
-    for own in found.iter().flat_map(|answer| &answer.equilibria) {
+    let all = found.iter().flat_map(|answer| &answer.equilibria).map(|own| {
         let (class, targets) = learned::encode(&canonical, &star, query, own);
-        if lowest[class].is_none_or(|(energy, _)| own.energy < energy) {
-            lowest[class] = Some((own.energy, targets));
-        }
-    }
-    let energy = lowest.map(|own| own.map_or(f64::INFINITY, |(energy, _)| energy));
-    let best = (0..CLASSES).min_by(|&a, &b| energy[a].total_cmp(&energy[b]))?;
-    // Two signs changed are the third one changed: classes add up as bits do.
-    energy[best].is_finite().then(|| {
-        [0, 1, 2, 3].map(|class| Sample {
-            inputs: canonical.inputs(class),
-            targets: lowest[class].map(|(_, targets)| targets),
-            lowest: class ^ best,
-        })
-    })
+        (own.energy, class, targets)
+    });
+    Sample::of_query(all, |class| canonical.inputs(class))
 }

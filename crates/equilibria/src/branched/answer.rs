@@ -2,11 +2,11 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::descent::Job;
 use super::query::{ARMS, BranchedQuery};
 use super::star::{Junction, Star};
-use crate::answer::{Equilibrium, Finish};
-use crate::scaled::{Cut, Scaled};
+use super::start::Begin;
+use crate::answer::{Answer, Equilibrium, Finish};
+use crate::scaled::Scaled;
 
 /// A stable equilibrium of a cable with three arms.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,44 +23,26 @@ pub struct BranchedEquilibrium {
 }
 
 /// The answer to a branched query.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BranchedAnswer {
-    /// Equilibria, the lowest first: one, or all that were found.
-    pub equilibria: Vec<BranchedEquilibrium>,
-    /// Linear solves of all searches on the arms' own segments.
-    pub solves: u32,
-    /// Those on coarse levels.
-    pub coarse_solves: u32,
-}
+pub type BranchedAnswer = Answer<BranchedEquilibrium>;
 
-/// Makes equilibria of turns.
-pub(crate) struct Finisher {
-    finish: Finish,
-    segments: usize,
-}
-
-impl Finisher {
-    pub(crate) fn new(cut: &Cut) -> Self {
-        Self { finish: Finish::new(cut), segments: cut.segments }
-    }
-
-    pub(crate) fn equilibrium(
-        &mut self,
+impl BranchedEquilibrium {
+    /// That which a search has come to, with the turns of all arms' segments.
+    pub(super) fn new(
+        finish: &mut Finish,
         query: &BranchedQuery,
         star: &Star,
-        job: &Job,
+        begin: &Begin,
         turns: &[UnitQuaternion<f64>],
-    ) -> BranchedEquilibrium {
-        let junction = star.junction(query, &job.junction);
+    ) -> Self {
+        let junction = star.junction(query, &begin.junction);
         let [length, bending] = star.units;
-        let count = self.segments as f64;
+        let segments = turns.len() / ARMS;
+        let count = segments as f64;
         let arms = [0, 1, 2].map(|k| {
             let arm = query.arm(k, &junction);
-            let scaled = Scaled::new(&arm);
             let own = arm.cable.bending[0].max(arm.cable.bending[1]) / arm.cable.length.powi(2);
-            let force = job.forces[k] * (bending / length.powi(2) / own);
-            let job = crate::descent::Job { force, ..crate::descent::Job::new(0) };
-            self.finish.equilibrium(&arm, &scaled, &job, &turns[k * self.segments..(k + 1) * self.segments])
+            let force = begin.forces[k] * (bending / length.powi(2) / own);
+            finish.equilibrium(&arm, &Scaled::new(&arm), &force, &turns[k * segments..(k + 1) * segments])
         });
         let sum = |of: fn(&Equilibrium) -> Vector3<f64>| arms.iter().map(of).sum::<Vector3<f64>>().norm();
         let force = sum(|arm| arm.grips[1].force) * length.powi(2) / bending / count;
@@ -69,6 +51,6 @@ impl Finisher {
         let at_junction = force.max(moment) / (1.0 + largest * length.powi(2) / bending / count);
         let residual = arms.iter().map(|arm| arm.residual).fold(at_junction, f64::max);
         let energy = arms.iter().map(|arm| arm.energy).sum();
-        BranchedEquilibrium { junction, arms, energy, residual }
+        Self { junction, arms, energy, residual }
     }
 }

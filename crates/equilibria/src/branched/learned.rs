@@ -10,9 +10,11 @@ use super::BranchedEquilibrium;
 use super::canonical::{INPUTS, StarCanonical};
 use super::query::{ARMS, BranchedQuery};
 use super::star::Star;
-use super::start::{Begin, CLASSES, SIGNS, StarStarts, Stars};
+use super::start::{Begin, CLASSES, SIGNS, Stars};
+use crate::known::Known;
 use crate::network::{Perceptron, WeightsError};
 use crate::scaled::Cut;
+use crate::start::Starts;
 
 /// Sine modes of each of a quaternion's four parts, of each arm.
 pub const MODES: usize = 6;
@@ -123,7 +125,7 @@ pub fn likelihoods(outputs: &[f32; OUTPUTS]) -> [f64; CLASSES] {
     shares.map(|x| x / sum)
 }
 
-impl StarStarts for LearnedStar {
+impl Starts<Star> for LearnedStar {
     fn count(&self) -> usize {
         self.otherwise.count().max(CLASSES)
     }
@@ -133,11 +135,11 @@ impl StarStarts for LearnedStar {
         index: usize,
         star: &Star,
         cut: &Cut,
-        begins: &mut [Begin],
         turns: &mut [UnitQuaternion<f64>],
+        begins: &mut [Begin],
     ) -> usize {
         if !Self::knows(star) {
-            return self.otherwise.fill(index, star, cut, begins, turns);
+            return self.otherwise.fill(index, star, cut, turns, begins);
         }
         let canonical = StarCanonical::new(star);
         let mut outputs = [0.0; OUTPUTS];
@@ -215,7 +217,7 @@ pub fn encode(
     query: &BranchedQuery,
     found: &BranchedEquilibrium,
 ) -> (usize, [f32; LIKELY]) {
-    let known = super::batch::KnownStar::at(query, found);
+    let known = Known::<Star>::at(query, found);
     let (place, mut q) = canonical.junction(&known.begin.junction);
     let count = known.turns.len() / ARMS;
     let cut = Cut::even(count);
@@ -278,7 +280,7 @@ mod tests {
             classes[class] += 1;
             let mut outputs = [0.0; OUTPUTS];
             outputs[..LIKELY].copy_from_slice(&targets);
-            let known = super::super::batch::KnownStar::at(query, own);
+            let known = Known::<Star>::at(query, own);
             let cut = Cut::even(known.turns.len() / ARMS);
             let mut turns = vec![UnitQuaternion::identity(); known.turns.len()];
             let begin = decode(&canonical, &star, class, &outputs, &cut, &mut turns);

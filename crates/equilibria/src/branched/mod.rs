@@ -4,14 +4,13 @@
 //! frame: arms are clamped to it, at rest in the plane of its x and y at 120 degrees from each other
 //! ([`query::directions`]). It has no weight.
 //!
-//! From the bottom up: `query`, `star` (a query without units), `sweep` (one linear solve), `descent` (Newton's method),
-//! `start` (starts without learning), `canonical` and `learned` (starts that a network proposes), `answer`, `batch`; `sample`
-//! draws random queries, `file` reads queries and writes answers.
+//! From the bottom up: `query`, `star` (a query without units), `sweep` (one linear solve), `start` (starts without
+//! learning), `canonical` and `learned` (starts that a network proposes), `answer`, `batch` (what [`crate::batch`] needs of a star);
+//! `sample` draws random queries, `file` has the columns of their tables.
 
 pub mod answer;
 pub mod batch;
 pub mod canonical;
-mod descent;
 pub mod file;
 pub mod learned;
 pub mod query;

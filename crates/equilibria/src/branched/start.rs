@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::query::ARMS;
 use super::star::{Junction, Star};
 use crate::scaled::Cut;
-use crate::start::{twist, untwisted};
+use crate::start::{Starts, twist, untwisted};
 
 /// Classes of twist of three arms, see [`SIGNS`].
 pub const CLASSES: usize = 4;
@@ -24,23 +24,6 @@ pub struct Begin {
     pub junction: Junction,
     /// Forces on the grips with the sign of the pull along the arms, over B / L^2.
     pub forces: [Vector3<f64>; ARMS],
-}
-
-/// Starts of searches for branched cables.
-pub trait StarStarts: Sync {
-    /// How many there are of a query at most.
-    fn count(&self) -> usize;
-    /// Fills in the junction and forces of each start, `count` of them, which are [`Begin::default`], and the orientations of its
-    /// segments, arm after arm and start after start: `count * 3 * cut.segments` of them. `index` is the query's place among
-    /// all. Returns how many starts there are, which are the first ones.
-    fn fill(
-        &self,
-        index: usize,
-        star: &Star,
-        cut: &Cut,
-        begins: &mut [Begin],
-        turns: &mut [UnitQuaternion<f64>],
-    ) -> usize;
 }
 
 /// How arms are drawn from their grips to the junction.
@@ -113,12 +96,12 @@ impl Stars {
     }
 }
 
-impl StarStarts for Stars {
+impl Starts<Star> for Stars {
     fn count(&self) -> usize {
         self.sites.len() * self.poses.len() * self.shapes.len() * self.classes.min(CLASSES)
     }
 
-    fn fill(&self, _: usize, star: &Star, cut: &Cut, begins: &mut [Begin], turns: &mut [UnitQuaternion<f64>]) -> usize {
+    fn fill(&self, _: usize, star: &Star, cut: &Cut, turns: &mut [UnitQuaternion<f64>], begins: &mut [Begin]) -> usize {
         let triangle = reference(star);
         let means = SIGNS.map(|signs| mean(star, signs));
         let mut order = [0, 1, 2, 3];
@@ -175,7 +158,7 @@ pub struct RandomStars {
     pub seed: u64,
 }
 
-impl StarStarts for RandomStars {
+impl Starts<Star> for RandomStars {
     fn count(&self) -> usize {
         self.count
     }
@@ -185,8 +168,8 @@ impl StarStarts for RandomStars {
         index: usize,
         star: &Star,
         cut: &Cut,
-        begins: &mut [Begin],
         turns: &mut [UnitQuaternion<f64>],
+        begins: &mut [Begin],
     ) -> usize {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(index as u64);

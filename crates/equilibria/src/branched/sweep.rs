@@ -52,6 +52,12 @@ pub(crate) struct Change<T> {
     forces: [Vec3<T>; ARMS],
 }
 
+impl<T: Real> Change<T> {
+    pub(crate) fn zero() -> Self {
+        Self { turn: Vec3::zero(), place: Vec3::zero(), forces: [Vec3::zero(); ARMS] }
+    }
+}
+
 /// What an arm's elimination leaves to the junction.
 #[derive(Clone, Copy)]
 struct End<T> {

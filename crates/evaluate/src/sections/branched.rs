@@ -1,17 +1,17 @@
 //! Starts for the equilibria of cables with three arms: time, solves, and how often the lowest equilibrium is found.
 
 use anyhow::Result;
-use equilibria::branched::BranchedQuery;
+use equilibria::Params;
 use equilibria::branched::sample::BranchedDistribution;
-use evaluation::branched::{self, StarWay};
-use evaluation::cables::Measured;
-use report::{Block, Cell, Section as PageSection};
+use equilibria::branched::{BranchedQuery, default_params};
+use evaluation::{branched, cables};
+use report::{Cell, Section as PageSection};
 use serde::{Deserialize, Serialize};
 
+use super::cables::show::{self, COMPARED, LESS, Row};
 use crate::blocks::{section, table};
 use crate::cells::Section;
 use crate::context::Context;
-use crate::show::number;
 
 /// A set of random queries.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -23,20 +23,12 @@ pub(crate) struct BranchedKey {
     rounds: usize,
 }
 
-/// A way as it was measured.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Row {
-    start: String,
-    levels: Vec<usize>,
-    measured: Measured,
-}
-
 pub(crate) struct Branched;
 
 /// Seed of the queries.
 const SEED: u64 = 1 << 20;
-/// By how much less often a rival may find the lowest equilibrium.
-const LESS: f64 = 0.005;
+/// A rival fails in less than this share of the queries.
+const FAILED: f64 = 5e-3;
 /// The learned start that is held against others.
 const OURS: (&str, usize) = ("learned, proposals: 4", 7);
 const OURS_FOR_ANY: (&str, usize) = ("learned, proposals: 1", 7);
@@ -64,13 +56,9 @@ impl Section for Branched {
         let distribution = BranchedDistribution::default();
         let queries: Vec<BranchedQuery> = (0..key.queries as u64).map(|k| distribution.query(SEED, k)).collect();
         let ways = branched::ways(key.segments, &key.neighbours)?;
-        let measured = branched::measure(&queries, &ways, key.segments, key.rounds, go_on)?;
-        let row = |(way, measured): (&StarWay, Measured)| Row {
-            start: way.name.clone(),
-            levels: way.levels.clone(),
-            measured,
-        };
-        Ok(measured.map(|measured| ways.iter().zip(measured).map(row).collect()))
+        let params = Params { segments: key.segments, ..default_params() };
+        let measured = cables::measure(&queries, &ways, &params, &branched::random(), key.rounds, go_on)?;
+        Ok(measured.map(|measured| Row::of(&ways, measured)))
     }
 
     fn show(&self, context: &Context, cells: &[(&BranchedKey, &Vec<Row>)]) -> Result<PageSection> {
@@ -88,7 +76,7 @@ impl Section for Branched {
                  often than the learned one, which proposes up to four. For any equilibrium: the learned start with one proposal \
                  and the fastest of all without learning. Times in us a query.",
             ],
-            "asked for | #learned [us] | #lowest % | rival | coarse levels | #rival [us] | #lowest % | #rival, to learned",
+            &format!("asked for | {COMPARED}"),
             vec![gain("the lowest", rows, OURS, Some(LESS)), gain("any", rows, OURS_FOR_ANY, None)],
             conditions.clone(),
         );
@@ -97,63 +85,12 @@ impl Section for Branched {
             "All starts",
             "With half of the mean's 95 % interval. Solves are linear solves on the arms' own segments.",
         ];
-        Ok(section([Self::ID, TITLE, INTRODUCTION], vec![gain, table_of(all, rows, conditions)]))
+        Ok(section([Self::ID, TITLE, INTRODUCTION], vec![gain, show::all(all, rows, conditions)]))
     }
 }
 
-fn levels(row: &Row) -> String {
-    let levels: Vec<String> = row.levels.iter().map(ToString::to_string).collect();
-    if levels.is_empty() { "-".to_owned() } else { levels.join(", ") }
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.2}", 100.0 * share)
-}
-
-/// A learned start beside the fastest without learning that finds the lowest as often but for `less`, or as rarely as it likes.
-fn gain(what: &str, rows: &[Row], (name, level): (&str, usize), less: Option<f64>) -> Vec<Cell> {
-    let time = |row: &Row| row.measured.query_us[0];
-    let own = rows.iter().find(|row| row.start == name && row.levels == [level]);
-    let pair = own.and_then(|own| {
-        let least = less.map_or(0.0, |less| own.measured.lowest - less);
-        let fits = |row: &&Row| {
-            !row.start.starts_with("learned") && row.measured.lowest >= least && row.measured.failed < 5e-3
-        };
-        Some((own, rows.iter().filter(fits).min_by(|a, b| time(a).total_cmp(&time(b)))?))
-    });
+fn gain(what: &str, rows: &[Row], own: (&str, usize), less: Option<f64>) -> Vec<Cell> {
     let mut cells: Vec<Cell> = vec![what.into()];
-    let Some((own, rival)) = pair else {
-        cells.extend((0..7).map(|_| Cell::muted("-")));
-        return cells;
-    };
-    let texts = [
-        number(time(own)),
-        percent(own.measured.lowest),
-        rival.start.clone(),
-        levels(rival),
-        number(time(rival)),
-        percent(rival.measured.lowest),
-        number(time(rival) / time(own)),
-    ];
-    cells.extend(texts.into_iter().map(Cell::from));
+    cells.extend(show::compared(show::pair(rows, own, less, FAILED)));
     cells
-}
-
-fn table_of(head: [&str; 3], rows: &[Row], conditions: report::Conditions) -> Block {
-    let with_interval = |[mean, half]: [f64; 2]| format!("{} +- {}", number(mean), number(half));
-    let row = |row: &Row| {
-        let Measured { query_us, solves, coarse_solves, failed, lowest } = &row.measured;
-        let texts = [
-            row.start.clone(),
-            levels(row),
-            with_interval(*query_us),
-            with_interval(*solves),
-            number(*coarse_solves),
-            percent(*failed),
-            percent(*lowest),
-        ];
-        texts.into_iter().map(Cell::from).collect()
-    };
-    let headings = "start | coarse levels | #time [us] | #solves | #coarse solves | #failed % | #lowest %";
-    table(head, headings, rows.iter().map(row).collect(), conditions)
 }

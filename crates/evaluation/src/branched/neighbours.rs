@@ -1,10 +1,11 @@
 //! The nearest of many answers as a start.
 
 use equilibria::Cut;
-use equilibria::branched::batch::KnownStar;
 use equilibria::branched::canonical::{CanonicalStar, INPUTS, StarCanonical};
-use equilibria::branched::start::{Begin, StarStarts};
+use equilibria::branched::start::Begin;
 use equilibria::branched::{BranchedQuery, Star};
+use equilibria::known::Known;
+use equilibria::start::Starts;
 use knn::tree::{Nearest, Tree};
 use nalgebra::UnitQuaternion;
 
@@ -18,7 +19,7 @@ pub struct StarNeighbours {
 impl StarNeighbours {
     /// Of queries and what is known of them; with a k-d tree, or searched through one by one, which does not mind the signs of
     /// quaternions.
-    pub fn new(all: &[(BranchedQuery, KnownStar)], with_tree: bool) -> Self {
+    pub fn new(all: &[(BranchedQuery, Known<Star>)], with_tree: bool) -> Self {
         let (mut numbers, mut known) = (Vec::new(), Vec::new());
         for (query, own) in all {
             let canonical = StarCanonical::new(&Star::new(query));
@@ -46,12 +47,12 @@ impl StarNeighbours {
     }
 }
 
-impl StarStarts for StarNeighbours {
+impl Starts<Star> for StarNeighbours {
     fn count(&self) -> usize {
         1
     }
 
-    fn fill(&self, _: usize, star: &Star, cut: &Cut, begins: &mut [Begin], turns: &mut [UnitQuaternion<f64>]) -> usize {
+    fn fill(&self, _: usize, star: &Star, cut: &Cut, turns: &mut [UnitQuaternion<f64>], begins: &mut [Begin]) -> usize {
         let canonical = StarCanonical::new(star);
         let known = &self.known[self.nearest(&canonical.inputs(0))];
         begins[0] = canonical.begin(known, cut, turns);

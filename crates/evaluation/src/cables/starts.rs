@@ -131,7 +131,7 @@ impl Neighbours {
         for (query, own) in all {
             let canonical = Canonical::new(&Scaled::new(query));
             let turns = own.turns.iter().map(|q| canonical.turn(q)).collect();
-            known.push((Known { turns, force: canonical.force(own.force) }, canonical.ends));
+            known.push((Known { turns, begin: canonical.force(own.begin) }, canonical.ends));
             inputs.push(canonical.inputs);
         }
         let tree = with_tree.then(|| Tree::new(&inputs));
@@ -175,7 +175,7 @@ impl Starts for Neighbours {
         for (k, (out, own)) in turns.iter_mut().zip(&known.turns).enumerate() {
             *out = canonical.turn_back(between(&off, cut.place(k)) * own);
         }
-        forces[0] = canonical.force_back(known.force);
+        forces[0] = canonical.force_back(known.begin);
         1
     }
 }

@@ -1,16 +1,18 @@
 //! Starts for the equilibria of cables between two grips: time, solves, and how often the lowest equilibrium is found.
 
+pub(crate) mod show;
+
 use anyhow::Result;
-use equilibria::Query;
 use equilibria::sample::Distribution;
-use evaluation::cables::{self, Measured, PathStep, Way};
-use report::{Block, Cell, Section as PageSection};
+use equilibria::{Params, Query};
+use evaluation::cables::{self, PathStep};
+use report::{Cell, Section as PageSection};
 use serde::{Deserialize, Serialize};
 
+use self::show::{COMPARED, LESS, Row};
 use crate::blocks::{section, table};
 use crate::cells::Section;
 use crate::context::Context;
-use crate::show::number;
 
 /// A set of random queries.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -30,15 +32,6 @@ pub(crate) struct CablesKey {
     has_paths: bool,
 }
 
-/// A way, or the previous answer on a path, as it was measured.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Row {
-    start: String,
-    levels: Vec<usize>,
-    is_learned: bool,
-    measured: Measured,
-}
-
 /// All ways on a set, and on paths.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Answered {
@@ -54,8 +47,8 @@ const SEED: u64 = 1;
 const STEPS: [(f64, f64); 2] = [(0.02, 5.0), (0.1, 20.0)];
 /// Queries of a path.
 const LENGTH: usize = 10;
-/// By how much less often a rival may find the lowest equilibrium.
-const LESS: f64 = 0.005;
+/// A rival fails in less than this share of the queries.
+const FAILED: f64 = 1e-3;
 /// The learned start that is held against others.
 const OURS: (&str, usize) = ("learned, one or two proposals", 11);
 const OURS_FOR_ANY: (&str, usize) = ("learned, one proposal", 11);
@@ -114,16 +107,10 @@ impl Section for Cables {
         let distribution = key.distribution();
         let queries: Vec<Query> = (0..key.queries as u64).map(|k| distribution.query(SEED, k)).collect();
         let ways = cables::ways(&distribution, key.segments, key.neighbours as u64)?;
-        let Some(measured) = cables::measure(&queries, &ways, key.segments, key.rounds, &mut *go_on)? else {
-            return Ok(None);
-        };
-        let row = |(way, measured): (&Way, Measured)| Row {
-            start: way.name.clone(),
-            levels: way.levels.clone(),
-            is_learned: way.name.starts_with("learned"),
-            measured,
-        };
-        let ways = ways.iter().zip(measured).map(row).collect();
+        let params = Params { segments: key.segments, ..Params::default() };
+        let measured = cables::measure(&queries, &ways, &params, &cables::random(), key.rounds, &mut *go_on)?;
+        let Some(measured) = measured else { return Ok(None) };
+        let ways = Row::of(&ways, measured);
         let paths = if key.has_paths { paths(key, &queries, go_on)? } else { Some(Vec::new()) };
         Ok(paths.map(|paths| Answered { ways, paths }))
     }
@@ -142,8 +129,7 @@ impl Section for Cables {
                  often than the learned one, which proposes one or two. For any equilibrium: the fastest of all without \
                  learning, over the learned start with one proposal. Times in us a query.",
             ],
-            "set | #distance of grips | #segments | #learned [us] | #lowest % | rival | coarse levels | #rival [us] | #lowest % | \
-             #rival, to learned | #for any equilibrium",
+            &format!("set | #distance of grips | #segments | {COMPARED} | #for any equilibrium"),
             cells.iter().map(|(key, answered)| gain(key, answered)).collect(),
             conditions.clone(),
         )];
@@ -158,11 +144,11 @@ impl Section for Cables {
                 .with("distance of the grips over the length", format!("{} to {}", key.distance[0], key.distance[1]))
                 .with("curvature at rest times the length, at most", key.curvature.to_string())
                 .with("weight that is carried over B / L^2, at most", key.carried.to_string());
-            blocks.push(rows([&id, &title, caption], &answered.ways, conditions.clone()));
+            blocks.push(show::all([&id, &title, caption], &answered.ways, conditions.clone()));
             if key.has_paths {
                 let caption =
                     "The second grip goes and turns in random directions. Lowest: the lower one of both ways.";
-                blocks.push(rows(["cables-paths", "On a path", caption], &answered.paths, conditions));
+                blocks.push(show::all(["cables-paths", "On a path", caption], &answered.paths, conditions));
             }
         }
         Ok(section([Self::ID, TITLE, INTRODUCTION], blocks))
@@ -183,69 +169,18 @@ fn paths(key: &CablesKey, queries: &[Query], go_on: &mut dyn FnMut() -> bool) ->
         let words = format!("steps of {distance} L and {degrees} degrees");
         let row = |name: &str, levels: &[usize], measured| {
             let start = format!("{name}, {words}");
-            Row { start, levels: levels.to_vec(), is_learned: false, measured }
+            Row { start, levels: levels.to_vec(), measured }
         };
         rows.extend([row("previous answer", &[], previous), row("two curves, both twists", &[11], curves)]);
     }
     Ok(Some(rows))
 }
 
-fn levels(row: &Row) -> String {
-    let levels: Vec<String> = row.levels.iter().map(ToString::to_string).collect();
-    if levels.is_empty() { "-".to_owned() } else { levels.join(", ") }
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.2}", 100.0 * share)
-}
-
-/// The fastest without learning that finds the lowest in this share of the queries.
-fn rival(rows: &[Row], lowest: f64) -> Option<&Row> {
-    let fits = |row: &&Row| !row.is_learned && row.measured.lowest >= lowest && row.measured.failed < 1e-3;
-    rows.iter().filter(fits).min_by(|a, b| a.measured.query_us[0].total_cmp(&b.measured.query_us[0]))
-}
-
 fn gain(key: &CablesKey, Answered { ways, .. }: &Answered) -> Vec<Cell> {
-    let of = |(name, level): (&str, usize)| ways.iter().find(|row| row.start == name && row.levels == [level]);
     let distance = format!("{} to {}", key.distance[0], key.distance[1]);
     let mut cells: Vec<Cell> = vec![key.set.as_str().into(), distance.into(), key.segments.to_string().into()];
-    let row = of(OURS).zip(of(OURS_FOR_ANY)).and_then(|(own, own_for_any)| {
-        Some((own, rival(ways, own.measured.lowest - LESS)?, own_for_any, rival(ways, 0.0)?))
-    });
-    let Some((own, rival, own_for_any, rival_for_any)) = row else {
-        cells.extend((0..8).map(|_| Cell::muted("-")));
-        return cells;
-    };
-    let time = |row: &Row| row.measured.query_us[0];
-    let texts = [
-        number(time(own)),
-        percent(own.measured.lowest),
-        rival.start.clone(),
-        levels(rival),
-        number(time(rival)),
-        percent(rival.measured.lowest),
-        number(time(rival) / time(own)),
-        number(time(rival_for_any) / time(own_for_any)),
-    ];
-    cells.extend(texts.into_iter().map(Cell::from));
+    let for_any = show::pair(ways, OURS_FOR_ANY, None, FAILED);
+    cells.extend(show::compared(show::pair(ways, OURS, Some(LESS), FAILED)));
+    cells.push(for_any.map_or(Cell::muted("-"), show::ratio));
     cells
-}
-
-fn rows(head: [&str; 3], rows: &[Row], conditions: report::Conditions) -> Block {
-    let with_interval = |[mean, half]: [f64; 2]| format!("{} +- {}", number(mean), number(half));
-    let row = |row: &Row| {
-        let Measured { query_us, solves, coarse_solves, failed, lowest } = &row.measured;
-        let texts = [
-            row.start.clone(),
-            levels(row),
-            with_interval(*query_us),
-            with_interval(*solves),
-            number(*coarse_solves),
-            percent(*failed),
-            percent(*lowest),
-        ];
-        texts.into_iter().map(Cell::from).collect()
-    };
-    let headings = "start | coarse levels | #time [us] | #solves | #coarse solves | #failed % | #lowest %";
-    table(head, headings, rows.iter().map(row).collect(), conditions)
 }
