@@ -141,6 +141,8 @@ impl ConnectedSet {
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.component.tape(tape);
         if let Some(touch) = &mut self.touch {
+            // Tells its snapshots from those without that energy.
+            tape.size(3);
             tape.number(&mut touch.stored);
         }
         tape.size(usize::from(self.tangents.is_some()));
