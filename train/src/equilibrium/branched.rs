@@ -1,18 +1,15 @@
 //! What the learned start of a cable with three arms is taught: random queries and the lowest equilibrium of each of four classes
 //! of twist.
 
-use std::f64::consts::TAU;
-
 use burn::tensor::{Tensor, activation};
 use equilibria::Params;
-use equilibria::branched::canonical::{CABLES, FRAMES, GRAVITY, INPUTS, StarCanonical};
+use equilibria::branched::canonical::{INPUTS, StarCanonical};
 use equilibria::branched::learned::{self, FORCES, JUNCTION, LIKELY, MODES, OUTPUTS};
 use equilibria::branched::sample::BranchedDistribution;
 use equilibria::branched::start::{CLASSES, Pose, RandomStars, Shape, Site, Stars};
 use equilibria::branched::{ARMS, BranchedAnswer, BranchedQuery, Star, default_params, solve_from};
 use equilibria::network::Perceptron;
 
-use super::graph::{Graph, Rows};
 use super::subject::{Make, Sample, Subject, summary};
 
 /// Equal segments of each arm that is solved.
@@ -35,12 +32,6 @@ impl Subject for Branched {
     type Sample = Sample<INPUTS, LIKELY>;
     const INPUTS: usize = INPUTS;
     const OUTPUTS: usize = OUTPUTS;
-
-    /// The arms are the nodes. Each reads what is known of it in its own frame, the canonical one turned by its direction's angle;
-    /// the junction is the sum of what they say of it, turned back.
-    fn graph() -> Option<Graph> {
-        Some(Graph { inputs: (0..ARMS).map(read).collect(), outputs: (0..ARMS).map(said).collect() })
-    }
 
     /// Four samples a query.
     fn samples(seed: u64, first: u64, count: u64) -> anyhow::Result<Vec<Self::Sample>> {
@@ -106,45 +97,6 @@ fn weight(output: usize) -> f32 {
     } else {
         4.0 / 3.0
     }
-}
-
-/// Marks that `to` is the vector `from` of the other side, turned about z by the angle of an arm, or backwards.
-fn turned(matrix: &mut Rows, arm: usize, [from, to]: [usize; 2], sign: f64) {
-    let (sin, cos) = (sign * TAU * arm as f64 / ARMS as f64).sin_cos();
-    for (row, column, value) in [(0, 0, cos), (0, 1, sin), (1, 0, -sin), (1, 1, cos)] {
-        matrix[from + row][to + column] = value as f32;
-    }
-}
-
-/// What an arm reads of the inputs: its grip's place and gravity in its own frame, its grip's frame, its cable.
-fn read(arm: usize) -> Rows {
-    let [place, frame, gravity, cable] = [2 * arm, FRAMES + 4 * arm, GRAVITY, CABLES + 4 * arm];
-    let mut matrix = vec![vec![0.0; 13]; INPUTS];
-    turned(&mut matrix, arm, [place, 0], -1.0);
-    turned(&mut matrix, arm, [gravity, 2], -1.0);
-    matrix[gravity + 2][4] = 1.0;
-    for k in 0..4 {
-        matrix[frame + k][5 + k] = 1.0;
-        matrix[cable + k][9 + k] = 1.0;
-    }
-    matrix
-}
-
-/// What an arm says: its modes, its force, its shares of the junction's place and quaternion and of the class that was asked about,
-/// and how likely its own sign is the other one.
-fn said(arm: usize) -> Rows {
-    let own = 4 * MODES;
-    let [force, place, real, class] = [own, own + 3, own + 6, own + 10];
-    let mut matrix = vec![vec![0.0; OUTPUTS]; own + 12];
-    (0..own).for_each(|k| matrix[k][own * arm + k] = 1.0);
-    for (from, to) in [(force, FORCES + 3 * arm), (place, JUNCTION), (real + 1, JUNCTION + 4)] {
-        turned(&mut matrix, arm, [from, to], 1.0);
-        matrix[from + 2][to + 2] = 1.0;
-    }
-    matrix[real][JUNCTION + 3] = 1.0;
-    matrix[class][LIKELY] = 1.0;
-    matrix[class + 1][LIKELY + 1 + arm] = 1.0;
-    matrix
 }
 
 fn of_query(query: &BranchedQuery, found: &[BranchedAnswer]) -> Option<[Sample<INPUTS, LIKELY>; CLASSES]> {

@@ -1,4 +1,4 @@
-//! The network in burn, and the gradient of a loss.
+//! The perceptron in burn, and the gradient of a loss.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
@@ -45,21 +45,11 @@ fn part<S: Subject>(
     };
     let layers: Vec<[Tensor<2>; 2]> = sizes.iter().map(|&[i, o]| [take(i, o), take(1, o)]).collect();
     let mut x = tensor(chunk.iter().flat_map(|own| S::inputs(own).iter().copied()).collect(), S::INPUTS);
-    let graph = S::graph();
-    if let Some(graph) = &graph {
-        x = graph.spread(x, &tensor);
-    }
     for (k, [weight, bias]) in layers.iter().enumerate() {
         if k > 0 {
             x = x.clone() * (x.clone() / (x.clone() * x + 1.0).sqrt() + 1.0) * 0.5;
         }
-        if let Some(graph) = &graph {
-            x = graph.hear(x);
-        }
         x = x.matmul(weight.clone()) + bias.clone();
-    }
-    if let Some(graph) = &graph {
-        x = graph.gather(x, &tensor);
     }
     let loss = S::loss(x, chunk, &tensor).sum() / batch as f32;
     let value = loss.clone().into_data().iter::<f32>().map(f64::from).sum();

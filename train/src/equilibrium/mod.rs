@@ -2,7 +2,6 @@
 
 mod branched;
 mod gradient;
-mod graph;
 mod single;
 mod subject;
 
@@ -48,7 +47,7 @@ pub(crate) struct EquilibriumArgs {
     /// Times through the samples.
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     epochs: u64,
-    /// Size of the two inner layers [default: 128; 192 for branched cables, of which each arm has a third].
+    /// Size of the two inner layers [default: 128; 192 for branched cables].
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     width: Option<u16>,
     /// Samples in a batch: two a query, four of branched cables.
@@ -170,8 +169,7 @@ fn learn<S: Subject>(args: &EquilibriumArgs) -> Result<Outcome> {
         "{}; of {VALIDATION} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
         course.command()
     );
-    let (sizes, parameters) = course.perceptron();
-    let bytes = Perceptron::bytes(&sizes, &parameters, &training)?;
+    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
     export::write_atomically(&out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
     std::fs::remove_file(&state).context("--out")?;
     if !args.quiet {
@@ -213,10 +211,7 @@ fn draw<S: Subject>(args: &EquilibriumArgs) -> Result<Option<Vec<S::Sample>>> {
 impl<'a, S: Subject> Course<'a, S> {
     fn new(args: &'a EquilibriumArgs, samples: Vec<S::Sample>) -> Self {
         let inner = [usize::from(args.width()); 2];
-        let sizes = match S::graph() {
-            Some(graph) => graph.layers(&inner),
-            None => Perceptron::layers(S::INPUTS, &inner, S::OUTPUTS),
-        };
+        let sizes = Perceptron::layers(S::INPUTS, &inner, S::OUTPUTS);
         let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
         let mut parameters = Vec::new();
         for &[inputs, outputs] in &sizes {
@@ -256,16 +251,7 @@ impl<'a, S: Subject> Course<'a, S> {
 
     /// [`Subject::validate`] of the weights as they are.
     fn validate(&self, samples: &[S::Sample]) -> Result<[f64; 4]> {
-        let (sizes, parameters) = self.perceptron();
-        Ok(S::validate(&Perceptron::new(&sizes, &parameters)?, samples))
-    }
-
-    /// Sizes and parameters of the perceptron that is evaluated.
-    fn perceptron(&self) -> (Vec<[usize; 2]>, Vec<f32>) {
-        match S::graph() {
-            Some(graph) => graph.multiplied_out(&self.sizes, &self.parameters),
-            None => (self.sizes.clone(), self.parameters.clone()),
-        }
+        Ok(S::validate(&Perceptron::new(&self.sizes, &self.parameters)?, samples))
     }
 
     /// The command that makes these weights again.

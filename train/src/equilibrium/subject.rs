@@ -3,8 +3,6 @@
 use burn::tensor::Tensor;
 use equilibria::network::Perceptron;
 
-use super::graph::Graph;
-
 /// Makes a tensor `[rows, columns]` of its values and the number of columns.
 pub(crate) type Make<'a> = &'a dyn Fn(Vec<f32>, usize) -> Tensor<2>;
 
@@ -70,11 +68,6 @@ pub(crate) trait Subject {
     const INPUTS: usize;
     /// Numbers that it says.
     const OUTPUTS: usize;
-
-    /// The graph of the network; `None`: it is a perceptron.
-    fn graph() -> Option<Graph> {
-        None
-    }
 
     /// Samples of queries `first..first + count` of a seed, those without an answer left out.
     ///

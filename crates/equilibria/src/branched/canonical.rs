@@ -13,12 +13,10 @@ use crate::scaled::Cut;
 
 /// Numbers that a network reads of a query and a class: seven an arm with four of its grip's frame, and the direction of gravity.
 pub const INPUTS: usize = 11 * ARMS;
-/// Where the grips' frames begin among the inputs, behind their places.
-pub const FRAMES: usize = 2 * ARMS;
-/// Where the direction of gravity begins.
-pub const GRAVITY: usize = FRAMES + 4 * ARMS;
-/// Where the arms' cables begin.
-pub const CABLES: usize = GRAVITY + 3;
+/// Among the inputs: the grips' frames, the direction of gravity.
+const FRAMES: usize = 2 * ARMS;
+const GRAVITY: usize = FRAMES + 4 * ARMS;
+const CABLES: usize = GRAVITY + 3;
 
 /// A branched query in its canonical frame, that of [`reference()`]: the grips lie in the plane of x and y around the origin. Of the
 /// orders of the arms and the two mirror images it is the one in which gravity points upwards, between the first arm's direction
