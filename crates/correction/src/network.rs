@@ -22,7 +22,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The usual one. A recurrent network has as many parameters as a perceptron.
+    /// The usual one. A recurrent network has about as many parameters as a perceptron.
     pub fn of(kind: Kind) -> Self {
         match kind {
             Kind::Graph => Self { width: 32, blocks: 2, scans: 8 },

@@ -65,8 +65,6 @@ pub(crate) struct Errors {
     name: String,
     /// Mean over recordings [cm].
     mean_cm: f64,
-    /// Of the worst recording [cm].
-    worst_cm: f64,
     /// Mean over recordings and free markers, by time [s].
     over_time: Vec<(f64, f64)>,
 }
@@ -294,7 +292,6 @@ fn errors(name: &str, recordings: &[Recording], predictions: &[Prediction]) -> E
     Errors {
         name: name.to_owned(),
         mean_cm: 100.0 * each.iter().sum::<f64>() / each.len() as f64,
-        worst_cm: 100.0 * each.iter().copied().fold(0.0, f64::max),
         over_time: of.over_time(),
     }
 }
@@ -337,7 +334,6 @@ impl Known {
                 let error = |(name, error): (&str, &f64)| Errors {
                     name: name.to_owned(),
                     mean_cm: 100.0 * error,
-                    worst_cm: f64::NAN,
                     over_time: Vec::new(),
                 };
                 let errors = ["identified", "corrected"].into_iter().zip(&trained.aside[0]).map(error).collect();

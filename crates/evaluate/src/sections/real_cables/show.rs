@@ -105,7 +105,7 @@ fn by_method(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Blo
         [
             "real-cables-errors",
             "Error of a coordinate",
-            "Means over the recordings that were predicted. Published errors are those of the DEFORM data set's paper. A recurrent network has \
+            "Means over the recordings that were predicted. Published errors are those of the DEFORM data set's paper. A recurrent network has about \
              as many parameters as the perceptron. Curvatures along the cable: at rest, linear from marker to marker, found together with the ten numbers. \
              Moments inside: a perceptron says what each joint bears beyond, by how it is bent and was bent, in each step of the simulation; \
              trained by Gauss and Newton's method through runs of the whole length.",
@@ -179,9 +179,9 @@ fn sizes(cells: &Cells<'_>, conditions: &Conditions) -> Option<Block> {
         let seconds = all.iter().map(|own| own.seconds).sum::<f64>() / count;
         vec![
             kind.name().into(),
-            if *kind == Kind::Graph { number(shape.blocks as f64).into() } else { Cell::muted("-") },
-            number(shape.width as f64).into(),
-            number(all[0].parameters[0].1).into(),
+            if *kind == Kind::Graph { shape.blocks.to_string().into() } else { Cell::muted("-") },
+            shape.width.to_string().into(),
+            format!("{:.0}", all[0].parameters[0].1).into(),
             number(errors.clone().sum::<f64>() / count).into(),
             number(errors.clone().fold(f64::INFINITY, f64::min)).into(),
             number(errors.fold(0.0, f64::max)).into(),
