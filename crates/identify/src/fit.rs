@@ -1,5 +1,7 @@
 //! The fit: least squares with Huber's loss over all recordings.
 
+use std::ops::Range;
+
 use nalgebra::DVector;
 use optimise::{LeastSquares, Normal, Residuals};
 use serde::{Deserialize, Serialize};
@@ -19,6 +21,8 @@ pub type Of<S> = <<S as Specimen>::Numbers as Numbers>::Quantity;
 pub struct Search<Q> {
     /// What is searched for; all else is held where the search begins.
     pub free: Vec<Q>,
+    /// Other lists of what may be searched for. All go through all stages but the last, and the one goes on whose loss is least by then.
+    pub instead: Vec<Vec<Q>>,
     /// What is looked at, one after the other: little first, which leads to the basin.
     pub stages: Vec<Stage>,
     /// Distance of a coordinate [m] from which on it counts linearly and no longer squared.
@@ -54,20 +58,26 @@ impl Default for Search<Parameter> {
             Stage { frames: None, every: 4, iterations: 10 },
             Stage { frames: None, every: 1, iterations: 3 },
         ];
-        let free = Parameter::DEFAULT.to_vec();
-        Self { free, stages, huber: 5e-3, steps: 1, independent: f64::INFINITY }
+        Self { instead: vec![Parameter::INSTEAD.to_vec()], ..Self::of(Parameter::DEFAULT.to_vec(), stages) }
     }
 }
 
-impl<Q> Search<Q> {
-    /// Most iterations.
-    pub fn iterations(&self) -> usize {
-        self.before(self.stages.len())
+impl<Q: Quantity> Search<Q> {
+    /// A search for some quantities, without any other list.
+    pub fn of(free: Vec<Q>, stages: Vec<Stage>) -> Self {
+        Self { free, instead: Vec::new(), stages, huber: 5e-3, steps: 1, independent: f64::INFINITY }
     }
 
-    /// Most iterations before a stage.
-    pub fn before(&self, stage: usize) -> usize {
-        self.stages[..stage].iter().map(|stage| stage.iterations).sum()
+    /// Most iterations: of all lists, of whose stages the last is gone through once.
+    pub fn iterations(&self) -> usize {
+        let all: usize = self.stages.iter().map(|stage| stage.iterations).sum();
+        all + self.instead.len() * (all - self.stages.last().map_or(0, |stage| stage.iterations))
+    }
+
+    /// A search for each list.
+    fn alternatives(&self) -> Vec<Self> {
+        let of = |free: &Vec<Q>| Self { free: free.clone(), instead: Vec::new(), ..self.clone() };
+        std::iter::once(&self.free).chain(&self.instead).map(of).collect()
     }
 }
 
@@ -76,8 +86,8 @@ impl<Q> Search<Q> {
 pub struct Iteration {
     /// Index of the stage.
     pub stage: usize,
-    /// Iterations of this stage that are done.
-    pub iteration: usize,
+    /// Iterations of [`Search::iterations`] that are done, or were not needed.
+    pub done: usize,
     /// Mean Huber loss of a coordinate of a free marker [m^2].
     pub loss: f64,
 }
@@ -108,6 +118,9 @@ const ENOUGH: f64 = 1e-3;
 ///
 /// # Errors
 /// If a model is not valid.
+///
+/// # Panics
+/// If the search has no stage.
 pub fn fit<S: Specimen>(
     recordings: &[Recording],
     specimens: &[S],
@@ -115,31 +128,89 @@ pub fn fit<S: Specimen>(
     search: &Search<Of<S>>,
     watch: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<Fit<S::Numbers>, SimulationError> {
-    let of = |stage| Part::new(recordings, specimens, stage, search, start);
-    let mut parts: Vec<Part<'_, S>> = search.stages.iter().map(of).collect();
-    let begin = parts.first().map_or(Ok(start.clone()), Part::begun)?;
-    let mut least = LeastSquares::new(coordinates(&search.free, &begin));
-    least.bounds = search.free.iter().map(|of| of.bounds().map(|bound| of.coordinate(bound))).collect();
-    (least.longest, least.tolerance) = (LONGEST, ENOUGH);
-    let (mut stopped, mut last) = (false, 0);
-    for (stage, part) in parts.iter_mut().enumerate() {
-        for iteration in 1..=search.stages[stage].iterations {
-            let step = least.step(part)?;
-            stopped = !watch(&Iteration { stage, iteration, loss: step.loss / step.count as f64 });
-            if stopped || step.converged || step.loss >= step.before {
+    let searches = search.alternatives();
+    let last = search.stages.len().saturating_sub(1);
+    let mut done = 0;
+    let mut best = Way::begun(recordings, specimens, start, &searches[0])?;
+    best.go(0..last, &mut done, watch)?;
+    for own in &searches[1..] {
+        if best.stopped {
+            break;
+        }
+        let mut way = Way::begun(recordings, specimens, start, own)?;
+        way.go(0..last, &mut done, watch)?;
+        // A list that was not gone through cannot be compared.
+        best.stopped = way.stopped;
+        if !way.stopped && way.loss < best.loss {
+            best = way;
+        }
+    }
+    if !best.stopped {
+        best.go(last..search.stages.len(), &mut done, watch)?;
+    }
+    best.end()
+}
+
+/// The way of a search for one list.
+struct Way<'a, S: Specimen> {
+    parts: Vec<Part<'a, S>>,
+    search: &'a Search<Of<S>>,
+    least: LeastSquares,
+    /// The stage that was reached.
+    stage: usize,
+    loss: f64,
+    stopped: bool,
+}
+
+impl<'a, S: Specimen> Way<'a, S> {
+    fn begun(
+        recordings: &'a [Recording],
+        specimens: &[S],
+        start: &S::Numbers,
+        search: &'a Search<Of<S>>,
+    ) -> Result<Self, SimulationError> {
+        let of = |stage| Part::new(recordings, specimens, stage, search, start);
+        let parts: Vec<Part<'a, S>> = search.stages.iter().map(of).collect();
+        let begin = parts.first().map_or(Ok(start.clone()), Part::begun)?;
+        let mut least = LeastSquares::new(coordinates(&search.free, &begin));
+        least.bounds = search.free.iter().map(|of| of.bounds().map(|bound| of.coordinate(bound))).collect();
+        (least.longest, least.tolerance) = (LONGEST, ENOUGH);
+        Ok(Self { parts, search, least, stage: 0, loss: f64::INFINITY, stopped: false })
+    }
+
+    /// Goes through some stages, after the iterations that are `done`.
+    fn go(
+        &mut self,
+        stages: Range<usize>,
+        done: &mut usize,
+        watch: &mut dyn FnMut(&Iteration) -> bool,
+    ) -> Result<(), SimulationError> {
+        for stage in stages {
+            self.stage = stage;
+            for iteration in 1..=self.search.stages[stage].iterations {
+                let step = self.least.step(&mut self.parts[stage])?;
+                self.loss = step.loss;
+                let loss = step.loss / step.count as f64;
+                self.stopped = !watch(&Iteration { stage, done: *done + iteration, loss });
+                if self.stopped || step.converged || step.loss >= step.before {
+                    break;
+                }
+            }
+            *done += self.search.stages[stage].iterations;
+            if self.stopped {
                 break;
             }
         }
-        last = stage;
-        if stopped {
-            break;
-        }
+        Ok(())
     }
-    // Where the user does not want to wait, the stage that was reached must do.
-    let end = parts.get(last).map(|part| (part, part.numbers(&least.x)));
-    let normals = end.as_ref().map_or(Ok(Vec::new()), |(part, numbers)| part.linearised(numbers))?;
-    let parameters = end.map_or_else(|| start.clone(), |(_, numbers)| numbers);
-    Ok(Fit { parameters, free: search.free.clone(), normals, stopped })
+
+    /// What was found. Where the user does not want to wait, the stage that was reached must do.
+    fn end(self) -> Result<Fit<S::Numbers>, SimulationError> {
+        let part = &self.parts[self.stage];
+        let parameters = part.numbers(&self.least.x);
+        let normals = part.linearised(&parameters)?;
+        Ok(Fit { parameters, free: self.search.free.clone(), normals, stopped: self.stopped })
+    }
 }
 
 /// The coordinates of what is free.

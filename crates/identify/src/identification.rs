@@ -146,17 +146,24 @@ fn search<K: Kind>(
     let mut search = kind.search();
     for name in &cli.free {
         let quantity = start.named(name).map_err(|message| anyhow!("--free {message}"))?;
-        if !search.free.contains(&quantity) {
-            search.free.push(quantity);
-            start[quantity] = quantity.start();
+        for list in std::iter::once(&mut search.free).chain(&mut search.instead) {
+            if !list.contains(&quantity) {
+                list.push(quantity);
+                start[quantity] = quantity.start();
+            }
         }
     }
     for hold in &cli.hold {
         let parts = hold.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
         let (name, value) = parts.with_context(|| format!("--hold {hold:?}: it must be NAME=VALUE"))?;
         start.set(name, value).map_err(|message| anyhow!("--hold {message}"))?;
-        search.free.retain(|quantity| quantity.to_string() != name);
+        for list in std::iter::once(&mut search.free).chain(&mut search.instead) {
+            list.retain(|quantity| quantity.to_string() != name);
+        }
     }
+    // What is held and free may leave no difference.
+    let Search { free, instead, .. } = &mut search;
+    instead.retain(|list| list.iter().any(|quantity| !free.contains(quantity)));
     if search.free.is_empty() {
         bail!("all parameters are held");
     }
@@ -178,9 +185,8 @@ fn identified<K: Kind>(
     let progress = Progress::new(search.iterations(), "iterations", cli.quiet)?;
     let mut done = 0;
     let fit = fit(&train.recordings, &train.specimens, &start, &search, &mut |now| {
-        let reached = search.before(now.stage) + now.iteration;
-        let go_on = progress.advance_by(reached - done);
-        done = reached;
+        let go_on = progress.advance_by(now.done - done);
+        done = now.done;
         go_on
     })?;
     progress.finish();
@@ -195,6 +201,7 @@ fn identified<K: Kind>(
     let reading = Reading { rate: cli.rate, unit: cli.unit_m };
     let mut file = CableFile::new(K::NAME, &search, resolution.segments, reading);
     file.note(&known);
+    file.free = fit.free.iter().map(ToString::to_string).collect();
     file.rods = train.recordings.first().map_or_else(Vec::new, |recording| kind.ways(recording));
     file.recordings = train.recordings.iter().map(|recording| recording.path.display().to_string()).collect();
     (file.stopped, file.seconds) = (fit.stopped, began.elapsed().as_secs_f64());

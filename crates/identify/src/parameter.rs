@@ -78,6 +78,20 @@ impl Parameter {
         Self::Grip,
         Self::Roll,
     ];
+    /// What is searched for instead where it fits better, as many: a curvature that is other half-way than at the ends, in the place of a
+    /// tilt of the vertical, which is hardly one where it is large.
+    pub const INSTEAD: [Self; 10] = [
+        Self::Bending,
+        Self::Twist,
+        Self::InnerDamping,
+        Self::OuterDamping,
+        Self::Curvature1,
+        Self::Curvature2,
+        Self::Bow1,
+        Self::Bow2,
+        Self::Grip,
+        Self::Roll,
+    ];
     /// Number of parameters.
     pub const COUNT: usize = Self::ALL.len();
 

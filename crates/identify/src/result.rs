@@ -65,7 +65,7 @@ impl CableFile {
         Self {
             kind: kind.to_owned(),
             parameters: BTreeMap::new(),
-            free: search.free.iter().map(ToString::to_string).collect(),
+            free: Vec::new(),
             segments,
             steps: search.steps,
             huber_m: search.huber,

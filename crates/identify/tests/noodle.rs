@@ -30,7 +30,7 @@ fn recording(truth: &Numbers, index: usize) -> (Recording, Noodle) {
     let recording = Recording { path: PathBuf::from(format!("noodle-{index}")), time, markers };
     let mut recording = NoodleRecording { recording, clamp };
     let noodle = Noodle::new(&recording, SEGMENTS).unwrap();
-    let predicted = predict(&[noodle.clone()], truth, FRAMES, 1).unwrap().remove(0);
+    let predicted = predict(std::slice::from_ref(&noodle), truth, FRAMES, 1).unwrap().remove(0);
     let markers = recording.recording.markers.iter_mut().zip(predicted.markers);
     for (frame, (marker, here)) in markers.flat_map(|(row, here)| row.iter_mut().skip(1).zip(here)).enumerate() {
         // Far from any frequency of the noodle.
@@ -61,7 +61,7 @@ fn a_simulated_noodle_is_identified_back() {
     recordings[0].markers[50..100].iter_mut().for_each(|row| row[2].x = f64::NAN);
     recordings[1].markers[70][1].y += 0.3;
     let stages = vec![Stage { frames: None, every: 1, iterations: 40 }];
-    let search = Search { free: Number::ALL.to_vec(), stages, huber: 0.1, steps: 1, independent: 1.0 };
+    let search = Search { huber: 0.1, independent: 1.0, ..Search::of(Number::ALL.to_vec(), stages) };
     let fit = fit(&recordings, &noodles, &Numbers::start(1.1), &search, &mut |_| true).unwrap();
     let (known, found) = (known(&fit), fit.parameters);
     for number in [Number::Length, Number::Middle, Number::Bending] {

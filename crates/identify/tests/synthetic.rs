@@ -47,8 +47,7 @@ fn what_a_cable_was_made_with_is_identified_within_its_intervals() {
         Parameter::Curvature1,
         Parameter::TiltX,
     ];
-    let search =
-        Search { free: free.clone(), stages: vec![Stage::of_all(30, 8), Stage::of_all(60, 8)], ..Search::default() };
+    let search = Search::of(free.clone(), vec![Stage::of_all(30, 8), Stage::of_all(60, 8)]);
     let found = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| fit(&recordings, &cables, &Parameters::default(), &search, &mut |_| true).unwrap())
@@ -85,7 +84,7 @@ fn what_happens_in_a_plane_tells_what_bends_in_it() {
     let recordings = recordings(&truth, &plan).unwrap();
     assert!(recordings.iter().flat_map(|own| own.markers.iter().flatten()).all(|marker| marker.y == 0.0));
     let free = vec![Parameter::Bending, Parameter::InnerDamping, Parameter::Curvature2];
-    let search = Search { free: free.clone(), stages: vec![Stage::of_all(60, 10)], ..Search::default() };
+    let search = Search::of(free.clone(), vec![Stage::of_all(60, 10)]);
     let fit = fit(&recordings, &cables(&recordings), &Parameters::default(), &search, &mut |_| true).unwrap();
     for known in known(&fit).into_iter().filter(|known| free.contains(&known.parameter)) {
         let [least, most] = known.interval.expect("an interval");
@@ -99,7 +98,7 @@ fn what_happens_in_a_plane_tells_what_bends_in_it() {
 fn intervals_hold_as_often_as_they_say() {
     let truth = truth();
     let free = vec![Parameter::Bending, Parameter::Twist, Parameter::InnerDamping];
-    let search = Search { free: free.clone(), stages: vec![Stage::of_all(40, 8)], ..Search::default() };
+    let search = Search::of(free.clone(), vec![Stage::of_all(40, 8)]);
     let (mut held, mut all) = (0, 0);
     for seed in 0..40 {
         let recordings =
@@ -121,7 +120,7 @@ fn a_curvature_that_differs_along_the_cable_is_identified() {
     truth[Parameter::Bow1] = -2.0;
     let recordings = recorded(&truth, 12, 60, 1e-3);
     let free = vec![Parameter::Curvature1, Parameter::Slope1, Parameter::Bow1];
-    let search = Search { free: free.clone(), stages: vec![Stage::of_all(60, 8)], ..Search::default() };
+    let search = Search::of(free.clone(), vec![Stage::of_all(60, 8)]);
     let mut start = truth;
     free.iter().for_each(|&parameter| start[parameter] = 0.0);
     let fit = fit(&recordings, &cables(&recordings), &start, &search, &mut |_| true).unwrap();
@@ -130,6 +129,30 @@ fn a_curvature_that_differs_along_the_cable_is_identified() {
         let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
         assert!((truth[known.parameter] - middle).abs() < 1.5 * half, "{}: {least} to {most}", known.parameter);
         assert!(half < 0.2, "{}: {least} to {most}", known.parameter);
+    }
+}
+
+#[test]
+fn the_list_of_numbers_that_fits_better_is_taken() {
+    let common = [Parameter::Bending, Parameter::Curvature1];
+    let lists = [Parameter::TiltX, Parameter::Bow1].map(|own| [&common[..], &[own]].concat());
+    let stages = vec![Stage::of_all(40, 6), Stage::of_all(40, 4)];
+    let search = Search { instead: vec![lists[1].clone()], ..Search::of(lists[0].clone(), stages) };
+    for (list, own, value) in [(0, Parameter::TiltX, 0.1), (1, Parameter::Bow1, -2.0)] {
+        let mut truth = Parameters::default();
+        truth[own] = value;
+        let recordings = recorded(&truth, 8, 40, 1e-3);
+        let mut done = Vec::new();
+        let fit = fit(&recordings, &cables(&recordings), &Parameters::default(), &search, &mut |now| {
+            done.push(now.done);
+            true
+        });
+        let fit = fit.unwrap();
+        assert_eq!(fit.free, lists[list]);
+        assert!((fit.parameters[own] / value - 1.0).abs() < 0.1, "{own}: {}", fit.parameters[own]);
+        let other = [Parameter::Bow1, Parameter::TiltX][list];
+        assert_eq!(fit.parameters[other], 0.0);
+        assert!(done.is_sorted() && done.iter().all(|&done| done <= search.iterations()), "{done:?}");
     }
 }
 
@@ -161,11 +184,7 @@ fn what_no_recording_tells_is_said_to_be_held() {
     let cables = cables(&recordings);
     let mut start = truth;
     start[Parameter::DragAlong] = 0.01;
-    let search = Search {
-        free: vec![Parameter::Bending, Parameter::DragAlong],
-        stages: vec![Stage::of_all(20, 3)],
-        ..Search::default()
-    };
+    let search = Search::of(vec![Parameter::Bending, Parameter::DragAlong], vec![Stage::of_all(20, 3)]);
     let known = known(&fit(&recordings, &cables, &start, &search, &mut |_| true).unwrap());
     assert!(known[Parameter::Bending.index()].interval.is_some());
     assert_eq!(known[Parameter::DragAlong.index()].interval, None);

@@ -44,7 +44,7 @@ impl Kind for Tree {
     fn search(&self) -> Search<Number> {
         let stages = vec![Stage::of_all(100, 12), Stage { frames: None, every: 1, iterations: 12 }];
         let free = Number::all(self.branches.len());
-        Search { free, stages, huber: 5e-3, steps: 1, independent: f64::INFINITY }
+        Search::of(free, stages)
     }
 
     fn ways(&self, _: &Recording) -> Vec<Vec<usize>> {

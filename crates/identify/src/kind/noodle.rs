@@ -45,7 +45,7 @@ impl Kind for Clamped {
 
     fn search(&self) -> Search<Number> {
         let stages = vec![Stage { frames: None, every: 1, iterations: 40 }];
-        Search { free: Number::ALL.to_vec(), stages, huber: 0.1, steps: 1, independent: 1.0 }
+        Search { huber: 0.1, independent: 1.0, ..Search::of(Number::ALL.to_vec(), stages) }
     }
 
     fn ways(&self, _: &Recording) -> Vec<Vec<usize>> {

@@ -16,7 +16,7 @@ use identify::cable::{Cable, Resolution};
 use identify::fit::{Search, Stage, fit};
 use identify::motions::{halves, kinds};
 use identify::page::Predicted;
-use identify::parameter::Parameters;
+use identify::parameter::{Parameter, Parameters};
 use identify::predict::{Prediction, predict};
 use identify::recording::{Reading, Recording, files, read_all};
 use report::Section as PageSection;
@@ -309,7 +309,8 @@ impl Known {
             Method::Blend => done(vec![errors("", eval, &uncorrected(&films(eval, None)?))], 0.0),
             Method::Identified => {
                 let errors = vec![errors("", eval, &simulated(eval, &self.parameters, [1; 2])?)];
-                let named = Search::default().free.into_iter().map(|of| (of.name().to_owned(), self.parameters[of]));
+                let named = Parameter::ALL.into_iter().filter(|&of| self.parameters[of] != 0.0);
+                let named = named.map(|of| (of.name().to_owned(), self.parameters[of]));
                 let (seconds, parameters) = (self.seconds, named.collect());
                 Ok(Some(Measured { errors, recordings: counts, seconds, parameters }))
             }
