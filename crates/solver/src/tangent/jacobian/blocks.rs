@@ -353,7 +353,7 @@ mod tests {
     #[test]
     fn a_singular_block_has_no_inverse() {
         let mut m = block(0.3);
-        m[4] = m[1];
-        assert!(!total(&inverse(&m)).is_finite() || total(&inverse(&m)).abs() > 1e12);
+        m[4] = [0.0; 6];
+        assert!(!total(&inverse(&m)).is_finite());
     }
 }
