@@ -3,9 +3,14 @@
 #[path = "common/mod.rs"]
 mod common;
 
+use std::sync::Arc;
+
 use common::*;
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, BodyShape, InnerDamping, JointForce, Model, Pose, RigidBody, RodSpec, State, shape};
+use rod::{
+    Air, Assembly, Body, BodyShape, Driven, InnerDamping, Interpolation, JointForce, Load, Model, Motion, Pose,
+    RigidBody, RodSpec, State, Wind, shape,
+};
 use solver::derivative::{Forward, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
@@ -162,6 +167,78 @@ fn rods_in_lanes_have_the_gradients_of_rods_alone() {
             assert_eq!(together.start.velocities[segments.clone()], alone.start.velocities);
             assert_eq!(together.start.angular_velocities[segments], alone.start.angular_velocities);
         }
+    }
+}
+
+/// Cables between two grips, a hinge at the first, while the second moves: loops through what is held. Each has 8 segments, 9
+/// joints and 2 anchors.
+fn cables(which: std::ops::Range<usize>, in_air: bool) -> (Model, State) {
+    let mut assembly = Assembly::new(GRAVITY);
+    for k in which.clone() {
+        let line = shape::helix(Vector3::y() * k as f64, 0.3, 0.2 + 0.05 * k as f64, 1.0, 8);
+        let rod = assembly.rod(&RodSpec::new(line, 0.02, material(1e7 * (1 + k) as f64, 500.0)));
+        assembly.clamp_start(&rod).clamp_end(&rod);
+        let (force, torque) = (numbers(k, 0), numbers(k, 1) * 0.01);
+        assembly.load(Load { segment: rod.start + 3, offset: 0.02, force, torque });
+    }
+    let (mut model, mut state) = assembly.finish();
+    for (own, k) in which.enumerate() {
+        model.hinge(model.joints_of(&(8 * own..8 * own + 8))[0], &Vector3::new(0.3, 1.0, 0.2));
+        let Pose { position, orientation } = model.anchors[2 * own + 1];
+        let shift = Vector3::new(0.0, 0.02, 0.01) * (1 + k) as f64;
+        let frames = [(0.0, Pose { position, orientation }), (0.2, Pose { position: position + shift, orientation })];
+        let motion = Motion::through(&frames, Interpolation::Linear).unwrap();
+        model.motions.push(Driven::new(Body::Anchor(2 * own + 1), Arc::new(motion)));
+        (0..8).for_each(|i| state.angular_velocities[8 * own + i] = numbers(k, i));
+    }
+    if in_air {
+        let wind = Wind::steady(Vector3::new(4.0, 3.0, 0.3));
+        model.air = Some(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind });
+    }
+    (model, state)
+}
+
+#[test]
+fn cables_in_lanes_have_the_gradients_of_cables_alone() {
+    const CABLES: usize = 4;
+    for (integrator, in_air) in [(Integrator::Euler, false), (Integrator::Bdf2, false), (Integrator::Bdf2, true)] {
+        let of = |(model, state): &(Model, State), stretch: usize| {
+            let mut recording = Recording::with_checkpoints(model, state, &solved(integrator), stretch).unwrap();
+            let mut objective = Vec::new();
+            for step in 1..=STEPS {
+                assert_eq!(recording.step(STEP).unwrap().status, Status::Converged);
+                let mut weights = StateVariation::with_forces(model);
+                for i in 0..model.segments.len() {
+                    (weights.positions[i], weights.turns[i]) = (numbers(step, i % 8), numbers(step + 1, i % 8) * 0.3);
+                    weights.velocities[i] = numbers(step + 2, i % 8) * 0.01;
+                }
+                for (j, own) in weights.forces.iter_mut().enumerate() {
+                    *own = JointForce { force: numbers(step, j % 9) * 0.1, moment: numbers(step + 4, j % 9) };
+                }
+                objective.push((step, weights));
+            }
+            recording.backward(&objective, Wanted::ALL).unwrap()
+        };
+        let together = of(&cables(0..CABLES, in_air), usize::MAX);
+        assert_eq!(of(&cables(0..CABLES, in_air), 4), together);
+        let mut gravity = Vector3::zeros();
+        for k in 0..CABLES {
+            let alone = of(&cables(k..k + 1, in_air), usize::MAX);
+            let (segments, joints) = (8 * k..8 * k + 8, 9 * k..9 * k + 9);
+            assert_eq!(together.segments[segments.clone()], alone.segments, "{integrator:?} {in_air} {k}");
+            assert_eq!(together.joints[joints], alone.joints, "{integrator:?} {in_air} {k}");
+            assert_eq!(together.loads[k..k + 1], alone.loads, "{integrator:?} {in_air} {k}");
+            assert_eq!(together.start.positions[segments.clone()], alone.start.positions);
+            assert_eq!(together.start.angular_velocities[segments], alone.start.angular_velocities);
+            for held in &alone.held {
+                let Body::Anchor(anchor) = held.body else { unreachable!() };
+                let body = Body::Anchor(2 * k + anchor);
+                let same = together.held.iter().find(|other| other.body == body).unwrap();
+                assert_eq!(same.poses, held.poses, "{integrator:?} {in_air} {k}");
+            }
+            gravity += alone.gravity;
+        }
+        assert_eq!(together.gravity, gravity);
     }
 }
 

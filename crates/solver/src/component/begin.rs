@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::lanes::{pick_pose, pick_spatial};
+use super::lanes::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::multistep::StepsBefore;
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
@@ -25,23 +25,46 @@ pub(crate) struct Begin {
 
 /// Derivatives of a number with respect to what a body's state consists of.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyBar {
+pub(crate) struct BodyBar<T = f64> {
     /// The pose: shift and turn.
-    pub(crate) pose: Spatial<f64>,
+    pub(crate) pose: Spatial<T>,
     /// Velocities over the last step.
-    pub(crate) velocity: Spatial<f64>,
+    pub(crate) velocity: Spatial<T>,
     /// Velocity and angular momentum at the end of the last step.
-    pub(crate) now: Spatial<f64>,
+    pub(crate) now: Spatial<T>,
     /// The same one step earlier.
-    pub(crate) earlier: Spatial<f64>,
+    pub(crate) earlier: Spatial<T>,
     /// The discrete momentum over the last step.
-    pub(crate) over: Vec3<f64>,
+    pub(crate) over: Vec3<T>,
 }
 
-impl Default for BodyBar {
+impl<T: Real> Default for BodyBar<T> {
+    #[inline(always)]
     fn default() -> Self {
         let zero = Spatial::zero();
         Self { pose: zero, velocity: zero, now: zero, earlier: zero, over: Vec3::zero() }
+    }
+}
+
+impl<T: Real> BodyBar<T> {
+    /// Those of one lane.
+    pub(crate) fn pick(&self, lane: usize) -> BodyBar {
+        BodyBar {
+            pose: pick_spatial(&self.pose, lane),
+            velocity: pick_spatial(&self.velocity, lane),
+            now: pick_spatial(&self.now, lane),
+            earlier: pick_spatial(&self.earlier, lane),
+            over: pick(self.over, lane),
+        }
+    }
+
+    /// Puts those of one lane back.
+    pub(crate) fn put(&mut self, lane: usize, from: &BodyBar) {
+        copy_spatial(&mut self.pose, lane, &from.pose, 0);
+        copy_spatial(&mut self.velocity, lane, &from.velocity, 0);
+        copy_spatial(&mut self.now, lane, &from.now, 0);
+        copy_spatial(&mut self.earlier, lane, &from.earlier, 0);
+        put(&mut self.over, lane, from.over.0);
     }
 }
 
@@ -149,6 +172,35 @@ impl<T: Real> Component<T> {
         if let (Some(own), Some(from)) = (&mut self.multistep, &begin.steps) {
             own.go_back(from);
         }
+    }
+
+    /// Goes back to where a step began in one lane.
+    pub(crate) fn begin_lane_at(&mut self, lane: usize, begin: &Begin) {
+        for (own, pose) in self.poses.iter_mut().zip(begin.poses.iter()) {
+            copy_pose(own, lane, pose, 0);
+        }
+        for (own, from) in self.velocities.iter_mut().zip(&begin.velocities) {
+            copy_spatial(own, lane, from, 0);
+        }
+        if lane == 0 {
+            self.has_given = false;
+        }
+        self.has_given |= begin.has_given;
+        for (i, own) in self.given.iter_mut().enumerate() {
+            own.set_lane(lane, begin.given.get(i).copied().unwrap_or(-1.0));
+        }
+        self.last_dt.set_lane(lane, begin.last_dt);
+        self.last_effective.set_lane(lane, begin.last_effective);
+        if let (Some(own), Some(from)) = (&mut self.multistep, &begin.steps) {
+            own.go_back_in(lane, from);
+        }
+    }
+
+    /// Puts poses and multipliers of one lane to where a step was solved.
+    pub(crate) fn place_lane(&mut self, lane: usize, poses: &[BodyPose<f64>], lambda: &[Spatial<f64>]) {
+        self.poses.iter_mut().zip(poses).for_each(|(own, pose)| copy_pose(own, lane, pose, 0));
+        self.lambda.iter_mut().zip(lambda).for_each(|(own, lambda)| copy_spatial(own, lane, lambda, 0));
+        self.pulls_hold = false;
     }
 
     /// Whether steps know of those before.

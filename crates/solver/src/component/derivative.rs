@@ -41,9 +41,9 @@ impl<T: Real> Component<T> {
         self.bodies[body].free.lane(0) == 0.0
     }
 
-    /// Whether something moves a body that is held.
-    pub(crate) fn is_moved(&self, body: usize) -> bool {
-        self.moved.iter().any(|moved| moved.is_of(0, body))
+    /// Whether something moves a body that is held in a lane.
+    pub(crate) fn is_moved(&self, body: usize, lane: usize) -> bool {
+        self.moved.iter().any(|moved| moved.is_of(lane, body))
     }
 
     /// The prediction of a step, for which forces are set.

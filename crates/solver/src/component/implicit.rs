@@ -48,10 +48,9 @@ impl Component<f64> {
     }
 
     /// Takes over the answer of the whole Jacobian: multipliers from `-dlambda` in world rows.
-    pub(crate) fn take_multipliers(&mut self, y: &[Vector6<f64>]) {
-        for (j, y) in y.iter().enumerate() {
-            let world = Spatial::from_array((-y).into());
-            self.dlambda[j] = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+    pub(crate) fn take_multipliers(&mut self, y: &[Spatial<f64>]) {
+        for (j, &y) in y.iter().enumerate() {
+            self.dlambda[j] = self.system.joints[j].multipliers_from_world(-y, self.system.frame(j));
         }
         self.drop_free();
     }

@@ -5,7 +5,6 @@
 //! So the iteration's matrix is a little off, and the solution that it converges to is exact. An open grip goes with the
 //! face that it may hold, so that there is nothing to close when it does.
 
-use nalgebra::Vector6;
 use rod::{Body, Freedom, Joint, Model};
 
 use super::lanes::{copy_pose, pick, pick_pose, put};
@@ -190,7 +189,7 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Rows of a joint of a set on its own, zero where it is free.
+    /// Rows of a joint, zero where it is free.
     pub(super) fn without_free_rows(&self, joint: usize, x: Spatial<T>) -> Spatial<T> {
         let own = self.loose.iter().filter(|loose| loose.joint == joint);
         own.fold(x, |x, &Loose { lane, turns, open, .. }| masked(x, lane, turns, open))
@@ -219,9 +218,9 @@ impl Component<f64> {
     }
 
     /// The free row of a hinge as a direction of its world rows.
-    pub(crate) fn free_row(&self, joint: usize) -> Vector6<f64> {
+    pub(crate) fn free_row(&self, joint: usize) -> Spatial<f64> {
         let row = Spatial { linear: Vec3::zero(), angular: Vec3([0.0, 0.0, 1.0]) };
-        Vector6::from(self.system.joints[joint].to_world(row, self.system.frame(joint)).to_array())
+        self.system.joints[joint].to_world(row, self.system.frame(joint))
     }
 }
 

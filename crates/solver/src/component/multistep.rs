@@ -221,13 +221,6 @@ impl StepsBefore {
     }
 }
 
-impl Multistep<f64> {
-    /// Whether the step under way goes on from those before.
-    pub(super) fn goes_on(&self) -> bool {
-        self.ratio > 0.0
-    }
-}
-
 impl<T: Real> Multistep<T> {
     /// What the step under way knows of those before, in one lane.
     pub(super) fn before(&self, lane: usize) -> StepsBefore {
@@ -246,6 +239,16 @@ impl<T: Real> Multistep<T> {
             *own = Vec3::splat(*from);
         }
         self.goes_on = T::splat(before.goes_on);
+    }
+
+    /// Takes it over in one lane.
+    pub(super) fn go_back_in(&mut self, lane: usize, before: &StepsBefore) {
+        let lists = [(&mut self.now, &before.now), (&mut self.earlier, &before.earlier)];
+        for (own, from) in lists.into_iter().flat_map(|(own, from)| own.iter_mut().zip(from)) {
+            copy_spatial(own, lane, from, 0);
+        }
+        self.over.iter_mut().zip(&before.over).for_each(|(own, from)| put(own, lane, from.0));
+        self.goes_on.set_lane(lane, before.goes_on);
     }
 }
 

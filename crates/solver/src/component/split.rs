@@ -21,7 +21,12 @@ pub(crate) struct Alike {
 impl Alike {
     /// Whether they can be solved side by side, one a lane: enough of them, and none with a loop.
     pub(crate) fn fill_lanes(&self) -> bool {
-        self.sets.len() >= FEWEST_IN_LANES && self.topology.elimination.is_some()
+        Self::fills_lanes(self.sets.len(), &self.topology)
+    }
+
+    /// The same of so many sets.
+    pub(crate) fn fills_lanes(sets: usize, topology: &Topology) -> bool {
+        sets >= FEWEST_IN_LANES && topology.elimination.is_some()
     }
 }
 

@@ -5,38 +5,54 @@
 //! [`rod::JointForce::of_multipliers`]). As these are turned, with w the turn of b less that of a in that frame, (s, u) changes
 //! by `(-w.u, s w + w x u) / 2`.
 
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 use rod::JointForce;
 
 use super::Component;
 use super::tangent::vector;
 use crate::kernel::Spatial;
+use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 
-type V = Vec3<f64>;
-
 /// A joint between two bodies as they are turned.
-struct Turned {
+struct Turned<T> {
     /// Frame of body a, with what a rest frame turns it by, and that alone.
-    frame: Quat<f64>,
-    rest: Quat<f64>,
+    frame: Quat<T>,
+    rest: Quat<T>,
     /// The relative rotation.
-    between: Quat<f64>,
+    between: Quat<T>,
     /// `-1 / (l h^2)` and `1 / h^2`; zero before the first step.
-    scale: f64,
-    per: f64,
+    scale: T,
+    per: T,
 }
 
-impl Component<f64> {
-    fn turned_joint(&self, j: usize) -> Turned {
+impl<T: Real> Component<T> {
+    fn turned_joint(&self, j: usize) -> Turned<T> {
         let [a, b] = self.system.topology.joints[j].map(|body| self.poses[body as usize].q);
         let [rest, of_b] = self.beyond.rests.get(j).copied().unwrap_or([Quat::identity(); 2]);
         let frame = a * rest;
-        let per = if self.effective > 0.0 { 1.0 / (self.effective * self.effective) } else { 0.0 };
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        let per = (-self.effective).select(zero, one / (self.effective * self.effective));
         let scale = -per / self.system.joints[j].length;
         Turned { frame, rest, between: (frame.conj() * (b * of_b)).upper(), scale, per }
     }
 
+    /// From derivatives with respect to what a joint transmits, force and moment, to those with respect to `y`, which is
+    /// `-dlambda` in world rows, and with respect to the turn of body b in world axes, less which is that of body a.
+    pub(crate) fn transmitted_back(&self, j: usize, of: Spatial<T>) -> (Spatial<T>, Vec3<T>) {
+        let Turned { frame, rest, between: Quat { v: u, w: s }, scale, per } = self.turned_joint(j);
+        let lambda = self.lambda[j].angular;
+        let moment = rest.rotate_back(of.angular);
+        let rows = Spatial { linear: of.linear * -per, angular: (moment * s - u.cross(moment)) * -scale };
+        let crossed = lambda.cross(moment);
+        let turn = (crossed * s + u.cross(crossed) - u * lambda.dot(moment)) * (scale * T::splat(0.5));
+        let system = &self.system;
+        let world = system.joints[j].to_world(self.without_free_rows(j, rows), system.frame(j));
+        (world, frame.rotate(turn))
+    }
+}
+
+impl Component<f64> {
     /// What a joint transmits more at the end of the step that is solved, where its bodies are turned by so much in world axes
     /// [rad], and its multipliers change by `rows`.
     pub(crate) fn transmitted_along(&self, j: usize, turns: [Vector3<f64>; 2], rows: [Vector3<f64>; 2]) -> JointForce {
@@ -49,25 +65,9 @@ impl Component<f64> {
         JointForce { force: rows[0] * per, moment: vector(rest.rotate(moment)) }
     }
 
-    /// From derivatives with respect to what a joint transmits to those with respect to `y`, which is `-dlambda` in world rows,
-    /// and with respect to the turn of body b in world axes, less which is that of body a.
-    pub(crate) fn transmitted_back(&self, j: usize, of: &JointForce) -> (Spatial<f64>, V) {
-        let Turned { frame, rest, between: Quat { v: u, w: s }, scale, per } = self.turned_joint(j);
-        let lambda = self.lambda[j].angular;
-        let moment = rest.rotate_back(Vec3(of.moment.into()));
-        let linear = Vec3(of.force.into()) * -per;
-        let rows = Spatial { linear, angular: (moment * s - u.cross(moment)) * -scale };
-        let crossed = lambda.cross(moment);
-        let turn = (crossed * s + u.cross(crossed) - u * lambda.dot(moment)) * (0.5 * scale);
-        let system = &self.system;
-        let world = system.joints[j].to_world(self.without_free_rows(j, rows), system.frame(j));
-        (world, frame.rotate(turn))
-    }
-
     /// What the multipliers of a joint change by, in their rows, with the answer `y`, which is `-dlambda` in world rows.
-    pub(crate) fn answered(&self, j: usize, y: &Vector6<f64>) -> [Vector3<f64>; 2] {
-        let world = Spatial::from_array((-y).into());
-        let rows = self.system.joints[j].multipliers_from_world(world, self.system.frame(j));
+    pub(crate) fn answered(&self, j: usize, y: Spatial<f64>) -> [Vector3<f64>; 2] {
+        let rows = self.system.joints[j].multipliers_from_world(-y, self.system.frame(j));
         let Spatial { linear, angular } = self.without_free_rows(j, rows);
         [vector(linear), vector(angular)]
     }

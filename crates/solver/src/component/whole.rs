@@ -4,20 +4,20 @@
 //! second derivative H in rotation vectors: two turns do not commute. Tangents need H alone, as at a solution the T sum to
 //! zero; the torque of the inertia, which is no gradient, has a derivative of its own.
 
-use nalgebra::Matrix3;
-
 use super::Component;
 use super::multistep::gyroscopic;
-use super::tangent::{matrix, vector};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
-use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::kernel::math::{Quat, Sym3, Vec3, cross_matrix, map_rows, sum, transposed};
 use crate::tangent::Equations;
+use crate::tangent::jacobian::Whole;
 
-/// The columns of `f(e_k)`.
-fn columns(f: impl Fn(Vec3<f64>) -> Vec3<f64>) -> Matrix3<f64> {
-    Matrix3::from_columns(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| vector(f(Vec3(e)))))
+/// The matrix with the columns `f(e_k)`, row by row.
+#[inline(always)]
+fn columns<T: Real>(f: impl Fn(Vec3<T>) -> Vec3<T>) -> [[T; 3]; 3] {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    transposed([f(Vec3([one, zero, zero])).0, f(Vec3([zero, one, zero])).0, f(Vec3([zero, zero, one])).0])
 }
 
 /// The turn since an orientation: its cosine and `2 sin(angle / 2)` times its axis.
@@ -27,46 +27,56 @@ pub(super) fn turn_since<T: Real>(q: Quat<T>, before: Quat<T>) -> (T, Vec3<T>) {
     (turn.w, turn.v * T::splat(2.0))
 }
 
-impl Component<f64> {
-    /// How `-g` of each body's turns falls as the body turns (zero where it is held), and how each joint's stretch-shear rows
-    /// grow as body a turns, for `equations` that have a `share` of the inertia: the exact blocks.
-    pub(crate) fn whole_blocks(
-        &self,
-        equations: &Equations,
-        share: f64,
-        bodies: &mut Vec<Matrix3<f64>>,
-        joints: &mut Vec<Matrix3<f64>>,
-    ) {
+impl<T: Real> Component<T> {
+    /// What the Jacobian has beyond `equations` that have a `share` of the inertia.
+    pub(crate) fn whole_blocks(&self, equations: &Equations<T>, share: f64, out: &mut Whole<T>) {
+        vectorized(
+            #[inline(always)]
+            || self.all_whole_blocks(equations, T::splat(share), out),
+        );
+    }
+
+    #[inline(always)]
+    fn all_whole_blocks(&self, equations: &Equations<T>, share: T, Whole { bodies, joints }: &mut Whole<T>) {
         bodies.clear();
-        bodies.extend((0..self.poses.len()).map(|i| match self.is_still(i) {
-            true => Matrix3::zeros(),
-            false => matrix(equations.bodies[i].turning.full()) + columns(|by| self.lopsided_inertia(i, by)[1]) * share,
-        }));
-        let mut add = |body: usize, torque: Vec3<f64>| {
-            if !self.is_still(body) {
-                bodies[body] += vector(torque).cross_matrix() * 0.5;
-            }
-        };
+        for (i, body) in equations.bodies.iter().enumerate() {
+            bodies.push(match self.is_still(i) {
+                true => [[T::zero(); 3]; 3],
+                false => {
+                    let lopsided = columns(|by| self.lopsided_inertia(i, by)[1]);
+                    sum(body.turning.full(), map_rows(lopsided, |row| row * share))
+                }
+            });
+        }
+        let half = T::splat(0.5);
         let dt2 = self.effective * self.effective;
         for load in &self.loads {
             let arm = self.system.bodies[load.body].axis * load.offset;
-            add(load.body, arm.cross(load.force * dt2));
+            self.add_torque(bodies, load.body, arm.cross(load.force * dt2) * half);
         }
         joints.clear();
         for (j, ends) in self.system.topology.joints.iter().enumerate() {
-            let [a, b] = ends.map(|body| body as usize);
+            let [a, b] = [ends[0] as usize, ends[1] as usize];
             let arms = self.arms(j);
             let world = self.system.joints[j].multipliers_to_world(self.lambda[j], self.system.frame(j));
-            add(a, arms[0].cross(world.linear) - world.angular);
-            add(b, world.angular - arms[1].cross(world.linear));
+            self.add_torque(bodies, a, (arms[0].cross(world.linear) - world.angular) * half);
+            self.add_torque(bodies, b, (world.angular - arms[1].cross(world.linear)) * half);
             joints.push(self.tilted(j, arms[0]));
+        }
+    }
+
+    /// Adds what half a torque does with a body's block of turns.
+    #[inline(always)]
+    fn add_torque(&self, bodies: &mut [[[T; 3]; 3]], body: usize, half: Vec3<T>) {
+        if !self.is_still(body) {
+            bodies[body] = sum(bodies[body], cross_matrix(half));
         }
     }
 
     /// How a joint's stretch-shear rows change as body a, with the connector's `arm`, turns and takes the frame along that its
     /// compliance and its damping are measured in.
     #[inline(always)]
-    fn tilted(&self, j: usize, arm: Vec3<f64>) -> Matrix3<f64> {
+    fn tilted(&self, j: usize, arm: Vec3<T>) -> [[T; 3]; 3] {
         let (terms, force) = (&self.system.joints[j], self.lambda[j].linear);
         let a = self.system.topology.joints[j][0] as usize;
         let body = &self.system.bodies[a];
@@ -74,17 +84,21 @@ impl Component<f64> {
         if let Some(damped) = self.beyond.damped.get(j) {
             fixed += body.orientation.rotate(damped.gap);
         }
-        let mut out = vector(fixed).cross_matrix();
-        let mut along = |axis: Vec3<f64>, extra: f64| {
-            let turning = vector(axis).cross_matrix() * -axis.dot(force);
-            out += (turning + vector(axis) * vector(axis.cross(force)).transpose()) * extra;
-        };
-        along(body.axis, terms.stretch_extra);
+        let mut out = along(cross_matrix(fixed), body.axis, force, terms.stretch_extra);
         if let Some(&extra) = self.system.shear_extra.get(j) {
-            along(body.orientation.second_axis(), extra);
+            out = along(out, body.orientation.second_axis(), force, extra);
         }
         out
     }
+}
+
+/// Adds how a compliance `extra` along an axis answers a force as the axis turns.
+#[inline(always)]
+fn along<T: Real>(out: [[T; 3]; 3], axis: Vec3<T>, force: Vec3<T>, extra: T) -> [[T; 3]; 3] {
+    let turned = cross_matrix(axis * -(axis.dot(force) * extra));
+    let crossed = axis.cross(force) * extra;
+    let [x, y, z] = axis.0;
+    sum(out, sum(turned, [(crossed * x).0, (crossed * y).0, (crossed * z).0]))
 }
 
 impl<T: Real> Component<T> {

@@ -1,5 +1,5 @@
-//! The adjoint of a connected set's steps: the derivative of one number with respect to all that they depend on, backwards in
-//! time.
+//! The adjoint of steps: the derivative of one number with respect to all that they depend on, backwards in time, of a connected set
+//! or of alike ones in lanes.
 //!
 //! With the Jacobian A of a step's equations in its poses and multipliers, and the derivatives b of the number with respect to
 //! the poses at its end, `A^T x = b` is solved. What the step begins with, and parameters, enter its equations body by body and
@@ -7,19 +7,21 @@
 
 use std::sync::Arc;
 
-use nalgebra::{SVector, Vector3, Vector6};
-use rod::{JointForce, Model, State};
+use nalgebra::{SVector, Vector3};
+use rod::{Model, State};
 
 use super::duals::Duals;
-use super::forward::six;
+use super::gains::Gains;
 use super::recording::{Pair, Wanted};
 use super::replay::Replay;
-use super::{StateVariation, Substep, Variation};
-use crate::component::{BodyBar, BodyGradient, Component, Ended, Members, add_numbers};
+use super::{DerivativeError, StateVariation, Substep, Variation};
+use crate::component::{BodyBar, BodyGradient, Component, Ended, Members, copy_spatial, pick_spatial};
 use crate::integrator::Integrator;
 use crate::kernel::Spatial;
-use crate::kernel::math::Vec3;
-use crate::tangent::jacobian::{Field, split as parts};
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
+use crate::tangent::jacobian::{Field, joined, six, split};
+use crate::topology::Topology;
 
 /// Where a run begins, and how it is integrated.
 #[derive(Clone)]
@@ -28,60 +30,64 @@ pub(super) struct Origin {
     pub(super) integrator: Integrator,
 }
 
-/// A connected set on its way back.
-pub(super) struct Adjoint {
-    pub(super) members: Members,
-    replay: Replay,
+/// Connected sets on their way back, one a lane.
+pub(super) struct Adjoint<T> {
+    pub(super) sets: Vec<Members>,
+    replay: Replay<T>,
     origin: Origin,
-    /// Made where they are needed: dual numbers take much memory.
-    duals: Option<Duals>,
+    /// Made where they are needed, one a lane: dual numbers take much memory.
+    duals: Vec<Option<Duals>>,
     /// Derivatives with respect to the state between two steps, one entry a body.
-    bars: Vec<BodyBar>,
+    bars: Vec<BodyBar<T>>,
     /// Those with respect to velocities as they are told, and whether any is not zero.
-    told: Vec<Spatial<f64>>,
+    told: Vec<Spatial<T>>,
     is_told: bool,
-    /// Those with respect to what joints transmit; empty where nobody asks.
-    transmitted: Vec<JointForce>,
-    memory: Memory,
+    /// Those with respect to what joints transmit, force and moment; empty where nobody asks.
+    transmitted: Vec<Spatial<T>>,
+    gains: Gains<T>,
+    memory: Memory<T>,
 }
 
 /// Memory of a step back.
-struct Memory {
-    field: Field,
-    moved: Field,
+struct Memory<T> {
+    field: Field<T>,
+    moved: Field<T>,
     /// The field's rows of bodies; of those that are held, derivatives with respect to their poses at the end.
-    bodies: Vec<Spatial<f64>>,
+    bodies: Vec<Spatial<T>>,
     /// Of bodies that are held, derivatives with respect to their poses at the start, which contacts know.
-    before: Vec<Spatial<f64>>,
+    before: Vec<Spatial<T>>,
     /// Of obstacles, the same at the start and at the end, one entry a contact.
     obstacles: Vec<(usize, [Pair; 2])>,
-    ended: Vec<Ended>,
-    gradients: Vec<BodyGradient>,
+    ended: Vec<Ended<T>>,
+    gradients: Vec<BodyGradient<T>>,
     /// Bars at the start of the step.
-    start: Vec<BodyBar>,
+    start: Vec<BodyBar<T>>,
 }
 
-fn vector(x: Vec3<f64>) -> Vector3<f64> {
-    Vector3::from(x.0)
+#[inline(always)]
+fn add<T: Real>(own: &mut Spatial<T>, by: Spatial<T>) {
+    *own = own.plus(by, T::splat(1.0));
 }
 
-fn pair(x: Spatial<f64>) -> Pair {
-    [vector(x.linear), vector(x.angular)]
+fn add_in<T: Real>(own: &mut Spatial<T>, lane: usize, by: Spatial<f64>) {
+    let sum = pick_spatial(own, lane).plus(by, 1.0);
+    copy_spatial(own, lane, &sum, 0);
 }
 
-fn spatial([linear, angular]: Pair) -> Spatial<f64> {
-    Spatial { linear: Vec3(linear.into()), angular: Vec3(angular.into()) }
-}
-
-fn add(own: &mut Spatial<f64>, by: Spatial<f64>) {
-    *own = own.plus(by, 1.0);
-}
-
-impl Adjoint {
-    /// That of a set at the start of a run.
-    pub(super) fn new(members: Members, replay: Replay, origin: Origin) -> Self {
-        let bodies = replay.topology.bodies();
-        let field = Field::zero(&replay.topology);
+impl<T: Real> Adjoint<T> {
+    /// That of sets with the same connectivity, at the start of a run.
+    ///
+    /// # Errors
+    /// If there are too many loops.
+    pub(super) fn new(
+        model: &Model,
+        origin: &Origin,
+        (sets, topology): (Vec<Members>, &Arc<Topology>),
+    ) -> Result<Self, DerivativeError> {
+        let lanes: Vec<&Members> = sets.iter().collect();
+        let replay = Replay::new(model, &origin.state, origin.integrator, (&lanes, topology))?;
+        let bodies = topology.bodies();
+        let field = Field::zero(topology);
         let memory = Memory {
             moved: field.clone(),
             field,
@@ -92,13 +98,26 @@ impl Adjoint {
             gradients: Vec::with_capacity(bodies),
             start: vec![BodyBar::default(); bodies],
         };
-        let (bars, told) = (vec![BodyBar::default(); bodies], vec![Spatial::zero(); bodies]);
-        let transmitted = Vec::new();
-        Self { members, replay, origin, duals: None, bars, told, is_told: false, transmitted, memory }
+        Ok(Self {
+            replay,
+            origin: origin.clone(),
+            duals: sets.iter().map(|_| None).collect(),
+            bars: vec![BodyBar::default(); bodies],
+            told: vec![Spatial::zero(); bodies],
+            is_told: false,
+            transmitted: Vec::new(),
+            gains: Gains::zero(sets.len(), [topology.joints.len(), bodies]),
+            memory,
+            sets,
+        })
     }
 
-    fn component(&self) -> &Component<f64> {
+    fn component(&self) -> &Component<T> {
         &self.replay.component
+    }
+
+    pub(super) fn topology(&self) -> &Arc<Topology> {
+        &self.replay.topology
     }
 
     /// Bodies that are held.
@@ -112,62 +131,68 @@ impl Adjoint {
         self.told.fill(Spatial::zero());
         self.is_told = false;
         self.transmitted.clear();
+        self.gains = Gains::zero(self.sets.len(), [self.replay.topology.joints.len(), self.bars.len()]);
     }
 
     /// A fixed segment that nothing moves stays where it began.
-    pub(super) fn add_base(&self, body: usize, pose: Pair, out: &mut Variation) {
-        if let Some(&i) = self.members.segments.get(body)
-            && !self.component().is_moved(body)
+    pub(super) fn add_base(&self, lane: usize, body: usize, pose: Spatial<f64>, out: &mut Variation) {
+        if let Some(&i) = self.sets[lane].segments.get(body)
+            && !self.component().is_moved(body, lane)
         {
-            out.start.positions[i] += pose[0];
-            out.start.turns[i] += pose[1];
+            let [shift, turn] = split(pose);
+            out.start.positions[i] += shift;
+            out.start.turns[i] += turn;
         }
     }
 
     /// Adds the derivatives with respect to the state after a step.
     pub(super) fn add_objective(&mut self, objective: &[(usize, StateVariation)], step: usize) {
         for (_, of) in objective.iter().filter(|(own, _)| *own == step) {
-            for (body, &i) in self.members.segments.iter().enumerate() {
-                add(&mut self.bars[body].pose, spatial([of.positions[i], of.turns[i]]));
-                if !self.replay.component.is_still(body) {
-                    let told = spatial([of.velocities[i], of.angular_velocities[i]]);
-                    self.is_told |= told != Spatial::zero();
-                    add(&mut self.told[body], told);
+            for (lane, members) in self.sets.iter().enumerate() {
+                for (body, &i) in members.segments.iter().enumerate() {
+                    add_in(&mut self.bars[body].pose, lane, joined([of.positions[i], of.turns[i]]));
+                    if !self.replay.component.is_still(body) {
+                        let told = joined([of.velocities[i], of.angular_velocities[i]]);
+                        self.is_told |= told != Spatial::zero();
+                        add_in(&mut self.told[body], lane, told);
+                    }
                 }
-            }
-            if !of.forces.is_empty() {
-                self.transmitted.resize(self.members.joints.len(), JointForce::default());
-            }
-            for (own, of) in
-                self.transmitted.iter_mut().zip(self.members.joints.iter().map_while(|&j| of.forces.get(j)))
-            {
-                own.force += of.force;
-                own.moment += of.moment;
+                if !of.forces.is_empty() {
+                    self.transmitted.resize(members.joints.len(), Spatial::zero());
+                }
+                let forces = members.joints.iter().map_while(|&j| of.forces.get(j));
+                for (own, of) in self.transmitted.iter_mut().zip(forces) {
+                    add_in(own, lane, joined([of.force, of.moment]));
+                }
             }
         }
     }
 
-    /// What is left at the start of the run.
+    /// What is left at the start of the run, and all that was gained on the way.
     pub(super) fn end(&self, out: &mut Variation) {
-        for (body, &i) in self.members.segments.iter().enumerate() {
-            let BodyBar { pose, velocity, now, .. } = &self.bars[body];
-            if self.component().is_still(body) {
-                self.add_base(body, pair(*pose), out);
-                continue;
+        for (lane, members) in self.sets.iter().enumerate() {
+            for (body, &i) in members.segments.iter().enumerate() {
+                let BodyBar { pose, velocity, now, .. } = self.bars[body].pick(lane);
+                if self.component().is_still(body) {
+                    self.add_base(lane, body, pose, out);
+                    continue;
+                }
+                // Velocities that are given are those over the last step and those at its end; momenta follow from them.
+                let given = velocity.plus(pick_spatial(&self.told[body], lane), 1.0);
+                let [[shift, turn], [velocity, rate], [now, _]] = [pose, given, now].map(split);
+                out.start.positions[i] += shift;
+                out.start.turns[i] += turn;
+                out.start.velocities[i] += velocity + now;
+                out.start.angular_velocities[i] += rate;
             }
-            // Velocities that are given are those over the last step and those at its end; momenta follow from them.
-            let given = velocity.plus(self.told[body], 1.0);
-            out.start.positions[i] += vector(pose.linear);
-            out.start.turns[i] += vector(pose.angular);
-            out.start.velocities[i] += vector(given.linear + now.linear);
-            out.start.angular_velocities[i] += vector(given.angular);
         }
+        self.gains.add_to(&self.sets, out);
     }
 
     /// The derivatives with respect to the poses of a held body at the start and at the end of the step that has been gone back
     /// over.
-    pub(super) fn of_held(&self, body: usize) -> [Pair; 2] {
-        [&self.memory.before, &self.memory.bodies].map(|poses| pair(poses[body]))
+    pub(super) fn of_held(&self, body: usize) -> [Spatial<T>; 2] {
+        [self.memory.before[body], self.memory.bodies[body]]
     }
 
     /// The same with respect to the poses of obstacles, one entry a contact that presses.
@@ -175,145 +200,204 @@ impl Adjoint {
         &self.memory.obstacles
     }
 
-    /// Goes back over a step: derivatives with respect to the state at its end become those at its start; `None` where its
-    /// equations are singular.
-    pub(super) fn step_back(
-        &mut self,
-        model: &Model,
-        substep: &Substep,
-        wanted: Wanted,
-        out: &mut Variation,
-    ) -> Option<()> {
-        let Self { members, replay, origin, duals, bars, told, is_told, transmitted, memory } = self;
-        let Memory { field, moved, bodies, before, obstacles, ended, gradients, start } = memory;
-        replay.component.begin_at(&substep.begin);
-        let jacobian = replay.linearise(substep)?;
-        let topology = replay.topology.clone();
-        let make = || Duals::new(model, origin, (members, &topology));
-        if std::mem::take(is_told) {
-            let moments = duals.get_or_insert_with(make).tell(substep, told, bars);
-            if wanted.segments {
-                moments.iter().enumerate().for_each(|(body, x)| add_inertia(out, members.segments[body], x));
-            }
-            told.fill(Spatial::zero());
+    /// Goes back over a step, one entry a lane: derivatives with respect to the state at its end become those at its start; `None`
+    /// where its equations are singular. Lanes went through it alike, and where there are contacts there is one.
+    pub(super) fn step_back(&mut self, model: &Model, substeps: &[&Substep], wanted: Wanted) -> Option<()> {
+        self.replay.begin_at(substeps);
+        self.replay.linearise(substeps)?;
+        if std::mem::take(&mut self.is_told) {
+            self.tell(model, substeps, wanted);
         }
+        self.ask(substeps, wanted);
+        let Memory { field, moved, .. } = &mut self.memory;
+        self.replay.solve(field, true);
+        self.replay.apply_transposed(field, moved);
+        self.answer();
+        if let [substep] = substeps {
+            self.touch(substep, wanted);
+        }
+        self.gain(model, substeps, wanted);
+        std::mem::swap(&mut self.bars, &mut self.memory.start);
+        Some(())
+    }
 
+    /// What dual numbers in one lane stand for.
+    fn duals<'a>(
+        duals: &'a mut [Option<Duals>],
+        (model, origin): (&Model, &Origin),
+        (sets, topology): (&[Members], &Arc<Topology>),
+        lane: usize,
+    ) -> &'a mut Duals {
+        duals[lane].get_or_insert_with(|| Duals::new(model, origin, (&sets[lane], topology)))
+    }
+
+    /// Adds what velocities at the end, as they are told, change by with the state there and with inertias.
+    fn tell(&mut self, model: &Model, substeps: &[&Substep], wanted: Wanted) {
+        let Self { sets, replay, origin, duals, bars, told, gains, .. } = self;
+        for (lane, substep) in substeps.iter().enumerate() {
+            let duals = Self::duals(duals, (model, origin), (sets, &replay.topology), lane);
+            let told: Vec<Spatial<f64>> = told.iter().map(|told| pick_spatial(told, lane)).collect();
+            let mut own: Vec<BodyBar> = bars.iter().map(|bar| bar.pick(lane)).collect();
+            let moments = duals.tell(substep, &told, &mut own);
+            bars.iter_mut().zip(&own).for_each(|(bar, own)| bar.put(lane, own));
+            if wanted.segments {
+                moments.iter().enumerate().for_each(|(body, x)| gains.add_moments_in(lane, body, x));
+            }
+        }
+        told.fill(Spatial::zero());
+    }
+
+    /// Right-hand sides of the transposed equations.
+    fn ask(&mut self, substeps: &[&Substep], wanted: Wanted) {
+        let Self { replay, bars, transmitted, gains, memory, .. } = self;
+        let Memory { field, ended, .. } = memory;
         let component = &replay.component;
-        field.joints.fill(Vector6::zeros());
+        field.joints.fill(Spatial::zero());
         for (j, of) in transmitted.drain(..).enumerate() {
-            let (of_y, turn) = component.transmitted_back(j, &of);
-            field.joints[j] = six(pair(of_y));
-            let [a, b] = topology.joints[j].map(|body| body as usize);
+            let (of_y, turn) = component.transmitted_back(j, of);
+            field.joints[j] = of_y;
+            let [a, b] = replay.topology.joints[j].map(|body| body as usize);
             bars[a].pose.angular -= turn;
             bars[b].pose.angular += turn;
         }
-        if substep.begins_anew {
-            let Variation { gravity, loads, segments, .. } = &mut *out;
+        if substeps.iter().any(|substep| substep.begins_anew) {
+            let (mut gravity, mut loads) = (Vec::new(), Vec::new());
             component.begin_anew_back(
                 bars,
-                |of_gravity| {
-                    if wanted.surroundings {
-                        *gravity += vector(of_gravity);
-                    }
-                },
-                |index, body, of_force, of_mass| {
-                    if wanted.loads {
-                        loads[index][0] += vector(of_force);
-                    }
-                    if wanted.segments {
-                        segments[members.segments[body]].mass += of_mass;
-                    }
+                |of| gravity.push(of),
+                |load, lane, body, force, mass| {
+                    loads.push((load, lane, body, force, mass));
                 },
             );
+            if wanted.surroundings {
+                gravity.into_iter().for_each(|of| gains.add_gravity(of));
+            }
+            for (load, lane, body, force, mass) in loads {
+                if wanted.loads {
+                    gains.add_load(load, [Vector3::from(force.0), Vector3::zeros()]);
+                }
+                if wanted.segments {
+                    gains.add_mass_in(lane, body, mass);
+                }
+            }
         }
         ended.clear();
-        for (i, bar) in bars.iter().enumerate() {
-            let own = if component.is_still(i) { Ended::default() } else { component.end_back(i, bar) };
-            field.bodies[i] = six(pair(bar.pose.plus(own.pose, 1.0)));
-            ended.push(own);
-        }
-        replay.solve(&jacobian, field, true);
-        let component = &replay.component;
-        jacobian.apply(field, true, moved);
+        vectorized(
+            #[inline(always)]
+            || {
+                for (i, bar) in bars.iter().enumerate() {
+                    let own = if component.is_still(i) { Ended::default() } else { component.end_back(i, bar) };
+                    field.bodies[i] = bar.pose.plus(own.pose, T::splat(1.0));
+                    ended.push(own);
+                }
+            },
+        );
+    }
 
+    /// What their solution says of the state at the start and of bodies' own numbers.
+    fn answer(&mut self) {
+        let Self { replay, bars, memory, .. } = self;
+        let Memory { field, moved, bodies, before, obstacles, ended, gradients, start } = memory;
+        let component = &replay.component;
         gradients.clear();
-        for i in 0..bars.len() {
-            let own = spatial(parts(&field.bodies[i]));
-            start[i] = BodyBar::default();
-            if component.is_still(i) {
-                bodies[i] = bars[i].pose.plus(spatial(parts(&moved.bodies[i])), -1.0);
-                gradients.push(BodyGradient::default());
-                continue;
-            }
-            bodies[i] = own;
-            let (bar, gradient) = component.start_back(i, own, &ended[i]);
-            start[i] = bar;
-            gradients.push(gradient);
-        }
+        vectorized(
+            #[inline(always)]
+            || {
+                for i in 0..bars.len() {
+                    let mut gradient = BodyGradient::default();
+                    if component.is_still(i) {
+                        start[i] = BodyBar::default();
+                        bodies[i] = bars[i].pose.plus(moved.bodies[i], T::splat(-1.0));
+                    } else {
+                        bodies[i] = field.bodies[i];
+                        (start[i], gradient) = component.start_back(i, bodies[i], &ended[i]);
+                    }
+                    gradients.push(gradient);
+                }
+                for (j, own) in field.joints.iter().enumerate() {
+                    component.memory_back(j, *own, start);
+                }
+            },
+        );
         before.fill(Spatial::zero());
         obstacles.clear();
+    }
+
+    /// Adds what contacts say.
+    fn touch(&mut self, substep: &Substep, wanted: Wanted) {
+        let Self { replay, gains, memory, .. } = self;
+        let Memory { field, bodies, before, obstacles, start, .. } = memory;
         for (contact, of) in substep.touching.iter().enumerate() {
             let own = replay.contacts.fixed_rows::<3>(replay.equations_of(contact));
-            out.friction -= of.by_friction.dot(&own);
+            gains.friction -= of.by_friction.dot(&own);
             let mut at_end = -of.by_pose.tr_mul(&own);
             for (side, body) in of.sides() {
-                at_end += of.push_by_pose.fixed_rows::<6>(6 * side).tr_mul(&field.bodies[body]);
+                at_end += of.push_by_pose.fixed_rows::<6>(6 * side).tr_mul(&six(field.bodies[body]));
             }
             let at_start = -of.by_start.tr_mul(&own);
-            let part = |of: &SVector<f64, 12>, side: usize| spatial(parts(&of.fixed_rows::<6>(6 * side).into()));
+            let part = |of: &SVector<f64, 12>, side: usize| {
+                let own = of.fixed_rows::<6>(6 * side);
+                [own.fixed_rows::<3>(0).into(), own.fixed_rows::<3>(3).into()]
+            };
+            let lanes = |of: Pair| Spatial::splat(joined(of));
             for (side, body) in of.sides() {
-                if component.is_still(body) {
-                    add(&mut bodies[body], part(&at_end, side));
-                    add(&mut before[body], part(&at_start, side));
+                if replay.component.is_still(body) {
+                    add(&mut bodies[body], lanes(part(&at_end, side)));
+                    add(&mut before[body], lanes(part(&at_start, side)));
                 } else {
-                    add(&mut start[body].pose, part(&at_start, side));
+                    add(&mut start[body].pose, lanes(part(&at_start, side)));
                 }
             }
             if let Some(obstacle) = of.obstacle.filter(|_| wanted.obstacles) {
-                obstacles.push((obstacle, [&at_start, &at_end].map(|of| pair(part(of, 1)))));
+                obstacles.push((obstacle, [&at_start, &at_end].map(|of| part(of, 1))));
             }
         }
-        for (j, own) in field.joints.iter().enumerate() {
-            let own = spatial(parts(own));
-            component.memory_back(j, own, start);
-            if wanted.joints {
-                add_numbers(&mut out.joints[members.joints[j]], &component.joint_back(j, own));
-            }
-        }
-        component.loads_back(bodies, |index, body, [force, torque], of_mass| {
-            gradients[body].mass += of_mass;
+    }
+
+    /// Adds what the solution says of all that does not change from step to step.
+    fn gain(&mut self, model: &Model, substeps: &[&Substep], wanted: Wanted) {
+        let Self { sets, replay, origin, duals, gains, memory, .. } = self;
+        let Memory { field, bodies, gradients, start, .. } = memory;
+        let component = &replay.component;
+        component.loads_back(bodies, |index, lane, body, [force, torque], of_mass| {
+            let own = &mut gradients[body].mass;
+            own.set_lane(lane, own.lane(lane) + of_mass);
             if wanted.loads {
-                out.loads[index][0] += vector(force);
-                out.loads[index][1] += vector(torque);
+                gains.add_load(index, [Vector3::from(force.0), Vector3::from(torque.0)]);
             }
         });
         if component.has_air() {
-            duals.get_or_insert_with(make).drag_back(
-                substep,
-                (model, members),
-                (component, gradients, wanted),
-                start,
-                out,
-            );
-        }
-        for (body, &i) in members.segments.iter().enumerate().filter(|(body, _)| !component.is_still(*body)) {
-            let own = &gradients[body];
-            if wanted.segments {
-                out.segments[i].mass += own.mass;
-                add_inertia(out, i, &(vector(own.moments) + vector(own.own_moments)));
-            }
-            if wanted.surroundings {
-                out.gravity += vector(own.gravity);
-                (0..2).for_each(|k| out.damping[k] += own.damping[k]);
+            for (lane, substep) in substeps.iter().enumerate() {
+                let duals = Self::duals(duals, (model, origin), (sets, &replay.topology), lane);
+                let mut own: Vec<BodyGradient<f64>> = gradients.iter().map(|of| of.pick(lane)).collect();
+                let mut bars: Vec<BodyBar> = start.iter().map(|bar| bar.pick(lane)).collect();
+                let inverse_mass = |body: usize| component.inertia(body)[0].lane(lane);
+                let set = (model, &sets[lane], lane);
+                duals.drag_back(substep, set, (&inverse_mass, &mut own, wanted), &mut bars, gains);
+                gradients.iter_mut().zip(&own).for_each(|(all, own)| all.put(lane, own));
+                start.iter_mut().zip(&bars).for_each(|(all, own)| all.put(lane, own));
             }
         }
-        std::mem::swap(bars, start);
-        Some(())
+        vectorized(
+            #[inline(always)]
+            || {
+                if wanted.joints {
+                    for (j, (numbers, own)) in gains.joints.iter_mut().zip(&field.joints).enumerate() {
+                        let by = component.joint_back(j, *own);
+                        for k in 0..12 {
+                            numbers[k] += by[k];
+                        }
+                    }
+                }
+                for (body, own) in gradients.iter().enumerate().filter(|(body, _)| !component.is_still(*body)) {
+                    if wanted.segments {
+                        gains.add_inertia(body, own);
+                    }
+                    if wanted.surroundings {
+                        gains.add_surroundings(own);
+                    }
+                }
+            },
+        );
     }
-}
-
-/// Adds derivatives with respect to three moments of inertia of a segment of a rod, whose first two are the same.
-fn add_inertia(out: &mut Variation, segment: usize, moments: &Vector3<f64>) {
-    let across = 0.5 * (moments.x + moments.y);
-    out.segments[segment].inertia += Vector3::new(across, across, moments.z);
 }

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use nalgebra::{Vector3, Vector6};
 use rod::Model;
 
+use super::Substep;
 use super::adjoint::Origin;
-use super::forward::six;
+use super::gains::Gains;
 use super::recording::Wanted;
 use super::replay::component;
-use super::{Substep, Variation};
 use crate::component::{BodyBar, BodyGradient, Component, Group, Members};
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
+use crate::tangent::jacobian::{joined, of_six};
 use crate::topology::Topology;
 
 /// A connected set in dual numbers.
@@ -23,18 +24,9 @@ pub(super) struct Duals {
     groups: &'static [Group],
 }
 
-/// Six slopes as a shift and a turn.
-fn spatial(x: &Vector6<f64>) -> Spatial<f64> {
-    Spatial::from_array((*x).into())
-}
-
-fn six_of(x: Spatial<f64>) -> Vector6<f64> {
-    Vector6::from(x.to_array())
-}
-
 impl Duals {
     pub(super) fn new(model: &Model, Origin { state, integrator }: &Origin, set: (&Members, &Arc<Topology>)) -> Self {
-        let component: Component<Dual<6>> = component(model, state, *integrator, set);
+        let component: Component<Dual<6>> = component(model, state, *integrator, (&[set.0], set.1));
         let groups = if component.has_steps() { &Group::ALL[..] } else { &Group::ALL[..2] };
         Self { component, groups }
     }
@@ -53,13 +45,13 @@ impl Duals {
             component.begin_anew(Dual::splat(1.0));
         }
         let along = |component: &Component<Dual<6>>, body: usize| {
-            Vector6::from_fn(|k, _| six(component.velocity_along(body, k)).dot(&six_of(told[body])))
+            Vector6::from_fn(|k, _| joined(component.velocity_along(body, k)).dot(told[body]))
         };
         let free: Vec<usize> = (0..component.segments()).filter(|&body| !component.is_still(body)).collect();
         for &group in *groups {
             component.seed_group(group, 1.0);
             for &body in &free {
-                bars[body].add(group, spatial(&along(component, body)));
+                bars[body].add(group, of_six(&along(component, body)));
             }
             component.seed_group(group, 0.0);
         }
@@ -73,28 +65,29 @@ impl Duals {
         moments
     }
 
-    /// Adds what the drag of a step changes by with its start and with parameters; `gradients` are those of bodies.
-    pub(super) fn drag_back(
+    /// Adds what the drag of a step changes by with its start and, in a lane of the gains, with parameters; `gradients` are those of
+    /// bodies.
+    pub(super) fn drag_back<T: Real>(
         &mut self,
         substep: &Substep,
-        (model, members): (&Model, &Members),
-        (from, gradients, wanted): (&Component<f64>, &mut [BodyGradient], Wanted),
+        (model, members, lane): (&Model, &Members, usize),
+        (inverse_mass, gradients, wanted): (&dyn Fn(usize) -> f64, &mut [BodyGradient<f64>], Wanted),
         start: &mut [BodyBar],
-        out: &mut Variation,
+        out: &mut Gains<T>,
     ) {
         let Self { component, groups } = self;
         let free: Vec<usize> = (0..component.segments()).filter(|&body| !component.is_still(body)).collect();
         // Mass and moments in the step are what drag makes of them.
-        let of_drag: Vec<(Vector6<f64>, [f64; 2])> = gradients
+        let of_drag: Vec<(Spatial<f64>, [f64; 2])> = gradients
             .iter_mut()
             .enumerate()
             .map(|(body, own)| {
                 let Vec3([x, y, _]) = own.moments;
-                let inverse_mass = from.inertia(body)[0];
+                let inverse_mass = inverse_mass(body);
                 let bars = [-own.mass / (inverse_mass * inverse_mass), x + y];
                 own.mass = 0.0;
                 (own.moments.0[0], own.moments.0[1]) = (0.0, 0.0);
-                (six_of(own.drag), bars)
+                (own.drag, bars)
             })
             .collect();
         let mut pass = |seed: &mut dyn FnMut(&mut Component<Dual<6>>, f64),
@@ -110,7 +103,7 @@ impl Duals {
                     body,
                     Vector6::from_fn(|k, _| {
                         let (own, [mass, transverse]) = component.drag_along(body, k);
-                        six(own).dot(impulse) + mass * of_mass + transverse * of_transverse
+                        joined(own).dot(*impulse) + mass * of_mass + transverse * of_transverse
                     }),
                 );
             }
@@ -118,7 +111,7 @@ impl Duals {
         };
         for &group in *groups {
             pass(&mut |component, by| component.seed_group(group, by), &mut |body, own| {
-                start[body].add(group, spatial(&own));
+                start[body].add(group, of_six(&own));
             });
         }
         if wanted.segments {
@@ -129,15 +122,15 @@ impl Duals {
         }
         if wanted.surroundings {
             pass(&mut |component, by| component.seed_gravity_and_damping(by), &mut |_, own| {
-                out.gravity += own.fixed_rows::<3>(0);
-                (0..2).for_each(|k| out.damping[k] += own[3 + k]);
+                out.add_surroundings_in(lane, own.fixed_rows::<3>(0).into(), [own[3], own[4]]);
             });
             if let Some(air) = &model.air {
                 pass(&mut |component, by| component.seed_air(members, model, air, by), &mut |_, own| {
-                    out.air.density += own[0];
-                    out.air.normal_drag += own[1];
-                    out.air.tangential_drag += own[2];
-                    out.air.wind += own.fixed_rows::<3>(3);
+                    let of_air = &mut out.air[lane];
+                    of_air.density += own[0];
+                    of_air.normal_drag += own[1];
+                    of_air.tangential_drag += own[2];
+                    of_air.wind += own.fixed_rows::<3>(3);
                 });
             }
         }
@@ -156,8 +149,8 @@ impl Duals {
                     break;
                 }
                 for (index, body) in seeded {
-                    out.loads[index][0] += found[body].fixed_rows::<3>(0);
-                    out.loads[index][1] += found[body].fixed_rows::<3>(3);
+                    let own = &found[body];
+                    out.add_load(index, [own.fixed_rows::<3>(0).into(), own.fixed_rows::<3>(3).into()]);
                 }
             }
         }

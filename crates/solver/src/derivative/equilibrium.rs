@@ -6,10 +6,9 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 use rod::{Body, JointForce, Model, State};
 
-use super::forward::six;
 use super::hinges::Hinges;
 use super::run::{check_all, refuse};
 use super::seed::is_held;
@@ -19,7 +18,7 @@ use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::statics::{StaticParams, StaticReport, equilibrium};
 use crate::tangent::Equations;
-use crate::tangent::jacobian::{Factor, Field, Jacobian, split as parts};
+use crate::tangent::jacobian::{Factor, Field, Jacobian, Whole, joined, of_six, six, split as parts};
 use crate::topology::Topology;
 
 /// Most steps of Newton's method after those of the search.
@@ -160,7 +159,7 @@ struct Search {
     blown: Option<Component<Dual<6>>>,
     forces: Vec<Spatial<f64>>,
     equations: Equations,
-    whole: (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>),
+    whole: Whole,
     topology: Arc<Topology>,
     factor: Factor,
     hinges: Hinges,
@@ -181,7 +180,7 @@ impl Search {
             blown,
             forces: Vec::new(),
             equations: Equations::default(),
-            whole: (Vec::new(), Vec::new()),
+            whole: Whole::default(),
             topology,
             factor,
             hinges: Hinges::default(),
@@ -190,18 +189,18 @@ impl Search {
 
     /// Factors the Jacobian where the bodies are, with a `share` of their inertia over a second; `None` where it is singular.
     fn linearise(&mut self, model: &Model, share: f64) -> Option<(Jacobian, Vec<Matrix6<f64>>)> {
-        let Self { members, component, blown, forces, equations, whole: (bodies, joints), .. } = self;
+        let Self { members, component, blown, forces, equations, whole, .. } = self;
         component.weigh(forces, true);
         component.evaluate_equilibrium(forces);
         component.hold_hinges();
         component.gather(equations, share);
-        component.whole_blocks(equations, share, bodies, joints);
-        let mut jacobian = Jacobian::new(&self.topology, equations, (bodies, joints));
+        component.whole_blocks(equations, share, whole);
+        let mut jacobian = Jacobian::new(&self.topology, equations, whole);
         let drag = blown.as_mut().map_or(Vec::new(), |blown| blown.drag_slopes(&component.poses, members, model));
         for (i, [of_pose, _]) in drag.iter().enumerate().filter(|(i, _)| !component.is_still(*i)) {
             jacobian.add(i, &-of_pose);
         }
-        if !self.factor.factor(&jacobian) {
+        if !self.factor.factor(&jacobian, 1) {
             return None;
         }
         self.hinges = Hinges::new(component, &self.topology, &jacobian, &mut self.factor)?;
@@ -240,13 +239,13 @@ impl Search {
     /// A step, with so much of its movement; returns that [segment lengths, rad].
     fn step(&mut self, jacobian: &Jacobian, share: f64) -> f64 {
         let mut field = Field {
-            bodies: self.equations.bodies.iter().map(|body| body.defect.to_array().into()).collect(),
-            joints: self.equations.joints.iter().map(|joint| joint.rhs.to_array().into()).collect(),
+            bodies: self.equations.bodies.iter().map(|body| body.defect).collect(),
+            joints: self.equations.joints.iter().map(|joint| joint.rhs).collect(),
         };
         self.hinges.solve(jacobian, &mut self.factor, &mut field, false);
         let component = &mut self.component;
         component.take_multipliers(&field.joints);
-        let dp: Vec<_> = field.bodies.iter().map(|&dp| Spatial::from_array((dp * share).into())).collect();
+        let dp: Vec<_> = field.bodies.iter().map(|&dp| Spatial::zero().plus(dp, share)).collect();
         let (poses, lambda) = (component.poses.clone(), component.lambda.clone());
         component.go_on_from((&poses, &lambda), &dp, 1.0, 0.0);
         let size = |(i, dp): (usize, &Spatial<f64>)| {
@@ -274,14 +273,14 @@ impl Search {
         let mut softest = f64::INFINITY;
         for _ in 0..POWERS {
             let before = size(&turns);
-            field.joints.fill(Vector6::zeros());
+            field.joints.fill(Spatial::zero());
             for (i, (turn, length)) in turns.iter().zip(&lengths).enumerate() {
                 let torque = if component.is_still(i) { Vector3::zeros() } else { turn * (length / before) };
-                field.bodies[i] = six([Vector3::zeros(), torque]);
+                field.bodies[i] = joined([Vector3::zeros(), torque]);
             }
-            field.bodies[lengths.len()..].fill(Vector6::zeros());
+            field.bodies[lengths.len()..].fill(Spatial::zero());
             self.hinges.solve(jacobian, &mut self.factor, &mut field, false);
-            turns = field.bodies[..lengths.len()].iter().map(|dp| parts(dp)[1]).collect();
+            turns = field.bodies[..lengths.len()].iter().map(|dp| parts(*dp)[1]).collect();
             softest = 1.0 / size(&turns);
         }
         // Not a number where the factor is of no use.
@@ -303,13 +302,13 @@ impl Set {
         let mut moved = Field::zero(&self.topology);
         for (body, &i) in members.segments.iter().enumerate() {
             if component.is_still(body) && !self.driven[body] {
-                moved.bodies[body] = six([variation.start.positions[i], variation.start.turns[i]]);
+                moved.bodies[body] = joined([variation.start.positions[i], variation.start.turns[i]]);
             }
         }
         for held in &variation.held {
             let body = members.body(held.body).filter(|&body| component.is_still(body));
             if let (Some(body), Some(&pose)) = (body, held.poses.first()) {
-                moved.bodies[body] += six(pose);
+                add(&mut moved.bodies[body], joined(pose));
             }
         }
         let mut field = Field::zero(&self.topology);
@@ -318,33 +317,33 @@ impl Set {
         let gravity = component.gravity();
         for (body, &i) in members.segments.iter().enumerate().filter(|(body, _)| !component.is_still(*body)) {
             let weight = variation.gravity * model.segments[i].mass() + gravity * variation.segments[i].mass;
-            field.bodies[body] += six([weight, Vector3::zeros()]);
+            add(&mut field.bodies[body], joined([weight, Vector3::zeros()]));
         }
         let AirVariation { density, normal_drag, tangential_drag, wind } = variation.air;
         let air = Vector6::new(density, normal_drag, tangential_drag, wind.x, wind.y, wind.z);
         for (body, blown) in self.blown.iter().enumerate().take(members.segments.len()) {
             if !component.is_still(body) {
-                field.bodies[body] += blown * air;
+                add(&mut field.bodies[body], of_six(&(blown * air)));
             }
         }
         for (index, body, arm) in component.load_arms().filter(|&(_, body, _)| !component.is_still(body)) {
             let [force, torque] = variation.loads[index];
-            field.bodies[body] += six([force, torque + arm.cross(&force)]);
+            add(&mut field.bodies[body], joined([force, torque + arm.cross(&force)]));
         }
         for (j, &index) in members.joints.iter().enumerate() {
-            field.joints[j] += six(component.missed_along(j, &variation.joints[index]));
+            add(&mut field.joints[j], joined(component.missed_along(j, &variation.joints[index])));
         }
         hinges.solve(jacobian, factor, &mut field, false);
         for (body, &i) in members.segments.iter().enumerate() {
             let from = if component.is_still(body) { &moved } else { &field };
-            [out.positions[i], out.turns[i]] = parts(&from.bodies[body]);
+            [out.positions[i], out.turns[i]] = parts(from.bodies[body]);
         }
         let turn = |body: u32| {
             let from = if component.is_still(body as usize) { &moved } else { &field };
-            parts(&from.bodies[body as usize])[1]
+            parts(from.bodies[body as usize])[1]
         };
         for (j, &index) in members.joints.iter().enumerate() {
-            let rows = component.answered(j, &field.joints[j]);
+            let rows = component.answered(j, field.joints[j]);
             out.forces[index] = component.transmitted_along(j, self.topology.joints[j].map(turn), rows);
         }
     }
@@ -353,15 +352,14 @@ impl Set {
         let Self { members, component, jacobian, factor, hinges, .. } = self;
         let mut asked = Field::zero(&self.topology);
         for (body, &i) in members.segments.iter().enumerate() {
-            asked.bodies[body] = six([objective.positions[i], objective.turns[i]]);
+            asked.bodies[body] = joined([objective.positions[i], objective.turns[i]]);
         }
         for (j, of) in members.joints.iter().map_while(|&j| objective.forces.get(j)).enumerate() {
-            let (of_y, turn) = component.transmitted_back(j, of);
-            asked.joints[j] = Vector6::from(of_y.to_array());
-            let turn = six([Vector3::zeros(), Vector3::from(turn.0)]);
+            let (of_y, turn) = component.transmitted_back(j, joined([of.force, of.moment]));
+            asked.joints[j] = of_y;
             let [a, b] = self.topology.joints[j].map(|body| body as usize);
-            asked.bodies[a] -= turn;
-            asked.bodies[b] += turn;
+            asked.bodies[a].angular -= turn;
+            asked.bodies[b].angular += turn;
         }
         let mut field = asked.clone();
         hinges.solve(jacobian, factor, &mut field, true);
@@ -369,14 +367,14 @@ impl Set {
         jacobian.apply(&field, true, &mut moved);
         let gravity = component.gravity();
         for (body, &i) in members.segments.iter().enumerate().filter(|(body, _)| !component.is_still(*body)) {
-            let [force, _] = parts(&field.bodies[body]);
+            let [force, _] = parts(field.bodies[body]);
             if wanted.segments {
                 out.segments[i].mass += force.dot(&gravity);
             }
             if wanted.surroundings {
                 out.gravity += force * model.segments[i].mass();
                 if let Some(blown) = self.blown.get(body) {
-                    let air = blown.tr_mul(&field.bodies[body]);
+                    let air = blown.tr_mul(&six(field.bodies[body]));
                     out.air.density += air[0];
                     out.air.normal_drag += air[1];
                     out.air.tangential_drag += air[2];
@@ -386,13 +384,13 @@ impl Set {
         }
         for (index, body, arm) in component.load_arms().filter(|_| wanted.loads) {
             if !component.is_still(body) {
-                let [force, torque] = parts(&field.bodies[body]);
+                let [force, torque] = parts(field.bodies[body]);
                 out.loads[index][0] += force + torque.cross(&arm);
                 out.loads[index][1] += torque;
             }
         }
         for (j, &index) in members.joints.iter().enumerate().filter(|_| wanted.joints) {
-            let answer = parts(&field.joints[j]);
+            let answer = parts(field.joints[j]);
             let mut numbers = out.joints[index].numbers();
             for (k, number) in numbers.iter_mut().enumerate() {
                 let mut unit = [0.0; 12];
@@ -403,7 +401,7 @@ impl Set {
             out.joints[index] = JointVariation::of_numbers(&numbers);
         }
         for body in (0..self.topology.bodies()).filter(|&body| self.component.is_still(body)) {
-            let pose: Pair = parts(&(asked.bodies[body] - moved.bodies[body]));
+            let pose: Pair = parts(asked.bodies[body].plus(moved.bodies[body], -1.0));
             if let Some(&i) = self.members.segments.get(body)
                 && !self.driven[body]
             {
@@ -413,4 +411,8 @@ impl Set {
             out.held.push(HeldVariation { body: self.body(body), poses: vec![pose] });
         }
     }
+}
+
+fn add(own: &mut Spatial<f64>, by: Spatial<f64>) {
+    *own = own.plus(by, 1.0);
 }

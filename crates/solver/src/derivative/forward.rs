@@ -1,6 +1,8 @@
 //! Forward sensitivities: derivatives along a few directions, carried with the motion.
 
-use nalgebra::{SVector, Vector3, Vector6};
+use std::sync::Arc;
+
+use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
 use rod::{Model, State};
 
@@ -14,7 +16,8 @@ use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::simulation::{Settings, Simulation, StepReport};
-use crate::tangent::jacobian::{Field, Jacobian, split as parts};
+use crate::tangent::jacobian::{Field, joined, of_six, six, split};
+use crate::topology::Topology;
 
 /// Directions that are carried at once.
 const WIDTH: usize = 6;
@@ -31,7 +34,7 @@ pub struct Forward {
 
 struct Set {
     members: Members,
-    replay: Replay,
+    replay: Replay<f64>,
     chunks: Vec<Chunk>,
 }
 
@@ -65,10 +68,11 @@ impl Forward {
             return Err(DerivativeError::Unknown("motions of what is not held"));
         }
         let (run, sets) = Run::new(model, state, settings)?;
-        let with_chunks = |(members, replay): (Members, Replay)| {
+        let integrator = settings.step.integrator;
+        let with_chunks = |(members, topology): (Members, Arc<Topology>)| {
             let chunk = |(index, variations): (usize, &[Variation])| {
-                let set = (&members, &replay.topology);
-                let mut component: Component<Dual<WIDTH>> = component(model, state, settings.step.integrator, set);
+                let mut component: Component<Dual<WIDTH>> =
+                    component(model, state, integrator, (&[&members], &topology));
                 let held = seed(&mut component, &members, model, variations);
                 let first = index * WIDTH;
                 Chunk {
@@ -77,15 +81,18 @@ impl Forward {
                     variations: variations.to_vec(),
                     held,
                     obstacles: ObstacleSeed::all(variations),
-                    field: Field::zero(&replay.topology),
+                    field: Field::zero(&topology),
                     bodies: Vec::new(),
                     joints: Vec::new(),
                 }
             };
             let chunks = directions.chunks(WIDTH).enumerate().map(chunk).collect();
-            Set { members, replay, chunks }
+            let replay = Replay::new(model, state, integrator, (&[&members], &topology))?;
+            Ok(Set { members, replay, chunks })
         };
-        let sets = sets.into_iter().map(with_chunks).collect();
+        let sets =
+            sets.into_iter().flat_map(|alike| alike.sets.into_iter().map(move |set| (set, alike.topology.clone())));
+        let sets = sets.map(with_chunks).collect::<Result<_, DerivativeError>>()?;
         Ok(Self { run, sets, directions: directions.len() })
     }
 
@@ -153,9 +160,9 @@ impl Forward {
 
 impl Set {
     fn advance(&mut self, passed: &Passed) -> Option<()> {
-        let jacobian = self.replay.linearise(&passed.substep)?;
+        self.replay.linearise(&[&passed.substep])?;
         for chunk in &mut self.chunks {
-            chunk.advance(passed, &self.members, &jacobian, &mut self.replay);
+            chunk.advance(passed, &self.members, &mut self.replay);
         }
         self.replay.component.end_solved_step();
         if passed.substep.begins_anew {
@@ -166,13 +173,7 @@ impl Set {
 }
 
 impl Chunk {
-    fn advance(
-        &mut self,
-        Passed { substep, step, shares }: &Passed,
-        members: &Members,
-        jacobian: &Jacobian,
-        replay: &mut Replay,
-    ) {
+    fn advance(&mut self, Passed { substep, step, shares }: &Passed, members: &Members, replay: &mut Replay<f64>) {
         let Self { component, variations, held, obstacles, field, bodies, joints, .. } = self;
         component.set_forces(substep.interval.time + substep.interval.dt);
         for (k, variation) in variations.iter().enumerate() {
@@ -186,12 +187,12 @@ impl Chunk {
         component.evaluate_step();
         component.right_hand_sides(bodies, joints);
         for (k, variation) in variations.iter().enumerate() {
-            field.bodies.fill(Vector6::zeros());
+            field.bodies.fill(Spatial::zero());
             for i in 0..members.segments.len() {
-                field.bodies[i] = six(component.defect_along(bodies, i, k));
+                field.bodies[i] = joined(component.defect_along(bodies, i, k));
             }
             for (own, missed) in field.joints.iter_mut().zip(joints.iter()) {
-                *own = six(slope_of(missed, k));
+                *own = joined(slope_of(missed, k));
             }
             replay.contacts.fill(0.0);
             for (contact, of) in substep.touching.iter().enumerate() {
@@ -200,24 +201,25 @@ impl Chunk {
                 for seed in obstacles.iter().filter(own) {
                     for (of, share) in [(&mut start, shares[0]), (&mut now, shares[1])] {
                         let mut partner = of.fixed_rows_mut::<6>(6);
-                        partner += six(seed.at(*step, share));
+                        partner += six(joined(seed.at(*step, share)));
                     }
                 }
                 for (side, body) in of.sides() {
-                    field.bodies[body] += of.push_by_pose.fixed_rows::<6>(6 * side) * now;
+                    let pushed = of_six(&(of.push_by_pose.fixed_rows::<6>(6 * side) * now));
+                    field.bodies[body] = field.bodies[body].plus(pushed, 1.0);
                 }
                 let missed = of.by_pose * now + of.by_start * start + of.by_friction * variation.friction;
                 let first = replay.equations_of(contact);
                 replay.contacts.fixed_rows_mut::<3>(first).copy_from(&-missed);
             }
-            replay.solve(jacobian, field, false);
+            replay.solve(field, false);
             for i in 0..members.segments.len() {
                 if !component.is_still(i) {
-                    move_along(&mut component.poses[i], k, &parts(&field.bodies[i]));
+                    move_along(&mut component.poses[i], k, &split(field.bodies[i]));
                 }
             }
             for (j, y) in field.joints.iter().enumerate() {
-                component.transmit_along(j, k, &parts(&-y));
+                component.transmit_along(j, k, &split(-*y));
             }
         }
         component.end_solved_step();
@@ -231,16 +233,12 @@ impl Chunk {
 fn moved_with(component: &Component<Dual<WIDTH>>, of: &Touching, k: usize) -> [SVector<f64, 12>; 2] {
     let mut out = [SVector::<f64, 12>::zeros(); 2];
     for (side, body) in of.sides() {
-        let [now, start] = [&component.poses, &component.start].map(|poses| six(movement_along(&poses[body], k)));
+        let [now, start] =
+            [&component.poses, &component.start].map(|poses| six(joined(movement_along(&poses[body], k))));
         if component.is_still(body) {
             out[0].fixed_rows_mut::<6>(6 * side).copy_from(&now);
         }
         out[1].fixed_rows_mut::<6>(6 * side).copy_from(&start);
     }
     out
-}
-
-/// A force and a torque, or a shift and a turn, in six rows.
-pub(super) fn six([linear, angular]: [Vector3<f64>; 2]) -> Vector6<f64> {
-    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
 }

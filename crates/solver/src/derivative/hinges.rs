@@ -8,9 +8,10 @@
 //! [ e^T  0 ] [ s ] = [ 0 ]      e^T A^-1 e s = e^T A^-1 r,   x = A^-1 (r - e s)
 //! ```
 
-use nalgebra::{DMatrix, DVector, Dyn, LU, Vector6};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use crate::component::Component;
+use crate::kernel::Spatial;
 use crate::tangent::jacobian::{Factor, Field, Jacobian};
 use crate::topology::Topology;
 
@@ -18,7 +19,7 @@ use crate::topology::Topology;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Hinges {
     /// Joints, with what their turns do in their rows.
-    rows: Vec<(usize, Vector6<f64>)>,
+    rows: Vec<(usize, Spatial<f64>)>,
     /// Of `e^T A^-1 e`, and of its transpose.
     factors: Option<[LU<f64, Dyn, Dyn>; 2]>,
 }
@@ -53,7 +54,7 @@ impl Hinges {
 
     /// `e^T x`.
     fn taken(&self, x: &Field) -> DVector<f64> {
-        DVector::from_iterator(self.rows.len(), self.rows.iter().map(|(joint, row)| row.dot(&x.joints[*joint])))
+        DVector::from_iterator(self.rows.len(), self.rows.iter().map(|(joint, row)| row.dot(x.joints[*joint])))
     }
 
     /// Solves the equations, or the transposed ones, in the place of their right-hand sides.
@@ -64,7 +65,7 @@ impl Hinges {
         let mut turns = self.taken(field);
         factors[usize::from(transposed)].solve_mut(&mut turns);
         for ((joint, row), turn) in self.rows.iter().zip(&turns) {
-            right.joints[*joint] -= row * *turn;
+            right.joints[*joint] = right.joints[*joint].plus(*row, -*turn);
         }
         factor.solve(jacobian, &mut right, transposed);
         *field = right;

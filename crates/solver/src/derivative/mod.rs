@@ -7,10 +7,12 @@
 //! number with respect to everything.
 
 mod adjoint;
+mod back;
 mod duals;
 mod equilibrium;
 mod error;
 mod forward;
+mod gains;
 mod hinges;
 mod parameter;
 mod record;

@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rod::{Body, Model, State};
+use rod::{Model, State};
 
-use super::adjoint::{Adjoint, Origin};
-use super::replay::Replay;
-use super::run::{Passed, Run, has_bodies};
-use super::{AirVariation, DerivativeError, HeldVariation, ObstacleVariation, StateVariation, Variation};
-use crate::component::Members;
+use super::adjoint::Origin;
+use super::back::Back;
+use super::run::{Run, has_bodies};
+use super::{DerivativeError, StateVariation, Variation};
 use crate::simulation::{Settings, Simulation, StepReport};
 use crate::snapshot::Snapshot;
 
@@ -44,7 +43,8 @@ impl Wanted {
 pub struct Recording {
     model: Model,
     run: Run,
-    sets: Vec<Set>,
+    origin: Origin,
+    backs: Vec<Back>,
     /// Steps between two checkpoints.
     stretch: usize,
     /// The simulation at the start of each stretch.
@@ -53,21 +53,6 @@ pub struct Recording {
     lengths: Vec<f64>,
     /// Whether the last stretch is kept.
     is_kept: bool,
-}
-
-struct Set {
-    adjoint: Adjoint,
-    kept: Vec<Passed>,
-    /// The step that the way back has come to.
-    at: usize,
-    /// What all sets feel, which is summed set by set: the same bits whatever the stretches.
-    gravity: Vector3<f64>,
-    damping: [f64; 2],
-    air: AirVariation,
-    /// Derivatives with respect to the poses of held bodies, a list a body.
-    held: Vec<(usize, Vec<Pair>)>,
-    /// The same of obstacles; none where they are not wanted.
-    obstacles: Vec<Vec<Pair>>,
 }
 
 impl Recording {
@@ -96,22 +81,9 @@ impl Recording {
         }
         let (run, sets) = Run::new(model, state, settings)?;
         let origin = Origin { state: Arc::new(state.clone()), integrator: settings.step.integrator };
-        let set = |(members, replay): (Members, Replay)| {
-            let adjoint = Adjoint::new(members, replay, origin.clone());
-            Set {
-                adjoint,
-                kept: Vec::new(),
-                at: 0,
-                gravity: Vector3::zeros(),
-                damping: [0.0; 2],
-                air: AirVariation::default(),
-                held: Vec::new(),
-                obstacles: Vec::new(),
-            }
-        };
-        let sets = sets.into_iter().map(set).collect();
+        let backs = Back::all(model, &origin, sets)?;
         let (checkpoints, lengths) = (Vec::new(), Vec::new());
-        Ok(Self { model: model.clone(), run, sets, stretch, checkpoints, lengths, is_kept: true })
+        Ok(Self { model: model.clone(), run, origin, backs, stretch, checkpoints, lengths, is_kept: true })
     }
 
     /// Advances by `dt` [s].
@@ -122,7 +94,7 @@ impl Recording {
         self.run.check()?;
         if self.run.steps == self.checkpoints.len().saturating_mul(self.stretch) {
             self.checkpoints.push(self.run.simulation.snapshot());
-            self.sets.iter_mut().for_each(|set| set.kept.clear());
+            self.backs.iter_mut().for_each(Back::forget);
             self.is_kept = true;
         }
         let report = self.step_kept(dt)?;
@@ -131,14 +103,19 @@ impl Recording {
     }
 
     fn step_kept(&mut self, dt: f64) -> Result<StepReport, DerivativeError> {
-        let (report, passed) = self.run.step(dt)?;
-        for (set, passed) in self.sets.iter_mut().zip(passed) {
-            for mut passed in passed {
-                if let Some(before) = set.kept.last() {
-                    passed.substep.share_poses(&before.substep);
-                }
-                set.kept.push(passed);
-            }
+        let (report, mut passed) = self.run.step(dt)?;
+        for back in &mut self.backs {
+            back.keep(&mut passed);
+        }
+        if self.backs.iter().any(Back::comes_apart) {
+            let backs = std::mem::take(&mut self.backs);
+            self.backs = backs
+                .into_iter()
+                .map(|back| back.apart(&self.model, &self.origin))
+                .collect::<Result<Vec<_>, _>>()?
+                .into_iter()
+                .flatten()
+                .collect();
         }
         Ok(report)
     }
@@ -146,7 +123,7 @@ impl Recording {
     /// Takes the steps of a stretch once more.
     fn repeat(&mut self, stretch: usize) -> Result<(), DerivativeError> {
         self.run.simulation.restore(&self.checkpoints[stretch])?;
-        self.sets.iter_mut().for_each(|set| set.kept.clear());
+        self.backs.iter_mut().for_each(Back::forget);
         let first = stretch.saturating_mul(self.stretch);
         self.run.steps = first;
         for step in first..first.saturating_add(self.stretch).min(self.lengths.len()) {
@@ -193,13 +170,8 @@ impl Recording {
             }
         }
         let steps = self.lengths.len();
-        for set in &mut self.sets {
-            let obstacles = if wanted.obstacles { self.model.contacts.obstacles.len() } else { 0 };
-            set.begin(steps, obstacles, objective);
-        }
-        // Each thread has its part of the sets. These write to places of their own, so that parts add up to the same bits.
-        let share = self.sets.len().div_ceil(rayon::current_num_threads()).max(1);
-        let mut parts: Vec<Variation> = self.sets.chunks(share).map(|_| Variation::zero(&self.model)).collect();
+        let obstacles = if wanted.obstacles { self.model.contacts.obstacles.len() } else { 0 };
+        self.backs.iter_mut().for_each(|back| back.begin(steps, obstacles, objective));
         let last = self.checkpoints.len().saturating_sub(1);
         let end = if last > 0 || !self.is_kept { Some(self.run.simulation.snapshot()) } else { None };
         for stretch in (0..self.checkpoints.len()).rev() {
@@ -207,114 +179,48 @@ impl Recording {
                 self.is_kept = false;
                 self.repeat(stretch)?;
             }
-            let parts = self.sets.par_chunks_mut(share).zip(&mut parts);
-            let back = |(sets, out): (&mut [Set], &mut Variation)| {
-                sets.iter_mut().try_for_each(|set| set.back(&self.model, objective, wanted, out))
-            };
-            parts.map(back).collect::<Vec<_>>().into_iter().collect::<Result<(), DerivativeError>>()?;
+            let backs = self.backs.par_iter_mut().map(|back| back.back(&self.model, objective, wanted));
+            backs.collect::<Vec<_>>().into_iter().collect::<Result<(), DerivativeError>>()?;
         }
         if let Some(end) = end {
             self.run.simulation.restore(&end)?;
             self.run.steps = steps;
         }
-        let mut parts = parts.into_iter();
-        let mut out = parts.next().unwrap_or_else(|| Variation::zero(&self.model));
-        parts.for_each(|part| out.add(&part));
-        for set in &mut self.sets {
-            set.end(objective, &mut out);
-        }
+        let mut out = Variation::zero(&self.model);
+        self.backs.iter_mut().for_each(|back| back.end(objective, &mut out));
         Ok(out)
     }
 }
 
-impl Set {
-    /// Begins the way back at the end of a run of so many steps among so many obstacles.
-    fn begin(&mut self, steps: usize, obstacles: usize, objective: &[(usize, StateVariation)]) {
-        self.held = self.adjoint.held().into_iter().map(|body| (body, vec![[Vector3::zeros(); 2]; steps])).collect();
-        self.obstacles = vec![vec![[Vector3::zeros(); 2]; steps + 1]; obstacles];
-        (self.gravity, self.damping, self.air) = (Vector3::zeros(), [0.0; 2], AirVariation::default());
-        self.at = steps;
-        self.adjoint.begin();
-        self.adjoint.add_objective(objective, steps);
-    }
+#[cfg(test)]
+mod tests {
+    use rod::{Assembly, Material, RodSpec, shape};
 
-    /// Comes to an earlier step.
-    fn go_to(&mut self, step: usize, objective: &[(usize, StateVariation)]) {
-        while self.at > step {
-            self.at -= 1;
-            self.adjoint.add_objective(objective, self.at);
+    use super::*;
+    use crate::formulation::Formulation;
+    use crate::step::{Status, StepParams};
+
+    /// Of five rods one turns so fast that its steps are halved: four go back side by side, that one on its own.
+    #[test]
+    fn sets_go_back_in_lanes_as_long_as_their_steps_are_alike() {
+        let material = Material { youngs_modulus: 1e7, torsion_modulus: 4e6, density: 1000.0 };
+        let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        for k in 0..5 {
+            let line = shape::straight(Vector3::y() * k as f64, Vector3::x(), 1.0, 7);
+            let rod = assembly.rod(&RodSpec::new(line, 0.01, material));
+            assembly.fix(rod.start);
         }
-    }
-
-    /// Goes back through the steps that are kept.
-    fn back(
-        &mut self,
-        model: &Model,
-        objective: &[(usize, StateVariation)],
-        wanted: Wanted,
-        out: &mut Variation,
-    ) -> Result<(), DerivativeError> {
-        self.exchange_sums(out);
-        let done = self.back_through(model, objective, wanted, out);
-        self.exchange_sums(out);
-        done
-    }
-
-    fn exchange_sums(&mut self, out: &mut Variation) {
-        std::mem::swap(&mut self.gravity, &mut out.gravity);
-        std::mem::swap(&mut self.damping, &mut out.damping);
-        std::mem::swap(&mut self.air, &mut out.air);
-    }
-
-    fn back_through(
-        &mut self,
-        model: &Model,
-        objective: &[(usize, StateVariation)],
-        wanted: Wanted,
-        out: &mut Variation,
-    ) -> Result<(), DerivativeError> {
-        for k in (0..self.kept.len()).rev() {
-            self.go_to(self.kept[k].step + 1, objective);
-            let Self { adjoint, kept, held, obstacles, .. } = self;
-            let Passed { substep, step, shares } = &kept[k];
-            adjoint.step_back(model, substep, wanted, out).ok_or(DerivativeError::Singular { step: step + 1 })?;
-            for (body, poses) in held {
-                for (pose, share) in adjoint.of_held(*body).into_iter().zip(shares) {
-                    let mut add = |step: usize, share: f64| (0..2).for_each(|k| poses[step][k] += pose[k] * share);
-                    add(*step, *share);
-                    if *step > 0 {
-                        add(step - 1, 1.0 - share);
-                    }
-                    adjoint.add_base(*body, pose, out);
-                }
-            }
-            for (obstacle, poses) in adjoint.of_obstacles() {
-                for (pose, share) in poses.iter().zip(shares) {
-                    for (frame, share) in [(*step, 1.0 - share), (step + 1, *share)] {
-                        (0..2).for_each(|k| obstacles[*obstacle][frame][k] += pose[k] * share);
-                    }
-                }
-            }
+        let (model, mut state) = assembly.finish();
+        for i in (0..model.segments.len()).filter(|&i| !model.segments[i].fixed) {
+            state.angular_velocities[i] = Vector3::y() * if i / 7 == 2 { 60.0 } else { 3.0 };
         }
-        Ok(())
-    }
-
-    /// Ends the way back.
-    fn end(&mut self, objective: &[(usize, StateVariation)], out: &mut Variation) {
-        self.go_to(0, objective);
-        self.adjoint.end(out);
-        out.gravity += self.gravity;
-        (0..2).for_each(|k| out.damping[k] += self.damping[k]);
-        out.air.add(&self.air);
-        let members = &self.adjoint.members;
-        for (body, poses) in self.held.drain(..) {
-            let body = match body.checked_sub(members.segments.len()) {
-                None => Body::Segment(members.segments[body]),
-                Some(anchor) => Body::Anchor(members.anchors[anchor]),
-            };
-            out.held.push(HeldVariation { body, poses });
-        }
-        let obstacles = self.obstacles.drain(..).enumerate();
-        out.obstacles.extend(obstacles.map(|(obstacle, poses)| ObstacleVariation { obstacle, poses }));
+        let step = StepParams { formulation: Formulation::Newton, max_iterations: 6, ..StepParams::DEFAULT };
+        let settings = Settings { step, ..Settings::default() };
+        let mut recording = Recording::new(&model, &state, &settings).unwrap();
+        let sizes = |recording: &Recording| recording.backs.iter().map(Back::sets).collect::<Vec<_>>();
+        assert_eq!(sizes(&recording), [5]);
+        let halved = (0..4).filter(|_| recording.step(0.05).unwrap().status == Status::ConvergedInSubsteps).count();
+        assert!(halved > 0);
+        assert_eq!(sizes(&recording), [4, 1]);
     }
 }

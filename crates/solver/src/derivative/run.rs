@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use rod::{Model, State};
 
-use super::replay::Replay;
 use super::{DerivativeError, Substep};
-use crate::component::{Members, split, whole};
+use crate::component::{Alike, split, split_alike, whole};
 use crate::formulation::Tangent;
 use crate::linear::solvers::SolverKind;
 use crate::simulation::{Settings, Simulation, StepReport};
@@ -34,6 +33,15 @@ pub(super) struct Passed {
     /// Of which step, from 0, and how much of it is over at its start and its end.
     pub(super) step: usize,
     pub(super) shares: [f64; 2],
+}
+
+impl Passed {
+    /// Whether another set has gone through the same part of a step, but for what it was there.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        (self.step, self.shares) == (other.step, other.shares)
+            && self.substep.interval == other.substep.interval
+            && self.substep.begins_anew == other.substep.begins_anew
+    }
 }
 
 /// Settings with which steps are solved to the end.
@@ -86,7 +94,8 @@ pub(super) fn refuse(is_there: bool, what: &'static str) -> Result<(), Derivativ
 }
 
 impl Run {
-    /// A run from `state`, and what goes through the steps of each connected set once more.
+    /// A run from `state`, and its connected sets, alike ones together: those of which several go side by side. Sets are numbered in
+    /// that order.
     ///
     /// # Errors
     /// If the formulation is not `newton`, the simulation cannot start, or the model has what is not differentiated.
@@ -94,21 +103,19 @@ impl Run {
         model: &Model,
         state: &State,
         settings: &Settings,
-    ) -> Result<(Self, Vec<(Members, Replay)>), DerivativeError> {
+    ) -> Result<(Self, Vec<Alike>), DerivativeError> {
         let settings = solved(model, settings)?;
         check(model)?;
         let mut simulation = Simulation::new(model, state, &settings, None)?;
-        let all = whole(model);
-        simulation.record_substeps(&all.0);
-        let replay = |(members, topology)| {
-            let replay = Replay::new(model, state, settings.step.integrator, (&members, &Arc::new(topology)))?;
-            Ok((members, replay))
-        };
+        let (all, topology) = whole(model);
+        simulation.record_substeps(&all);
         // What can touch is stepped together.
-        let sets = if model.contacts.is_empty() { split(model) } else { vec![all] };
-        let sets = sets.into_iter().map(replay).collect::<Result<Vec<_>, DerivativeError>>()?;
-        let first = |(k, (members, _)): (usize, &(Members, Replay))| Some((*members.segments.first()?, k));
-        let numbers = sets.iter().enumerate().filter_map(first).collect();
+        let sets = match model.contacts.is_empty() {
+            true => split_alike(model),
+            false => vec![Alike { topology: Arc::new(topology), sets: vec![all] }],
+        };
+        let firsts = sets.iter().flat_map(|alike| &alike.sets).enumerate();
+        let numbers = firsts.filter_map(|(k, members)| Some((*members.segments.first()?, k))).collect();
         Ok((Self { simulation, steps: 0, sets: numbers, failed: None }, sets))
     }
 

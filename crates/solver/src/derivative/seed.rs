@@ -76,7 +76,7 @@ pub(super) fn seed<const D: usize>(
                 false => {
                     component.seed_start(body, direction, pose, [start.velocities[i], start.angular_velocities[i]])
                 }
-                true if component.is_moved(body) || pose == [Vector3::zeros(); 2] => {}
+                true if component.is_moved(body, 0) || pose == [Vector3::zeros(); 2] => {}
                 true => held.push(HeldSeed { body, direction, base: pose, poses: Vec::new() }),
             }
         }

@@ -14,7 +14,8 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix6, SMatrix, Vector6};
 
 use crate::contact::Touching;
-use crate::tangent::jacobian::{Factor, Field, Jacobian};
+use crate::kernel::lane::Real;
+use crate::tangent::jacobian::{Factor, Field, Jacobian, of_six, six};
 
 /// Compliance that all contacts are given, as a share of that of their bodies: where more contacts hold a body than are needed, their
 /// impulses alone could not be told.
@@ -64,38 +65,37 @@ impl Entry {
     }
 
     /// `V x` or `U^T x`.
-    fn taken(&self, x: &Field, transposed: bool) -> SMatrix<f64, 15, 1> {
+    fn taken<T: Real>(&self, x: &Field<T>, transposed: bool) -> SMatrix<f64, 15, 1> {
         let mut out = SMatrix::zeros();
         for (side, body) in self.sides() {
             out += match transposed {
-                true => self.u.fixed_rows::<6>(6 * side).tr_mul(&x.bodies[body]),
-                false => self.v.fixed_columns::<6>(6 * side) * x.bodies[body],
+                true => self.u.fixed_rows::<6>(6 * side).tr_mul(&six(x.bodies[body])),
+                false => self.v.fixed_columns::<6>(6 * side) * six(x.bodies[body]),
             };
         }
         out
     }
 
     /// Adds `U z` or `V^T z` times a sign.
-    fn add(&self, z: &SMatrix<f64, 15, 1>, transposed: bool, sign: f64, x: &mut Field) {
+    fn add<T: Real>(&self, z: &SMatrix<f64, 15, 1>, transposed: bool, sign: f64, x: &mut Field<T>) {
         for (side, body) in self.sides() {
             let of: Vector6<f64> = match transposed {
                 true => self.v.fixed_columns::<6>(6 * side).tr_mul(z),
                 false => self.u.fixed_rows::<6>(6 * side) * z,
             };
-            x.bodies[body] += of * sign;
+            x.bodies[body] = x.bodies[body].plus(of_six(&of), T::splat(sign));
         }
     }
 }
 
 impl Border {
-    /// Adds to the bodies' blocks how pushes change as their own bodies move, and the border that is left; `None` where the
-    /// equations are singular.
-    pub(super) fn new(
+    /// Adds to the bodies' blocks how pushes change as their own bodies move, and factors; the border that is left. `None` where
+    /// the equations are singular in one of the lanes, of which there is one where there are contacts.
+    pub(super) fn new<T: Real>(
         touching: &[Touching],
-        jacobian: &mut Jacobian,
-        factor: &mut Factor,
+        (jacobian, factor, lanes): (&mut Jacobian<T>, &mut Factor<T>, usize),
         is_free: &dyn Fn(usize) -> bool,
-        work: &mut Field,
+        work: &mut Field<T>,
     ) -> Option<Self> {
         let mut entries: Vec<Entry> = Vec::with_capacity(touching.len());
         let mut size = 0;
@@ -108,7 +108,7 @@ impl Border {
             size += entry.count;
             entries.push(entry);
         }
-        if !factor.factor(jacobian) {
+        if !factor.factor(jacobian, lanes) {
             return None;
         }
         if entries.is_empty() {
@@ -158,11 +158,11 @@ impl Border {
     }
 
     /// Solves for x and z, in the places of r and s; transposed likewise.
-    pub(super) fn solve(
+    pub(super) fn solve<T: Real>(
         &self,
-        jacobian: &Jacobian,
-        factor: &mut Factor,
-        (field, z): (&mut Field, &mut DVector<f64>),
+        jacobian: &Jacobian<T>,
+        factor: &mut Factor<T>,
+        (field, z): (&mut Field<T>, &mut DVector<f64>),
         transposed: bool,
     ) {
         let Some([plain, of_transposed]) = &self.factors else { return factor.solve(jacobian, field, transposed) };

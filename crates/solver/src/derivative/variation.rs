@@ -5,7 +5,6 @@ use rod::{Body, InnerDamping, JointForce, Model};
 
 use super::DerivativeError;
 use super::run::refuse;
-use crate::component::add_numbers;
 
 /// A small change of all that a run depends on, or the derivative of a number with respect to each entry: see
 /// [`Variation::dot`]. Lists have an entry for each joint, segment or load of the model.
@@ -275,34 +274,6 @@ impl Variation {
             + self.start.dot(&other.start)
             + self.held.iter().map(held).sum::<f64>()
             + self.obstacles.iter().map(obstacle).sum::<f64>()
-    }
-
-    /// Adds all entries but those of held bodies and obstacles.
-    pub(super) fn add(&mut self, other: &Self) {
-        for (own, by) in self.joints.iter_mut().zip(&other.joints) {
-            add_numbers(own, &by.numbers());
-        }
-        for (own, by) in self.segments.iter_mut().zip(&other.segments) {
-            own.mass += by.mass;
-            own.inertia += by.inertia;
-        }
-        for (own, by) in self.loads.iter_mut().zip(&other.loads) {
-            (0..2).for_each(|k| own[k] += by[k]);
-        }
-        self.gravity += other.gravity;
-        (0..2).for_each(|k| self.damping[k] += other.damping[k]);
-        self.air.add(&other.air);
-        self.friction += other.friction;
-        let StateVariation { positions, turns, velocities, angular_velocities, forces: _ } = &mut self.start;
-        let by = &other.start;
-        for (own, by) in [
-            (positions, &by.positions),
-            (turns, &by.turns),
-            (velocities, &by.velocities),
-            (angular_velocities, &by.angular_velocities),
-        ] {
-            own.iter_mut().zip(by).for_each(|(own, by)| *own += by);
-        }
     }
 
     pub(super) fn check(&self, model: &Model) -> Result<(), DerivativeError> {

@@ -291,6 +291,19 @@ pub fn map_rows<T: Real>(m: [[T; 3]; 3], f: impl Fn(Vec3<T>) -> Vec3<T>) -> [[T;
     [f(Vec3(m[0])).0, f(Vec3(m[1])).0, f(Vec3(m[2])).0]
 }
 
+/// Matrix times vector.
+#[inline(always)]
+pub fn times<T: Real>([a, b, c]: [[T; 3]; 3], x: Vec3<T>) -> Vec3<T> {
+    Vec3([Vec3(a).dot(x), Vec3(b).dot(x), Vec3(c).dot(x)])
+}
+
+/// `[a]x`, the matrix of the vector product with `a`.
+#[inline(always)]
+pub fn cross_matrix<T: Real>(Vec3([x, y, z]): Vec3<T>) -> [[T; 3]; 3] {
+    let zero = T::zero();
+    [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+}
+
 /// Sum of two 3x3 matrices.
 #[inline(always)]
 pub fn sum<T: Real>(a: [[T; 3]; 3], b: [[T; 3]; 3]) -> [[T; 3]; 3] {

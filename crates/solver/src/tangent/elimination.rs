@@ -63,10 +63,13 @@ impl<T: Real> Elimination<T> {
             Some(Topology::new(topology.joints.clone(), fixed)).filter(|less| less.elimination.is_some())
         };
         let (topology, memory) = match topology.elimination {
-            Some(_) => (topology.clone(), Memory::Tree(Sweep::new(topology), Halves::new(topology))),
+            Some(_) => {
+                let halves = Halves::new(topology);
+                (topology.clone(), Memory::Tree(Sweep::new(topology, halves.of(topology)), halves))
+            }
             None => {
                 let (topology, far) = (0..topology.bodies()).find_map(|far| Some((without(far)?, far)))?;
-                let memory = Memory::Ring(Sweep::new(&topology), far);
+                let memory = Memory::Ring(Sweep::new(&topology, (0, 0)), far);
                 (topology, memory)
             }
         };

@@ -13,8 +13,9 @@ pub(super) struct Halves<T> {
     /// One entry a pair of nodes.
     factors: Vec<Factor<Both<T>>>,
     sides: Vec<Sides<Both<T>, 1>>,
-    /// Whether the two nodes of a pair were eliminated one by one: where a body is held, or had to be made heavier.
-    apart: Vec<bool>,
+    /// Where the two nodes of a pair were eliminated one by one, as a body is held or had to be made heavier, the place of the
+    /// first one's factor among those of the sweep, which that of the second follows.
+    apart: Vec<Option<usize>>,
 }
 
 impl<T: Real> Halves<T> {
@@ -22,7 +23,14 @@ impl<T: Real> Halves<T> {
     pub(super) fn new(topology: &Topology) -> Self {
         let fold = if T::LANES == 1 { topology.fold } else { 0 };
         let sides = vec![[[[Both::zero(); 1]; 3]; 2]; fold];
-        Self { factors: vec![Factor::zero(); fold], sides, apart: vec![false; fold] }
+        Self { factors: vec![Factor::zero(); fold], sides, apart: vec![None; fold] }
+    }
+
+    /// The first node of both halves, and how many they are.
+    pub(super) fn of(&self, topology: &Topology) -> (usize, usize) {
+        let (nodes, pairs) = (topology.elimination.as_deref().map_or(0, <[Node]>::len), self.factors.len());
+        // Of a chain the last node is the root, and one more may come first.
+        if pairs > 0 { (nodes - 1 - 2 * pairs, 2 * pairs) } else { (0, 0) }
     }
 
     /// Solves the equations of a problem without a far body in the lanes in which it can be: see [`Sweep::solved`].
@@ -70,9 +78,7 @@ impl<T: Real> Halves<T> {
     /// Number of nodes, of pairs of them, and the first node of a pair.
     #[inline(always)]
     fn places(&self, problem: &Problem<'_, T>) -> (usize, usize, usize) {
-        let (nodes, fold) = (problem.nodes().len(), self.factors.len());
-        // Of a chain the last node is the root, and one more may come first.
-        (nodes, fold, if fold > 0 { nodes - 1 - 2 * fold } else { 0 })
+        (problem.nodes().len(), self.factors.len(), self.of(problem.topology).0)
     }
 
     /// The way down.
@@ -86,15 +92,11 @@ impl<T: Real> Halves<T> {
     ) {
         let (nodes, fold, first) = self.places(problem);
         let numbers = sweep.first_movements(problem, corrections);
-        for k in (first + 2 * fold..nodes).rev() {
-            sweep.substitute(problem, k, &numbers, corrections, multipliers);
-        }
+        sweep.down(problem, first + 2 * fold..nodes, &numbers, corrections, multipliers);
         if fold > 0 {
             self.down(sweep, problem, first, corrections, multipliers);
         }
-        for k in (0..first).rev() {
-            sweep.substitute(problem, k, &numbers, corrections, multipliers);
-        }
+        sweep.down(problem, 0..first, &numbers, corrections, multipliers);
     }
 
     /// Eliminates both halves, whose nodes begin at `first`.
@@ -119,15 +121,16 @@ impl<T: Real> Halves<T> {
                 let (factor, sides, added) = Factor::new(&terms, &carried.stiffness, &forces);
                 if factor.is_positive() {
                     (self.factors[k], self.sides[k]) = (factor, sides);
-                    self.apart[k] = false;
+                    self.apart[k] = None;
                     carried = Left::both(&problem.fresh(a.inner), &problem.fresh(b.inner)).plus(&added);
                     continue;
                 }
             }
-            self.apart[k] = true;
+            self.apart[k] = None;
             for (side, node) in [a, b].into_iter().enumerate() {
                 sweep.left[node.outer as usize] = carried.one(side);
-                sweep.eliminate_one(problem, pair[side]);
+                let place = sweep.eliminate_one(problem, pair[side]);
+                self.apart[k] = self.apart[k].or(Some(place));
                 if !sweep.is_solved() {
                     return;
                 }
@@ -154,10 +157,10 @@ impl<T: Real> Halves<T> {
             let pair = [first + k, first + fold + k];
             let [a, b] = [&nodes[pair[0]], &nodes[pair[1]]];
             last = [a.inner as usize, b.inner as usize];
-            if self.apart[k] {
+            if let Some(place) = self.apart[k] {
                 for (side, node) in [a, b].into_iter().enumerate() {
                     sweep.set_carried(node.outer as usize, carried.one(side));
-                    sweep.carry_one(problem, pair[side]);
+                    sweep.carry_one(problem, pair[side], place + side);
                 }
                 carried = Spatial::both(sweep.carried(last[0]), sweep.carried(last[1]));
             } else {
@@ -192,8 +195,10 @@ impl<T: Real> Halves<T> {
         for k in (0..fold).rev() {
             let pair = [first + k, first + fold + k];
             let [a, b] = [&nodes[pair[0]], &nodes[pair[1]]];
-            if self.apart[k] {
-                pair.into_iter().for_each(|k| sweep.substitute(problem, k, &[T::splat(1.0)], corrections, multipliers));
+            if let Some(place) = self.apart[k] {
+                for (side, k) in pair.into_iter().enumerate() {
+                    sweep.substitute(problem, (k, place + side), &[T::splat(1.0)], corrections, multipliers);
+                }
                 inner = movement(corrections, [a.outer, b.outer]);
                 continue;
             }

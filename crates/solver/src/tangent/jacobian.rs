@@ -11,218 +11,214 @@
 //! stiffness that of bending drowns. Joints that close loops, which may lead through what is held, come last, as a dense
 //! border. Refinement follows every solve, as a dense border of what is stiff costs digits.
 
+mod blocks;
 mod factor;
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
+use self::blocks::JointBlocks;
 use super::{Equations, JointEquation};
+use crate::kernel::Spatial;
+use crate::kernel::block::Block;
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
+use crate::kernel::math::{self, Sym3, Vec3, times};
 use crate::topology::Topology;
 
 pub use factor::Factor;
 
 /// A number for each row, or each column, of the equations: six a body, and six a joint.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Field {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field<T = f64> {
     /// (dx, dphi), or force and torque, one entry a body; zero of bodies that are held, unless said otherwise.
-    pub bodies: Vec<Vector6<f64>>,
+    pub bodies: Vec<Spatial<T>>,
     /// Stretch-shear and bend-twist in world rows, one entry a joint.
-    pub joints: Vec<Vector6<f64>>,
+    pub joints: Vec<Spatial<T>>,
 }
 
-impl Field {
+impl<T> Default for Field<T> {
+    fn default() -> Self {
+        Self { bodies: Vec::new(), joints: Vec::new() }
+    }
+}
+
+impl<T: Real> Field<T> {
     /// Zero.
     pub fn zero(topology: &Topology) -> Self {
-        Self {
-            bodies: vec![Vector6::zeros(); topology.bodies()],
-            joints: vec![Vector6::zeros(); topology.joints.len()],
-        }
+        Self { bodies: vec![Spatial::zero(); topology.bodies()], joints: vec![Spatial::zero(); topology.joints.len()] }
     }
 
     /// The largest entries of bodies and of joints.
-    fn sizes(&self) -> [f64; 2] {
-        [&self.bodies, &self.joints].map(|list| list.iter().map(Vector6::amax).fold(0.0, f64::max))
+    #[inline(always)]
+    fn sizes(&self) -> [T; 2] {
+        let largest = |list: &[Spatial<T>]| {
+            let mut out = T::zero();
+            for x in list {
+                for x in x.to_array() {
+                    out = x.abs().max(out);
+                }
+            }
+            out
+        };
+        [largest(&self.bodies), largest(&self.joints)]
     }
 
     /// Makes all of it zero.
     pub(crate) fn clear(&mut self) {
-        self.bodies.fill(Vector6::zeros());
-        self.joints.fill(Vector6::zeros());
+        self.bodies.fill(Spatial::zero());
+        self.joints.fill(Spatial::zero());
     }
 
-    fn subtract_from(&mut self, other: &Self) {
-        let pairs = |own: &mut Vec<Vector6<f64>>, other: &[Vector6<f64>]| {
-            own.iter_mut().zip(other).for_each(|(own, other)| *own = other - *own);
-        };
-        pairs(&mut self.bodies, &other.bodies);
-        pairs(&mut self.joints, &other.joints);
+    /// Each entry with that of another one.
+    #[inline(always)]
+    fn with<'a>(&'a mut self, other: &'a Self) -> impl Iterator<Item = (&'a mut Spatial<T>, &'a Spatial<T>)> {
+        self.bodies.iter_mut().zip(&other.bodies).chain(self.joints.iter_mut().zip(&other.joints))
     }
 
-    fn add(&mut self, other: &Self, share: f64) {
-        self.bodies.iter_mut().zip(&other.bodies).for_each(|(own, other)| *own += other * share);
-        self.joints.iter_mut().zip(&other.joints).for_each(|(own, other)| *own += other * share);
+    /// Adds `share` times another one.
+    #[inline(always)]
+    fn add(&mut self, other: &Self, share: T) {
+        self.with(other).for_each(|(own, other)| *own = own.plus(*other, share));
+    }
+
+    /// Sum of the products of all entries.
+    fn dot(&self, other: &Self) -> T {
+        let pairs = self.bodies.iter().zip(&other.bodies).chain(self.joints.iter().zip(&other.joints));
+        pairs.fold(T::zero(), |sum, (a, b)| sum + a.dot(*b))
     }
 }
 
 /// The Jacobian, block by block.
 #[derive(Clone, Debug)]
-pub struct Jacobian {
+pub struct Jacobian<T = f64> {
     topology: Arc<Topology>,
     /// Whether a body is held, one entry a body.
     held: Vec<bool>,
-    /// K' of a body with itself.
-    bodies: Vec<Matrix6<f64>>,
-    joints: Vec<JointBlocks>,
+    /// K' of a body with itself: its mass, and that of its turns; one where it is held.
+    bodies: Vec<(T, [[T; 3]; 3])>,
+    /// What is added to that, with the body.
+    added: Vec<(usize, Block<T>)>,
+    joints: Vec<JointBlocks<T>>,
 }
 
-/// A joint's blocks.
-#[derive(Clone, Copy, Debug)]
-struct JointBlocks {
-    /// Arms of the connectors of bodies a and b.
-    arms: [Vector3<f64>; 2],
-    /// What stands in the place of `-[r]x` in J' of body a.
-    tilted: Matrix3<f64>,
-    /// alpha~ of stretch-shear and of bend-twist.
-    compliance: [Matrix3<f64>; 2],
-    /// K' of body a (rows) with body b (columns), of their turns.
-    coupling: Matrix3<f64>,
-}
-
-impl JointBlocks {
-    /// J of body a (0) or b (1), as forces see it.
-    fn forces(&self, end: usize) -> Rows {
-        Rows { sigma: [1.0, -1.0][end], mixed: -self.arms[end].cross_matrix() }
-    }
-
-    /// J' of body a (0) or b (1), as movements see it.
-    fn movements(&self, end: usize) -> Rows {
-        if end == 0 { Rows { sigma: 1.0, mixed: self.tilted } } else { self.forces(1) }
-    }
-
-    /// `alpha~ x`.
-    fn yielded<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
-        let [stretch, bend] = &self.compliance;
-        stacked(stretch * x.fixed_rows::<3>(0), bend * x.fixed_rows::<3>(3))
-    }
-
-    /// `x alpha~`.
-    fn yielding(&self, x: &Matrix6<f64>) -> Matrix6<f64> {
-        let [stretch, bend] = &self.compliance;
-        beside(x.fixed_columns::<3>(0) * stretch, x.fixed_columns::<3>(3) * bend)
-    }
-}
-
-fn by_rows(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from_fn(|r, c| rows[r][c])
-}
-
-fn stacked<const C: usize>(above: SMatrix<f64, 3, C>, below: SMatrix<f64, 3, C>) -> SMatrix<f64, 6, C> {
-    SMatrix::from_fn(|r, c| if r < 3 { above[(r, c)] } else { below[(r - 3, c)] })
-}
-
-fn beside(left: SMatrix<f64, 6, 3>, right: SMatrix<f64, 6, 3>) -> Matrix6<f64> {
-    let mut out = Matrix6::zeros();
-    out.fixed_columns_mut::<3>(0).copy_from(&left);
-    out.fixed_columns_mut::<3>(3).copy_from(&right);
-    out
-}
-
-/// Adds a coupling of turns times the turns of x to the turns of `out`.
-fn add_turned<const C: usize>(out: &mut SMatrix<f64, 6, C>, coupling: &Matrix3<f64>, x: &SMatrix<f64, 6, C>) {
-    let mut turns = out.fixed_rows_mut::<3>(3);
-    turns += coupling * x.fixed_rows::<3>(3);
-}
-
-/// A block `sigma [I, M; 0, -I]`.
-#[derive(Clone, Copy, Debug)]
-struct Rows {
-    sigma: f64,
-    mixed: Matrix3<f64>,
-}
-
-impl Rows {
-    /// `R x`.
-    fn apply<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
-        let (above, below) = (x.fixed_rows::<3>(0), x.fixed_rows::<3>(3));
-        stacked((above + self.mixed * below) * self.sigma, below * -self.sigma)
-    }
-
-    /// `R^T x`.
-    fn tr_apply<const C: usize>(&self, x: &SMatrix<f64, 6, C>) -> SMatrix<f64, 6, C> {
-        let (above, below) = (x.fixed_rows::<3>(0), x.fixed_rows::<3>(3));
-        stacked(above * self.sigma, (self.mixed.tr_mul(&above) - below) * self.sigma)
-    }
-
-    /// `x R`.
-    fn after(&self, x: &Matrix6<f64>) -> Matrix6<f64> {
-        let (left, right) = (x.fixed_columns::<3>(0), x.fixed_columns::<3>(3));
-        beside(left * self.sigma, (left * self.mixed - right) * self.sigma)
-    }
-}
-
-impl Jacobian {
+impl<T: Real> Jacobian<T> {
     /// That of `equations`, with the exact blocks of the turns of each body with itself, and of each joint's stretch-shear rows
     /// with those of body a.
-    pub fn new(topology: &Arc<Topology>, equations: &Equations, whole: (&[Matrix3<f64>], &[Matrix3<f64>])) -> Self {
-        let held: Vec<bool> = equations.bodies.iter().map(|body| body.is_held()).collect();
-        let joint = |(joint, tilted): (&JointEquation, &Matrix3<f64>)| JointBlocks {
-            arms: joint.arms.map(|arm| Vector3::from(arm.0)),
-            tilted: *tilted,
-            compliance: joint.compliance.map(|part| by_rows(part.full())),
-            coupling: by_rows(joint.coupling.full()),
-        };
-        let joints = equations.joints.iter().zip(whole.1).map(joint).collect();
-        let own = equations.bodies.iter().zip(whole.0).map(|(body, turning)| {
-            let mut block = Matrix6::identity();
-            if !body.is_held() {
-                block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * body.mass));
-                block.fixed_view_mut::<3, 3>(3, 3).copy_from(turning);
-            }
-            block
-        });
-        Self { topology: topology.clone(), held, bodies: own.collect(), joints }
+    pub fn new(topology: &Arc<Topology>, equations: &Equations<T>, whole: &Whole<T>) -> Self {
+        let topology = topology.clone();
+        let mut out = Self { topology, held: Vec::new(), bodies: Vec::new(), added: Vec::new(), joints: Vec::new() };
+        out.set(equations, whole);
+        out
     }
 
-    /// Adds to K' of a body with itself.
+    /// Sets it to that of other equations of the same connectivity.
+    pub fn set(&mut self, equations: &Equations<T>, whole: &Whole<T>) {
+        self.added.clear();
+        self.held.clear();
+        self.held.extend(equations.bodies.iter().map(|body| body.is_held()));
+        self.bodies.clear();
+        self.joints.clear();
+        let joint = |(joint, tilted): (&JointEquation<T>, &[[T; 3]; 3])| {
+            let JointEquation { arms, compliance, coupling, .. } = *joint;
+            JointBlocks { arms, tilted: *tilted, compliance, coupling }
+        };
+        self.joints.extend(equations.joints.iter().zip(&whole.joints).map(joint));
+        let one = T::splat(1.0);
+        let own = equations.bodies.iter().zip(&whole.bodies);
+        self.bodies.extend(own.map(|(body, turning)| match body.is_held() {
+            true => (one, Sym3::identity(one).full()),
+            false => (body.mass, *turning),
+        }));
+    }
+
+    /// Adds to K' of a body with itself, in all lanes.
     pub fn add(&mut self, body: usize, block: &Matrix6<f64>) {
-        self.bodies[body] += block;
+        self.added.push((body, std::array::from_fn(|r| std::array::from_fn(|c| T::splat(block[(r, c)])))));
     }
 
     /// `A x`, or `A^T x`. Movements of held bodies in x count. `A x` has no rows of held bodies; in those of `A^T x` is what
     /// moving them would do.
-    pub fn apply(&self, x: &Field, transposed: bool, out: &mut Field) {
-        for (i, (own, body)) in out.bodies.iter_mut().zip(&self.bodies).enumerate() {
-            *own = match (self.held[i], transposed) {
-                (true, _) => Vector6::zeros(),
-                (false, true) => body.tr_mul(&x.bodies[i]),
-                (false, false) => body * x.bodies[i],
+    pub fn apply(&self, x: &Field<T>, transposed: bool, out: &mut Field<T>) {
+        vectorized(
+            #[inline(always)]
+            || self.apply_all(x, transposed, out),
+        );
+    }
+
+    #[inline(always)]
+    fn apply_all(&self, x: &Field<T>, transposed: bool, out: &mut Field<T>) {
+        let zero = Spatial::zero();
+        for (i, (own, (mass, turning))) in out.bodies.iter_mut().zip(&self.bodies).enumerate() {
+            let Spatial { linear, angular } = x.bodies[i];
+            let turning = if transposed { math::transposed(*turning) } else { *turning };
+            *own = match self.held[i] {
+                true => zero,
+                false => Spatial { linear: linear * *mass, angular: times(turning, angular) },
             };
+        }
+        for (i, block) in &self.added {
+            let x = x.bodies[*i];
+            let own = if transposed { blocks::tr_apply(block, x) } else { blocks::apply(block, x) };
+            out.bodies[*i] = out.bodies[*i].plus(own, T::splat(1.0));
         }
         for (j, (joint, ends)) in self.joints.iter().zip(&self.topology.joints).enumerate() {
             let [a, b] = ends.map(|body| body as usize);
-            let (mut movements, mut forces) = ([0, 1].map(|k| joint.movements(k)), [0, 1].map(|k| joint.forces(k)));
+            let (of_a, of_b) = (x.bodies[a], x.bodies[b]);
+            let mut movements = [joint.movements(0), joint.movements(1)];
+            let mut forces = [joint.forces(0), joint.forces(1)];
             if transposed {
                 std::mem::swap(&mut movements, &mut forces);
             }
-            let y = &x.joints[j];
-            out.joints[j] = movements[0].apply(&x.bodies[a]) + movements[1].apply(&x.bodies[b]) - joint.yielded(y);
-            out.bodies[a] += forces[0].tr_apply(y);
-            out.bodies[b] += forces[1].tr_apply(y);
-            add_turned(&mut out.bodies[a], &joint.coupling, &x.bodies[b]);
-            add_turned(&mut out.bodies[b], &joint.coupling.transpose(), &x.bodies[a]);
+            let (y, one) = (x.joints[j], T::splat(1.0));
+            let moved = movements[0].apply(of_a).plus(movements[1].apply(of_b), one);
+            out.joints[j] = moved.plus(joint.yielded(y), -one);
+            let on_a = forces[0].tr_apply(y);
+            let on_b = forces[1].tr_apply(y);
+            out.bodies[a] = out.bodies[a].plus(on_a, one);
+            out.bodies[b] = out.bodies[b].plus(on_b, one);
+            out.bodies[a].angular += joint.coupling(0).apply(of_b.angular);
+            out.bodies[b].angular += joint.coupling(1).apply(of_a.angular);
         }
         if !transposed {
-            out.bodies
-                .iter_mut()
-                .zip(&self.held)
-                .filter(|(_, held)| **held)
-                .for_each(|(own, _)| *own = Vector6::zeros());
+            let held = out.bodies.iter_mut().zip(&self.held).filter(|(_, held)| **held);
+            held.for_each(|(own, _)| *own = zero);
         }
     }
 }
 
-/// `x` of three numbers each as a shift and a turn.
-pub(crate) fn split(x: &Vector6<f64>) -> [Vector3<f64>; 2] {
-    [x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into()]
+/// What K' and J' have beyond K and J: see [`super`].
+#[derive(Clone, Debug)]
+pub struct Whole<T = f64> {
+    /// How `-g` of each body's turns falls as the body turns; zero where it is held [kg m^2].
+    pub bodies: Vec<[[T; 3]; 3]>,
+    /// How each joint's stretch-shear rows grow as body a turns [m].
+    pub joints: Vec<[[T; 3]; 3]>,
+}
+
+impl<T> Default for Whole<T> {
+    fn default() -> Self {
+        Self { bodies: Vec::new(), joints: Vec::new() }
+    }
+}
+
+/// A shift and a turn, or a force and a torque, in three numbers each.
+pub(crate) fn split(x: Spatial<f64>) -> [Vector3<f64>; 2] {
+    [Vector3::from(x.linear.0), Vector3::from(x.angular.0)]
+}
+
+/// The inverse of [`split`].
+pub(crate) fn joined([linear, angular]: [Vector3<f64>; 2]) -> Spatial<f64> {
+    Spatial { linear: Vec3(linear.into()), angular: Vec3(angular.into()) }
+}
+
+/// All six numbers of the first lane.
+pub(crate) fn six<T: Real>(x: Spatial<T>) -> Vector6<f64> {
+    Vector6::from(x.to_array().map(|x| x.lane(0)))
+}
+
+/// The inverse of [`six`], in all lanes.
+pub(crate) fn of_six<T: Real>(x: &Vector6<f64>) -> Spatial<T> {
+    Spatial::splat(Spatial::from_array((*x).into()))
 }

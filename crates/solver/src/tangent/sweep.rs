@@ -25,9 +25,10 @@ const FIRST_SHARE: f64 = 1e-9;
 pub(super) struct Sweep<T, const M: usize> {
     /// One entry a body.
     pub(super) left: Vec<Left<T, M>>,
-    /// One entry a node.
-    factors: Vec<Factor<T>>,
-    sides: Vec<Sides<T, M>>,
+    /// One entry a node that is eliminated by itself, in their order; then those of the halves of a chain that came apart.
+    factors: Vec<(Factor<T>, Sides<T, M>)>,
+    /// The first node of both halves of a chain, and how many they are.
+    halves: (usize, usize),
     /// Bodies that are left alone, in the order of the roots.
     roots: Vec<Root<T, M>>,
     /// Of those, how many a pass has not come to yet.
@@ -50,14 +51,15 @@ struct Root<T, const M: usize> {
 }
 
 impl<T: Real, const M: usize> Sweep<T, M> {
-    pub(super) fn new(topology: &Topology) -> Self {
+    /// Memory for all nodes but those of the halves of a chain, so many from the first on.
+    pub(super) fn new(topology: &Topology, halves: (usize, usize)) -> Self {
         let zero = Stiffness::of_parts(Sym3::zero(), Sym3::zero());
         let nodes = topology.elimination.as_deref().map_or(0, <[Node]>::len);
         let ends = topology.elimination.iter().flatten().filter(|node| node.leaves == Leaves::Nothing).count();
         Self {
             left: vec![Left::new(zero, Spatial::zero()); topology.bodies()],
-            factors: vec![Factor::zero(); nodes],
-            sides: vec![[[[T::zero(); M]; 3]; 2]; nodes],
+            factors: vec![(Factor::zero(), [[[T::zero(); M]; 3]; 2]); nodes - halves.1],
+            halves,
             roots: Vec::with_capacity(ends + 1),
             roots_left: 0,
             mended: T::zero(),
@@ -83,15 +85,14 @@ impl<T: Real, const M: usize> Sweep<T, M> {
             return;
         }
         let numbers = self.first_movements(problem, corrections);
-        for k in (0..nodes).rev() {
-            self.substitute(problem, k, &numbers, corrections, multipliers);
-        }
+        self.down(problem, 0..nodes, &numbers, corrections, multipliers);
     }
 
     #[inline(always)]
     pub(super) fn begin(&mut self, problem: &Problem<'_, T>) {
         (self.mended, self.solved, self.wrong) = (T::zero(), T::zero(), 0);
         self.roots.clear();
+        self.factors.truncate(problem.nodes().len() - self.halves.1);
         if let Some(far) = problem.far {
             self.left[far] = problem.fresh(far as u32);
         }
@@ -110,8 +111,15 @@ impl<T: Real, const M: usize> Sweep<T, M> {
             if !self.is_solved() {
                 return;
             }
-            self.eliminate(problem, k);
+            self.eliminate(problem, k, self.place(k));
         }
+    }
+
+    /// Place of the factor of a node that is eliminated by itself.
+    #[inline(always)]
+    fn place(&self, k: usize) -> usize {
+        let (first, count) = self.halves;
+        if k < first { k } else { k - count }
     }
 
     /// Eliminates a single body, and the far one.
@@ -127,15 +135,15 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         }
     }
 
-    /// Eliminates the outer body and the joint of a node, and of a root what is left.
+    /// Eliminates the outer body and the joint of a node, whose factor has its place, and of a root what is left.
     #[inline(always)]
-    fn eliminate(&mut self, problem: &Problem<'_, T>, k: usize) {
+    fn eliminate(&mut self, problem: &Problem<'_, T>, k: usize, place: usize) {
         let node = problem.nodes()[k];
         let terms = problem.terms(&node);
         let inner_is_far = problem.far == Some(node.inner as usize);
         let added = match problem.is_apart(node.outer) {
             true => self.hang(problem, &node, &terms),
-            false => self.fold_in(problem, k, &node, &terms),
+            false => self.fold_in(problem, place, &node, &terms),
         };
         if inner_is_far {
             self.close(&added, node.inner as usize);
@@ -148,15 +156,18 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         }
     }
 
-    /// [`Self::eliminate`] where it is rare.
+    /// [`Self::eliminate`] of a node of the halves of a chain, where it is rare; returns the place of its factor.
     #[cold]
-    pub(super) fn eliminate_one(&mut self, problem: &Problem<'_, T>, k: usize) {
-        self.eliminate(problem, k);
+    pub(super) fn eliminate_one(&mut self, problem: &Problem<'_, T>, k: usize) -> usize {
+        let place = self.factors.len();
+        self.factors.push((Factor::zero(), [[[T::zero(); M]; 3]; 2]));
+        self.eliminate(problem, k, place);
+        place
     }
 
     /// Eliminates the outer body and the joint of a node; returns what that adds to the inner body.
     #[inline(always)]
-    fn fold_in(&mut self, problem: &Problem<'_, T>, k: usize, node: &Node, terms: &Terms<T>) -> Left<T, M> {
+    fn fold_in(&mut self, problem: &Problem<'_, T>, place: usize, node: &Node, terms: &Terms<T>) -> Left<T, M> {
         let outer = if node.follows { self.left[node.outer as usize] } else { problem.fresh(node.outer) };
         let mut forces = [[T::zero(); M]; 6];
         for c in 0..M {
@@ -170,7 +181,7 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         if M > 1 {
             self.change_far(problem, (&factor, &sides), terms, &forces);
         }
-        (self.factors[k], self.sides[k]) = (factor, sides);
+        self.factors[place] = (factor, sides);
         added
     }
 
@@ -280,11 +291,27 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         }
     }
 
+    /// Substitutes in nodes that are eliminated by themselves, in turn from the last.
+    #[inline(always)]
+    pub(super) fn down(
+        &mut self,
+        problem: &Problem<'_, T>,
+        nodes: std::ops::Range<usize>,
+        numbers: &[T; M],
+        corrections: &mut [Spatial<T>],
+        multipliers: &mut [Spatial<T>],
+    ) {
+        for k in nodes.rev() {
+            self.substitute(problem, (k, self.place(k)), numbers, corrections, multipliers);
+        }
+    }
+
+    /// Substitutes in a node, whose factor has its place.
     #[inline(always)]
     pub(super) fn substitute(
         &mut self,
         problem: &Problem<'_, T>,
-        k: usize,
+        (k, place): (usize, usize),
         numbers: &[T; M],
         corrections: &mut [Spatial<T>],
         multipliers: &mut [Spatial<T>],
@@ -303,7 +330,8 @@ impl<T: Real, const M: usize> Sweep<T, M> {
             let ([stretch, bend], _) = problem.hold(&node, &terms);
             Spatial { linear: stretch.apply(yielded.linear), angular: bend.apply(yielded.angular) }
         } else {
-            let [moved, transmitted] = self.factors[k].solve(&terms, &self.sides[k], at_inner, numbers);
+            let (factor, sides) = &self.factors[place];
+            let [moved, transmitted] = factor.solve(&terms, sides, at_inner, numbers);
             corrections[outer] = moved;
             transmitted
         };
@@ -321,12 +349,13 @@ impl<T: Real> Sweep<T, 1> {
     #[inline(always)]
     pub(super) fn carry(&mut self, problem: &Problem<'_, T>, nodes: std::ops::Range<usize>) {
         for k in nodes {
-            self.carry_one(problem, k);
+            self.carry_one(problem, k, self.place(k));
         }
     }
 
+    /// Takes them at a node, whose factor has its place.
     #[inline(always)]
-    pub(super) fn carry_one(&mut self, problem: &Problem<'_, T>, k: usize) {
+    pub(super) fn carry_one(&mut self, problem: &Problem<'_, T>, k: usize, place: usize) {
         let node = problem.nodes()[k];
         let terms = problem.terms(&node);
         let [outer, inner] = [node.outer as usize, node.inner as usize];
@@ -336,8 +365,9 @@ impl<T: Real> Sweep<T, 1> {
             terms.on_inner(Spatial { linear: stretch.apply(rhs.linear), angular: bend.apply(rhs.angular) })
         } else {
             let own = if node.follows { self.carried(outer) } else { problem.force(node.outer) };
-            let (sides, added) = self.factors[k].carry(&terms, own);
-            self.sides[k] = sides;
+            let (factor, own_sides) = &mut self.factors[place];
+            let (sides, added) = factor.carry(&terms, own);
+            *own_sides = sides;
             added
         };
         if !problem.is_held(node.inner) {

@@ -4,13 +4,21 @@ use super::Multistep;
 use crate::component::BodyBar;
 use crate::component::predict::angular_momentum;
 use crate::kernel::Spatial;
+use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 
-impl Multistep<f64> {
+impl<T: Real> Multistep<T> {
+    /// A number that is not negative where the step under way goes on from those before.
+    #[inline(always)]
+    pub(in crate::component) fn goes_on(&self) -> T {
+        (-self.ratio).select(T::splat(-1.0), T::splat(1.0))
+    }
+
     /// By how much velocities at the end of the step under way are beyond those over it, as a share of the change since the
     /// last one.
-    pub(in crate::component) fn further(&self) -> f64 {
-        self.ratio / (1.0 + self.ratio)
+    #[inline(always)]
+    pub(in crate::component) fn further(&self) -> T {
+        self.ratio / (T::splat(1.0) + self.ratio)
     }
 
     /// Back over [`Multistep::predicted`] in steps of these lengths, this one and the last: to the state, and to the rates of
@@ -19,38 +27,38 @@ impl Multistep<f64> {
     pub(in crate::component) fn carry_back(
         &self,
         body: usize,
-        bar: Spatial<f64>,
-        [dt, last_dt]: [f64; 2],
-        start: &mut BodyBar,
-        damping: &mut [f64; 2],
+        bar: Spatial<T>,
+        [dt, last_dt]: [T; 2],
+        start: &mut BodyBar<T>,
+        damping: &mut [T; 2],
     ) {
-        let (share, weight) = (self.share, self.weight);
+        let (share, weight, one) = (self.share, self.weight, T::splat(1.0));
         let [kept, before] = self.decay;
         let (brought, earlier) = (self.brought(body), self.earlier[body]);
-        let mut back = |k: usize, bar: Vec3<f64>, brought: Vec3<f64>, earlier: Vec3<f64>| {
+        let mut back = |k: usize, bar: Vec3<T>, brought: Vec3<T>, earlier: Vec3<T>| {
             let lost = weight * before[k] * kept[k];
             damping[k] += bar.dot(earlier) * lost * last_dt - bar.dot(brought) * dt;
-            [bar * ((1.0 + weight) * kept[k]), bar * -lost]
+            [bar * ((one + weight) * kept[k]), bar * -lost]
         };
         let [now, then] = back(0, bar.linear * share, brought.linear, earlier.linear);
         let [now_turning, then_turning] = back(1, bar.angular * share, brought.angular, earlier.angular);
-        start.now = start.now.plus(Spatial { linear: now, angular: now_turning }, 1.0);
-        start.earlier = start.earlier.plus(Spatial { linear: then, angular: then_turning }, 1.0);
-        start.velocity.linear += bar.linear * (1.0 - share);
-        start.over += bar.angular * (1.0 - share);
+        start.now = start.now.plus(Spatial { linear: now, angular: now_turning }, one);
+        start.earlier = start.earlier.plus(Spatial { linear: then, angular: then_turning }, one);
+        start.velocity.linear += bar.linear * (one - share);
+        start.over += bar.angular * (one - share);
     }
 }
 
 /// `p = s I w - h w x I w`, the momentum of a turn with `h w` the sine and s the cosine of half its angle, and the derivative
 /// with respect to w from that with respect to p.
 #[inline(always)]
-pub(in crate::component) fn momentum_back(
-    inertia: impl Fn(Vec3<f64>) -> Vec3<f64>,
-    w: Vec3<f64>,
-    half: f64,
-    bar: Vec3<f64>,
-) -> [Vec3<f64>; 2] {
-    let (turning, cosine) = (inertia(w), (1.0 - (w * half).norm_squared()).max(0.0).sqrt());
+pub(in crate::component) fn momentum_back<T: Real>(
+    inertia: impl Fn(Vec3<T>) -> Vec3<T>,
+    w: Vec3<T>,
+    half: T,
+    bar: Vec3<T>,
+) -> [Vec3<T>; 2] {
+    let (turning, cosine) = (inertia(w), (T::splat(1.0) - (w * half).norm_squared()).max(T::zero()).sqrt());
     let crossed = turning.cross(bar) + inertia(bar.cross(w));
     let of_w = inertia(bar) * cosine - w * (half * half * bar.dot(turning) / cosine) - crossed * half;
     [angular_momentum(turning, w * half), of_w]
@@ -58,14 +66,14 @@ pub(in crate::component) fn momentum_back(
 
 /// Derivatives with respect to theta and phi from that with respect to [`gyroscopic`].
 #[inline(always)]
-pub(in crate::component) fn gyroscopic_back(
-    inertia: impl Fn(Vec3<f64>) -> Vec3<f64>,
-    theta: Vec3<f64>,
-    phi: Vec3<f64>,
-    bar: Vec3<f64>,
-) -> [Vec3<f64>; 2] {
+pub(in crate::component) fn gyroscopic_back<T: Real>(
+    inertia: impl Fn(Vec3<T>) -> Vec3<T>,
+    theta: Vec3<T>,
+    phi: Vec3<T>,
+    bar: Vec3<T>,
+) -> [Vec3<T>; 2] {
     let turned = inertia(bar);
     let of_theta = phi.cross(turned) - inertia(phi).cross(bar) + inertia(bar.cross(phi));
     let of_phi = turned.cross(theta) - inertia(bar.cross(theta)) + inertia(theta).cross(bar);
-    [of_theta * 0.5, of_phi * 0.5]
+    [of_theta * T::splat(0.5), of_phi * T::splat(0.5)]
 }

@@ -1,8 +1,14 @@
 //! The factor of a step's whole Jacobian: see [`super`].
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
+use nalgebra::{DMatrix, DVector};
 
-use super::{Field, Jacobian, add_turned};
+use super::blocks::{self, add_to_turns, add_turned, inverse, minus, product, total};
+use super::{Field, Jacobian};
+use crate::kernel::Spatial;
+use crate::kernel::block::Block;
+use crate::kernel::dispatch::vectorized;
+use crate::kernel::lane::Real;
+use crate::kernel::math::Vec3;
 use crate::topology::Topology;
 
 /// Most joints that close loops.
@@ -14,23 +20,24 @@ const EXACT: f64 = 1e-13;
 
 /// A factor of a [`Jacobian`].
 #[derive(Clone, Debug)]
-pub struct Factor {
+pub struct Factor<T = f64> {
     /// Bodies from the leaves to the roots, each with the joint at its inner end.
     nodes: Vec<Node>,
     /// `N^-1` of [`super`], one entry a node.
-    factors: Vec<Matrix6<f64>>,
+    factors: Vec<Block<T>>,
     /// What is left of each body; of a root its inverse.
-    left: Vec<Matrix6<f64>>,
+    left: Vec<Block<T>>,
     /// Bodies that no joint leads further from.
     roots: Vec<usize>,
     held: Vec<bool>,
     /// Joints that close loops.
     cuts: Vec<usize>,
     /// How all else answers what these transmit, a column a number.
-    border: Vec<Field>,
-    schur: Option<DMatrix<f64>>,
-    residual: Field,
-    right: Field,
+    border: Vec<Field<T>>,
+    /// The inverse of what is left for them, one a lane.
+    schur: Vec<DMatrix<f64>>,
+    residual: Field<T>,
+    right: Field<T>,
 }
 
 /// A body and the joint at its inner end.
@@ -44,15 +51,7 @@ struct Node {
     inner: Option<usize>,
 }
 
-impl Jacobian {
-    /// K' of a node's body (rows) with its inner body.
-    fn coupling(&self, node: &Node) -> Matrix3<f64> {
-        let coupling = &self.joints[node.joint].coupling;
-        if node.end == 0 { *coupling } else { coupling.transpose() }
-    }
-}
-
-impl Factor {
+impl<T: Real> Factor<T> {
     /// Memory for Jacobians of this connectivity; `None` where there are too many loops.
     pub fn new(topology: &Topology) -> Option<Self> {
         let bodies = topology.bodies();
@@ -93,186 +92,278 @@ impl Factor {
         nodes.reverse();
         let cuts: Vec<usize> = (0..is_used.len()).filter(|&joint| !is_used[joint]).collect();
         (cuts.len() <= MOST_CUTS).then(|| Self {
-            factors: vec![Matrix6::zeros(); nodes.len()],
+            factors: vec![[[T::zero(); 6]; 6]; nodes.len()],
             nodes,
-            left: vec![Matrix6::zeros(); bodies],
+            left: vec![[[T::zero(); 6]; 6]; bodies],
             roots,
             held: topology.fixed.clone(),
             border: vec![Field::zero(topology); 6 * cuts.len()],
             cuts,
-            schur: None,
+            schur: Vec::new(),
             residual: Field::zero(topology),
             right: Field::zero(topology),
         })
     }
 
-    /// Factors; returns whether it could: not where the equations are singular, or numbers are not finite.
-    pub fn factor(&mut self, jacobian: &Jacobian) -> bool {
-        self.factor_tree(jacobian).and_then(|()| self.factor_border(jacobian)).is_some()
+    /// Factors; returns whether it could in so many lanes: not where the equations are singular, or numbers are not finite.
+    pub fn factor(&mut self, jacobian: &Jacobian<T>, lanes: usize) -> bool {
+        let sum = vectorized(
+            #[inline(always)]
+            || self.factor_tree(jacobian),
+        );
+        let is_finite = (0..lanes.min(T::LANES)).all(|lane| sum.lane(lane).is_finite());
+        is_finite && self.factor_border(jacobian, lanes).is_some()
     }
 
-    fn factor_tree(&mut self, jacobian: &Jacobian) -> Option<()> {
-        self.left.copy_from_slice(&jacobian.bodies);
-        for (node, factor) in self.nodes.iter().zip(&mut self.factors) {
-            let joint = &jacobian.joints[node.joint];
-            let (own, other) = (node.end, 1 - node.end);
-            let back = joint.movements(own);
-            let k = self.left[node.body];
-            let r = back.after(&k);
-            let n = (joint.yielding(&r) + joint.forces(own).tr_apply(&Matrix6::identity())).try_inverse()?;
-            *factor = n;
+    /// Returns a number that is not finite where the factor is not.
+    #[inline(always)]
+    fn factor_tree(&mut self, jacobian: &Jacobian<T>) -> T {
+        let Self { nodes, factors, left, roots, .. } = self;
+        for (left, (mass, turning)) in left.iter_mut().zip(&jacobian.bodies) {
+            *left = blocks::of_body(*mass, *turning);
+        }
+        for (body, block) in &jacobian.added {
+            blocks::add(&mut left[*body], block);
+        }
+        let mut sum = T::zero();
+        // Nodes, then roots.
+        for k in 0..nodes.len() + roots.len() {
+            let node = nodes.get(k);
+            let r = node.map(|node| jacobian.joints[node.joint].movements(node.end).after(&left[node.body]));
+            let n = inverse(&match (node, &r) {
+                (Some(node), Some(r)) => {
+                    let joint = &jacobian.joints[node.joint];
+                    let mut n = joint.yielding(r);
+                    blocks::add(&mut n, &joint.forces(node.end).transposed());
+                    n
+                }
+                _ => left[roots[k - nodes.len()]],
+            });
+            sum += total(&n);
+            let (Some(node), Some(r)) = (node, r) else {
+                left[roots[k - nodes.len()]] = n;
+                continue;
+            };
+            factors[k] = n;
             let Some(inner) = node.inner else { continue };
+            let joint = &jacobian.joints[node.joint];
             // The node's answer to a movement of the inner body, which couples turns and moves the joint.
-            let coupling = jacobian.coupling(node);
-            let moved = joint.movements(other).after(&-Matrix6::identity());
-            let mut force = Matrix6::zeros();
-            force.fixed_view_mut::<3, 3>(3, 3).copy_from(&-coupling);
-            let y = n * (force - r * moved);
-            let movement = back.apply(&(joint.yielded(&y) + moved));
-            let left = &mut self.left[inner];
-            *left += joint.forces(other).tr_apply(&y);
-            add_turned(left, &coupling.transpose(), &movement);
+            let (own, other) = (node.end, 1 - node.end);
+            let (back, ahead) = (joint.movements(own), joint.movements(other));
+            let mut force = ahead.after(&r);
+            add_to_turns(&mut force, minus(joint.coupling(own)));
+            let y = product(&n, &force);
+            let mut turns = joint.bent(&y);
+            for (k, row) in turns.iter_mut().enumerate() {
+                row[3 + k] += ahead.sigma;
+                for x in row {
+                    *x = *x * -back.sigma;
+                }
+            }
+            let left = &mut left[inner];
+            blocks::add(left, &joint.forces(other).tr_times(&y));
+            add_turned(left, joint.coupling(other), &turns);
         }
-        for &root in &self.roots {
-            self.left[root] = self.left[root].try_inverse()?;
-        }
-        self.factors.iter().flatten().all(|x| x.is_finite()).then_some(())
+        sum
     }
 
-    fn factor_border(&mut self, jacobian: &Jacobian) -> Option<()> {
+    fn factor_border(&mut self, jacobian: &Jacobian<T>, lanes: usize) -> Option<()> {
+        self.schur.clear();
         if self.cuts.is_empty() {
             return Some(());
         }
         let count = self.border.len();
-        let mut schur = DMatrix::zeros(count, count);
+        let mut schur = vec![DMatrix::zeros(count, count); T::LANES];
         let mut border = std::mem::take(&mut self.border);
         let (mut unit, mut column) = (self.residual.clone(), self.residual.clone());
         for (c, own) in border.iter_mut().enumerate() {
             unit.clear();
-            unit.joints[self.cuts[c / 6]][c % 6] = 1.0;
+            let mut entry = [T::zero(); 6];
+            entry[c % 6] = T::splat(1.0);
+            unit.joints[self.cuts[c / 6]] = Spatial::from_array(entry);
             jacobian.apply(&unit, false, &mut column);
             let at_cuts = self.at_cuts(&column);
-            *own = column.clone();
+            own.clone_from(&column);
             self.solve_tree(jacobian, own, false);
             jacobian.apply(own, false, &mut column);
-            schur.set_column(c, &(at_cuts - self.at_cuts(&column)));
+            let of_tree = self.at_cuts(&column);
+            for (lane, schur) in schur.iter_mut().enumerate() {
+                for (r, (own, of_tree)) in at_cuts.iter().zip(&of_tree).enumerate() {
+                    schur[(r, c)] = own.lane(lane) - of_tree.lane(lane);
+                }
+            }
         }
         self.border = border;
-        self.schur = schur.try_inverse();
-        self.schur.is_some().then_some(())
-    }
-
-    fn at_cuts(&self, x: &Field) -> DVector<f64> {
-        DVector::from_iterator(6 * self.cuts.len(), self.cuts.iter().flat_map(|&cut| x.joints[cut].iter().copied()))
-    }
-
-    fn set_cuts(&self, x: &mut Field, values: &DVector<f64>) {
-        for (k, &cut) in self.cuts.iter().enumerate() {
-            x.joints[cut] = values.fixed_rows::<6>(6 * k).into();
+        for (lane, schur) in schur.into_iter().enumerate() {
+            match schur.try_inverse() {
+                Some(inverse) => self.schur.push(inverse),
+                None if lane < lanes => return None,
+                None => self.schur.push(DMatrix::zeros(count, count)),
+            }
         }
+        Some(())
+    }
+
+    /// What joints that close loops have in a field.
+    fn at_cuts(&self, x: &Field<T>) -> Vec<T> {
+        self.cuts.iter().flat_map(|&cut| x.joints[cut].to_array()).collect()
+    }
+
+    fn set_cuts(&self, x: &mut Field<T>, values: &[T]) {
+        for (&cut, own) in self.cuts.iter().zip(values.as_chunks().0) {
+            x.joints[cut] = Spatial::from_array(*own);
+        }
+    }
+
+    /// Answers of joints that close loops, lane by lane.
+    fn of_cuts(&self, right: &[T], transposed: bool) -> Vec<T> {
+        let mut out = right.to_vec();
+        for (lane, inverse) in self.schur.iter().enumerate() {
+            let own = DVector::from_iterator(right.len(), right.iter().map(|x| x.lane(lane)));
+            let own = if transposed { inverse.tr_mul(&own) } else { inverse * own };
+            out.iter_mut().zip(&own).for_each(|(out, own)| out.set_lane(lane, *own));
+        }
+        out
     }
 
     /// Solves `A x = b`, or `A^T x = b`, in the place of b. Rows of held bodies are zero after it.
-    pub fn solve(&mut self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
+    pub fn solve(&mut self, jacobian: &Jacobian<T>, x: &mut Field<T>, transposed: bool) {
         let (mut residual, mut right) = (std::mem::take(&mut self.residual), std::mem::take(&mut self.right));
         right.bodies.copy_from_slice(&x.bodies);
         right.joints.copy_from_slice(&x.joints);
         self.solve_once(jacobian, x, transposed);
-        let mut before = [f64::INFINITY; 2];
+        let mut before = [T::splat(f64::INFINITY); 2];
+        // In which lanes a solution is still being refined.
+        let mut active = T::splat(1.0);
         for _ in 0..MOST_REFINEMENTS {
             jacobian.apply(x, transposed, &mut residual);
-            residual.subtract_from(&right);
+            vectorized(
+                #[inline(always)]
+                || residual.with(&right).for_each(|(own, right)| *own = right.plus(*own, T::splat(-1.0))),
+            );
             self.solve_once(jacobian, &mut residual, transposed);
-            let (change, size) = (residual.sizes(), x.sizes());
-            // Rounding errors do not become less.
-            if (0..2).all(|k| change[k] > 0.5 * before[k]) {
-                break;
-            }
-            before = change;
-            x.add(&residual, 1.0);
-            if (0..2).all(|k| change[k] <= EXACT * size[k]) {
+            active = vectorized(
+                #[inline(always)]
+                || refine(x, &residual, &mut before, active),
+            );
+            if (0..T::LANES).all(|lane| active.lane(lane) < 0.0) {
                 break;
             }
         }
         (self.residual, self.right) = (residual, right);
     }
 
-    fn solve_once(&self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
-        let Some(inverse) = &self.schur else { return self.solve_tree(jacobian, x, transposed) };
+    fn solve_once(&self, jacobian: &Jacobian<T>, x: &mut Field<T>, transposed: bool) {
+        if self.cuts.is_empty() {
+            return self.solve_tree(jacobian, x, transposed);
+        }
         let right = self.at_cuts(x);
-        let rest = |of: &Field| {
+        let rest = |of: &Field<T>| {
             let mut column = of.clone();
             jacobian.apply(of, transposed, &mut column);
             column
         };
+        let less = |a: &[T], b: &[T]| -> Vec<T> { a.iter().zip(b).map(|(a, b)| *a - *b).collect() };
         if !transposed {
             self.solve_tree(jacobian, x, false);
-            let cut = inverse * (right - self.at_cuts(&rest(x)));
+            let cut = self.of_cuts(&less(&right, &self.at_cuts(&rest(x))), false);
             self.border.iter().zip(&cut).for_each(|(border, &share)| x.add(border, -share));
             self.set_cuts(x, &cut);
             return;
         }
         // B^T T^-T f is (T^-1 B)^T f.
-        let answers = self.border.iter().zip(&right).map(|(border, own)| own - dot(border, x));
-        let cut = inverse.tr_mul(&DVector::from_iterator(right.len(), answers));
+        let answers: Vec<T> = self.border.iter().map(|border| border.dot(x)).collect();
+        let cut = self.of_cuts(&less(&right, &answers), true);
         let mut moved = x.clone();
         moved.clear();
         self.set_cuts(&mut moved, &cut);
-        x.add(&rest(&moved), -1.0);
+        x.add(&rest(&moved), T::splat(-1.0));
         self.solve_tree(jacobian, x, true);
         self.set_cuts(x, &cut);
     }
 
     /// Solves without the joints that close loops.
-    fn solve_tree(&self, jacobian: &Jacobian, x: &mut Field, transposed: bool) {
+    fn solve_tree(&self, jacobian: &Jacobian<T>, x: &mut Field<T>, transposed: bool) {
+        vectorized(
+            #[inline(always)]
+            || match transposed {
+                true => self.solve_all::<true>(jacobian, x),
+                false => self.solve_all::<false>(jacobian, x),
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn solve_all<const TRANSPOSED: bool>(&self, jacobian: &Jacobian<T>, x: &mut Field<T>) {
         let Field { bodies, joints } = x;
-        bodies.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(body, _)| *body = Vector6::zeros());
-        self.cuts.iter().for_each(|&cut| joints[cut] = Vector6::zeros());
+        let one = T::splat(1.0);
+        bodies.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(body, _)| *body = Spatial::zero());
+        self.cuts.iter().for_each(|&cut| joints[cut] = Spatial::zero());
         for (node, n) in self.nodes.iter().zip(&self.factors) {
             let Some(inner) = node.inner else { continue };
             let (joint, other) = (&jacobian.joints[node.joint], 1 - node.end);
-            let [moved, y] = self.answer(jacobian, (node, n), [bodies[node.body], joints[node.joint]], transposed);
-            let rows = if transposed { joint.movements(other) } else { joint.forces(other) };
-            bodies[inner] -= rows.tr_apply(&y);
-            add_turned(&mut bodies[inner], &-jacobian.coupling(node).transpose(), &moved);
+            let own = [bodies[node.body], joints[node.joint]];
+            let [moved, y] = self.answer::<TRANSPOSED>(jacobian, (node, n), own);
+            let rows = if TRANSPOSED { joint.movements(other) } else { joint.forces(other) };
+            bodies[inner] = bodies[inner].plus(rows.tr_apply(y), -one);
+            bodies[inner].angular -= joint.coupling(other).apply(moved.angular);
         }
         for &root in &self.roots {
+            let left = &self.left[root];
             bodies[root] =
-                if transposed { self.left[root].tr_mul(&bodies[root]) } else { self.left[root] * bodies[root] };
+                if TRANSPOSED { blocks::tr_apply(left, bodies[root]) } else { blocks::apply(left, bodies[root]) };
         }
         for (node, n) in self.nodes.iter().zip(&self.factors).rev() {
             let (mut f, mut c) = (bodies[node.body], joints[node.joint]);
             if let Some(inner) = node.inner {
                 let (joint, other) = (&jacobian.joints[node.joint], 1 - node.end);
-                let rows = if transposed { joint.forces(other) } else { joint.movements(other) };
-                add_turned(&mut f, &-jacobian.coupling(node), &bodies[inner]);
-                c -= rows.apply(&bodies[inner]);
+                let rows = if TRANSPOSED { joint.forces(other) } else { joint.movements(other) };
+                f.angular -= joint.coupling(node.end).apply(bodies[inner].angular);
+                c = c.plus(rows.apply(bodies[inner]), -one);
             }
-            [bodies[node.body], joints[node.joint]] = self.answer(jacobian, (node, n), [f, c], transposed);
+            [bodies[node.body], joints[node.joint]] = self.answer::<TRANSPOSED>(jacobian, (node, n), [f, c]);
         }
     }
 
     /// `Z^-1 (f, c)` of a node, or `Z^-T (f, c)`: with the inner body held.
-    fn answer(
+    #[inline(always)]
+    fn answer<const TRANSPOSED: bool>(
         &self,
-        jacobian: &Jacobian,
-        (node, n): (&Node, &Matrix6<f64>),
-        [f, c]: [Vector6<f64>; 2],
-        transposed: bool,
-    ) -> [Vector6<f64>; 2] {
+        jacobian: &Jacobian<T>,
+        (node, n): (&Node, &Block<T>),
+        [f, c]: [Spatial<T>; 2],
+    ) -> [Spatial<T>; 2] {
         let (joint, k) = (&jacobian.joints[node.joint], &self.left[node.body]);
-        let back = joint.movements(node.end);
-        if transposed {
-            let moved = n.tr_mul(&(joint.yielded(&back.tr_apply(&f)) + c));
-            [moved, back.tr_apply(&(f - k.tr_mul(&moved)))]
+        let (back, one) = (joint.movements(node.end), T::splat(1.0));
+        if TRANSPOSED {
+            let moved = blocks::tr_apply(n, joint.yielded(back.tr_apply(f)).plus(c, one));
+            [moved, back.tr_apply(f.plus(blocks::tr_apply(k, moved), -one))]
         } else {
-            let y = n * (f - k * back.apply(&c));
-            [back.apply(&(joint.yielded(&y) + c)), y]
+            let y = blocks::apply(n, f.plus(blocks::apply(k, back.apply(c)), -one));
+            [back.apply(joint.yielded(y).plus(c, one)), y]
         }
     }
 }
 
-fn dot(a: &Field, b: &Field) -> f64 {
-    let sum = |a: &[Vector6<f64>], b: &[Vector6<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
-    sum(&a.bodies, &b.bodies) + sum(&a.joints, &b.joints)
+/// Takes a change over into a solution, in the lanes that are `active` and where it is less than the one `before`; returns the
+/// lanes in which another one may follow.
+#[inline(always)]
+fn refine<T: Real>(x: &mut Field<T>, change: &Field<T>, before: &mut [T; 2], active: T) -> T {
+    let (changed, size) = (change.sizes(), x.sizes());
+    let (no, half) = (T::splat(-1.0), T::splat(0.5));
+    // Rounding errors do not become less.
+    let falls = |k: usize| before[k] * half - changed[k];
+    let active = active.select(falls(0).max(falls(1)).select(active, no), no);
+    *before = changed;
+    let select = |own: Vec3<T>, by: Vec3<T>| {
+        let [x, y, z] = (own + by).0;
+        Vec3([active.select(x, own.0[0]), active.select(y, own.0[1]), active.select(z, own.0[2])])
+    };
+    for (own, by) in x.with(change) {
+        *own = Spatial { linear: select(own.linear, by.linear), angular: select(own.angular, by.angular) };
+    }
+    let exact = |k: usize| changed[k] - size[k] * T::splat(EXACT);
+    let left = exact(0).max(exact(1));
+    // Nothing is left where both are not more than their share.
+    (-left).select(no, active)
 }
