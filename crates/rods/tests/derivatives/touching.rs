@@ -1,10 +1,9 @@
 //! Gradients of runs in which rods touch, away from where contacts change, against central differences of runs.
 
-mod common;
-
-use common::{moved, vector};
 use rods::derivative::{Forward, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
 use rods::prelude::*;
+
+use crate::common::{Seen, assert_agree, carried, moved, of_second_order, read, reading, settings, vector};
 
 const DT: f64 = 5e-3;
 /// Share of a variation by which central differences go to either side.
@@ -16,19 +15,6 @@ struct Case {
     state: State,
     /// After which steps the motion is read.
     read: Vec<usize>,
-}
-
-fn settings(integrator: Integrator) -> Settings {
-    let step = StepParams {
-        formulation: Formulation::Newton,
-        integrator,
-        relative_tolerance: 1e-12,
-        absolute_tolerance: 1e-14,
-        contact_tolerance: 1e-9,
-        max_iterations: 200,
-        ..StepParams::default()
-    };
-    Settings { step, ..Settings::default() }
 }
 
 fn material() -> Material {
@@ -145,9 +131,6 @@ fn directions(model: &Model) -> Vec<(&'static str, Variation)> {
     out
 }
 
-/// A state, and what joints transmit in it.
-type Seen = (State, Vec<JointForce>);
-
 /// A run, with a checkpoint every so many steps, and its states where it is read.
 fn run(
     case: &Case,
@@ -166,19 +149,12 @@ fn run(
     for surface in surfaces {
         surface.friction = Friction::new(surface.friction.sliding * factor);
     }
-    let mut recording = Recording::with_checkpoints(&model, &state, &settings(integrator), stretch).unwrap();
-    let mut read = Vec::new();
-    for step in 1..=*case.read.last().unwrap() {
-        let report = recording.step(DT).unwrap();
-        assert!(report.status <= Status::ConvergedInSubsteps, "{}: step {step}: {}", case.name, report.status.name());
-        if case.read.contains(&step) {
-            let mut now = (state.clone(), vec![JointForce::default(); model.joints.len()]);
-            recording.store(&mut now.0);
-            recording.simulation().store_joint_forces(&mut now.1);
-            read.push(now);
-        }
-    }
-    (recording, read)
+    let mut recording = Recording::with_checkpoints(&model, &state, &settings(integrator, 200), stretch).unwrap();
+    let seen = read(&mut recording, (&model, &state), (DT, &case.read), |_, step, report| {
+        let status = report.status;
+        assert!(status <= Status::ConvergedInSubsteps, "{}: step {step}: {}", case.name, status.name());
+    });
+    (recording, seen)
 }
 
 fn check(case: &Case, integrator: Integrator) {
@@ -209,49 +185,14 @@ fn check(case: &Case, integrator: Integrator) {
     assert_eq!(run(case, integrator, None, 7).0.backward(&weights, Wanted::ALL).unwrap(), gradient, "{}", case.name);
     let directions = directions(&case.model);
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
-    let mut forward = Forward::new(&case.model, &case.state, &settings(integrator), &variations).unwrap();
-    let mut carried = vec![0.0; directions.len()];
-    let mut change = StateVariation::with_forces(&case.model);
-    for step in 1..=*case.read.last().unwrap() {
-        forward.step(DT).unwrap();
-        for (_, weights) in weights.iter().filter(|(own, _)| *own == step) {
-            for (k, carried) in carried.iter_mut().enumerate() {
-                forward.store_change(k, &mut change);
-                *carried += weights.dot(&change);
-            }
-        }
-    }
-    let reading = |of: &[Seen]| -> f64 {
-        let body = |((state, forces), weights): (&Seen, &StateVariation), (about, forces_about): &Seen| -> f64 {
-            let joint = |((own, weight), about): ((&JointForce, &JointForce), &JointForce)| {
-                weight.force.dot(&(own.force - about.force)) + weight.moment.dot(&(own.moment - about.moment))
-            };
-            let transmitted: f64 = forces.iter().zip(&weights.forces).zip(forces_about).map(joint).sum();
-            (0..count)
-                .map(|i| {
-                    weights.positions[i].dot(&(state.positions[i] - about.positions[i]))
-                        + weights.velocities[i].dot(&(state.velocities[i] - about.velocities[i]))
-                })
-                .sum::<f64>()
-                + transmitted
-        };
-        of.iter().zip(&weights).zip(&states).map(|((state, (_, weights)), about)| body((state, weights), about)).sum()
-    };
-    for ((what, variation), carried) in directions.iter().zip(carried) {
-        let found = gradient.dot(variation);
-        let at = |share: f64| reading(&run(case, integrator, Some((variation, share)), usize::MAX).1);
-        let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-        println!("{}, {integrator:?}, {what}: {found:e} {carried:e} {expected:e}", case.name);
-        assert!(
-            (found - carried).abs() <= 1e-8 * found.abs() + 1e-13,
-            "{}, {integrator:?}, {what}: {found:e} {carried:e}",
-            case.name
-        );
-        assert!(
-            (found - expected).abs() <= 1e-4 * expected.abs() + 1e-9,
-            "{}, {integrator:?}, {what}: {found:e} {expected:e}",
-            case.name
-        );
+    let mut forward = Forward::new(&case.model, &case.state, &settings(integrator, 200), &variations).unwrap();
+    let carried = carried(&mut forward, &case.model, DT, &weights);
+    for ((what, variation), [carried, _]) in directions.iter().zip(carried) {
+        let expected = of_second_order(STEP, |share| {
+            reading(&run(case, integrator, Some((variation, share)), usize::MAX).1, &weights, &states)
+        });
+        let what = format!("{}, {integrator:?}, {what}", case.name);
+        assert_agree(&what, gradient.dot(variation), Some(carried), expected);
     }
 }
 

@@ -1,12 +1,11 @@
 //! Derivatives of what joints transmit, in runs and in equilibria, against central differences.
 
-mod common;
-
-use common::{moved, vector};
 use rods::derivative::{
     DerivativeError, Equilibrium, Forward, HeldVariation, Parameter, Recording, Rods, StateVariation, Variation, Wanted,
 };
 use rods::prelude::*;
+
+use crate::common::{Seen, carried, moved, of_fourth_order, parts, read, reading, settings, vector, wanted};
 
 const STEPS: usize = 6;
 /// After which steps forces are read.
@@ -19,18 +18,6 @@ struct Case {
     dt: f64,
     /// Share of a variation by which differences go to either side.
     step: f64,
-}
-
-fn settings(integrator: Integrator) -> Settings {
-    let step = StepParams {
-        formulation: Formulation::Newton,
-        integrator,
-        relative_tolerance: 1e-12,
-        absolute_tolerance: 1e-14,
-        max_iterations: 60,
-        ..StepParams::DEFAULT
-    };
-    Settings { step, ..Settings::default() }
 }
 
 fn material() -> Material {
@@ -159,87 +146,32 @@ fn weights(model: &Model, seed: usize) -> StateVariation {
     out
 }
 
-/// What weights say of forces and of states, counted from others.
-fn reading(
-    of: &[(State, Vec<JointForce>)],
-    weights: &[(usize, StateVariation)],
-    about: &[(State, Vec<JointForce>)],
-) -> f64 {
-    let mut sum = 0.0;
-    for (((state, forces), (_, weights)), (about, forces_about)) in of.iter().zip(weights).zip(about) {
-        for ((own, weight), about) in forces.iter().zip(&weights.forces).zip(forces_about) {
-            sum += weight.force.dot(&(own.force - about.force)) + weight.moment.dot(&(own.moment - about.moment));
-        }
-        for i in 0..state.positions.len() {
-            sum += weights.positions[i].dot(&(state.positions[i] - about.positions[i]));
-        }
-    }
-    sum
-}
-
-fn run(
-    case: &Case,
-    (model, state): (&Model, &State),
-    settings: &Settings,
-) -> (Recording, Vec<(State, Vec<JointForce>)>) {
+fn run(case: &Case, (model, state): (&Model, &State), settings: &Settings) -> (Recording, Vec<Seen>) {
     let mut recording = Recording::new(model, state, settings).unwrap();
-    let mut read = Vec::new();
-    for step in 1..=STEPS {
-        let report = recording.step(case.dt).unwrap();
+    let seen = read(&mut recording, (model, state), (case.dt, &READ), |_, step, report| {
         assert_eq!(report.status, Status::Converged, "{}: step {step}", case.name);
-        if READ.contains(&step) {
-            let mut now = (state.clone(), vec![JointForce::default(); model.joints.len()]);
-            recording.store(&mut now.0);
-            recording.simulation().store_joint_forces(&mut now.1);
-            read.push(now);
-        }
-    }
-    (recording, read)
-}
-
-/// Sum of the sizes of what a sum of products is made of.
-fn parts(weights: &StateVariation, change: &StateVariation) -> f64 {
-    let force = |(a, b): (&JointForce, &JointForce)| (a.force.dot(&b.force)).abs() + a.moment.dot(&b.moment).abs();
-    let place = |(a, b): (&Vector3<f64>, &Vector3<f64>)| a.dot(b).abs();
-    weights.forces.iter().zip(&change.forces).map(force).sum::<f64>()
-        + weights.positions.iter().zip(&change.positions).map(place).sum::<f64>()
+    });
+    (recording, seen)
 }
 
 /// Of the sum that differences are taken of.
-fn size(of: &[(State, Vec<JointForce>)], weights: &[(usize, StateVariation)]) -> f64 {
+fn size(of: &[Seen], weights: &[(usize, StateVariation)]) -> f64 {
     let all = of.iter().zip(weights).flat_map(|((_, forces), (_, weights))| forces.iter().zip(&weights.forces));
     let squared = |x: &Vector3<f64>, y: &Vector3<f64>| x.norm_squared() * y.norm_squared();
     all.map(|(x, w)| squared(&x.force, &w.force) + squared(&x.moment, &w.moment)).sum::<f64>().sqrt()
 }
 
-fn of_fourth_order(step: f64, at: impl Fn(f64) -> f64) -> f64 {
-    (8.0 * (at(step) - at(-step)) - (at(2.0 * step) - at(-2.0 * step))) / (12.0 * step)
-}
-
 fn check(case: &Case, integrator: Integrator) {
-    let (settings, Case { name, model, state, .. }) = (settings(integrator), case);
+    let (settings, Case { name, model, state, .. }) = (settings(integrator, 60), case);
     let (mut recording, about) = run(case, (model, state), &settings);
     let weights = READ.map(|step| (step, weights(model, step)));
-    let has_bodies = model.segments.iter().any(|segment| segment.body.is_some());
-    let wanted = Wanted { segments: !has_bodies, ..Wanted::ALL };
+    let wanted = wanted(model);
     let gradient = recording.backward(&weights, wanted).unwrap();
     let directions = directions(model);
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
-    let forward = (!has_bodies).then(|| {
+    let forward = wanted.segments.then(|| {
         let mut forward = Forward::new(model, state, &settings, &variations).unwrap();
-        let mut sums = vec![[0.0; 2]; variations.len()];
-        let mut change = StateVariation::with_forces(model);
-        for step in 1..=STEPS {
-            forward.step(case.dt).unwrap();
-            for (_, weights) in weights.iter().filter(|(own, _)| *own == step) {
-                for (k, [sum, size]) in sums.iter_mut().enumerate() {
-                    forward.store_change(k, &mut change);
-                    *sum += weights.dot(&change);
-                    *size += parts(weights, &change);
-                }
-            }
-        }
-        sums
+        carried(&mut forward, model, case.dt, &weights)
     });
     // Of a difference, as far as steps are solved.
     let noise = 3e-12 * size(&about, &weights) / case.step;
@@ -362,7 +294,7 @@ fn forces_at_rest_are_weights() {
 #[test]
 fn forces_that_do_not_fit_are_refused() {
     let (model, state) = flat();
-    let settings = settings(Integrator::Euler);
+    let settings = settings(Integrator::Euler, 60);
     let mut recording = Recording::new(&model, &state, &settings).unwrap();
     recording.step(1e-3).unwrap();
     let mut short = StateVariation::with_forces(&model);

@@ -1,12 +1,11 @@
 //! The derivative of an equilibrium against central differences of equilibria.
 
-mod common;
-
-use common::{moved, vector};
 use rods::derivative::{
     DerivativeError, Equilibrium, HeldVariation, Parameter, Rods, StateVariation, Variation, Wanted,
 };
 use rods::prelude::*;
+
+use crate::common::{moved, of_fourth_order, reading, vector};
 
 const SCENES: [&str; 5] = ["heavy-cantilever", "hung-cable", "helix", "tree-10", "branch"];
 
@@ -78,18 +77,13 @@ fn check(name: &str, model: &Model, state: &State) {
         let size: f64 = change.positions.iter().chain(&change.turns).map(|x| x.norm()).sum();
         assert!((along - back).abs() <= 1e-10 * size, "{name}, {what}: {along:e} forward, {back:e} backward");
         let h = if name == "branch" { 5e-4 } else { 5e-3 };
-        let at = |share: f64| {
+        let expected = of_fourth_order(h, |share| {
             let (model, state) = moved(model, &rest, &variation, share);
             let found =
                 Equilibrium::new(&model, &state, &params).unwrap_or_else(|error| panic!("{name}, {what}: {error}"));
-            let found = found.state();
-            let of = |i: usize| {
-                let turn = (found.orientations[i] * rest.orientations[i].inverse()).scaled_axis();
-                weights.positions[i].dot(&(found.positions[i] - rest.positions[i])) + weights.turns[i].dot(&turn)
-            };
-            (0..count).map(of).sum::<f64>()
-        };
-        let expected = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+            let [found, about] = [found.state(), &rest].map(|state| [(state.clone(), Vec::new())]);
+            reading(&found, &[(0, weights.clone())], &about)
+        });
         let error = (along - expected).abs();
         let allowed = 1e-6 * expected.abs().max(1e-3 * size) + rounding / h;
         assert!(error < allowed, "{name}, {what}: {along:e}, differences say {expected:e}");

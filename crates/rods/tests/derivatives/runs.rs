@@ -1,10 +1,9 @@
 //! The gradient of a run, back through its steps, against central differences of runs: the scenes that come with the program.
 
-mod common;
-
-use common::{moved, vector};
 use rods::derivative::{HeldVariation, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
 use rods::prelude::*;
+
+use crate::common::{Seen, moved, of_fourth_order, read, reading, settings, vector};
 
 const SCENES: [&str; 12] = [
     "helix",
@@ -28,18 +27,6 @@ const STEP: f64 = 2e-3;
 
 /// After which steps the motion is read: a sum over frames.
 const READ: [usize; 3] = [2, 4, STEPS];
-
-fn settings(integrator: Integrator) -> Settings {
-    let step = StepParams {
-        formulation: Formulation::Newton,
-        integrator,
-        relative_tolerance: 1e-12,
-        absolute_tolerance: 1e-14,
-        max_iterations: 60,
-        ..StepParams::DEFAULT
-    };
-    Settings { step, ..Settings::default() }
-}
 
 /// A scene that turns as a whole about its first segment, with damping that can be changed both ways.
 fn turning(name: &str) -> (Model, State, f64) {
@@ -99,37 +86,16 @@ fn directions(model: &Model) -> Vec<(&'static str, Variation)> {
 }
 
 /// A run and its states at [`READ`].
-fn run(model: &Model, state: &State, settings: &Settings, dt: f64) -> (Recording, Vec<State>) {
+fn run(model: &Model, state: &State, settings: &Settings, dt: f64) -> (Recording, Vec<Seen>) {
     let mut recording = Recording::new(model, state, settings).unwrap();
-    let mut read = Vec::new();
-    for step in 1..=STEPS {
-        // Runs whose steps are halved elsewhere are no neighbours.
-        assert_eq!(recording.step(dt).unwrap().status, Status::Converged);
-        if READ.contains(&step) {
-            let mut now = state.clone();
-            recording.store(&mut now);
-            read.push(now);
-        }
-    }
-    (recording, read)
-}
-
-/// What the weights say of states, counted from others.
-fn reading(states: &[State], weights: &[(usize, StateVariation)], about: &[State]) -> f64 {
-    let of = |((state, (_, weights)), about): ((&State, &(usize, StateVariation)), &State)| {
-        let body = |i: usize| {
-            let turn = (state.orientations[i] * about.orientations[i].inverse()).scaled_axis();
-            weights.positions[i].dot(&(state.positions[i] - about.positions[i]))
-                + weights.turns[i].dot(&turn)
-                + weights.velocities[i].dot(&(state.velocities[i] - about.velocities[i]))
-        };
-        (0..weights.positions.len()).map(body).sum::<f64>()
-    };
-    states.iter().zip(weights).zip(about).map(of).sum()
+    // Runs whose steps are halved elsewhere are no neighbours.
+    let check = |_: &Recording, _, report: StepReport| assert_eq!(report.status, Status::Converged);
+    let seen = read(&mut recording, (model, state), (dt, &READ), check);
+    (recording, seen)
 }
 
 fn check(name: &str, integrator: Integrator) {
-    let settings = settings(integrator);
+    let settings = settings(integrator, 60);
     let (model, state, dt) = turning(name);
     let (mut recording, about) = run(&model, &state, &settings, dt);
     let count = model.segments.len();
@@ -143,7 +109,7 @@ fn check(name: &str, integrator: Integrator) {
         (step, of)
     });
     let gradient = recording.backward(&weights, Wanted::ALL).unwrap();
-    let sizes = about.iter().zip(&weights).flat_map(|(state, (_, of))| state.positions.iter().zip(&of.positions));
+    let sizes = about.iter().zip(&weights).flat_map(|((state, _), (_, of))| state.positions.iter().zip(&of.positions));
     let size = sizes.map(|(x, w)| x.norm_squared() * w.norm_squared()).sum::<f64>().sqrt();
     // Of a difference, as far as steps are solved: what is a million times as large is compared to 1e-6.
     let noise = settings.step.absolute_tolerance * size / STEP;
@@ -151,11 +117,10 @@ fn check(name: &str, integrator: Integrator) {
     let (count, mut seen) = (directions.len(), 0);
     for (what, variation) in directions {
         let found = gradient.dot(&variation);
-        let at = |share: f64| {
+        let expected = of_fourth_order(STEP, |share| {
             let (model, state) = moved(&model, &state, &variation, share);
             reading(&run(&model, &state, &settings, dt).1, &weights, &about)
-        };
-        let expected = (8.0 * (at(STEP) - at(-STEP)) - (at(2.0 * STEP) - at(-2.0 * STEP))) / (12.0 * STEP);
+        });
         let error = (found - expected).abs();
         let allowed = 1e-6 * expected.abs() + noise;
         assert!(error < allowed, "{name} {integrator:?}, {what}: {found:e}, differences say {expected:e}");

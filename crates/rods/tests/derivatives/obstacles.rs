@@ -1,15 +1,14 @@
 //! Derivatives of runs with respect to where obstacles are at each frame, against central differences of runs.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::vector;
 use rods::derivative::{
     DerivativeError, Equilibrium, Forward, ObstacleVariation, Parameter, Recording, Rods, StateVariation, Variation,
     Wanted,
 };
 use rods::prelude::*;
+
+use crate::common::{Seen, assert_agree, carried, of_second_order, read, reading, settings, vector, wanted};
 
 const DT: f64 = 5e-3;
 /// Share of a variation by which differences go to either side.
@@ -28,22 +27,6 @@ struct Case {
 }
 
 type Pair = [Vector3<f64>; 2];
-
-/// A state, and what joints transmit in it.
-type Seen = (State, Vec<JointForce>);
-
-fn settings(integrator: Integrator, max_iterations: usize) -> Settings {
-    let step = StepParams {
-        formulation: Formulation::Newton,
-        integrator,
-        relative_tolerance: 1e-12,
-        absolute_tolerance: 1e-14,
-        contact_tolerance: 1e-9,
-        max_iterations,
-        ..StepParams::default()
-    };
-    Settings { step, ..Settings::default() }
-}
 
 fn assembly() -> Assembly {
     Assembly::new(Vector3::new(0.0, 0.0, -9.81))
@@ -189,41 +172,19 @@ fn directions(case: &Case) -> Vec<(&'static str, Variation)> {
 }
 
 fn run(case: &Case, integrator: Integrator, model: &Model, stretch: usize) -> (Recording, Vec<Seen>) {
-    let state = &case.state;
-    let mut recording =
-        Recording::with_checkpoints(model, state, &settings(integrator, case.iterations), stretch).unwrap();
-    let (mut read, mut pressing, mut forces, mut halved) = (Vec::new(), 0, Vec::new(), 0);
-    for step in 1..=*case.read.last().unwrap() {
-        let report = recording.step(DT).unwrap();
-        assert!(report.status <= Status::ConvergedInSubsteps, "{}: step {step}: {}", case.name, report.status.name());
-        halved += usize::from(report.status == Status::ConvergedInSubsteps);
+    let settings = settings(integrator, case.iterations);
+    let mut recording = Recording::with_checkpoints(model, &case.state, &settings, stretch).unwrap();
+    let (mut pressing, mut forces, mut halved) = (0, Vec::new(), 0);
+    let seen = read(&mut recording, (model, &case.state), (DT, &case.read), |recording, step, report| {
+        let status = report.status;
+        assert!(status <= Status::ConvergedInSubsteps, "{}: step {step}: {}", case.name, status.name());
+        halved += usize::from(status == Status::ConvergedInSubsteps);
         recording.simulation().store_contact_forces(&mut forces);
         pressing += usize::from(!forces.is_empty());
-        if case.read.contains(&step) {
-            let mut now = (state.clone(), vec![JointForce::default(); model.joints.len()]);
-            recording.store(&mut now.0);
-            recording.simulation().store_joint_forces(&mut now.1);
-            read.push(now);
-        }
-    }
+    });
     assert!(pressing >= 4, "{}: it touches in {pressing} steps", case.name);
     assert_eq!(halved > 0, case.iterations < 200, "{}: {halved} steps are halved", case.name);
-    (recording, read)
-}
-
-/// What weights say of states and forces, counted from others.
-fn reading(of: &[Seen], weights: &[(usize, StateVariation)], about: &[Seen]) -> f64 {
-    let mut sum = 0.0;
-    for (((state, forces), (_, weights)), (about, forces_about)) in of.iter().zip(weights).zip(about) {
-        for ((own, weight), about) in forces.iter().zip(&weights.forces).zip(forces_about) {
-            sum += weight.force.dot(&(own.force - about.force)) + weight.moment.dot(&(own.moment - about.moment));
-        }
-        for i in 0..state.positions.len() {
-            sum += weights.positions[i].dot(&(state.positions[i] - about.positions[i]))
-                + weights.velocities[i].dot(&(state.velocities[i] - about.velocities[i]));
-        }
-    }
-    sum
+    (recording, seen)
 }
 
 fn check(case: &Case, integrator: Integrator) {
@@ -244,49 +205,24 @@ fn check(case: &Case, integrator: Integrator) {
             (step, of)
         })
         .collect();
-    let has_bodies = model.segments.iter().any(|segment| segment.body.is_some());
-    let wanted = Wanted { segments: !has_bodies, ..Wanted::ALL };
+    let wanted = wanted(&model);
     let gradient = recording.backward(&weights, wanted).unwrap();
     assert_eq!(run(case, integrator, &model, 7).0.backward(&weights, wanted).unwrap(), gradient, "{}", case.name);
     assert_eq!(gradient.obstacles[0].poses.len(), case.read.last().unwrap() + 1);
     let directions = directions(case);
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
-    let carried = (!has_bodies).then(|| {
-        let mut forward =
-            Forward::new(&model, &case.state, &settings(integrator, case.iterations), &variations).unwrap();
-        let mut carried = vec![0.0; directions.len()];
-        let mut change = StateVariation::with_forces(&model);
-        for step in 1..=*case.read.last().unwrap() {
-            forward.step(DT).unwrap();
-            for (_, weights) in weights.iter().filter(|(own, _)| *own == step) {
-                for (k, carried) in carried.iter_mut().enumerate() {
-                    forward.store_change(k, &mut change);
-                    *carried += weights.dot(&change);
-                }
-            }
-        }
-        carried
+    let carried = wanted.segments.then(|| {
+        let settings = settings(integrator, case.iterations);
+        let mut forward = Forward::new(&model, &case.state, &settings, &variations).unwrap();
+        carried(&mut forward, &model, DT, &weights)
     });
     for (k, (what, variation)) in directions.iter().enumerate() {
-        let found = gradient.dot(variation);
-        let at = |share: f64| {
+        let expected = of_second_order(STEP, |share| {
             let model = moved(case, variation, share);
             reading(&run(case, integrator, &model, usize::MAX).1, &weights, &states)
-        };
-        let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-        println!("{}, {integrator:?}, {what}: {found:e} {expected:e}", case.name);
-        if let Some(carried) = carried.as_ref().map(|all| all[k]) {
-            assert!(
-                (found - carried).abs() <= 1e-8 * found.abs() + 1e-13,
-                "{}, {integrator:?}, {what}: {found:e} {carried:e}",
-                case.name
-            );
-        }
-        assert!(
-            (found - expected).abs() <= 1e-4 * expected.abs() + 1e-9,
-            "{}, {integrator:?}, {what}: {found:e} {expected:e}",
-            case.name
-        );
+        });
+        let what = format!("{}, {integrator:?}, {what}", case.name);
+        assert_agree(&what, gradient.dot(variation), carried.as_ref().map(|all| all[k][0]), expected);
     }
 }
 
