@@ -42,6 +42,13 @@ pub(crate) struct Touch {
     pub(crate) stored: f64,
 }
 
+impl Touch {
+    /// What contacts need of set `number`, before its first step.
+    pub(crate) fn new(number: u32, response: Response) -> Self {
+        Self { number, response, corrections: Vec::new(), stored: f64::NAN }
+    }
+}
+
 /// One connected set of segments.
 pub(crate) struct ConnectedSet {
     pub(crate) component: Component<f64>,

@@ -90,7 +90,7 @@ impl Lockstep {
         let shared = Shared::new(model, shapes, filter, params);
         for (number, set) in sets.iter_mut().enumerate() {
             let (number, response) = (number as u32, shared.response(set)?);
-            set.touch = Some(Box::new(Touch { number, response, corrections: Vec::new(), stored: f64::NAN }));
+            set.touch = Some(Box::new(Touch::new(number, response)));
         }
         Ok(Self {
             sets,

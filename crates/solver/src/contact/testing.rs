@@ -98,7 +98,7 @@ fn sets(model: &Model, state: &State) -> Vec<Box<ConnectedSet>> {
         component.pushed = component.pushes.clone();
         let response = Response::new(&component.system, true).expect("a factor");
         let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess: None });
-        set.touch = Some(Box::new(Touch { number, response, corrections: Vec::new() }));
+        set.touch = Some(Box::new(Touch::new(number, response)));
         Box::new(set)
     };
     (0..).zip(split(model)).map(set).collect()
