@@ -22,6 +22,7 @@ use identify::metric::mean_error;
 use identify::predict::{Prediction, step_params};
 use identify::recording::{Reading, Recording, read_all};
 use identify::result::CableFile;
+use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use solver::derivative::{self, StateVariation, Wanted};
 use solver::simulation::Settings;
@@ -76,7 +77,7 @@ fn main() -> Result<()> {
     }
     let (mut forth, mut back) = (0.0, 0.0);
     for (recording, cable) in own.iter().zip(&own_cables).take(RUNS) {
-        let (model, state) = cable.model(&parameters);
+        let (model, state) = cable.model(&parameters)?;
         let began = Instant::now();
         let mut run =
             derivative::Recording::new(&model, &state, &Settings { step: step_params(), ..Settings::default() })?;

@@ -2,12 +2,18 @@
 
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
+use crate::kernel::math::Vec3;
 
 impl Component<f64> {
     /// Whether more than gravity, steady loads, joints and contacts do work in the step under way, or the integrator keeps
     /// more of the steps before than velocities.
     pub(crate) fn has_other_work(&self) -> bool {
-        self.drag.is_some() || self.changes() || self.multistep.is_some()
+        let zero = Vec3::zero();
+        let is_led = |i: usize| {
+            let Spatial { linear, angular } = self.velocities[i];
+            self.bodies[i].free == 0.0 && (linear != zero || angular != zero)
+        };
+        self.drag.is_some() || self.changes() || self.multistep.is_some() || (0..self.segments).any(is_led)
     }
 
     /// Energy in the joints [J] at the multipliers lambda of a step that is solved: `alpha lambda^2 / 2 dt^4`.

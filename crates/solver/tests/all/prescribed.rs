@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::common::{GRAVITY, material, settings, ways};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{Assembly, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
+use rod::{Assembly, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
 use solver::component::{BodyPose, Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
 use solver::guess::{GuessKind, InitialGuess};
@@ -14,7 +14,7 @@ use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation};
-use solver::step::StepParams;
+use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
 const DT: f64 = 0.01;
@@ -213,5 +213,31 @@ fn storing_and_setting_the_same_velocities_changes_nothing() {
             }
             assert_eq!(ends[0], ends[1], "{formulation}");
         }
+    }
+}
+
+/// A rod whose first segment drags it over rough ground from rest: the energy that this takes is no fault of the step.
+#[test]
+fn what_a_fixed_segment_does_is_no_gain() {
+    let mut assembly = Assembly::new(GRAVITY);
+    let nodes = shape::straight(Vector3::new(0.0, 0.0, 0.02), Vector3::x(), 1.0, SEGMENTS);
+    let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e6, 1000.0)));
+    assembly.fix(rod.start);
+    assembly.state_mut().velocities[rod.start] = Vector3::new(0.0, 1.0, 0.0);
+    let (mut model, state) = assembly.finish();
+    let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    let surface = Surface { friction: Friction::new(0.3), ..Surface::default() };
+    model.contacts.obstacles = vec![Obstacle::new(ground, surface)];
+    for formulation in Formulation::ALL {
+        let mut simulation = Simulation::new(&model, &state, &settings(formulation, SolverKind::Direct), None).unwrap();
+        let mut now = state.clone();
+        let mut kinetic = vec![0.0];
+        for step in 0..30 {
+            assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "{formulation}, step {step}");
+            simulation.store(&mut now);
+            kinetic.push(rod::measure::energy(&model, &now).kinetic);
+        }
+        assert!(kinetic.windows(2).filter(|pair| pair[1] > 1.1 * pair[0]).count() > 5, "it is sped up: {kinetic:?}");
+        assert!(simulation.counters().contact_solves > 0, "{formulation}: it lies on the ground");
     }
 }
