@@ -7,7 +7,7 @@
 use identify::cable::{Cable, DENSITY, RADIUS, Resolution};
 use identify::fit::Stage;
 use identify::parameter::{Parameter, Parameters};
-use identify::predict::{Prediction, TOGETHER, step_params};
+use identify::predict::{Prediction, TOGETHER, are_in_time, step_params};
 use identify::quantity::Quantity;
 use identify::recording::{GRIPPED, Recording};
 use identify::specimen::Specimen;
@@ -104,7 +104,7 @@ impl Inside {
     fn run(&self, cases: &[Case<'_>], frames: usize) -> Result<Vec<Prediction>, SimulationError> {
         let longest = cases.iter().map(|case| &case.recording.time).max_by_key(|time| time.len());
         let Some(time) = longest else { return Ok(Vec::new()) };
-        if cases.iter().any(|case| case.recording.time.iter().zip(time).any(|(a, b)| (a - b).abs() > 1e-9)) {
+        if !cases.iter().all(|case| are_in_time(&case.recording.time, time)) {
             let alone = cases.iter().map(|case| self.run(std::slice::from_ref(case), frames));
             return Ok(alone.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect());
         }
@@ -134,12 +134,7 @@ impl Inside {
                 batch.store(copy, &mut states[copy]);
                 out[copy].unsolved += usize::from(frame > 0 && batch.status(copy) > Status::ConvergedInSubsteps);
                 let (model, state) = (&models[copy].0, &states[copy]);
-                let parts = Resolution::default().segments;
-                let markers = (1..=case.recording.free().len()).map(|marker| {
-                    let before = marker * parts - 1;
-                    state.positions[before] + state.axis(before) * (0.5 * model.segments[before].length)
-                });
-                out[copy].markers.push(markers.collect());
+                out[copy].markers.push(case.cable.markers(&self.parameters, model, state));
             }
         }
         Ok(out)

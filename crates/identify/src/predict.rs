@@ -67,7 +67,7 @@ pub(crate) fn predict_each<S: Specimen>(
 }
 
 /// Whether frames come at the same times, as far as both go.
-pub(crate) fn are_in_time(a: &[f64], b: &[f64]) -> bool {
+pub fn are_in_time(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9)
 }
 
