@@ -101,7 +101,7 @@ impl Learned {
     /// of the training.
     pub fn likelihoods(&self, query: &Scaled) -> Option<[f64; 2]> {
         let mut outputs = [0.0; OUTPUTS];
-        Self::knows(query).then(|| self.network.evaluate(&Canonical::new(query).inputs(0), &mut outputs))?;
+        Self::knows(query).then(|| self.network.evaluate([&Canonical::new(query).inputs(0)], [&mut outputs]))?;
         let odds = f64::from(outputs[OUTPUTS - 1]).exp();
         Some([odds / (1.0 + odds), 1.0 / (1.0 + odds)])
     }
@@ -125,13 +125,11 @@ impl Starts for Learned {
         }
         let canonical = Canonical::new(query);
         let mut outputs = [[0.0; OUTPUTS]; 2];
-        self.network.evaluate(&canonical.inputs(0), &mut outputs[0]);
+        let inputs = [0, 1].map(|class| canonical.inputs(class));
+        self.network.evaluate(inputs.each_ref().map(|own| &own[..]), outputs.each_mut().map(|own| &mut own[..]));
         let odds = outputs[0][OUTPUTS - 1];
         let likelier = usize::from(odds < 0.0);
         let classes = if self.proposals < 2 || odds.abs() > SURE { [likelier, likelier] } else { [0, 1] };
-        if classes[1] == 1 {
-            self.network.evaluate(&canonical.inputs(1), &mut outputs[1]);
-        }
         let count = 1 + usize::from(classes[0] != classes[1]);
         for ((&class, out), force) in classes[..count].iter().zip(turns.chunks_mut(cut.segments)).zip(forces) {
             decode(&canonical, class, &outputs[class], cut, out);

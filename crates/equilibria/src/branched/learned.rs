@@ -111,7 +111,7 @@ impl LearnedStar {
     pub fn likelihoods(&self, star: &Star) -> Option<[f64; CLASSES]> {
         let mut outputs = [0.0; OUTPUTS];
         Self::knows(star)
-            .then(|| self.network.evaluate(&StarCanonical::new(star).inputs(0), &mut outputs))
+            .then(|| self.network.evaluate([&StarCanonical::new(star).inputs(0)], [&mut outputs]))
             .map(|()| likelihoods(&outputs))
     }
 }
@@ -143,7 +143,7 @@ impl Starts<Star> for LearnedStar {
         }
         let canonical = StarCanonical::new(star);
         let mut outputs = [0.0; OUTPUTS];
-        self.network.evaluate(&canonical.inputs(0), &mut outputs);
+        self.network.evaluate([&canonical.inputs(0)], [&mut outputs]);
         let likely = likelihoods(&outputs);
         let mut order = [0, 1, 2, 3];
         order.sort_by(|&a, &b| likely[b].total_cmp(&likely[a]));
@@ -156,7 +156,7 @@ impl Starts<Star> for LearnedStar {
             covered += likely[class];
             count += 1;
             if class != 0 || count > 1 {
-                self.network.evaluate(&canonical.inputs(class), &mut outputs);
+                self.network.evaluate([&canonical.inputs(class)], [&mut outputs]);
             }
             *begin = decode(&canonical, star, class, &outputs, cut, out);
         }

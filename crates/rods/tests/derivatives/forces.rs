@@ -5,7 +5,7 @@ use rods::derivative::{
 };
 use rods::prelude::*;
 
-use crate::common::{Seen, carried, moved, of_fourth_order, parts, read, reading, settings, vector, wanted};
+use crate::common::{Seen, carried, moved, of_fourth_order, parts, read, reading, settings, vector};
 
 const STEPS: usize = 6;
 /// After which steps forces are read.
@@ -92,7 +92,7 @@ fn scene_of(name: &'static str) -> Case {
     turning(name, (model, state), run.dt.min(2e-3))
 }
 
-/// Directions of all kinds; rigid bodies have no density.
+/// Directions of all kinds.
 fn directions(model: &Model) -> Vec<(&'static str, Variation)> {
     let of = |parameter: Parameter| parameter.variation(model);
     let mut stretch = of(Parameter::Stretch(Rods::All));
@@ -103,8 +103,12 @@ fn directions(model: &Model) -> Vec<(&'static str, Variation)> {
         ("stretch", stretch),
         ("gravity", of(Parameter::Gravity(2))),
     ];
-    if model.segments.iter().all(|segment| segment.body.is_none()) {
-        out.push(("density", of(Parameter::Density(Rods::All))));
+    out.push(("density", of(Parameter::Density(Rods::All))));
+    if let Some(i) = model.segments.iter().position(|segment| segment.body.is_some()) {
+        let [mut heavier, mut wider] = [Variation::zero(model), Variation::zero(model)];
+        heavier.segments[i].mass = 0.3;
+        wider.segments[i].inertia = Vector3::new(1e-3, -5e-4, 8e-4);
+        out.extend([("mass of a body", heavier), ("inertia of a body", wider)]);
     }
     let mut rest = Variation::zero(model);
     rest.joints.iter_mut().enumerate().for_each(|(j, joint)| joint.rest_darboux = vector(j) * 0.1);
@@ -164,15 +168,17 @@ fn size(of: &[Seen], weights: &[(usize, StateVariation)]) -> f64 {
 fn check(case: &Case, integrator: Integrator) {
     let (settings, Case { name, model, state, .. }) = (settings(integrator, 60), case);
     let (mut recording, about) = run(case, (model, state), &settings);
-    let weights = READ.map(|step| (step, weights(model, step)));
-    let wanted = wanted(model);
-    let gradient = recording.backward(&weights, wanted).unwrap();
+    let last = model.segments.len() - 1;
+    let weights = READ.map(|step| {
+        let mut of = weights(model, step);
+        (of.velocities[last], of.angular_velocities[last]) = (vector(step + 3) * case.dt, vector(step + 5) * case.dt);
+        (step, of)
+    });
+    let gradient = recording.backward(&weights, Wanted::ALL).unwrap();
     let directions = directions(model);
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
-    let forward = wanted.segments.then(|| {
-        let mut forward = Forward::new(model, state, &settings, &variations).unwrap();
-        carried(&mut forward, model, case.dt, &weights)
-    });
+    let mut forward = Forward::new(model, state, &settings, &variations).unwrap();
+    let forward = carried(&mut forward, model, case.dt, &weights);
     // Of a difference, as far as steps are solved.
     let noise = 3e-12 * size(&about, &weights) / case.step;
     let mut seen = 0;
@@ -188,10 +194,8 @@ fn check(case: &Case, integrator: Integrator) {
             (found - expected).abs() <= 1e-6 * expected.abs() + noise,
             "{name} {integrator:?}, {what}: {found:e}, differences say {expected:e}"
         );
-        if let Some(forward) = &forward {
-            let [sum, size] = forward[k];
-            assert!((found - sum).abs() <= 1e-8 * size, "{name} {integrator:?}, {what}: {found:e}, forward {sum:e}");
-        }
+        let [sum, size] = forward[k];
+        assert!((found - sum).abs() <= 1e-8 * size, "{name} {integrator:?}, {what}: {found:e}, forward {sum:e}");
     }
     assert!(2 * seen >= directions.len(), "{name} {integrator:?}: {seen} directions stand out from the noise");
 }
@@ -225,13 +229,7 @@ fn check_equilibrium(name: &str, model: &Model, state: &State, step: f64) {
     let noise = 200.0 * f64::EPSILON * size(&about, &weights) / step;
     let mut seen = 0;
     let gradient = equilibrium.backward(&weights[0].1, Wanted::ALL).unwrap();
-    let mut directions = directions(model);
-    if let Some(i) = model.segments.iter().position(|segment| segment.body.is_some()) {
-        let mut heavier = Variation::zero(model);
-        heavier.segments[i].mass = 0.3;
-        directions.push(("mass of a body", heavier));
-    }
-    for (what, variation) in directions {
+    for (what, variation) in directions(model) {
         let change = equilibrium.forward(&variation).unwrap();
         let along = change.dot(&weights[0].1);
         let back = gradient.dot(&variation);

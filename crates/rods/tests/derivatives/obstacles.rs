@@ -8,7 +8,7 @@ use rods::derivative::{
 };
 use rods::prelude::*;
 
-use crate::common::{Seen, assert_agree, carried, of_second_order, read, reading, settings, vector, wanted};
+use crate::common::{Seen, assert_agree, carried, of_second_order, read, reading, settings, vector};
 
 const DT: f64 = 5e-3;
 /// Share of a variation by which differences go to either side.
@@ -205,24 +205,21 @@ fn check(case: &Case, integrator: Integrator) {
             (step, of)
         })
         .collect();
-    let wanted = wanted(&model);
-    let gradient = recording.backward(&weights, wanted).unwrap();
-    assert_eq!(run(case, integrator, &model, 7).0.backward(&weights, wanted).unwrap(), gradient, "{}", case.name);
+    let gradient = recording.backward(&weights, Wanted::ALL).unwrap();
+    assert_eq!(run(case, integrator, &model, 7).0.backward(&weights, Wanted::ALL).unwrap(), gradient, "{}", case.name);
     assert_eq!(gradient.obstacles[0].poses.len(), case.read.last().unwrap() + 1);
     let directions = directions(case);
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
-    let carried = wanted.segments.then(|| {
-        let settings = settings(integrator, case.iterations);
-        let mut forward = Forward::new(&model, &case.state, &settings, &variations).unwrap();
-        carried(&mut forward, &model, DT, &weights)
-    });
+    let settings = settings(integrator, case.iterations);
+    let mut forward = Forward::new(&model, &case.state, &settings, &variations).unwrap();
+    let carried = carried(&mut forward, &model, DT, &weights);
     for (k, (what, variation)) in directions.iter().enumerate() {
         let expected = of_second_order(STEP, |share| {
             let model = moved(case, variation, share);
             reading(&run(case, integrator, &model, usize::MAX).1, &weights, &states)
         });
         let what = format!("{}, {integrator:?}, {what}", case.name);
-        assert_agree(&what, gradient.dot(variation), carried.as_ref().map(|all| all[k][0]), expected);
+        assert_agree(&what, gradient.dot(variation), carried[k][0], expected);
     }
 }
 

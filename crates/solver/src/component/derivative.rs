@@ -173,10 +173,13 @@ impl<const D: usize> Component<Dual<D>> {
         constants.transverse.slope[k] = transverse;
         constants.axial.slope[k] = variation.inertia.z;
         if let Some(steps) = &mut self.multistep {
-            steps.seed_inertia(i, k, [inverse_slope, transverse, variation.inertia.z]);
+            steps.seed_inertia(i, k, inverse_slope, &variation.inertia);
         }
         if let Some(drag) = &mut self.drag {
             drag.seed_inertia(i, k, variation.mass, transverse);
+        }
+        for rigid in self.rigid.iter_mut().filter(|rigid| rigid.body == i) {
+            set_slope(&mut rigid.inertia, k, &variation.inertia);
         }
     }
 
@@ -263,12 +266,12 @@ impl Component<Dual<6>> {
         (self.drag.as_ref().map_or([Vector3::zeros(); 2], |drag| slope_of(&drag.impulses[i], k)), inertia)
     }
 
-    /// Lets masses and the moments of inertia across and about the axes change by so much, along the first three directions.
+    /// Lets masses and the moments of inertia about all three axes change by so much, along the first four directions.
     pub(crate) fn seed_inertias(&mut self, by: f64) {
         for i in 0..self.segments {
-            let inertia = [Vector3::zeros(), Vector3::new(by, by, 0.0), Vector3::z() * by];
-            for (k, inertia) in inertia.into_iter().enumerate() {
+            for k in 0..4 {
                 let mass = if k == 0 { by } else { 0.0 };
+                let inertia = Vector3::from_fn(|axis, _| if axis + 1 == k { by } else { 0.0 });
                 self.seed_segment(i, k, &SegmentVariation { mass, inertia });
             }
         }

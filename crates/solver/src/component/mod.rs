@@ -223,7 +223,7 @@ pub struct Component<T> {
     /// Loads and gravity that change over time.
     changing: Vec<forces::ChangingForce>,
     /// Rigid bodies that move freely.
-    rigid: Vec<rigid::Rigid>,
+    rigid: Vec<rigid::Rigid<T>>,
     /// The air, if there is any.
     drag: Option<Box<drag::Drag<T>>>,
     /// Whether the loads' torques have yet to enter a linear system of this step.

@@ -253,11 +253,14 @@ impl<T: Real> Multistep<T> {
 }
 
 impl<const D: usize> Multistep<Dual<D>> {
-    /// Lets the reciprocal of a segment's mass and its moments of inertia across and about its axis change along a direction.
-    pub(super) fn seed_inertia(&mut self, index: usize, k: usize, [inverse_mass, transverse, axial]: [f64; 3]) {
+    /// Lets the reciprocal of a segment's mass and its moments of inertia about its own axes change along a direction.
+    pub(super) fn seed_inertia(&mut self, index: usize, k: usize, inverse_mass: f64, moments: &Vector3<f64>) {
         let own = &mut self.bodies[index];
         own.inverse_mass.slope[k] = inverse_mass;
-        (own.transverse.slope[k], own.axial.slope[k]) = (transverse, axial);
+        (own.transverse.slope[k], own.axial.slope[k]) = (0.5 * (moments.x + moments.y), moments.z);
+        if let Some((own, _)) = self.moments.get_mut(index) {
+            set_slope(own, k, moments);
+        }
     }
 
     /// Lets a number of a segment's state change along a direction.

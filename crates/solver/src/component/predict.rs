@@ -79,7 +79,7 @@ impl<T: Real> Component<T> {
         }
         self.unsolved = unsolved;
         if !self.rigid.is_empty() {
-            self.turn_rigid(last_half, decay[1].lane(0));
+            self.turn_rigid(last_half, decay[1]);
         }
         for i in self.segments..self.poses.len() {
             self.predicted[i] = self.poses[i];

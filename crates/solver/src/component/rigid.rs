@@ -1,12 +1,12 @@
 //! Rigid bodies: three moments of inertia of their own, and joints that hold them off their axes.
 //!
 //! The stages go over all bodies as over symmetric tops that are held on their axes; what is here then sets right what is not
-//! so. Without a rigid body the lists are empty.
+//! so, in the body's lane. Without a rigid body the lists are empty.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use rod::Model;
 
-use super::lanes::{pick, pick_pose, put, vec3};
+use super::lanes::{copy_lane, pick, put, vec3};
 use super::multistep::gyroscopic;
 use super::predict::angular_momentum;
 use super::{Component, Members};
@@ -16,14 +16,14 @@ use crate::snapshot::Tape;
 
 /// A rigid body, in one lane; while it is held its inertia counts nothing.
 #[derive(Clone, Debug)]
-pub(super) struct Rigid {
+pub(super) struct Rigid<T> {
     pub(super) lane: usize,
     pub(super) body: usize,
     pub(super) mass: f64,
     /// Drag coefficient times area [m^2].
     pub(super) drag_area: f64,
-    /// Moments of inertia about its own axes [kg m^2].
-    inertia: Vec3<f64>,
+    /// Moments of inertia about its own axes [kg m^2], the same in all lanes.
+    pub(super) inertia: Vec3<T>,
     /// Joints that hold it, each with the sign of its multiplier and the connector's place in the body's frame [m].
     held_by: Vec<(usize, f64, Vec3<f64>)>,
     /// `sum f r^T` over all that pulls it, f [N s^2] in world axes and r in the body's frame: one vector an axis of the
@@ -33,43 +33,63 @@ pub(super) struct Rigid {
     held: [Vec3<f64>; 3],
 }
 
-impl Rigid {
+impl<T: Real> Rigid<T> {
     /// Shows a tape with which pulls the next step begins.
     pub(super) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.held.iter_mut().for_each(|held| tape.vector(held));
     }
 
     /// Inertia times `x`, both in the body's frame.
-    fn times_inertia(&self, x: Vec3<f64>) -> Vec3<f64> {
+    fn times_inertia(&self, x: Vec3<T>) -> Vec3<T> {
         Vec3([0, 1, 2].map(|k| self.inertia.0[k] * x.0[k]))
     }
 
     /// The inertia in world axes.
-    pub(super) fn world_inertia(&self, q: Quat<f64>) -> Sym3<f64> {
+    pub(super) fn world_inertia(&self, q: Quat<T>) -> Sym3<T> {
         let parts = axes(q).into_iter().zip(self.inertia.0).map(|(axis, moment)| Sym3::outer(axis, moment));
         parts.fold(Sym3::zero(), |sum, part| sum + part)
     }
 
     /// W, the inverse of the inertia with the geometric stiffness of its pulls, if that counts.
-    fn inverse_inertia(&self, q: Quat<f64>, geometric: bool) -> Sym3<f64> {
+    fn inverse_inertia(&self, q: Quat<T>, geometric: bool) -> Sym3<T> {
         let mut inertia = self.world_inertia(q);
         if geometric && self.pull != [Vec3::zero(); 3] {
             // K = sum (f.r) I - sym(f r^T), without its negative part.
             let mut stiffness = Sym3::zero();
-            for (pull, axis) in self.pull.into_iter().zip(axes(q)) {
+            let own = Quat { v: pick(q.v, self.lane), w: q.w.lane(self.lane) };
+            for (pull, axis) in self.pull.into_iter().zip(axes(own)) {
                 stiffness = stiffness + Sym3::identity(pull.dot(axis)) + Sym3::sym_outer(pull, -axis);
             }
-            inertia += positive_part(stiffness);
+            inertia += Sym3(positive_part(stiffness).0.map(T::splat));
         }
         inertia.inverse()
+    }
+
+    /// Relative rotation, in the body's frame, of the free motion with angular momentum `m` over the time `2 half`, which goes
+    /// on with `u` (about the sine of half the angle) where there is none: `s I u + u x I u = half m`, as of a symmetric top
+    /// (`Component::predict`).
+    fn free_turn(&self, m: Vec3<T>, u: Vec3<T>, half: T) -> Quat<T> {
+        let scalar = |u: Vec3<T>| (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
+        let target = m * half;
+        let [inertia, goal, start] = [self.inertia, target, u].map(|x| Vector3::from(pick(x, self.lane).0));
+        let Some((found, inverse)) = solved_turn(&inertia, &goal, &start) else { return Quat { v: u, w: scalar(u) } };
+        // What a last iteration changes is taken of the derivatives alone.
+        let mut u = Vec3::splat(Vec3(found.into()));
+        let turning = self.times_inertia(u);
+        let defect = turning * scalar(u) + u.cross(turning) - target;
+        for (row, own) in u.0.iter_mut().enumerate() {
+            let parts = defect.0.into_iter().enumerate().map(|(k, x)| x * T::splat(inverse[(row, k)]));
+            let change = parts.fold(T::zero(), |sum, part| sum + part);
+            *own += T::splat(change.lane(self.lane)) - change;
+        }
+        Quat { v: u, w: scalar(u) }
     }
 }
 
 /// The axes of a body's frame in the world.
-fn axes(q: Quat<f64>) -> [Vec3<f64>; 3] {
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| q.rotate(Vec3(axis)))
+fn axes<T: Real>(q: Quat<T>) -> [Vec3<T>; 3] {
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| q.rotate(Vec3::splat(Vec3(axis))))
 }
-
 /// A symmetric matrix without its negative eigenvalues; zero where it is not finite.
 fn positive_part(m: Sym3<f64>) -> Sym3<f64> {
     let full = m.full();
@@ -86,36 +106,34 @@ fn positive_part(m: Sym3<f64>) -> Sym3<f64> {
 /// Most iterations of Newton's method for a free turn.
 const ITERATIONS: usize = 30;
 
-/// Relative rotation, in the body's frame, of the free motion with angular momentum `m` over the time `2 half`, which goes
-/// on with `u` (about the sine of half the angle) where there is none: `s I u + u x I u = half m`, as of a symmetric top
-/// (`Component::predict`).
-fn free_turn(body: &Rigid, m: Vec3<f64>, u: Vec3<f64>, half: f64) -> Quat<f64> {
-    let inertia = Vector3::from(body.inertia.0);
-    let target = Vector3::from(m.0) * half;
-    let start = Vector3::from(u.0);
+/// The solution u of `s I u + u x I u = target`, and the inverse of the left side's slope near it; none where none is found.
+fn solved_turn(
+    inertia: &Vector3<f64>,
+    target: &Vector3<f64>,
+    start: &Vector3<f64>,
+) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     let scalar = |u: &Vector3<f64>| (1.0 - u.norm_squared()).max(0.0).sqrt();
-    let plain = Quat { v: u, w: scalar(&start) };
     let mut u = start * (0.99 / start.norm()).min(1.0);
     let size = inertia.max();
     for _ in 0..ITERATIONS {
         let s = scalar(&u);
-        let turning = u.component_mul(&inertia);
+        let turning = u.component_mul(inertia);
         let defect = turning * s + u.cross(&turning) - target;
-        if defect.norm() <= 4.0 * f64::EPSILON * size * u.norm() {
-            return Quat { v: Vec3(u.into()), w: s };
-        }
         let slope = Matrix3::from_diagonal(&(inertia * s)) - turning * u.transpose() / s
-            + u.cross_matrix() * Matrix3::from_diagonal(&inertia)
+            + u.cross_matrix() * Matrix3::from_diagonal(inertia)
             - turning.cross_matrix();
-        let Some(inverse) = slope.try_inverse() else { return plain };
+        let inverse = slope.try_inverse()?;
+        if defect.norm() <= 4.0 * f64::EPSILON * size * u.norm() {
+            return Some((u, inverse));
+        }
         let next = u - inverse * defect;
         let change = (next - u).norm();
         u = next * (0.999 / next.norm()).min(1.0);
         if change <= 4.0 * f64::EPSILON * u.norm() && u.norm() < 0.99 {
-            return Quat { v: Vec3(u.into()), w: scalar(&u) };
+            return Some((u, inverse));
         }
     }
-    plain
+    None
 }
 
 impl<T: Real> Component<T> {
@@ -135,7 +153,7 @@ impl<T: Real> Component<T> {
                 }
             }
             let none = [Vec3::zero(); 3];
-            let inertia = Vec3(vec3(&rigid.inertia));
+            let inertia = Vec3::splat(Vec3(vec3(&rigid.inertia)));
             let (mass, drag_area) = (segment.mass(), rigid.drag_area);
             self.rigid.push(Rigid { lane, body, mass, drag_area, inertia, held_by, pull: none, held: none });
         }
@@ -146,7 +164,7 @@ impl<T: Real> Component<T> {
         let own = &self.bodies[body];
         let across = own.transverse.lane(lane);
         let rigid = self.rigid.iter().find(|rigid| (rigid.lane, rigid.body) == (lane, body));
-        rigid.map_or(Vec3([across, across, own.axial.lane(lane)]), |rigid| rigid.inertia)
+        rigid.map_or(Vec3([across, across, own.axial.lane(lane)]), |rigid| pick(rigid.inertia, lane))
     }
 
     /// Those of all segments in all lanes, and >= 0 where one is a rigid body; none where none is.
@@ -163,44 +181,53 @@ impl<T: Real> Component<T> {
     }
 
     /// Rigid bodies of one lane, for a component of its own.
-    pub(super) fn pick_rigid(&self, lane: usize) -> Vec<Rigid> {
-        let own = self.rigid.iter().filter(|rigid| rigid.lane == lane);
-        own.map(|rigid| Rigid { lane: 0, ..rigid.clone() }).collect()
+    pub(super) fn pick_rigid(&self, lane: usize) -> Vec<Rigid<f64>> {
+        let own = self.rigid.iter().filter(|rigid| rigid.lane == lane).cloned();
+        own.map(|Rigid { body, mass, drag_area, inertia, held_by, pull, held, .. }| Rigid {
+            lane: 0,
+            body,
+            mass,
+            drag_area,
+            inertia: pick(inertia, lane),
+            held_by,
+            pull,
+            held,
+        })
+        .collect()
     }
 
     /// Takes what one lane's rigid bodies were pulled by from a component of its own.
-    pub(super) fn insert_rigid(&mut self, lane: usize, from: &[Rigid]) {
+    pub(super) fn insert_rigid(&mut self, lane: usize, from: &[Rigid<f64>]) {
         for (own, from) in self.rigid.iter_mut().filter(|rigid| rigid.lane == lane).zip(from) {
             own.held = from.held;
         }
     }
 
     /// The general tops' free rotation; `last_half` is half the last step, `kept` what damping leaves of an angular momentum.
-    pub(super) fn turn_rigid(&mut self, last_half: T, kept: f64) {
+    pub(super) fn turn_rigid(&mut self, last_half: T, kept: T) {
         for k in 0..self.rigid.len() {
             let Rigid { lane, body, .. } = self.rigid[k];
             if self.is_fixed(body, lane) {
                 continue;
             }
             let (rate, last_half) = self.variable(body, last_half);
-            let rigid = &self.rigid[k];
-            let (q, half) = (pick_pose(&self.start[body], lane).q, last_half.lane(lane));
-            let w = q.rotate_back(pick(rate, lane));
+            let (rigid, q) = (&self.rigid[k], self.start[body].q);
+            let w = q.rotate_back(rate);
             let (mut m, share) = match &self.multistep {
-                None => (angular_momentum(rigid.times_inertia(w), w * half) * kept, 1.0),
+                None => (angular_momentum(rigid.times_inertia(w), w * last_half) * kept, T::splat(1.0)),
                 Some(steps) => {
                     let predicted = steps.predicted(body, self.velocities[body].linear);
-                    (q.rotate_back(pick(predicted.angular, lane)), steps.share().lane(lane))
+                    (q.rotate_back(predicted.angular), steps.share())
                 }
             };
             if let Some(drag) = &self.drag {
-                m += pick(drag.impulses[body].angular, lane) * share;
+                m += drag.impulses[body].angular * share;
             }
-            let half = 0.5 * self.dt;
-            let q = (q * free_turn(rigid, m, w * half, half)).normalized();
+            let half = T::splat(0.5 * self.dt);
+            let q = (q * rigid.free_turn(m, w * half, half)).normalized();
             let predicted = &mut self.predicted[body].q;
-            put(&mut predicted.v, lane, q.v.0);
-            predicted.w.set_lane(lane, q.w);
+            copy_lane(&mut predicted.v, lane, q.v);
+            predicted.w.copy_lane(lane, q.w);
         }
     }
 
@@ -208,10 +235,9 @@ impl<T: Real> Component<T> {
     pub(super) fn evaluate_rigid(&mut self, geometric: bool) {
         let bodies = &self.bodies;
         for rigid in self.rigid.iter().filter(|rigid| bodies[rigid.body].free.lane(rigid.lane) != 0.0) {
-            let q = pick_pose(&self.poses[rigid.body], rigid.lane).q;
-            let inverse = rigid.inverse_inertia(q, geometric);
+            let inverse = rigid.inverse_inertia(self.poses[rigid.body].q, geometric);
             for (own, x) in self.system.bodies[rigid.body].inverse_inertia.0.iter_mut().zip(inverse.0) {
-                own.set_lane(rigid.lane, x);
+                own.copy_lane(rigid.lane, x);
             }
         }
     }
@@ -220,18 +246,16 @@ impl<T: Real> Component<T> {
     pub(super) fn momentum_of_rigid(&mut self) {
         let bodies = &self.bodies;
         for rigid in self.rigid.iter().filter(|rigid| bodies[rigid.body].free.lane(rigid.lane) != 0.0) {
-            let (body, lane) = (rigid.body, rigid.lane);
-            let (pose, predicted) = (pick_pose(&self.poses[body], lane), pick_pose(&self.predicted[body], lane));
-            let phi = (pose.q * predicted.q.conj()).upper().v * 2.0;
-            let inertia = |x: Vec3<f64>| pose.q.rotate(rigid.times_inertia(pose.q.rotate_back(x)));
+            let (body, q) = (rigid.body, self.poses[rigid.body].q);
+            let phi = (q * self.predicted[body].q.conj()).upper().v * T::splat(2.0);
+            let inertia = |x: Vec3<T>| q.rotate(rigid.times_inertia(q.rotate_back(x)));
             let mut turning = inertia(phi);
             if self.multistep.is_some() {
-                let theta = (pose.q * pick_pose(&self.start[body], lane).q.conj()).upper().v * 2.0;
+                let theta = (q * self.start[body].q.conj()).upper().v * T::splat(2.0);
                 turning += gyroscopic(inertia, theta, phi);
             }
-            let inverse = Sym3(self.system.bodies[body].inverse_inertia.0.map(|x| x.lane(lane)));
-            let dphi = inverse.apply(pick(self.scratch[body].angular, lane) - turning);
-            put(&mut self.momentum[body].angular, lane, dphi.0);
+            let dphi = self.system.bodies[body].inverse_inertia.apply(self.scratch[body].angular - turning);
+            copy_lane(&mut self.momentum[body].angular, rigid.lane, dphi);
         }
     }
 
@@ -275,7 +299,7 @@ impl<T: Real> Component<T> {
 mod tests {
     use super::*;
 
-    fn body(inertia: [f64; 3]) -> Rigid {
+    fn body(inertia: [f64; 3]) -> Rigid<f64> {
         let none = [Vec3::zero(); 3];
         let (inertia, held_by) = (Vec3(inertia), Vec::new());
         Rigid { lane: 0, body: 0, mass: 1.0, drag_area: 0.0, inertia, held_by, pull: none, held: none }
@@ -291,7 +315,7 @@ mod tests {
                     let turning = body.times_inertia(u);
                     let s = (1.0 - u.norm_squared()).sqrt();
                     let m = turning * s - u.cross(turning);
-                    let turn = free_turn(&body, m, u, 1.0);
+                    let turn = body.free_turn(m, u, 1.0);
                     let turning = body.times_inertia(turn.v);
                     let found = turning * turn.w + turn.v.cross(turning);
                     assert!((found - m).norm_squared().sqrt() <= 1e-15, "{inertia:?} {axis:?} {angle}");

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::lanes::pick_pose;
 use super::update::{select, select_pose};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
@@ -81,9 +80,8 @@ impl<T: Real> Component<T> {
     fn inertia_of_rigid(&self, i: usize, q: Quat<T>, otherwise: Sym3<T>) -> Sym3<T> {
         let mut inertia = otherwise;
         for rigid in self.rigid.iter().filter(|rigid| rigid.body == i) {
-            let lane = rigid.lane;
-            let own = rigid.world_inertia(pick_pose(&BodyPose { x: Vec3::zero(), q }, lane).q);
-            inertia.0.iter_mut().zip(own.0).for_each(|(entry, own)| entry.set_lane(lane, own));
+            let own = rigid.world_inertia(q);
+            inertia.0.iter_mut().zip(own.0).for_each(|(entry, own)| entry.copy_lane(rigid.lane, own));
         }
         inertia
     }

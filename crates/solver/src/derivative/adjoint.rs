@@ -169,7 +169,7 @@ impl<T: Real> Adjoint<T> {
     }
 
     /// What is left at the start of the run, and all that was gained on the way.
-    pub(super) fn end(&self, out: &mut Variation) {
+    pub(super) fn end(&self, model: &Model, out: &mut Variation) {
         for (lane, members) in self.sets.iter().enumerate() {
             for (body, &i) in members.segments.iter().enumerate() {
                 let BodyBar { pose, velocity, now, .. } = self.bars[body].pick(lane);
@@ -186,7 +186,7 @@ impl<T: Real> Adjoint<T> {
                 out.start.angular_velocities[i] += rate;
             }
         }
-        self.gains.add_to(&self.sets, out);
+        self.gains.add_to(model, &self.sets, out);
     }
 
     /// The derivatives with respect to the poses of a held body at the start and at the end of the step that has been gone back

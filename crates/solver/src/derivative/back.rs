@@ -150,8 +150,8 @@ impl Back {
     }
 
     /// Ends the way back.
-    pub(super) fn end(&mut self, objective: &[(usize, StateVariation)], out: &mut Variation) {
-        with!(self, way => way.end(objective, out));
+    pub(super) fn end(&mut self, model: &Model, objective: &[(usize, StateVariation)], out: &mut Variation) {
+        with!(self, way => way.end(model, objective, out));
     }
 }
 
@@ -242,9 +242,9 @@ impl<T: Real> Way<T> {
         Ok(())
     }
 
-    fn end(&mut self, objective: &[(usize, StateVariation)], out: &mut Variation) {
+    fn end(&mut self, model: &Model, objective: &[(usize, StateVariation)], out: &mut Variation) {
         self.go_to(0, objective);
-        self.adjoint.end(out);
+        self.adjoint.end(model, out);
         for (lane, members) in self.adjoint.sets.iter().enumerate() {
             for Held { body, poses, base } in &self.held {
                 self.adjoint.add_base(lane, *body, pick_spatial(base, lane), out);

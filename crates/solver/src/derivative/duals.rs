@@ -59,7 +59,7 @@ impl Duals {
         let mut moments = vec![Vector3::zeros(); component.segments()];
         for &body in &free {
             let own = along(component, body);
-            moments[body] = Vector3::new(0.5 * own[1], 0.5 * own[1], own[2]);
+            moments[body] = own.fixed_rows::<3>(1).into();
         }
         component.seed_inertias(0.0);
         moments
@@ -117,7 +117,7 @@ impl Duals {
         if wanted.segments {
             pass(&mut |component, by| component.seed_inertias(by), &mut |body, own| {
                 gradients[body].mass += own[0];
-                gradients[body].own_moments += Vec3([0.5 * own[1], 0.5 * own[1], own[2]]);
+                gradients[body].own_moments += Vec3([own[1], own[2], own[3]]);
             });
         }
         if wanted.surroundings {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rod::{Model, State};
 
 use super::replay::{Replay, component};
-use super::run::{Passed, Run, refuse_bodies};
+use super::run::{Passed, Run};
 use super::seed::{HeldSeed, ObstacleSeed, is_held, seed};
 use super::{DerivativeError, StateVariation, Variation};
 use crate::component::{Component, Members, move_along, movement_along, slope_of};
@@ -62,7 +62,6 @@ impl Forward {
         settings: &Settings,
         directions: &[Variation],
     ) -> Result<Self, DerivativeError> {
-        refuse_bodies(model)?;
         directions.iter().try_for_each(|variation| variation.check(model))?;
         if directions.iter().flat_map(|variation| &variation.held).any(|held| !is_held(model, held.body)) {
             return Err(DerivativeError::Unknown("motions of what is not held"));

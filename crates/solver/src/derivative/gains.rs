@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use rod::Model;
 
 use super::recording::Pair;
 use super::{AirVariation, Variation};
@@ -83,8 +84,8 @@ impl<T: Real> Gains<T> {
         (0..2).for_each(|k| own[k] += by[k]);
     }
 
-    /// Adds all of it to a gradient.
-    pub(super) fn add_to(&self, sets: &[Members], out: &mut Variation) {
+    /// Adds all of it to a gradient of a model.
+    pub(super) fn add_to(&self, model: &Model, sets: &[Members], out: &mut Variation) {
         for (lane, members) in sets.iter().enumerate() {
             for (&joint, numbers) in members.joints.iter().zip(&self.joints) {
                 add_numbers(&mut out.joints[joint], &numbers.map(|x| x.lane(lane)));
@@ -92,9 +93,12 @@ impl<T: Real> Gains<T> {
             for (body, &segment) in members.segments.iter().enumerate() {
                 let own = &mut out.segments[segment];
                 own.mass += self.masses[body].lane(lane);
-                // The first two moments of a segment of a rod are the same.
                 let [x, y, z] = self.moments[body].0.map(|x| x.lane(lane));
-                own.inertia += Vector3::new(0.5 * (x + y), 0.5 * (x + y), z);
+                own.inertia += match model.segments[segment].body {
+                    Some(_) => Vector3::new(x, y, z),
+                    // The first two moments of a segment of a rod are the same.
+                    None => Vector3::new(0.5 * (x + y), 0.5 * (x + y), z),
+                };
             }
             out.gravity += Vector3::from(self.gravity.0.map(|x| x.lane(lane)));
             (0..2).for_each(|k| out.damping[k] += self.damping[k].lane(lane));

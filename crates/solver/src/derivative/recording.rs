@@ -8,7 +8,7 @@ use rod::{Model, State};
 
 use super::adjoint::Origin;
 use super::back::Back;
-use super::run::{Run, has_bodies};
+use super::run::Run;
 use super::{DerivativeError, StateVariation, Variation};
 use crate::simulation::{Settings, Simulation, StepReport};
 use crate::snapshot::Snapshot;
@@ -160,9 +160,6 @@ impl Recording {
         wanted: Wanted,
     ) -> Result<Variation, DerivativeError> {
         self.run.check()?;
-        if wanted.segments && has_bodies(&self.model) {
-            return Err(DerivativeError::Unknown("masses of rigid bodies"));
-        }
         for (step, of) in objective {
             of.check(&self.model)?;
             if *step > self.run.steps {
@@ -187,7 +184,7 @@ impl Recording {
             self.run.steps = steps;
         }
         let mut out = Variation::zero(&self.model);
-        self.backs.iter_mut().for_each(|back| back.end(objective, &mut out));
+        self.backs.iter_mut().for_each(|back| back.end(&self.model, objective, &mut out));
         Ok(out)
     }
 }

@@ -63,16 +63,6 @@ fn solved(model: &Model, settings: &Settings) -> Result<Settings, DerivativeErro
     Ok(Settings { step, solver })
 }
 
-/// Whether a model has rigid bodies.
-pub(super) fn has_bodies(model: &Model) -> bool {
-    model.segments.iter().any(|segment| segment.body.is_some())
-}
-
-/// Refuses rigid bodies, which dual numbers know nothing of.
-pub(super) fn refuse_bodies(model: &Model) -> Result<(), DerivativeError> {
-    if has_bodies(model) { Err(DerivativeError::Unknown("rigid bodies")) } else { Ok(()) }
-}
-
 /// Refuses what is not differentiated of a run.
 fn check(model: &Model) -> Result<(), DerivativeError> {
     let contacts = &model.contacts;
@@ -84,7 +74,8 @@ fn check(model: &Model) -> Result<(), DerivativeError> {
 
 /// Refuses what is not differentiated of a model, but for contacts.
 pub(super) fn check_all(model: &Model) -> Result<(), DerivativeError> {
-    refuse(has_bodies(model) && model.air.is_some(), "rigid bodies in air")?;
+    let has_bodies = model.segments.iter().any(|segment| segment.body.is_some());
+    refuse(has_bodies && model.air.is_some(), "rigid bodies in air")?;
     refuse(model.motions.iter().any(|driven| driven.is_timed()), "grips that take hold or let go on the way")?;
     refuse(model.air.as_ref().is_some_and(|air| air.wind.has_gusts()), "gusts")
 }

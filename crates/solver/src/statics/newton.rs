@@ -87,7 +87,7 @@ pub(super) fn descend(
         let Some(tried) = descent.solve(component, contacts, &residuals, &mut shift) else { break };
         let before = descent.report.movement;
         contacts.take(&descent.elimination);
-        let lengthens = !shift.is_least() && contacts.is_empty();
+        let lengthens = !shift.is_least();
         let share = contacts.share(&descent.elimination);
         let size = if share < 1.0 { tried.size.max(1.0 / share) } else { tried.size };
         descent.step(component, &residuals, lengthens, &topology, size);
