@@ -202,9 +202,9 @@ impl Contacts {
         }
     }
 
-    /// The share of a step up to which what presses moves aside by no more than a part of its distance from the axis of what it
-    /// presses on.
-    pub(super) fn share(&self, elimination: &Elimination) -> f64 {
+    /// How many times the step what presses moves aside by no more than a part of its distance from the axis of what it presses on;
+    /// infinite where nothing presses but on planes.
+    pub(super) fn farthest(&self, elimination: &Elimination) -> f64 {
         let near = self.contacts.iter().filter(|contact| contact.presses && contact.distance.is_finite());
         near.map(|contact| {
             let dp = &elimination.corrections[contact.body];
@@ -212,7 +212,7 @@ impl Contacts {
             let aside = (moved - contact.normal * contact.normal.dot(&moved)).norm();
             ASIDE * contact.distance / aside.max(f64::MIN_POSITIVE)
         })
-        .fold(1.0, f64::min)
+        .fold(f64::INFINITY, f64::min)
     }
 
     /// What presses, as forces on the segments of the model.

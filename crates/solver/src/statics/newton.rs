@@ -87,10 +87,10 @@ pub(super) fn descend(
         let Some(tried) = descent.solve(component, contacts, &residuals, &mut shift) else { break };
         let before = descent.report.movement;
         contacts.take(&descent.elimination);
-        let lengthens = !shift.is_least();
-        let share = contacts.share(&descent.elimination);
-        let size = if share < 1.0 { tried.size.max(1.0 / share) } else { tried.size };
-        descent.step(component, &residuals, lengthens, &topology, size);
+        let farthest = contacts.farthest(&descent.elimination);
+        let size = if farthest < 1.0 { tried.size.max(1.0 / farthest) } else { tried.size };
+        let longest = if shift.is_least() { 1.0 } else { farthest.min(GAP / residuals.stretch).max(1.0) };
+        descent.step(component, &topology, size, longest);
         let report = &mut descent.report;
         report.most_in_loop = report.most_in_loop.max(report.steps - loop_begin);
         if report.movement > 0.9 * before && report.movement.max(before) < DRIFT {
@@ -200,18 +200,11 @@ impl Descent {
         (own / LARGEST_TURN).max(bend / LARGEST_BEND)
     }
 
-    /// Goes as far as the turns allow.
-    fn step(
-        &mut self,
-        component: &mut Component<f64>,
-        residuals: &Residuals<f64>,
-        lengthens: bool,
-        topology: &Topology,
-        size: f64,
-    ) {
+    /// Goes as far as the turns allow, and beyond the step where the energy curves down, but at most `longest` times as far.
+    fn step(&mut self, component: &mut Component<f64>, topology: &Topology, size: f64, longest: f64) {
         let mut share = size.recip().min(1.0);
-        if lengthens && (ROUNDING..1.0).contains(&size) && self.curvature(component, topology) < 0.0 {
-            share = size.recip().min((GAP / residuals.stretch).max(1.0));
+        if longest > 1.0 && (ROUNDING..1.0).contains(&size) && self.curvature(component, topology) < 0.0 {
+            share = size.recip().min(longest);
         }
         component.take_solution(&self.elimination, &mut self.dp, 0.0);
         // Forces follow from the balance whatever the share of the step; moments are those of the bending.
