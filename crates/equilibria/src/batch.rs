@@ -158,6 +158,8 @@ struct Worker<P: Solved> {
     /// Indices of the valid queries in their block.
     places: Vec<usize>,
     begins: Vec<P::Begin>,
+    /// Starts of each query.
+    counts: Vec<usize>,
     order: Vec<usize>,
     finish: Finish,
 }
@@ -180,6 +182,7 @@ impl<P: Solved> Worker<P> {
             problems: Vec::new(),
             places: none(),
             begins: Vec::new(),
+            counts: none(),
             order: none(),
             finish: Finish::new(&fine),
         }
@@ -229,21 +232,26 @@ impl<P: Solved> Worker<P> {
 
     /// Fills a level with all starts of these queries.
     fn begin(&mut self, level: usize, queries: &[usize], first: usize, starts: &dyn Starts<P>) {
-        let Self { levels, problems, places, begins, .. } = self;
+        let Self { levels, problems, places, begins, counts, .. } = self;
         let (size, count) = (levels[level].size(), starts.count());
         let Level { descent, jobs, turns, .. } = &mut levels[level];
-        begins.resize(count, P::Begin::default());
         jobs.clear();
         turns.clear();
-        for &query in queries {
-            begins.fill(P::Begin::default());
-            let at = turns.len();
-            turns.resize(at + count * size, UnitQuaternion::identity());
-            let index = first + places[query];
-            let own = starts.fill(index, &problems[query], &descent.cut, &mut turns[at..], begins);
-            turns.truncate(at + own * size);
-            jobs.extend(begins[..own].iter().map(|&begin| Job::new(query, begin)));
+        turns.resize(queries.len() * count * size, UnitQuaternion::identity());
+        begins.clear();
+        begins.resize(queries.len() * count, P::Begin::default());
+        counts.clear();
+        counts.resize(queries.len(), 0);
+        let all: Vec<(usize, &P)> = queries.iter().map(|&query| (first + places[query], &problems[query])).collect();
+        starts.fill_all(&all, &descent.cut, turns, begins, counts);
+        let mut end = 0;
+        for (k, (&query, &own)) in queries.iter().zip(&*counts).enumerate() {
+            let at = k * count * size;
+            turns.copy_within(at..at + own * size, end);
+            end += own * size;
+            jobs.extend(begins[k * count..][..own].iter().map(|&begin| Job::new(query, begin)));
         }
+        turns.truncate(end);
     }
 
     fn descend(&mut self, level: usize, params: &Params, careful: bool) {

@@ -122,11 +122,30 @@ impl Perceptron {
         Self::new(&sizes, &parameters)
     }
 
-    /// Outputs for rows of inputs, the same of a row alone as among others; of two at once each takes less time.
-    pub fn evaluate<const ROWS: usize>(&self, inputs: [&[f32]; ROWS], outputs: [&mut [f32]; ROWS]) {
+    /// Outputs of rows of inputs: of a row the same alone as among others, which take less time together.
+    pub fn evaluate<const I: usize, const O: usize>(&self, inputs: &[[f32; I]]) -> Vec<[f32; O]> {
+        let mut outputs = vec![[0.0; O]; inputs.len()];
+        let mut at = 0;
+        while at < inputs.len() {
+            let (inputs, outputs) = (&inputs[at..], &mut outputs[at..]);
+            at += match inputs.len() {
+                4.. => self.rows::<4, I, O>(inputs, outputs),
+                2.. => self.rows::<2, I, O>(inputs, outputs),
+                _ => self.rows::<1, I, O>(inputs, outputs),
+            };
+        }
+        outputs
+    }
+
+    /// Those of the first few rows. Returns how many these are.
+    fn rows<const ROWS: usize, const I: usize, const O: usize>(
+        &self,
+        inputs: &[[f32; I]],
+        outputs: &mut [[f32; O]],
+    ) -> usize {
         let (mut x, mut y) = ([[0.0; LARGEST]; ROWS], [[0.0; LARGEST]; ROWS]);
         for (x, inputs) in x.iter_mut().zip(inputs) {
-            x[..inputs.len()].copy_from_slice(inputs);
+            x[..I].copy_from_slice(inputs);
         }
         vectorized(
             #[inline(always)]
@@ -138,9 +157,9 @@ impl Perceptron {
             },
         );
         for (x, outputs) in x.iter().zip(outputs) {
-            let count = outputs.len();
-            outputs.copy_from_slice(&x[..count]);
+            outputs.copy_from_slice(&x[..O]);
         }
+        ROWS
     }
 
     /// Number of outputs.

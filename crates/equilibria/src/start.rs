@@ -31,6 +31,33 @@ pub trait Starts<P: Problem = Scaled>: Sync {
         turns: &mut [UnitQuaternion<f64>],
         begins: &mut [P::Begin],
     ) -> usize;
+    /// The same of several queries with their places among all, `count` places a query in `turns` and `begins`, and in `counts` how
+    /// many starts each has.
+    fn fill_all(
+        &self,
+        queries: &[(usize, &P)],
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        begins: &mut [P::Begin],
+        counts: &mut [usize],
+    ) {
+        let places = places(self.count(), turns, begins, counts);
+        for (&(index, query), (turns, begins, own)) in queries.iter().zip(places) {
+            *own = self.fill(index, query, cut, turns, begins);
+        }
+    }
+}
+
+/// The places of each query.
+pub(crate) fn places<'a, B>(
+    count: usize,
+    turns: &'a mut [UnitQuaternion<f64>],
+    begins: &'a mut [B],
+    counts: &'a mut [usize],
+) -> impl Iterator<Item = (&'a mut [UnitQuaternion<f64>], &'a mut [B], &'a mut usize)> {
+    let size = turns.len() / counts.len().max(1);
+    let own = turns.chunks_mut(size.max(1)).zip(begins.chunks_mut(count)).zip(counts);
+    own.map(|((turns, begins), own)| (turns, begins, own))
 }
 
 /// Starts without any learning: curves with the grips' directions and the cable's length, each with one or two twists.

@@ -70,9 +70,9 @@ impl Subject for Branched {
     }
 
     fn validate(network: &Perceptron, samples: &[Self::Sample]) -> [f64; 4] {
-        let (mut errors, mut right, mut outputs) = (Vec::new(), 0, [0.0; OUTPUTS]);
+        let (mut errors, mut right) = (Vec::new(), 0);
         for own in samples {
-            network.evaluate([&own.inputs], [&mut outputs]);
+            let outputs: [f32; OUTPUTS] = network.evaluate(&[own.inputs])[0];
             let likely = learned::likelihoods(&outputs);
             right += usize::from((0..CLASSES).all(|k| likely[k] <= likely[own.lowest]));
             if let (Some(targets), 0) = (own.targets, own.lowest) {

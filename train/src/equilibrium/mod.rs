@@ -44,12 +44,12 @@ pub(crate) struct EquilibriumArgs {
     /// Random queries [default: 1000000; 120000 of branched cables].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     queries: Option<u64>,
-    /// Times through the samples.
-    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    epochs: u64,
-    /// Size of the two inner layers [default: 128; 192 for branched cables].
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
-    width: Option<u16>,
+    /// Times through the samples [default: 80; 30 for branched cables].
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    epochs: Option<u64>,
+    /// Size of the two inner layers.
+    #[arg(long, default_value_t = 192, value_parser = clap::value_parser!(u16).range(1..=256))]
+    width: u16,
     /// Samples in a batch: two a query, four of branched cables.
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=65536))]
     batch: u32,
@@ -93,8 +93,8 @@ impl EquilibriumArgs {
         self.queries.unwrap_or(default)
     }
 
-    fn width(&self) -> u16 {
-        self.width.unwrap_or(if self.cables == Cables::Single { 128 } else { 192 })
+    fn epochs(&self) -> u64 {
+        self.epochs.unwrap_or(if self.cables == Cables::Single { 80 } else { 30 })
     }
 
     fn out(&self) -> PathBuf {
@@ -146,7 +146,7 @@ fn learn<S: Subject>(args: &EquilibriumArgs) -> Result<Outcome> {
     // The rows are the progress; this hears of Ctrl-C.
     let progress = Progress::new(0, "epochs", true)?;
     let device = args.backend.device().autodiff();
-    while course.epoch < args.epochs {
+    while course.epoch < args.epochs() {
         let loss = course.go(&device, &progress);
         if progress.stopped() {
             course.save(&state)?;
@@ -210,7 +210,7 @@ fn draw<S: Subject>(args: &EquilibriumArgs) -> Result<Option<Vec<S::Sample>>> {
 
 impl<'a, S: Subject> Course<'a, S> {
     fn new(args: &'a EquilibriumArgs, samples: Vec<S::Sample>) -> Self {
-        let inner = [usize::from(args.width()); 2];
+        let inner = [usize::from(args.width); 2];
         let sizes = Perceptron::layers(S::INPUTS, &inner, S::OUTPUTS);
         let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
         let mut parameters = Vec::new();
@@ -233,7 +233,7 @@ impl<'a, S: Subject> Course<'a, S> {
         for batch in order.chunks(size).skip(self.batch as usize) {
             let batch: Vec<&S::Sample> = batch.iter().map(|&k| &self.samples[k]).collect();
             let (loss, gradient) = gradient::gradient::<S>(&self.sizes, &self.parameters, &batch, device);
-            let done = self.adam.steps as f64 / (self.args.epochs * batches) as f64;
+            let done = self.adam.steps as f64 / (self.args.epochs() * batches) as f64;
             let rise = ((self.adam.steps + 1) as f64 / WARM_UP as f64).min(1.0);
             let rate = self.args.learning_rate * rise * 0.5 * (1.0 + (std::f64::consts::PI * done.min(1.0)).cos());
             let params = AdamParams { beta_1: 0.9, beta_2: 0.99, clip: 1.0 };
@@ -256,8 +256,8 @@ impl<'a, S: Subject> Course<'a, S> {
 
     /// The command that makes these weights again.
     fn command(&self) -> String {
-        let EquilibriumArgs { cables, epochs, batch, learning_rate, seed, backend, .. } = self.args;
-        let (queries, width) = (self.args.queries(), self.args.width());
+        let EquilibriumArgs { cables, width, batch, learning_rate, seed, backend, .. } = self.args;
+        let (queries, epochs) = (self.args.queries(), self.args.epochs());
         let cables = if *cables == Cables::Single { "" } else { " --cables branched" };
         format!(
             "train equilibrium{cables} --queries {queries} --epochs {epochs} --width {width} --batch {batch} \
@@ -266,8 +266,8 @@ impl<'a, S: Subject> Course<'a, S> {
     }
 
     fn fingerprint(&self) -> BTreeMap<String, String> {
-        let EquilibriumArgs { cables, epochs, batch, learning_rate, seed, backend, .. } = self.args;
-        let (queries, width) = (self.args.queries(), self.args.width());
+        let EquilibriumArgs { cables, width, batch, learning_rate, seed, backend, .. } = self.args;
+        let (queries, epochs) = (self.args.queries(), self.args.epochs());
         let settings = [
             ("cables", format!("{cables:?}")),
             ("queries", queries.to_string()),

@@ -60,9 +60,9 @@ impl Subject for Single {
     }
 
     fn validate(network: &Perceptron, samples: &[Self::Sample]) -> [f64; 4] {
-        let (mut errors, mut right, mut outputs) = (Vec::new(), 0, [0.0; OUTPUTS]);
+        let (mut errors, mut right) = (Vec::new(), 0);
         for own in samples {
-            network.evaluate([&own.inputs], [&mut outputs]);
+            let outputs: [f32; OUTPUTS] = network.evaluate(&[own.inputs])[0];
             right += usize::from((outputs[OUTPUTS - 1] > 0.0) == (own.lowest == 0));
             if let (Some(targets), 0) = (own.targets, own.lowest) {
                 let off = outputs[..OUTPUTS - 4].iter().zip(targets).map(|(a, b)| f64::from(a - b).powi(2));

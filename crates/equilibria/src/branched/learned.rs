@@ -14,7 +14,7 @@ use super::start::{Begin, CLASSES, SIGNS, Stars};
 use crate::known::Known;
 use crate::network::{Perceptron, WeightsError};
 use crate::scaled::Cut;
-use crate::start::Starts;
+use crate::start::{Starts, places};
 
 /// Sine modes of each of a quaternion's four parts, of each arm.
 pub const MODES: usize = 6;
@@ -109,10 +109,21 @@ impl LearnedStar {
     /// How likely the lowest equilibrium is in each of the four classes of twist, see [`StarCanonical`]; `None` of queries unlike
     /// those of the training.
     pub fn likelihoods(&self, star: &Star) -> Option<[f64; CLASSES]> {
-        let mut outputs = [0.0; OUTPUTS];
-        Self::knows(star)
-            .then(|| self.network.evaluate([&StarCanonical::new(star).inputs(0)], [&mut outputs]))
-            .map(|()| likelihoods(&outputs))
+        Self::knows(star).then(|| likelihoods(&self.network.evaluate(&[StarCanonical::new(star).inputs(0)])[0]))
+    }
+
+    /// The classes that are proposed by these likelihoods.
+    fn proposed(&self, likely: &[f64; CLASSES]) -> impl Iterator<Item = usize> + use<> {
+        let mut order = [0, 1, 2, 3];
+        order.sort_by(|&a, &b| likely[b].total_cmp(&likely[a]));
+        let mut covered = 0.0;
+        let most = order[..self.proposals.clamp(1, CLASSES)].iter().take_while(|&&class| {
+            let is_wanted = covered < self.covered;
+            covered += likely[class];
+            is_wanted
+        });
+        let count = most.count();
+        order.into_iter().take(count)
     }
 }
 
@@ -138,29 +149,44 @@ impl Starts<Star> for LearnedStar {
         turns: &mut [UnitQuaternion<f64>],
         begins: &mut [Begin],
     ) -> usize {
-        if !Self::knows(star) {
-            return self.otherwise.fill(index, star, cut, turns, begins);
-        }
-        let canonical = StarCanonical::new(star);
-        let mut outputs = [0.0; OUTPUTS];
-        self.network.evaluate([&canonical.inputs(0)], [&mut outputs]);
-        let likely = likelihoods(&outputs);
-        let mut order = [0, 1, 2, 3];
-        order.sort_by(|&a, &b| likely[b].total_cmp(&likely[a]));
-        let (mut covered, mut count) = (0.0, 0);
-        let places = begins.iter_mut().zip(turns.chunks_mut(ARMS * cut.segments));
-        for (&class, (begin, out)) in order[..self.proposals.clamp(1, CLASSES)].iter().zip(places) {
-            if covered >= self.covered {
-                break;
+        let mut counts = [0];
+        self.fill_all(&[(index, star)], cut, turns, begins, &mut counts);
+        counts[0]
+    }
+
+    fn fill_all(
+        &self,
+        stars: &[(usize, &Star)],
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        begins: &mut [Begin],
+        counts: &mut [usize],
+    ) {
+        let known = |&(_, star): &(usize, &Star)| Self::knows(star).then(|| StarCanonical::new(star));
+        let known: Vec<Option<StarCanonical>> = stars.iter().map(known).collect();
+        let first: Vec<_> = known.iter().flatten().map(|own| own.inputs(0)).collect();
+        let first: Vec<[f32; OUTPUTS]> = self.network.evaluate(&first);
+        let likely: Vec<_> = first.iter().map(likelihoods).collect();
+        let others =
+            known.iter().flatten().zip(&likely).flat_map(|(own, likely)| {
+                self.proposed(likely).filter(|&class| class != 0).map(|class| own.inputs(class))
+            });
+        let others: Vec<_> = others.collect();
+        let others: Vec<[f32; OUTPUTS]> = self.network.evaluate(&others);
+        let (mut first, mut others) = (first.iter().zip(&likely), others.iter());
+        let places = places(self.count(), turns, begins, counts);
+        for ((&(index, star), known), (turns, begins, count)) in stars.iter().zip(&known).zip(places) {
+            let (Some(canonical), Some((outputs, likely))) = (known, known.as_ref().and_then(|_| first.next())) else {
+                *count = self.otherwise.fill(index, star, cut, turns, begins);
+                continue;
+            };
+            let places = begins.iter_mut().zip(turns.chunks_mut(ARMS * cut.segments));
+            for (class, (begin, out)) in self.proposed(likely).zip(places) {
+                let Some(outputs) = (if class == 0 { Some(outputs) } else { others.next() }) else { break };
+                *begin = decode(canonical, star, class, outputs, cut, out);
+                *count += 1;
             }
-            covered += likely[class];
-            count += 1;
-            if class != 0 || count > 1 {
-                self.network.evaluate([&canonical.inputs(class)], [&mut outputs]);
-            }
-            *begin = decode(&canonical, star, class, &outputs, cut, out);
         }
-        count
     }
 }
 

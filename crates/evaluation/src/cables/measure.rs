@@ -192,4 +192,16 @@ impl<P: Problem> Starts<P> for Later<'_, P> {
     ) -> usize {
         self.starts.fill(self.first + index, query, cut, turns, begins)
     }
+
+    fn fill_all(
+        &self,
+        queries: &[(usize, &P)],
+        cut: &Cut,
+        turns: &mut [UnitQuaternion<f64>],
+        begins: &mut [P::Begin],
+        counts: &mut [usize],
+    ) {
+        let queries: Vec<_> = queries.iter().map(|&(index, query)| (self.first + index, query)).collect();
+        self.starts.fill_all(&queries, cut, turns, begins, counts);
+    }
 }
