@@ -56,7 +56,7 @@ pub(crate) fn places<'a, B>(
     counts: &'a mut [usize],
 ) -> impl Iterator<Item = (&'a mut [UnitQuaternion<f64>], &'a mut [B], &'a mut usize)> {
     let size = turns.len() / counts.len().max(1);
-    let own = turns.chunks_mut(size.max(1)).zip(begins.chunks_mut(count)).zip(counts);
+    let own = turns.chunks_mut(size.max(1)).zip(begins.chunks_mut(count.max(1))).zip(counts);
     own.map(|((turns, begins), own)| (turns, begins, own))
 }
 
