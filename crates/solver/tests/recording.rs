@@ -11,7 +11,7 @@ use rod::{
     Air, Assembly, Body, BodyShape, Driven, InnerDamping, Interpolation, JointForce, Load, Model, Motion, Pose,
     RigidBody, RodSpec, State, Wind, shape,
 };
-use solver::derivative::{Forward, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
+use solver::derivative::{Forward, Parameter, Recording, Rods, SegmentVariation, StateVariation, Variation, Wanted};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
 use solver::linear::solvers::SolverKind;
@@ -314,7 +314,6 @@ fn reading(state: &State, weights: &StateVariation, about: &State) -> f64 {
 fn the_way_back_knows_rigid_bodies() {
     let (model, state) = with_body();
     let count = model.segments.len();
-    let wanted = Wanted { segments: false, ..Wanted::ALL };
     let mut wrong = Vec::new();
     for settings in Integrator::ALL.map(solved) {
         let run = |model: &Model, state: &State| {
@@ -326,9 +325,8 @@ fn the_way_back_knows_rigid_bodies() {
         };
         let (mut recording, end) = run(&model, &state);
         let weights = weights(count, 5);
-        assert!(recording.backward(&[(STEPS, weights.clone())], Wanted::ALL).is_err(), "masses of rigid bodies");
-        let gradient = recording.backward(&[(STEPS, weights.clone())], wanted).unwrap();
-        // Of the body and of the segments: states, compliances, gravity.
+        let gradient = recording.backward(&[(STEPS, weights.clone())], Wanted::ALL).unwrap();
+        // Of the body and of the segments: states, compliances, gravity, the body's inertia.
         let share = 1e-4;
         let mut changes: Vec<(&str, Variation)> = Vec::new();
         for (name, bodies) in [("body", count - 1..count), ("segments", 1..count - 1)] {
@@ -349,6 +347,9 @@ fn the_way_back_knows_rigid_bodies() {
         let mut gravity = Variation::zero(&model);
         gravity.gravity = Vector3::new(0.3, -0.2, 1.0);
         changes.push(("gravity", gravity));
+        let mut inertia = Variation::zero(&model);
+        inertia.segments[count - 1] = SegmentVariation { mass: 0.1, inertia: Vector3::new(1e-3, -5e-4, 8e-4) };
+        changes.push(("inertia", inertia));
         let mut bending = Variation::zero(&model);
         for (own, joint) in bending.joints.iter_mut().zip(&model.joints) {
             own.bend_compliance = joint.bend_compliance;
@@ -359,6 +360,10 @@ fn the_way_back_knows_rigid_bodies() {
             let at = |share: f64| {
                 let (mut model, mut state) = (model.clone(), state.clone());
                 model.gravity += by.gravity * share;
+                if let Some(body) = &mut model.segments[count - 1].body {
+                    body.mass += by.segments[count - 1].mass * share;
+                    body.inertia += by.segments[count - 1].inertia * share;
+                }
                 for (joint, by) in model.joints.iter_mut().zip(&by.joints) {
                     joint.bend_compliance += by.bend_compliance * share;
                     joint.rest_darboux += by.rest_darboux * share;
