@@ -134,26 +134,24 @@ impl Starts for Learned {
         counts: &mut [usize],
     ) {
         let known = |&(_, query): &(usize, &Scaled)| Self::knows(query).then(|| Canonical::new(query));
-        let known: Vec<Option<Canonical>> = queries.iter().map(known).collect();
-        let first: Vec<_> = known.iter().flatten().map(|own| own.inputs(0)).collect();
-        let first = self.network.evaluate(&first);
+        let known = self.network.evaluate_each(queries.iter().map(known).collect(), |own| own.inputs(0));
         // Which classes are begun with.
-        let of_second = |outputs: &[f32; OUTPUTS]| {
+        let begun_with = |outputs: &[f32; OUTPUTS]| {
             let odds = outputs[OUTPUTS - 1];
             let is_sure = self.proposals < 2 || odds.abs() > SURE;
             if is_sure { [odds >= 0.0, odds < 0.0] } else { [true, true] }
         };
-        let asked = known.iter().flatten().zip(&first).filter(|(_, outputs)| of_second(outputs)[1]);
+        let asked = known.iter().flatten().filter(|(_, outputs)| begun_with(outputs)[1]);
         let second: Vec<_> = asked.map(|(own, _)| own.inputs(1)).collect();
         let second = self.network.evaluate(&second);
-        let (mut first, mut second) = (first.iter(), second.iter());
+        let mut second = second.iter();
         let places = places(self.count(), turns, forces, counts);
         for ((&(index, query), known), (turns, forces, count)) in queries.iter().zip(&known).zip(places) {
-            let (Some(canonical), Some(outputs)) = (known, known.as_ref().and_then(|_| first.next())) else {
+            let Some((canonical, outputs)) = known else {
                 *count = Curves::all().fill(index, query, cut, turns, forces);
                 continue;
             };
-            let own = of_second(outputs);
+            let own = begun_with(outputs);
             let classes = [own[0].then_some(outputs), own[1].then(|| second.next()).flatten()];
             let classes = classes.into_iter().enumerate().filter_map(|(class, outputs)| Some((class, outputs?)));
             for ((class, outputs), (out, force)) in classes.zip(turns.chunks_mut(cut.segments).zip(forces)) {

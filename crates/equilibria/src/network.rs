@@ -137,6 +137,17 @@ impl Perceptron {
         outputs
     }
 
+    /// Beside each that is there the outputs of its row of inputs.
+    pub(crate) fn evaluate_each<C, const I: usize, const O: usize>(
+        &self,
+        all: Vec<Option<C>>,
+        inputs: impl Fn(&C) -> [f32; I],
+    ) -> Vec<Option<(C, [f32; O])>> {
+        let rows: Vec<_> = all.iter().flatten().map(inputs).collect();
+        let mut outputs = self.evaluate(&rows).into_iter();
+        all.into_iter().map(|own| Some((own?, outputs.next()?))).collect()
+    }
+
     /// Those of the first few rows. Returns how many these are.
     fn rows<const ROWS: usize, const I: usize, const O: usize>(
         &self,

@@ -112,8 +112,9 @@ impl LearnedStar {
         Self::knows(star).then(|| likelihoods(&self.network.evaluate(&[StarCanonical::new(star).inputs(0)])[0]))
     }
 
-    /// The classes that are proposed by these likelihoods.
-    fn proposed(&self, likely: &[f64; CLASSES]) -> impl Iterator<Item = usize> + use<> {
+    /// The classes that are proposed where the network says this of the first one.
+    fn proposed(&self, outputs: &[f32; OUTPUTS]) -> impl Iterator<Item = usize> + use<> {
+        let likely = likelihoods(outputs);
         let mut order = [0, 1, 2, 3];
         order.sort_by(|&a, &b| likely[b].total_cmp(&likely[a]));
         let mut covered = 0.0;
@@ -163,25 +164,21 @@ impl Starts<Star> for LearnedStar {
         counts: &mut [usize],
     ) {
         let known = |&(_, star): &(usize, &Star)| Self::knows(star).then(|| StarCanonical::new(star));
-        let known: Vec<Option<StarCanonical>> = stars.iter().map(known).collect();
-        let first: Vec<_> = known.iter().flatten().map(|own| own.inputs(0)).collect();
-        let first: Vec<[f32; OUTPUTS]> = self.network.evaluate(&first);
-        let likely: Vec<_> = first.iter().map(likelihoods).collect();
-        let others =
-            known.iter().flatten().zip(&likely).flat_map(|(own, likely)| {
-                self.proposed(likely).filter(|&class| class != 0).map(|class| own.inputs(class))
-            });
+        let known = self.network.evaluate_each(stars.iter().map(known).collect(), |own| own.inputs(0));
+        let others = known.iter().flatten().flat_map(|(own, outputs)| {
+            self.proposed(outputs).filter(|&class| class != 0).map(|class| own.inputs(class))
+        });
         let others: Vec<_> = others.collect();
-        let others: Vec<[f32; OUTPUTS]> = self.network.evaluate(&others);
-        let (mut first, mut others) = (first.iter().zip(&likely), others.iter());
+        let others = self.network.evaluate(&others);
+        let mut others = others.iter();
         let places = places(self.count(), turns, begins, counts);
         for ((&(index, star), known), (turns, begins, count)) in stars.iter().zip(&known).zip(places) {
-            let (Some(canonical), Some((outputs, likely))) = (known, known.as_ref().and_then(|_| first.next())) else {
+            let Some((canonical, outputs)) = known else {
                 *count = self.otherwise.fill(index, star, cut, turns, begins);
                 continue;
             };
             let places = begins.iter_mut().zip(turns.chunks_mut(ARMS * cut.segments));
-            for (class, (begin, out)) in self.proposed(likely).zip(places) {
+            for (class, (begin, out)) in self.proposed(outputs).zip(places) {
                 let Some(outputs) = (if class == 0 { Some(outputs) } else { others.next() }) else { break };
                 *begin = decode(canonical, star, class, outputs, cut, out);
                 *count += 1;
