@@ -45,7 +45,7 @@ pub trait Kind: Sized {
     /// Errors of a prediction by their names [m], the one by which recordings are ranked first.
     fn errors(&self, recording: &Recording, prediction: &Prediction) -> Vec<(String, f64)>;
 
-    /// Writes a recording as a scene that `simulate` runs.
+    /// Writes a recording as a scene that `simulate` runs, and returns the scene's path.
     ///
     /// # Errors
     /// If the system refuses.
@@ -56,7 +56,7 @@ pub trait Kind: Sized {
         name: &str,
         numbers: &<Self::Specimen as Specimen>::Numbers,
         steps: usize,
-    ) -> Result<Option<PathBuf>, ExportError>;
+    ) -> Result<PathBuf, ExportError>;
 }
 
 /// What was read.

@@ -9,12 +9,13 @@ use identify::confidence::known;
 use identify::fit::fit;
 use identify::kind::Kind;
 use identify::parameter::Parameter;
-use identify::predict::predict;
+use identify::predict::{predict, step_params};
 use identify::quantity::Quantity;
 use identify::recording::{Reading, Recording, is_flat, read_flat};
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
+use solver::simulation::{Settings, Simulation};
 
 /// Segments between two markers.
 const PARTS: usize = 2;
@@ -82,6 +83,36 @@ fn a_prediction_begins_where_the_recording_does() {
     let prediction = predict(&[cable], &truth(), 1, 1).unwrap().remove(0);
     for (marker, predicted) in tree().free().zip(&prediction.markers[0]) {
         assert!((predicted - recording.markers[0][marker]).norm() < 1e-9, "{marker}");
+    }
+}
+
+#[test]
+fn the_scene_moves_as_the_prediction_does() {
+    let mut truth = truth();
+    (truth[Number::Parent(Parameter::Roll)], truth[Number::BranchBending]) = (0.3, 0.4);
+    let cable = BranchedCable::new(&grips(1, 30), &tree(), PARTS).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = identify::branched::scene::write(folder.path(), &cable, "tree-1", &truth, 1).unwrap();
+    let scene = scene::load(&path).unwrap();
+    let (model, first) = cable.model(&truth).unwrap();
+    let far = scene.state.orientations.iter().zip(&first.orientations).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
+    assert!(far < 1e-6, "{far} rad");
+    for (k, (written, own)) in scene.model.joints.iter().zip(&model.joints).enumerate() {
+        assert!((written.bend_compliance / own.bend_compliance - 1.0).abs() < 1e-9, "{k}");
+        assert!((written.rest_darboux - own.rest_darboux).norm() < 1e-6, "{k}");
+    }
+    let settings = Settings { step: step_params(), ..Settings::default() };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let mut state = scene.state.clone();
+    let prediction = predict(std::slice::from_ref(&cable), &truth, 30, 1).unwrap().remove(0);
+    for (frame, predicted) in prediction.markers.iter().enumerate().skip(1) {
+        simulation.step(0.01).unwrap();
+        simulation.store(&mut state);
+        for (marker, (here, predicted)) in cable.markers(&truth, &scene.model, &state).iter().zip(predicted).enumerate()
+        {
+            // Both solve steps to the same tolerance from other starts.
+            assert!((here - predicted).norm() < 1e-5, "frame {frame}, marker {marker}");
+        }
     }
 }
 

@@ -7,10 +7,13 @@ use std::path::{Path, PathBuf};
 use identify::confidence::known;
 use identify::fit::{Search, Stage, fit};
 use identify::noodle::{Noodle, NoodleRecording, Number, Numbers, is_noodle, read, tip_error};
-use identify::predict::predict;
+use identify::predict::{predict, step_params};
 use identify::recording::Recording;
+use identify::specimen::Specimen;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::Pose;
+use solver::simulation::{Settings, Simulation};
+use solver::statics::{StaticParams, equilibrium};
 
 const SEGMENTS: usize = 8;
 const FRAMES: usize = 400;
@@ -78,6 +81,31 @@ fn a_simulated_noodle_is_identified_back() {
     let (fresh, noodle) = recording(&truth, 2);
     let error = tip_error(&fresh, &predict(&[noodle], &found, FRAMES, 1).unwrap()[0], f64::INFINITY);
     assert!(error < 5e-3, "{error} m");
+}
+
+#[test]
+fn the_scene_moves_as_the_prediction_does() {
+    let truth = truth();
+    let (recording, noodle) = recording(&truth, 1);
+    let folder = tempfile::tempdir().unwrap();
+    let path = identify::noodle::scene::write(folder.path(), &noodle, "noodle-1", &truth, 1).unwrap();
+    let mut scene = scene::load(&path).unwrap();
+    assert!(scene.begins_at_rest && scene.run.steps == recording.frames() - 1);
+    assert!(equilibrium(&scene.model, &mut scene.state, &StaticParams::default()).unwrap().converged);
+    let settings = Settings { step: step_params(), ..Settings::default() };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let mut state = scene.state.clone();
+    let prediction = predict(std::slice::from_ref(&noodle), &truth, 60, 1).unwrap().remove(0);
+    for (frame, predicted) in prediction.markers.iter().enumerate().skip(1) {
+        simulation.step(scene.run.dt).unwrap();
+        simulation.store(&mut state);
+        for (marker, (here, predicted)) in
+            noodle.markers(&truth, &scene.model, &state).iter().zip(predicted).enumerate()
+        {
+            // Both solve steps to the same tolerance from other starts.
+            assert!((here - predicted).norm() < 1e-5, "frame {frame}, marker {marker}");
+        }
+    }
 }
 
 fn table(folder: &Path, change: impl Fn(usize, &mut Vec<String>)) -> PathBuf {

@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow};
 use export::ExportError;
 
 use super::{Kind, Read, each};
-use crate::branched::{BranchedCable, Number, Numbers, Tree};
+use crate::branched::{BranchedCable, Number, Numbers, Tree, scene};
 use crate::cable::Resolution;
 use crate::fit::{Search, Stage};
 use crate::metric::Errors;
@@ -64,12 +64,12 @@ impl Kind for Tree {
 
     fn scene(
         &self,
-        _: &Path,
-        _: &BranchedCable,
-        _: &str,
-        _: &Numbers,
-        _: usize,
-    ) -> Result<Option<PathBuf>, ExportError> {
-        Ok(None)
+        folder: &Path,
+        cable: &BranchedCable,
+        name: &str,
+        numbers: &Numbers,
+        steps: usize,
+    ) -> Result<PathBuf, ExportError> {
+        scene::write(folder, cable, name, numbers, steps)
     }
 }

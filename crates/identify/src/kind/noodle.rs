@@ -8,7 +8,7 @@ use export::ExportError;
 use super::{Kind, Read, each};
 use crate::fit::{Search, Stage};
 use crate::metric::Errors;
-use crate::noodle::{MARKERS, Noodle, NoodleRecording, Number, Numbers, read, tip_error};
+use crate::noodle::{MARKERS, Noodle, NoodleRecording, Number, Numbers, read, scene, tip_error};
 use crate::predict::Prediction;
 use crate::recording::{Reading, Recording, files};
 
@@ -62,7 +62,14 @@ impl Kind for Clamped {
             .collect()
     }
 
-    fn scene(&self, _: &Path, _: &Noodle, _: &str, _: &Numbers, _: usize) -> Result<Option<PathBuf>, ExportError> {
-        Ok(None)
+    fn scene(
+        &self,
+        folder: &Path,
+        noodle: &Noodle,
+        name: &str,
+        numbers: &Numbers,
+        steps: usize,
+    ) -> Result<PathBuf, ExportError> {
+        scene::write(folder, noodle, name, numbers, steps)
     }
 }
