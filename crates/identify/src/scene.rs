@@ -1,5 +1,6 @@
 //! Recordings as scenes that `simulate` runs: the rods of the first frame, and what holds them in tables.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::ops::Range;
@@ -9,7 +10,7 @@ use export::{ExportError, write_atomically};
 use nalgebra::Vector3;
 use rod::{Carried, Model, State};
 
-use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS, springs, youngs_modulus};
+use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS, sides, springs, youngs_modulus};
 use crate::parameter::{Parameter, Parameters};
 
 /// Files of the two grips of a cable.
@@ -118,6 +119,8 @@ linear_per_s = {:?}
 pub(crate) struct MadeOf {
     /// Young's and the torsion modulus [Pa].
     pub(crate) moduli: [f64; 2],
+    /// EI about d1 and d2, to that of a circle.
+    pub(crate) factors: [f64; 2],
     /// [kg/m^3]
     pub(crate) density: f64,
     /// Relaxation time of bending and twist [s].
@@ -126,15 +129,24 @@ pub(crate) struct MadeOf {
 
 /// A rod's own keys; `keys` has further lines.
 pub(crate) fn rod(name: &str, made_of: &MadeOf, keys: &str) -> String {
-    let MadeOf { moduli: [bend, twist], density, tau } = made_of;
+    let MadeOf { moduli: [bend, twist], factors, density, tau } = made_of;
+    let material = if *factors == [1.0; 2] {
+        format!("density_kg_m3 = {density:?}\nyoungs_modulus_pa = {bend:?}\ntorsion_modulus_pa = {twist:?}")
+    } else {
+        let area = PI * RADIUS * RADIUS;
+        let [bending, torsion] = [0.25 * bend, 0.5 * twist].map(|modulus| modulus * area * RADIUS * RADIUS);
+        let [first, second] = factors.map(|factor| factor * bending);
+        format!(
+            "section.stiffness = {{ bending_n_m2 = [{first:?}, {second:?}], torsion_n_m2 = {torsion:?}, mass_kg_m = {:?} }}",
+            density * area
+        )
+    };
     format!(
         "
 [[rods]]
 name = \"{name}\"
 radius_m = {RADIUS:?}
-density_kg_m3 = {density:?}
-youngs_modulus_pa = {bend:?}
-torsion_modulus_pa = {twist:?}
+{material}
 inner_damping = {{ bending_s = {tau:?}, twist_s = {tau:?} }}
 {keys}"
     )
@@ -181,6 +193,7 @@ pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &P
     let bend = youngs_modulus(parameters);
     let made_of = MadeOf {
         moduli: [bend, 0.5 * parameters[Parameter::Twist] * bend],
+        factors: sides(parameters).factors,
         density: DENSITY,
         tau: parameters[Parameter::InnerDamping],
     };
@@ -188,7 +201,7 @@ pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &P
     let d1 = list(&(drawn.orientations[0] * Vector3::x()));
     let keys = format!("frame = {{ d1 = {d1} }}\n{}{keys}", rest(model, 0..segments - 1));
     let mut text = rod("cable", &made_of, &keys) + &polyline(cable.first_nodes());
-    let [bend, _, twist] = springs(parameters).moment;
+    let [first, second, twist] = springs(parameters).moment;
     for ((at, file), roll) in GRIPS.into_iter().zip([0.0, cable.twisted(parameters)]) {
         let roll = roll.to_degrees();
         let _ = write!(
@@ -196,7 +209,7 @@ pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &P
             "
 [[rods.grips]]
 at = \"{at}\"
-stiffness_n_m_rad = [{bend:?}, {twist:?}]
+stiffness_n_m_rad = [{first:?}, {second:?}, {twist:?}]
 roll_deg = {roll:?}
 
 [[rods.motions]]

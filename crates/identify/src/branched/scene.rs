@@ -35,6 +35,7 @@ pub fn write(
         let material = twig.material(numbers);
         let made_of = MadeOf {
             moduli: [material.youngs_modulus, material.torsion_modulus],
+            factors: [1.0; 2],
             density: material.density,
             tau: numbers.parent[Parameter::InnerDamping],
         };

@@ -30,6 +30,7 @@ pub fn write(
     let material = Noodle::material(numbers);
     let made_of = MadeOf {
         moduli: [material.youngs_modulus, material.torsion_modulus],
+        factors: [1.0; 2],
         density: DENSITY,
         tau: numbers[Number::InnerDamping],
     };
