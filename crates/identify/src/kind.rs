@@ -80,15 +80,3 @@ impl<S> Read<S> {
         Self { good, bad }
     }
 }
-
-/// Applies a function that reads a file to all of them.
-fn each<R>(paths: &[PathBuf], read: impl Fn(&Path) -> Result<R, RecordingError>) -> (Vec<R>, Vec<RecordingError>) {
-    let (mut good, mut bad) = (Vec::new(), Vec::new());
-    for path in paths {
-        match read(path) {
-            Ok(recording) => good.push(recording),
-            Err(error) => bad.push(error),
-        }
-    }
-    (good, bad)
-}

@@ -243,6 +243,33 @@ fn flat_pickles_are_read() {
 }
 
 #[test]
+fn strangers_are_named_and_the_others_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |name: &str, change: &dyn Fn(&mut Recording)| {
+        let mut recording = recorded(&truth(), 1, 60);
+        change(&mut recording);
+        pickle(folder.path(), name, &recording)
+    };
+    let mut paths = vec![
+        written("fewer.pkl", &|own| own.markers.iter_mut().for_each(|row| row.truncate(10))),
+        written("swapped.pkl", &|own| own.markers[7].swap(2, 10)),
+        written("larger.pkl", &|own| own.markers.iter_mut().flatten().for_each(|at| *at *= 1.5)),
+    ];
+    paths.extend((0..4).map(|index| written(&format!("{index}.pkl"), &|own| *own = recorded(&truth(), index, 60))));
+    let (found, [train, eval]) = Tree::read([&paths, &[]], Reading::default(), PARTS).unwrap();
+    assert_eq!((found, train.good.len(), eval.good.len(), eval.bad.len()), (tree(), 4, 0, 0));
+    let told: Vec<String> = train.bad.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 3, "{told:?}");
+    for parts in [
+        ["fewer.pkl: 10 markers", "most recordings have 11"],
+        ["swapped.pkl: frame 7", "swapped"],
+        ["larger.pkl: ", "m long, but most are"],
+    ] {
+        assert!(told.iter().any(|told| parts.iter().all(|part| told.contains(part))), "{told:?}");
+    }
+}
+
+#[test]
 fn bad_recordings_give_one_error_with_frame_and_marker() {
     let folder = tempfile::tempdir().unwrap();
     let told = |change: &dyn Fn(&mut Recording)| {

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use identify::confidence::known;
 use identify::fit::{Search, Stage, fit};
+use identify::kind::{Clamped, Kind};
 use identify::noodle::{Noodle, NoodleRecording, Number, Numbers, is_noodle, read, tip_error};
 use identify::predict::{predict, step_params};
-use identify::recording::Recording;
+use identify::recording::{Reading, Recording};
 use identify::specimen::Specimen;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::Pose;
@@ -139,6 +140,45 @@ fn a_table_is_read() {
     let turn = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
     let expected = turn(Vector3::z_axis(), 0.3) * turn(Vector3::y_axis(), 0.2) * turn(Vector3::x_axis(), 0.1);
     assert!(clamp[7].1.orientation.angle_to(&expected) < 1e-7);
+}
+
+#[test]
+fn strangers_are_named_and_the_others_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |name: &str, change: &dyn Fn(usize, &mut Vec<String>)| {
+        let path = folder.path().join(name);
+        fs::rename(table(folder.path(), change), &path).unwrap();
+        path
+    };
+    let mangled = |row: usize, cells: &mut Vec<String>| {
+        if row == 9 {
+            cells[2] = "far".to_owned();
+        }
+    };
+    let longer = |row: usize, cells: &mut Vec<String>| {
+        if row > 1 {
+            cells[10] = "1.5".to_owned();
+        }
+    };
+    let lost = |row: usize, cells: &mut Vec<String>| {
+        if (20..50).contains(&row) {
+            cells[7..10].iter_mut().for_each(String::clear);
+        }
+    };
+    let paths = [
+        written("mangled.csv", &mangled),
+        written("longer.csv", &longer),
+        written("lost.csv", &lost),
+        written("a.csv", &|_, _| {}),
+        written("b.csv", &|_, _| {}),
+    ];
+    let (_, [train, _]) = Clamped::read([&paths, &[]], Reading::default(), SEGMENTS).unwrap();
+    assert_eq!(train.good.len(), 3);
+    let told: Vec<String> = train.bad.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    for parts in [["mangled.csv: frame 7, column p_b_y", "\"far\""], ["longer.csv: ", "m long, but most are"]] {
+        assert!(told.iter().any(|told| parts.iter().all(|part| told.contains(part))), "{told:?}");
+    }
 }
 
 #[test]
