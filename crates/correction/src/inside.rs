@@ -7,7 +7,7 @@
 use identify::cable::{Cable, DENSITY, RADIUS, Resolution};
 use identify::fit::Stage;
 use identify::parameter::{Parameter, Parameters};
-use identify::predict::{Prediction, TOGETHER, are_in_time, step_params};
+use identify::predict::{Prediction, TOGETHER, Watch, are_in_time, simulated};
 use identify::quantity::Quantity;
 use identify::recording::{GRIPPED, Recording};
 use identify::specimen::Specimen;
@@ -16,10 +16,8 @@ use optimise::{LeastSquares, Normal, Residuals};
 use rayon::prelude::*;
 use rod::darboux::darboux;
 use rod::{Load, Model, State};
-use solver::auto::choose;
 use solver::batch::Batch;
-use solver::simulation::{Settings, SimulationError};
-use solver::step::Status;
+use solver::simulation::SimulationError;
 
 use crate::moments::{Memory, Moments};
 
@@ -102,42 +100,22 @@ impl Inside {
 
     /// Runs some cables on this thread, side by side where their frames come at the same times.
     fn run(&self, cases: &[Case<'_>], frames: usize) -> Result<Vec<Prediction>, SimulationError> {
-        let longest = cases.iter().map(|case| &case.recording.time).max_by_key(|time| time.len());
-        let Some(time) = longest else { return Ok(Vec::new()) };
-        if !cases.iter().all(|case| are_in_time(&case.recording.time, time)) {
+        if !cases.iter().all(|case| are_in_time(&case.recording.time, &cases[0].recording.time)) {
             let alone = cases.iter().map(|case| self.run(std::slice::from_ref(case), frames));
             return Ok(alone.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect());
         }
         let models: Vec<(Model, State)> = cases.iter().map(|case| self.model(&case.cable)).collect::<Result<_, _>>()?;
-        let copies: Vec<_> = models.iter().map(|(model, state)| (model, state)).collect();
-        let step = step_params();
-        let mut batch =
-            Batch::new(&copies, &Settings { step, solver: choose(&models[0].0, &step, None).solver }, None)?;
-        let mut states: Vec<State> = models.iter().map(|(_, state)| state.clone()).collect();
-        let mut torques = Vec::new();
-        let mut memories: Vec<Memory> = models.iter().map(|(model, state)| Memory::new(model, state)).collect();
-        let mut out: Vec<Prediction> = cases.iter().map(|_| Prediction { markers: Vec::new(), unsolved: 0 }).collect();
-        for frame in 0..time.len().min(frames) {
-            if frame > 0 {
-                let dt = time[frame] - time[frame - 1];
-                if let Some(moments) = &self.law.moments {
-                    for (copy, memory) in memories.iter_mut().enumerate() {
-                        self.bear(moments, &models[copy].0, &states[copy], memory, dt, &mut torques);
-                        for (segment, torque) in torques.iter().enumerate() {
-                            batch.set_load(copy, segment, Vector3::zeros(), *torque)?;
-                        }
-                    }
-                }
-                batch.step(dt)?;
-            }
-            for (copy, case) in cases.iter().enumerate().filter(|(_, case)| frame < case.recording.time.len()) {
-                batch.store(copy, &mut states[copy]);
-                out[copy].unsolved += usize::from(frame > 0 && batch.status(copy) > Status::ConvergedInSubsteps);
-                let (model, state) = (&models[copy].0, &states[copy]);
-                out[copy].markers.push(case.cable.markers(&self.parameters, model, state));
-            }
-        }
-        Ok(out)
+        let time = |case: &Case<'_>| case.recording.time.len().min(frames);
+        let times: Vec<&[f64]> = cases.iter().map(|case| &case.recording.time[..time(case)]).collect();
+        let mut bearing = Bearing {
+            inside: self,
+            copies: cases.iter().zip(&models).map(Run::new).collect(),
+            markers: vec![Vec::new(); cases.len()],
+            torques: Vec::new(),
+        };
+        let unsolved = simulated(&models, &times, Resolution::DEFAULT.steps, &mut bearing)?;
+        let each = bearing.markers.into_iter().zip(unsolved);
+        Ok(each.map(|(markers, unsolved)| Prediction { markers, unsolved }).collect())
     }
 
     /// Torques on the segments [N m]: what each joint does to its two. It then remembers `dt` [s] more.
@@ -186,6 +164,49 @@ impl Inside {
         out.curvatures.iter_mut().zip(curvatures.chunks_exact(2)).for_each(|(to, x)| *to = Vector2::new(x[0], x[1]));
         out.law.moments.iter_mut().for_each(|own| own.numbers_mut().copy_from_slice(moments));
         out
+    }
+}
+
+/// A cable that is run.
+struct Run<'a> {
+    case: &'a Case<'a>,
+    model: &'a Model,
+    /// Its state in the last frame.
+    now: State,
+    memory: Memory,
+}
+
+impl<'a> Run<'a> {
+    fn new((case, (model, state)): (&'a Case<'a>, &'a (Model, State))) -> Self {
+        Self { case, model, now: state.clone(), memory: Memory::new(model, state) }
+    }
+}
+
+/// Cables whose joints bear what a law says, while they are simulated.
+struct Bearing<'a> {
+    inside: &'a Inside,
+    copies: Vec<Run<'a>>,
+    /// Free markers of each [m], by frame.
+    markers: Vec<Vec<Vec<Vector3<f64>>>>,
+    torques: Vec<Vector3<f64>>,
+}
+
+impl Watch for Bearing<'_> {
+    fn act(&mut self, batch: &mut Batch, dt: f64) -> Result<(), SimulationError> {
+        let Some(moments) = &self.inside.law.moments else { return Ok(()) };
+        for (index, Run { model, now, memory, .. }) in self.copies.iter_mut().enumerate() {
+            self.inside.bear(moments, model, now, memory, dt, &mut self.torques);
+            for (segment, torque) in self.torques.iter().enumerate() {
+                batch.set_load(index, segment, Vector3::zeros(), *torque)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn look(&mut self, copy: usize, model: &Model, state: &State) {
+        let Run { case, now, .. } = &mut self.copies[copy];
+        now.clone_from(state);
+        self.markers[copy].push(case.cable.markers(&self.inside.parameters, model, state));
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod model;
 mod number;
+pub mod scene;
 mod tree;
 
 pub use model::BranchedCable;

@@ -121,14 +121,18 @@ impl Cable {
     /// By how much the end's grip holds the rod turned about its axis in the first frame [rad], -pi to pi.
     pub(crate) fn twisted(&self, parameters: &Parameters) -> f64 {
         let [_, grip] = self.grips(parameters);
-        (self.begin.faces()[1].inverse() * grip.at(0.0).pose.orientation).scaled_axis().z
+        let turned = self.begin.faces()[1] * about_axis(sides(parameters).angle);
+        (turned.inverse() * grip.at(0.0).pose.orientation).scaled_axis().z
     }
 
     /// What the grips hold, that of the rod's start first.
     pub fn grips(&self, parameters: &Parameters) -> [Carried; 2] {
-        let [start, end] = self.motions.each_ref().map(|motion| Carried::new(motion.clone()));
-        let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), parameters[Parameter::Roll]);
-        [start, Carried { grip: Pose { orientation: roll, ..end.grip }, ..end }]
+        let Sides { angle, .. } = sides(parameters);
+        let held = |end: usize, angle: f64| {
+            let whole = Carried::new(self.motions[end].clone());
+            Carried { grip: Pose { orientation: about_axis(angle), ..whole.grip }, ..whole }
+        };
+        [held(0, angle), held(1, angle + parameters[Parameter::Roll])]
     }
 
     /// The cable in its grips: its segments are the first, and so are the joints between them.
@@ -138,6 +142,12 @@ impl Cable {
         let model = assembly.model_mut();
         let grips = self.grips(parameters);
         let joints = model.joints.len() - grips.len();
+        let [first, second] = sides(parameters).factors;
+        for joint in &mut model.joints {
+            let alike = joint.bend_compliance;
+            joint.bend_compliance = alike / first;
+            joint.bend_extra = alike / second - joint.bend_compliance;
+        }
         for (end, carried) in grips.into_iter().enumerate() {
             model.anchors[end] = carried.at(0.0).pose;
             model.motions.push(Driven { carried, ..Driven::new(Body::Anchor(end), self.motions[end].clone()) });
@@ -193,10 +203,10 @@ impl Begin {
         [0, 1].map(|end| model.anchors[end].orientation)
     }
 
-    /// Curvatures at rest [1/m] of the joints between segments, by their places in the first frame: of second order along the rod.
+    /// Curvatures and twist at rest [1/m] of the joints between segments, by their places in the first frame: of second order along the rod.
     fn rest(&self, parameters: &Parameters) -> Vec<Vector3<f64>> {
         let of = |one, other| Vector3::new(parameters[one], parameters[other], 0.0);
-        let mean = of(Parameter::Curvature1, Parameter::Curvature2);
+        let mean = of(Parameter::Curvature1, Parameter::Curvature2) + Vector3::z() * parameters[Parameter::RestTwist];
         let slope = of(Parameter::Slope1, Parameter::Slope2);
         let bow = of(Parameter::Bow1, Parameter::Bow2);
         let ways: Vec<f64> = self.nodes[0]
@@ -207,9 +217,11 @@ impl Begin {
             })
             .collect();
         let length = ways[ways.len() - 1];
+        // The curvatures are about d1 and d2 of a rod that bends alike about both.
+        let turned = about_axis(-sides(parameters).angle);
         let at = |way: &f64| {
             let place = 2.0 * way / length - 1.0;
-            mean + slope * place + bow * (3.0 * place * place - 1.0)
+            turned * (mean + slope * place + bow * (3.0 * place * place - 1.0))
         };
         ways[..ways.len() - 1].iter().map(at).collect()
     }
@@ -232,7 +244,7 @@ impl Begin {
         let tau = of(Parameter::InnerDamping);
         let rod = assembly.rod(&RodSpec {
             inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
-            d1: Some(start_frame(&axis) * Vector3::x()),
+            d1: Some(start_frame(&axis) * about_axis(sides(parameters).angle) * Vector3::x()),
             rest: RestShape::PerJoint(self.rest(parameters)),
             ..RodSpec::new(
                 self.nodes[0].clone(),
@@ -277,6 +289,22 @@ pub(crate) fn set_velocities(state: &mut State, first: usize, nodes: &[Vec<Vecto
     }
 }
 
+/// How a section bends unlike about its axes.
+#[derive(Clone, Copy)]
+pub(crate) struct Sides {
+    /// By how much the rod's frames are turned about its axis, so that d1 and d2 are those of its section [rad].
+    angle: f64,
+    /// EI about its d1 and d2, to that of a section that bends alike.
+    pub(crate) factors: [f64; 2],
+}
+
+/// The sides of the section.
+pub(crate) fn sides(parameters: &Parameters) -> Sides {
+    let (x, y) = (parameters[Parameter::Sides1], parameters[Parameter::Sides2]);
+    let h = x.hypot(y);
+    Sides { angle: 0.5 * y.atan2(x), factors: [h.exp(), (-h).exp()] }
+}
+
 /// Young's modulus [Pa] of a rod of the nominal radius and density.
 pub(crate) fn youngs_modulus(parameters: &Parameters) -> f64 {
     4.0 * parameters[Parameter::Bending] * LINE_DENSITY / (PI * RADIUS.powi(4))
@@ -285,7 +313,9 @@ pub(crate) fn youngs_modulus(parameters: &Parameters) -> f64 {
 /// The springs of the grips.
 pub(crate) fn springs(parameters: &Parameters) -> Springs {
     let bend = parameters[Parameter::Bending] * LINE_DENSITY / parameters[Parameter::Grip];
-    Springs { force: [f64::INFINITY; 3], moment: [bend, bend, parameters[Parameter::Twist] * bend] }
+    let [first, second] = sides(parameters).factors;
+    let moment = [first * bend, second * bend, parameters[Parameter::Twist] * bend];
+    Springs { force: [f64::INFINITY; 3], moment }
 }
 
 /// The way of a grip: that of its inner marker, turned from its `first` orientation as the smallest rotation from the vertical to
@@ -312,6 +342,11 @@ fn grip_motion(
     poses.insert(0, before);
     poses.push(after);
     Motion::through(&poses, Interpolation::Smooth)
+}
+
+/// A turn by an angle [rad] about d3.
+fn about_axis(angle: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle)
 }
 
 /// The smallest rotation that takes one unit vector to another.

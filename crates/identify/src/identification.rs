@@ -292,9 +292,8 @@ fn write<K: Kind>(
             play(&cli.out.join(name), recording, &kind.ways(recording), set.specimens[k].model(numbers)?, steps)?;
         }
         let name = set.recordings[median].name();
-        if let Some(scene) = kind.scene(&cli.out.join("scene"), &set.specimens[median], &name, numbers, steps)? {
-            say!("scene of {name}: {}", scene.display())?;
-        }
+        let scene = kind.scene(&cli.out.join("scene"), &set.specimens[median], &name, numbers, steps)?;
+        say!("scene of {name}: {}", scene.display())?;
     }
     say!("page: {}", page.display())?;
     let stopped = file.stopped && cli.from.is_none();

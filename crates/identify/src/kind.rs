@@ -45,7 +45,7 @@ pub trait Kind: Sized {
     /// Errors of a prediction by their names [m], the one by which recordings are ranked first.
     fn errors(&self, recording: &Recording, prediction: &Prediction) -> Vec<(String, f64)>;
 
-    /// Writes a recording as a scene that `simulate` runs.
+    /// Writes a recording as a scene that `simulate` runs, and returns the scene's path.
     ///
     /// # Errors
     /// If the system refuses.
@@ -56,7 +56,7 @@ pub trait Kind: Sized {
         name: &str,
         numbers: &<Self::Specimen as Specimen>::Numbers,
         steps: usize,
-    ) -> Result<Option<PathBuf>, ExportError>;
+    ) -> Result<PathBuf, ExportError>;
 }
 
 /// What was read.
@@ -79,16 +79,4 @@ impl<S> Read<S> {
         }
         Self { good, bad }
     }
-}
-
-/// Applies a function that reads a file to all of them.
-fn each<R>(paths: &[PathBuf], read: impl Fn(&Path) -> Result<R, RecordingError>) -> (Vec<R>, Vec<RecordingError>) {
-    let (mut good, mut bad) = (Vec::new(), Vec::new());
-    for path in paths {
-        match read(path) {
-            Ok(recording) => good.push(recording),
-            Err(error) => bad.push(error),
-        }
-    }
-    (good, bad)
 }

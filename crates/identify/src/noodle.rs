@@ -6,6 +6,7 @@
 mod model;
 mod number;
 mod recording;
+pub mod scene;
 
 pub use model::Noodle;
 pub use number::{Number, Numbers};

@@ -42,6 +42,13 @@ pub enum Parameter {
     Grip,
     /// Turn of the end's grip about the rod's axis [rad]. Where it is 0, a rod that hangs in a plane of x and z is not twisted.
     Roll,
+    /// A section that bends unlike about its axes: EI is that of `Bending` times exp(h) about one axis across the rod and times exp(-h)
+    /// about the other. With the angle a from d1 to the first this is h cos 2a; where it and `Sides2` are 0 it bends alike.
+    Sides1,
+    /// See [`Parameter::Sides1`]: h sin 2a.
+    Sides2,
+    /// Twist at rest [rad/m].
+    RestTwist,
 }
 
 names!(Parameter {
@@ -61,11 +68,14 @@ names!(Parameter {
     TiltY = "tilt-y",
     Grip = "grip",
     Roll = "roll",
+    Sides1 = "sides-1",
+    Sides2 = "sides-2",
+    RestTwist = "rest-twist",
 });
 
 impl Parameter {
-    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell, and a curvature
-    /// that differs along the cable.
+    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell, a curvature
+    /// that differs along the cable, and what round cables that were made straight do not have.
     pub const DEFAULT: [Self; 10] = [
         Self::Bending,
         Self::Twist,
@@ -117,18 +127,21 @@ impl Quantity for Parameter {
             Self::TiltX | Self::TiltY => Range { start: 0.0, least: -0.3, most: 0.3, scale: Unit(0.1) },
             Self::Grip => Range { start: 0.01, least: 1e-4, most: 0.5, scale: Logarithm },
             Self::Roll => Range { start: 0.0, least: -6.3, most: 6.3, scale: Unit(1.0) },
+            Self::Sides1 | Self::Sides2 => Range { start: 0.0, least: -1.5, most: 1.5, scale: Unit(1.0) },
+            Self::RestTwist => Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) },
         }
     }
 
     fn unit(self) -> &'static str {
         match self {
             Self::Bending => "m^4/s^2",
-            Self::Twist => "1",
+            Self::Twist | Self::Sides1 | Self::Sides2 => "1",
             Self::InnerDamping => "s",
             Self::OuterDamping => "1/s",
             Self::DragAcross | Self::DragAlong | Self::Curvature1 | Self::Curvature2 => "1/m",
             Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => "1/m",
             Self::TiltX | Self::TiltY | Self::Roll => "rad",
+            Self::RestTwist => "rad/m",
             Self::Grip => "m",
         }
     }
@@ -143,13 +156,9 @@ impl Quantity for Parameter {
 pub struct Parameters([f64; Parameter::COUNT]);
 
 impl Default for Parameters {
-    /// Where searches begin; without drag.
+    /// Where searches begin, without what may be left out.
     fn default() -> Self {
-        let mut values = [0.0; Parameter::COUNT];
-        for parameter in Parameter::DEFAULT {
-            values[parameter.index()] = parameter.start();
-        }
-        Self(values)
+        Self(Parameter::ALL.map(|parameter| if parameter.may_be_left_out() { 0.0 } else { parameter.start() }))
     }
 }
 

@@ -26,10 +26,11 @@ pub fn play(
     let mut predicted: Option<Recorder> = None;
     let dt = recording.time[1] / steps as f64;
     let mut times = recording.time.iter();
-    simulated(&[begun], &[&recording.time], steps, &mut |_, model, state| {
+    let mut watch = |_: usize, model: &Model, state: &State| {
         let recorder = predicted.get_or_insert_with(|| Recorder::new("prediction", dt, model));
         recorder.push(&frame(*times.next().unwrap_or(&0.0), state));
-    })?;
+    };
+    simulated(&[begun], &[&recording.time], steps, &mut watch)?;
     let predicted = predicted.context("a recording without frames")?.finish();
     Ok(write_page(path, &[predicted, recorded(recording, rods, dt)])?)
 }

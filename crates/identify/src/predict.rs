@@ -82,20 +82,44 @@ fn together<S: Specimen>(
     let times: Vec<&[f64]> =
         copies.iter().map(|(specimen, _)| &specimen.time()[..specimen.time().len().min(frames)]).collect();
     let mut markers: Vec<Vec<_>> = times.iter().map(|time| Vec::with_capacity(time.len())).collect();
-    let unsolved = simulated(&models, &times, steps, &mut |copy, model, state| {
-        let (specimen, numbers) = copies[copy];
+    let mut watch = |copy: usize, model: &Model, state: &State| {
+        let (specimen, numbers): (&S, &S::Numbers) = copies[copy];
         markers[copy].push(specimen.markers(numbers, model, state));
-    })?;
+    };
+    let unsolved = simulated(&models, &times, steps, &mut watch)?;
     Ok(markers.into_iter().zip(unsolved).map(|(markers, unsolved)| Prediction { markers, unsolved }).collect())
 }
 
-/// Simulates models whose frames come at these `times` [s], the same as far as they go, and shows each of them in each frame to
-/// `watch`, with its index. Returns how many steps of each were not solved.
-pub(crate) fn simulated(
+/// What looks on while models are simulated, and may act on them.
+pub trait Watch {
+    /// Acts before the steps from a frame to the next, which comes `dt` [s] later.
+    ///
+    /// # Errors
+    /// If what it does is not possible.
+    fn act(&mut self, _batch: &mut Batch, _dt: f64) -> Result<(), SimulationError> {
+        Ok(())
+    }
+
+    /// Looks at a copy, by its index, in a frame.
+    fn look(&mut self, copy: usize, model: &Model, state: &State);
+}
+
+impl<F: FnMut(usize, &Model, &State)> Watch for F {
+    fn look(&mut self, copy: usize, model: &Model, state: &State) {
+        self(copy, model, state);
+    }
+}
+
+/// Simulates models whose frames come at these `times` [s], the same as far as they go, and shows each of them in each of its frames to
+/// `watch`. Returns how many steps of each were not solved.
+///
+/// # Errors
+/// If a model is not valid, or `watch` cannot act.
+pub fn simulated(
     models: &[(Model, State)],
     times: &[&[f64]],
     steps: usize,
-    watch: &mut dyn FnMut(usize, &Model, &State),
+    watch: &mut dyn Watch,
 ) -> Result<Vec<usize>, SimulationError> {
     let copies: Vec<_> = models.iter().map(|(model, state)| (model, state)).collect();
     let (Some((first, _)), Some(longest)) = (models.first(), times.iter().max_by_key(|time| time.len())) else {
@@ -111,7 +135,9 @@ pub(crate) fn simulated(
     let mut state = State::default();
     for frame in 0..longest.len() {
         if frame > 0 {
-            let dt = (longest[frame] - longest[frame - 1]) / steps as f64;
+            let interval = longest[frame] - longest[frame - 1];
+            watch.act(&mut batch, interval)?;
+            let dt = interval / steps as f64;
             for _ in 0..steps {
                 batch.step(dt)?;
                 for (copy, unsolved) in unsolved.iter_mut().enumerate() {
@@ -123,7 +149,7 @@ pub(crate) fn simulated(
         for (copy, time) in times.iter().enumerate() {
             if frame < time.len() {
                 batch.store(copy, &mut state);
-                watch(copy, &models[copy].0, &state);
+                watch.look(copy, &models[copy].0, &state);
             }
         }
     }

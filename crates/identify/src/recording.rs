@@ -13,8 +13,11 @@ mod pickle;
 mod read;
 mod table;
 
-pub(crate) use check::{check_length, check_neighbours, fill_grips, median};
+pub(crate) use check::{
+    check_length, check_neighbours, drop_other_counts, drop_other_lengths, fill_grips, first_length, median,
+};
 pub use flat::{is_flat, read_flat};
+pub(crate) use read::each;
 pub use read::{Reading, files, read, read_all};
 
 /// Markers at each end of a cable that its grips hold, and that are given to a prediction over all time.

@@ -1,18 +1,36 @@
-//! A recorded cable as a scene that `simulate` runs: the rod of the first frame, and its grips in tables.
+//! Recordings as scenes that `simulate` runs: the rods of the first frame, and what holds them in tables.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use export::{ExportError, write_atomically};
 use nalgebra::Vector3;
-use rod::Carried;
+use rod::{Carried, Model, State};
 
-use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS};
+use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS, sides, springs, youngs_modulus};
 use crate::parameter::{Parameter, Parameters};
 
-/// Files of the grips.
+/// Files of the two grips of a cable.
 const GRIPS: [(&str, &str); 2] = [("start-face", "grip-start.csv"), ("end-face", "grip-end.csv")];
+
+/// Even steps through all frames of a recording.
+#[derive(Clone, Copy)]
+pub(crate) struct Clock {
+    /// Time step [s].
+    dt: f64,
+    steps: usize,
+}
+
+impl Clock {
+    /// Through frames at these times [s], with so many steps a frame.
+    pub(crate) fn new(time: &[f64], per_frame: usize) -> Self {
+        let steps = per_frame * (time.len() - 1);
+        Self { dt: time[time.len() - 1] / steps as f64, steps }
+    }
+}
 
 /// Writes `folder/cable.toml` and the tables of its grips, and returns the scene's path. Run with `--formulation newton
 /// --integrator bdf2` it moves as the prediction with so many `steps` a frame does, if the frames come at even times.
@@ -26,20 +44,40 @@ pub fn write(
     parameters: &Parameters,
     steps: usize,
 ) -> Result<PathBuf, ExportError> {
+    let clock = Clock::new(&cable.time, steps);
+    let (model, state) = cable.assembly(parameters).finish();
+    let mut text = head(&format!("The cable of the recording {name}, driven by its grips"), &model, clock, "");
+    text += &parent(cable, &model, &state, parameters, "");
+    let tables = grip_files(cable, parameters);
+    written(&folder.join("cable.toml"), &text, &tables, clock)
+}
+
+/// Files of what holds a cable.
+pub(crate) fn grip_files(cable: &Cable, parameters: &Parameters) -> Vec<(&'static str, Carried)> {
+    GRIPS.into_iter().zip(cable.grips(parameters)).map(|((_, file), grip)| (file, grip)).collect()
+}
+
+/// Writes a scene, and beside it the ways of what holds it.
+pub(crate) fn written(
+    path: &Path,
+    text: &str,
+    tables: &[(&str, Carried)],
+    clock: Clock,
+) -> Result<PathBuf, ExportError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).map_err(ExportError::io("create the directory", folder))?;
-    for ((_, file), grip) in GRIPS.iter().zip(cable.grips(parameters)) {
-        write_atomically(&folder.join(file), |out| out.write_all(table(&grip, &cable.time).as_bytes()))?;
+    for (file, grip) in tables {
+        write_atomically(&folder.join(file), |out| out.write_all(table(grip, clock).as_bytes()))?;
     }
-    let path = folder.join("cable.toml");
-    let text = text(cable, name, parameters, steps);
-    write_atomically(&path, |out| out.write_all(text.as_bytes()))?;
-    Ok(path)
+    write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+    Ok(path.to_owned())
 }
 
 /// The way of a grip as a table.
-fn table(grip: &Carried, time: &[f64]) -> String {
+fn table(grip: &Carried, clock: Clock) -> String {
     let mut text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n".to_owned();
-    for &time in time {
+    for step in 0..=clock.steps {
+        let time = clock.dt * step as f64;
         let pose = grip.at(time).pose;
         let (x, q) = (pose.position, pose.orientation);
         let _ = writeln!(text, "{time},{},{},{},{},{},{},{}", x.x, x.y, x.z, q.w, q.i, q.j, q.k);
@@ -47,117 +85,148 @@ fn table(grip: &Carried, time: &[f64]) -> String {
     text
 }
 
-/// The scene.
-fn text(cable: &Cable, name: &str, parameters: &Parameters, per_frame: usize) -> String {
-    let (model, state) = cable.assembly(parameters).finish();
-    let (first, steps) = (&model.joints[0], per_frame * (cable.time.len() - 1));
-    let dt = cable.time[cable.time.len() - 1] / steps as f64;
-    let nodes: Vec<_> = cable.first_nodes().iter().map(list).collect();
-    let d1 = state.orientations[0] * Vector3::x();
-    let [bend, twist] = moduli(parameters);
-    let tau = first.inner_damping.bending;
-    // The joints of the grips come last, and are at rest as those beside them.
-    let rests: Vec<Vector3<f64>> =
-        model.joints[..model.joints.len() - 2].iter().map(|joint| joint.rest_darboux).collect();
-    let rest = match rests.iter().all(|rest| *rest == first.rest_darboux) {
-        true => format!("darboux_per_m = {}", list(&first.rest_darboux)),
-        false => format!("darboux_of_joints_per_m = [{}]", rests.iter().map(list).collect::<Vec<_>>().join(", ")),
-    };
-    let mut text = String::new();
-    let _ = write!(
-        text,
+/// What stands before the rods of a scene; `run` has further lines of its table `[run]`.
+pub(crate) fn head(what: &str, model: &Model, clock: Clock, run: &str) -> String {
+    let mut text = format!(
         "description = {}
 gravity_m_s2 = {}
 
 [run]
-dt_s = {dt:?}
-steps = {steps}
-
+dt_s = {:?}
+steps = {}
+{run}
 [damping]
 linear_per_s = {:?}
-
 ",
-        toml::Value::String(format!(
-            "The cable of the recording {name}, driven by its grips: run it with --formulation newton --integrator bdf2."
-        )),
+        toml::Value::String(format!("{what}: run it with --formulation newton --integrator bdf2.")),
         list(&model.gravity),
+        clock.dt,
+        clock.steps,
         model.damping.linear,
     );
     if let Some(air) = &model.air {
         let (across, along) = (air.normal_drag, air.tangential_drag);
         let _ = write!(
             text,
-            "[air]\ndensity_kg_m3 = {AIR_DENSITY:?}\nnormal_drag = {across:?}\ntangential_drag = {along:?}\n\n"
+            "\n[air]\ndensity_kg_m3 = {AIR_DENSITY:?}\nnormal_drag = {across:?}\ntangential_drag = {along:?}\n"
         );
     }
-    let _ = write!(
-        text,
-        "# Radius and density are not the cable's: a recording tells ratios to its mass alone.
+    text += "\n# Radius and density are not the real ones: a recording tells ratios to the mass alone.";
+    text
+}
+
+/// What a rod is made of.
+pub(crate) struct MadeOf {
+    /// Young's and the torsion modulus [Pa].
+    pub(crate) moduli: [f64; 2],
+    /// EI about d1 and d2, to that of a circle.
+    pub(crate) factors: [f64; 2],
+    /// [kg/m^3]
+    pub(crate) density: f64,
+    /// Relaxation time of bending and twist [s].
+    pub(crate) tau: f64,
+}
+
+/// A rod's own keys; `keys` has further lines.
+pub(crate) fn rod(name: &str, made_of: &MadeOf, keys: &str) -> String {
+    let MadeOf { moduli: [bend, twist], factors, density, tau } = made_of;
+    let material = if *factors == [1.0; 2] {
+        format!("density_kg_m3 = {density:?}\nyoungs_modulus_pa = {bend:?}\ntorsion_modulus_pa = {twist:?}")
+    } else {
+        let area = PI * RADIUS * RADIUS;
+        let [bending, torsion] = [0.25 * bend, 0.5 * twist].map(|modulus| modulus * area * RADIUS * RADIUS);
+        let [first, second] = factors.map(|factor| factor * bending);
+        format!(
+            "section.stiffness = {{ bending_n_m2 = [{first:?}, {second:?}], torsion_n_m2 = {torsion:?}, mass_kg_m = {:?} }}",
+            density * area
+        )
+    };
+    format!(
+        "
 [[rods]]
-name = \"cable\"
+name = \"{name}\"
 radius_m = {RADIUS:?}
-density_kg_m3 = {DENSITY:?}
-youngs_modulus_pa = {bend:?}
-torsion_modulus_pa = {twist:?}
+{material}
 inner_damping = {{ bending_s = {tau:?}, twist_s = {tau:?} }}
-frame = {{ d1 = {} }}
-rest = {{ {rest} }}
+{keys}"
+    )
+}
 
-[rods.shape.polyline]
-nodes_m = [
-    {},
-]
-",
-        list(&d1),
-        nodes.join(",\n    "),
-    );
-    let springs = springs(parameters);
-    for ((at, file), roll) in GRIPS.into_iter().zip([0.0, cable.twisted(parameters)]) {
-        let _ = write!(
-            text,
-            "
-[[rods.grips]]
-at = \"{at}\"
-stiffness_n_m_rad = [{:?}, {:?}]
-roll_deg = {:?}
+/// A rod's shape, of which these are the nodes [m].
+pub(crate) fn polyline(nodes: &[Vector3<f64>]) -> String {
+    format!("\n[rods.shape.polyline]\nnodes_m = [\n    {},\n]\n", lists(nodes, ",\n    "))
+}
 
-[[rods.motions]]
-at = \"{at}\"
-file = \"{file}\"
-",
-            springs[0],
-            springs[1],
-            roll.to_degrees(),
-        );
+/// The key of a rod's rest shape, of which these are the joints between segments.
+pub(crate) fn rest(model: &Model, joints: Range<usize>) -> String {
+    let rests: Vec<Vector3<f64>> = model.joints[joints].iter().map(|joint| joint.rest_darboux).collect();
+    match &rests[..] {
+        [first, others @ ..] if others.iter().all(|rest| rest == first) => {
+            format!("rest = {{ darboux_per_m = {} }}\n", list(first))
+        }
+        _ => format!("rest = {{ darboux_of_joints_per_m = [{}] }}\n", lists(&rests, ", ")),
     }
-    for (segment, (v, w)) in state.velocities.iter().zip(&state.angular_velocities).enumerate() {
+}
+
+/// Velocities of a rod, of which these are the segments.
+pub(crate) fn velocities(state: &State, segments: Range<usize>) -> String {
+    let mut text = String::new();
+    for (index, segment) in segments.enumerate() {
         let _ = write!(
             text,
             "
 [[rods.velocities]]
-segment = {segment}
+segment = {index}
 velocity_m_s = {}
 angular_velocity_rad_s = {}
 ",
-            list(v),
-            list(w),
+            list(&state.velocities[segment]),
+            list(&state.angular_velocities[segment]),
         );
     }
     text
 }
 
-/// Young's and the torsion modulus [Pa] of a rod of the nominal radius and density.
-fn moduli(parameters: &Parameters) -> [f64; 2] {
-    let bend = crate::cable::youngs_modulus(parameters);
-    [bend, 0.5 * parameters[Parameter::Twist] * bend]
+/// The rod `cable` in its grips, whose segments and joints are the first of this model; `keys` has further lines of the rod.
+pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &Parameters, keys: &str) -> String {
+    let segments = cable.first_nodes().len() - 1;
+    let bend = youngs_modulus(parameters);
+    let made_of = MadeOf {
+        moduli: [bend, 0.5 * parameters[Parameter::Twist] * bend],
+        factors: sides(parameters).factors,
+        density: DENSITY,
+        tau: parameters[Parameter::InnerDamping],
+    };
+    let (_, drawn) = cable.assembly(parameters).finish();
+    let d1 = list(&(drawn.orientations[0] * Vector3::x()));
+    let keys = format!("frame = {{ d1 = {d1} }}\n{}{keys}", rest(model, 0..segments - 1));
+    let mut text = rod("cable", &made_of, &keys) + &polyline(cable.first_nodes());
+    let [first, second, twist] = springs(parameters).moment;
+    for ((at, file), roll) in GRIPS.into_iter().zip([0.0, cable.twisted(parameters)]) {
+        let roll = roll.to_degrees();
+        let _ = write!(
+            text,
+            "
+[[rods.grips]]
+at = \"{at}\"
+stiffness_n_m_rad = [{first:?}, {second:?}, {twist:?}]
+roll_deg = {roll:?}
+
+[[rods.motions]]
+at = \"{at}\"
+file = \"{file}\"
+"
+        );
+    }
+    text + &velocities(state, 0..segments)
 }
 
-/// Springs of the grips against bending and twist [N m/rad].
-fn springs(parameters: &Parameters) -> [f64; 2] {
-    let [bend, _, twist] = crate::cable::springs(parameters).moment;
-    [bend, twist]
-}
-
-fn list(vector: &Vector3<f64>) -> String {
+/// A vector as a list.
+pub(crate) fn list(vector: &Vector3<f64>) -> String {
     format!("[{:?}, {:?}, {:?}]", vector.x, vector.y, vector.z)
+}
+
+/// Vectors as lists.
+fn lists(vectors: &[Vector3<f64>], between: &str) -> String {
+    vectors.iter().map(list).collect::<Vec<_>>().join(between)
 }

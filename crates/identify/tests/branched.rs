@@ -9,12 +9,13 @@ use identify::confidence::known;
 use identify::fit::fit;
 use identify::kind::Kind;
 use identify::parameter::Parameter;
-use identify::predict::predict;
+use identify::predict::{predict, step_params};
 use identify::quantity::Quantity;
 use identify::recording::{Reading, Recording, is_flat, read_flat};
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
+use solver::simulation::{Settings, Simulation};
 
 /// Segments between two markers.
 const PARTS: usize = 2;
@@ -82,6 +83,36 @@ fn a_prediction_begins_where_the_recording_does() {
     let prediction = predict(&[cable], &truth(), 1, 1).unwrap().remove(0);
     for (marker, predicted) in tree().free().zip(&prediction.markers[0]) {
         assert!((predicted - recording.markers[0][marker]).norm() < 1e-9, "{marker}");
+    }
+}
+
+#[test]
+fn the_scene_moves_as_the_prediction_does() {
+    let mut truth = truth();
+    (truth[Number::Parent(Parameter::Roll)], truth[Number::BranchBending]) = (0.3, 0.4);
+    let cable = BranchedCable::new(&grips(1, 30), &tree(), PARTS).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = identify::branched::scene::write(folder.path(), &cable, "tree-1", &truth, 1).unwrap();
+    let scene = scene::load(&path).unwrap();
+    let (model, first) = cable.model(&truth).unwrap();
+    let far = scene.state.orientations.iter().zip(&first.orientations).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
+    assert!(far < 1e-6, "{far} rad");
+    for (k, (written, own)) in scene.model.joints.iter().zip(&model.joints).enumerate() {
+        assert!((written.bend_compliance / own.bend_compliance - 1.0).abs() < 1e-9, "{k}");
+        assert!((written.rest_darboux - own.rest_darboux).norm() < 1e-6, "{k}");
+    }
+    let settings = Settings { step: step_params(), ..Settings::default() };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let mut state = scene.state.clone();
+    let prediction = predict(std::slice::from_ref(&cable), &truth, 30, 1).unwrap().remove(0);
+    for (frame, predicted) in prediction.markers.iter().enumerate().skip(1) {
+        simulation.step(0.01).unwrap();
+        simulation.store(&mut state);
+        for (marker, (here, predicted)) in cable.markers(&truth, &scene.model, &state).iter().zip(predicted).enumerate()
+        {
+            // Both solve steps to the same tolerance from other starts.
+            assert!((here - predicted).norm() < 1e-5, "frame {frame}, marker {marker}");
+        }
     }
 }
 
@@ -209,6 +240,33 @@ fn flat_pickles_are_read() {
     assert_eq!((read.frames(), read.count()), (24, 11));
     assert_eq!(read.markers, recording.markers);
     assert!((read.time[3] - 0.06).abs() < 1e-12);
+}
+
+#[test]
+fn strangers_are_named_and_the_others_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |name: &str, change: &dyn Fn(&mut Recording)| {
+        let mut recording = recorded(&truth(), 1, 60);
+        change(&mut recording);
+        pickle(folder.path(), name, &recording)
+    };
+    let mut paths = vec![
+        written("fewer.pkl", &|own| own.markers.iter_mut().for_each(|row| row.truncate(10))),
+        written("swapped.pkl", &|own| own.markers[7].swap(2, 10)),
+        written("larger.pkl", &|own| own.markers.iter_mut().flatten().for_each(|at| *at *= 1.5)),
+    ];
+    paths.extend((0..4).map(|index| written(&format!("{index}.pkl"), &|own| *own = recorded(&truth(), index, 60))));
+    let (found, [train, eval]) = Tree::read([&paths, &[]], Reading::default(), PARTS).unwrap();
+    assert_eq!((found, train.good.len(), eval.good.len(), eval.bad.len()), (tree(), 4, 0, 0));
+    let told: Vec<String> = train.bad.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 3, "{told:?}");
+    for parts in [
+        ["fewer.pkl: 10 markers", "most recordings have 11"],
+        ["swapped.pkl: frame 7", "swapped"],
+        ["larger.pkl: ", "m long, but most are"],
+    ] {
+        assert!(told.iter().any(|told| parts.iter().all(|part| told.contains(part))), "{told:?}");
+    }
 }
 
 #[test]

@@ -6,11 +6,15 @@ use std::path::{Path, PathBuf};
 
 use identify::confidence::known;
 use identify::fit::{Search, Stage, fit};
+use identify::kind::{Clamped, Kind};
 use identify::noodle::{Noodle, NoodleRecording, Number, Numbers, is_noodle, read, tip_error};
-use identify::predict::predict;
-use identify::recording::Recording;
+use identify::predict::{predict, step_params};
+use identify::recording::{Reading, Recording};
+use identify::specimen::Specimen;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::Pose;
+use solver::simulation::{Settings, Simulation};
+use solver::statics::{StaticParams, equilibrium};
 
 const SEGMENTS: usize = 8;
 const FRAMES: usize = 400;
@@ -80,6 +84,31 @@ fn a_simulated_noodle_is_identified_back() {
     assert!(error < 5e-3, "{error} m");
 }
 
+#[test]
+fn the_scene_moves_as_the_prediction_does() {
+    let truth = truth();
+    let (recording, noodle) = recording(&truth, 1);
+    let folder = tempfile::tempdir().unwrap();
+    let path = identify::noodle::scene::write(folder.path(), &noodle, "noodle-1", &truth, 1).unwrap();
+    let mut scene = scene::load(&path).unwrap();
+    assert!(scene.begins_at_rest && scene.run.steps == recording.frames() - 1);
+    assert!(equilibrium(&scene.model, &mut scene.state, &StaticParams::default()).unwrap().converged);
+    let settings = Settings { step: step_params(), ..Settings::default() };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let mut state = scene.state.clone();
+    let prediction = predict(std::slice::from_ref(&noodle), &truth, 60, 1).unwrap().remove(0);
+    for (frame, predicted) in prediction.markers.iter().enumerate().skip(1) {
+        simulation.step(scene.run.dt).unwrap();
+        simulation.store(&mut state);
+        for (marker, (here, predicted)) in
+            noodle.markers(&truth, &scene.model, &state).iter().zip(predicted).enumerate()
+        {
+            // Both solve steps to the same tolerance from other starts.
+            assert!((here - predicted).norm() < 1e-5, "frame {frame}, marker {marker}");
+        }
+    }
+}
+
 fn table(folder: &Path, change: impl Fn(usize, &mut Vec<String>)) -> PathBuf {
     let mut text = String::new();
     let names = ["t", "p_b_x", "p_b_y", "p_b_z", "phi_b_z", "phi_b_y", "phi_b_x"];
@@ -111,6 +140,45 @@ fn a_table_is_read() {
     let turn = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
     let expected = turn(Vector3::z_axis(), 0.3) * turn(Vector3::y_axis(), 0.2) * turn(Vector3::x_axis(), 0.1);
     assert!(clamp[7].1.orientation.angle_to(&expected) < 1e-7);
+}
+
+#[test]
+fn strangers_are_named_and_the_others_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |name: &str, change: &dyn Fn(usize, &mut Vec<String>)| {
+        let path = folder.path().join(name);
+        fs::rename(table(folder.path(), change), &path).unwrap();
+        path
+    };
+    let mangled = |row: usize, cells: &mut Vec<String>| {
+        if row == 9 {
+            cells[2] = "far".to_owned();
+        }
+    };
+    let longer = |row: usize, cells: &mut Vec<String>| {
+        if row > 1 {
+            cells[10] = "1.5".to_owned();
+        }
+    };
+    let lost = |row: usize, cells: &mut Vec<String>| {
+        if (20..50).contains(&row) {
+            cells[7..10].iter_mut().for_each(String::clear);
+        }
+    };
+    let paths = [
+        written("mangled.csv", &mangled),
+        written("longer.csv", &longer),
+        written("lost.csv", &lost),
+        written("a.csv", &|_, _| {}),
+        written("b.csv", &|_, _| {}),
+    ];
+    let (_, [train, _]) = Clamped::read([&paths, &[]], Reading::default(), SEGMENTS).unwrap();
+    assert_eq!(train.good.len(), 3);
+    let told: Vec<String> = train.bad.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    for parts in [["mangled.csv: frame 7, column p_b_y", "\"far\""], ["longer.csv: ", "m long, but most are"]] {
+        assert!(told.iter().any(|told| parts.iter().all(|part| told.contains(part))), "{told:?}");
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ use identify::fit::{Search, Stage, fit};
 use identify::metric::{mean_change, mean_error};
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::{predict, step_params};
+use identify::quantity::Quantity;
 use identify::recording::{Reading, Recording, files, read, read_all};
 use identify::simulated::{Plan, csv, recordings};
 use solver::simulation::{Settings, Simulation};
@@ -71,6 +72,29 @@ fn what_a_cable_was_made_with_is_identified_within_its_intervals() {
     }
 }
 
+/// A marker that sits 5 cm beside its place in a tenth of the frames, and one that is lost in a third: what is found hardly changes.
+#[test]
+fn outliers_and_lost_markers_change_little() {
+    let truth = truth();
+    let clean = recorded(&truth, 8, 60, 1e-3);
+    let mut spoilt = clean.clone();
+    for recording in &mut spoilt {
+        recording.markers[20..26].iter_mut().for_each(|row| row[4].z += 0.05);
+        recording.markers[30..50].iter_mut().for_each(|row| row[3].x = f64::NAN);
+    }
+    let search = Search::of(vec![Parameter::Bending, Parameter::Curvature1], vec![Stage::of_all(60, 8)]);
+    let mut start = truth;
+    (start[Parameter::Bending], start[Parameter::Curvature1]) = (0.02, 0.0);
+    let off = |recordings: &[Recording], huber: f64| {
+        let search = Search { huber, ..search.clone() };
+        let fit = fit(recordings, &cables(recordings), &start, &search, &mut |_| true).unwrap();
+        (fit.parameters[Parameter::Bending] / truth[Parameter::Bending] - 1.0).abs()
+    };
+    let (without, with, squared) = (off(&clean, search.huber), off(&spoilt, search.huber), off(&spoilt, 1.0));
+    assert!(without < 0.02 && with < 0.03, "{without}, {with}");
+    assert!(squared > 2.0 * with, "least squares are as little off: {squared}, {with}");
+}
+
 /// One camera sees what happens in its plane: enough for bending, damping and the curvature in that plane.
 #[test]
 fn what_happens_in_a_plane_tells_what_bends_in_it() {
@@ -129,6 +153,28 @@ fn a_curvature_that_differs_along_the_cable_is_identified() {
         let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
         assert!((truth[known.parameter] - middle).abs() < 1.5 * half, "{}: {least} to {most}", known.parameter);
         assert!(half < 0.2, "{}: {least} to {most}", known.parameter);
+    }
+}
+
+/// What is searched for on request alone: where sections bend unlike about d1 and d2, and how they lie; a twist at rest.
+#[test]
+fn sections_with_sides_and_a_twist_at_rest_are_identified() {
+    for (own, values) in
+        [([Parameter::Sides1, Parameter::Sides2], [-0.2, 0.3]), ([Parameter::RestTwist, Parameter::Roll], [1.5, -0.3])]
+    {
+        let mut truth = truth();
+        own.iter().zip(values).for_each(|(&parameter, value)| truth[parameter] = value);
+        let recordings = recorded(&truth, 12, 60, 1e-3);
+        let free = [&[Parameter::Bending, Parameter::Curvature1, Parameter::Curvature2], &own[..]].concat();
+        let search = Search::of(free.clone(), vec![Stage::of_all(60, 12)]);
+        let mut start = truth;
+        free.iter().for_each(|&parameter| start[parameter] = parameter.start());
+        let fit = fit(&recordings, &cables(&recordings), &start, &search, &mut |_| true).unwrap();
+        for known in known(&fit).into_iter().filter(|known| free.contains(&known.parameter)) {
+            let [least, most] = known.interval.expect("an interval");
+            let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
+            assert!((truth[known.parameter] - middle).abs() < 1.5 * half, "{}: {least} to {most}", known.parameter);
+        }
     }
 }
 
@@ -195,6 +241,8 @@ fn what_no_recording_tells_is_said_to_be_held() {
 fn the_scene_moves_as_the_prediction_does() {
     let mut truth = truth();
     (truth[Parameter::Slope2], truth[Parameter::Bow1]) = (0.5, -1.0);
+    (truth[Parameter::Sides1], truth[Parameter::Sides2]) = (-0.2, 0.3);
+    (truth[Parameter::RestTwist], truth[Parameter::Roll]) = (0.7, -0.2);
     let recordings = recorded(&truth, 1, 30, 0.0);
     let cables = cables(&recordings);
     let folder = tempfile::tempdir().unwrap();

@@ -27,6 +27,11 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         every: file.run.every.as_ref().map_or(Ok(1), |v| source.count(v, 1, 1_000_000_000))?,
     };
     let from = file.run.from.as_ref().map(|from| origin(source, from)).transpose()?;
+    let begins_at_rest =
+        file.run.begin.as_ref().is_some_and(|begin| *begin.get_ref() == format::Beginning::Equilibrium);
+    if let (Some(begin), true, Some(_)) = (&file.run.begin, begins_at_rest, &from) {
+        return source.wrong(begin.span(), "does not go with `from`; leave one of them out");
+    }
     if file.rods.is_empty() && file.nets.is_empty() && file.bodies.is_empty() {
         let message = "there must be at least one rod (`rods`), net (`nets`) or rigid body (`bodies`)";
         return Err(source.invalid(0, message.to_owned()));
@@ -98,7 +103,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
     let (name, description) = (stem(source.file), file.description.clone());
-    Ok(Scene { name, description, model, state, run, rods, obstacles, probes, from })
+    Ok(Scene { name, description, model, state, run, rods, obstacles, probes, from, begins_at_rest })
 }
 
 fn air(source: &Source, air: &format::Air) -> Result<Air> {

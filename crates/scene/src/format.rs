@@ -67,6 +67,14 @@ pub(crate) struct Run {
     pub(crate) steps: Option<Count>,
     pub(crate) every: Option<Count>,
     pub(crate) from: Option<Spanned<String>>,
+    pub(crate) begin: Option<Spanned<Beginning>>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Beginning {
+    Drawn,
+    Equilibrium,
 }
 
 #[derive(Default, Deserialize)]
@@ -126,10 +134,13 @@ pub(crate) struct Rod {
     pub(crate) tension_n: Option<Number>,
     pub(crate) branch_of: Option<Spanned<Place>>,
     pub(crate) branch_joint: Option<Spanned<Hold>>,
+    pub(crate) branch_stiffness_n_m_rad: Option<Spanned<List<Number, 2>>>,
+    pub(crate) branch_rest_deg: Option<Vector>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
     #[serde(default)]
     pub(crate) fixed_segments: Vec<Count>,
+    pub(crate) first_turns_deg: Option<Spanned<Vec<Number>>>,
     pub(crate) velocity_m_s: Option<Vector>,
     pub(crate) angular_velocity_rad_s: Option<Vector>,
     #[serde(default)]

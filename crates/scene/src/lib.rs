@@ -18,6 +18,7 @@ use rod::{Model, Probe, State};
 
 mod assemble;
 mod bodies;
+mod branch;
 mod builder;
 mod builtin;
 mod columns;
@@ -78,6 +79,8 @@ pub struct Scene {
     pub probes: Vec<Probe>,
     /// The frame of another run with which it begins, if not with `state`; reading it is up to who runs the scene.
     pub from: Option<Origin>,
+    /// Whether it begins in an equilibrium, to which `state` is the way; finding it is up to who runs the scene.
+    pub begins_at_rest: bool,
 }
 
 /// Time step, number of steps, and which of them are kept.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Body, Change, Changing, Load, RodSpec};
 use toml::Spanned;
 
@@ -17,7 +17,7 @@ use crate::shape::number_or;
 use crate::strain::strains;
 use crate::strands::Strands;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, format, properties, section};
+use crate::{MAX_SEGMENTS, branch, format, properties, section};
 
 /// Builds entry `index` of the file's rods: one rod, many strands, or a heap.
 pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
@@ -56,12 +56,7 @@ fn build(
     if let Some(Spot::Body(body, at)) = branch_of {
         builder.assembly.join_body(segments.start, 0.0, body, &at.unwrap_or_default());
     }
-    if let Some(joint) = &rod.branch_joint {
-        match branch_of {
-            Some(Spot::Rod(..)) => builder.free_last_joint(*joint.get_ref()),
-            _ => return source.wrong(joint.span(), "goes with `branch_of` a rod"),
-        }
-    }
+    branch::shape_joint(builder, source, rod, branch_of)?;
     let count = builder.refinement.count(&segments);
     if spec.closed && !rod.clamp.is_empty() {
         return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
@@ -98,6 +93,9 @@ fn build(
     }
     for load in &rod.loads {
         add_load(builder, source, load, &segments, spec.closed)?;
+    }
+    if let Some(turns) = &rod.first_turns_deg {
+        turn(builder, source, turns, &segments, spec.closed)?;
     }
     set_velocities(builder, source, rod, &segments, &grips)?;
     grips.check_reach(builder, source, spec.closed)?;
@@ -228,6 +226,40 @@ pub(crate) fn add_forces(
         }
     }
     builder.assembly.load(Load { segment, offset, force, torque });
+    Ok(())
+}
+
+/// Turns the rod's segments about their own axes; its rest shape and what holds it stay as they are.
+fn turn(
+    builder: &mut Builder,
+    source: &Source,
+    turns: &Spanned<Vec<format::Number>>,
+    segments: &Range<usize>,
+    closed: bool,
+) -> Result<()> {
+    let (count, found) = (builder.refinement.count(segments), turns.get_ref().len());
+    if closed {
+        return source.wrong(turns.span(), "a closed rod has no first turns");
+    }
+    if found != count {
+        return source.wrong(turns.span(), &format!("{found} numbers, but there must be one a segment ({count})"));
+    }
+    let mut before = None;
+    for (index, value) in turns.get_ref().iter().enumerate() {
+        let degrees = source.finite(value, "degrees")?;
+        let last = before.replace(degrees).unwrap_or(degrees);
+        if (degrees - last).abs() >= 180.0 {
+            let allowed = format!("less than half a turn from the segment's before, {last} [degrees]");
+            return source.must_be(value.span(), &allowed);
+        }
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), degrees.to_radians());
+        for part in builder.refinement.parts(segments, index) {
+            if degrees != 0.0 && builder.segment(part).fixed {
+                return source.must_be(value.span(), "0 [degrees]: this segment is held");
+            }
+            builder.assembly.state_mut().orientations[part] *= turn;
+        }
+    }
     Ok(())
 }
 

@@ -31,7 +31,7 @@ const END: &str = "segments = 30\n";
 
 mistakes! {
     unknown_key: "dt_s" => "dt",
-        "4: run.dt is not a known key; expected one of `dt_s`, `steps`, `every`, `from`";
+        "4: run.dt is not a known key; expected one of `dt_s`, `steps`, `every`, `from`, `begin`";
     unknown_table: "[run]" => "[runs]",
         "3: runs is not a known key; expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `bending`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `probes`, `copies`";
     unknown_shape: "shape.straight" => "shape.strait",
@@ -54,6 +54,26 @@ mistakes! {
         "3: contact.allow_overlap = \"yes\", but it must be true or false";
     overlap_of_an_obstacle: END => "segments = 30\n[[obstacles]]\nshape.plane = {}\nallow_overlap = true\n",
         "16: obstacles[0].allow_overlap is not a known key; expected one of `name`, `shape`, `friction`, `restitution`, `motion`";
+    beginning: "dt_s = 0.02" => "begin = \"still\"",
+        "4: run.begin = \"still\", but it must be `drawn` or `equilibrium`";
+    two_beginnings: "dt_s = 0.02" => "begin = \"equilibrium\"\nfrom = \"runs/a\"",
+        "4: run.begin: does not go with `from`; leave one of them out";
+    turns_of_some: "radius_m = 0.05" => "first_turns_deg = [0, 1]",
+        "8: rods[0].first_turns_deg: 2 numbers, but there must be one a segment (30)";
+    turn_too_far: END => "segments = 2\n[[rods]]\nfirst_turns_deg = [0, 180]\nshape.straight = { length_m = 1, segments = 2 }\n",
+        "15: rods[1].first_turns_deg[1] = 180, but it must be less than half a turn from the segment's before, 0 [degrees]";
+    turn_of_what_is_held: "segments = 30" => "segments = 1\n[[rods]]\nfixed_segments = [0]\nfirst_turns_deg = [5, 0]\nshape.straight = { length_m = 1, segments = 2 }",
+        "16: rods[1].first_turns_deg[0] = 5, but it must be 0 [degrees]: this segment is held";
+    turns_of_a_ring: "segments = 30" => "segments = 1\n[[rods]]\nfirst_turns_deg = [5, 0, 0]\nshape.ring = { radius_m = 1, segments = 3 }",
+        "15: rods[1].first_turns_deg: a closed rod has no first turns";
+    branch_stiffness_of_no_branch: "radius_m = 0.05" => "branch_stiffness_n_m_rad = [1, 1]",
+        "8: rods[0].branch_stiffness_n_m_rad: goes with `branch_of` a rod";
+    branch_stiffness_zero: END => "segments = 2\n[[rods]]\nbranch_of = { rod = \"a\" }\nbranch_stiffness_n_m_rad = [1, 0]\nshape.straight = { length_m = 1, segments = 2 }\n",
+        "16: rods[1].branch_stiffness_n_m_rad[1] = 0, but it must be finite and > 0 [N m/rad]";
+    branch_rest_of_a_ball: END => "segments = 2\n[[rods]]\nbranch_of = { rod = \"a\" }\nbranch_rest_deg = [0, 1, 0]\nbranch_joint = \"ball\"\nshape.straight = { length_m = 1, segments = 2 }\n",
+        "16: rods[1].branch_rest_deg: goes with a rigid `branch_joint`";
+    branch_rest_too_far: END => "segments = 2\n[[rods]]\nbranch_of = { rod = \"a\" }\nbranch_rest_deg = [0, 180, 0]\nshape.straight = { length_m = 1, segments = 2 }\n",
+        "16: rods[1].branch_rest_deg = [0, 180, 0], but it must be shorter than 180 [degrees]";
     time_step_zero: "dt_s = 0.02" => "dt_s = 0",
         "4: run.dt_s = 0, but it must be finite and > 0 [s]";
     no_steps: "dt_s = 0.02" => "steps = 0",

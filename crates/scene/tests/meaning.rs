@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Friction, Obstacle, ObstacleShape, Surface};
 
 fn everything() -> scene::Scene {
@@ -95,6 +95,31 @@ fn joints() {
     between(of_rod(15).start, of_rod(16).start);
     // The cable is strained.
     assert!((rod::measure::worst_gap(model, &scene.state) - 0.01).abs() < 1e-9);
+}
+
+#[test]
+fn a_branch_is_as_stiff_and_at_rest_as_it_says() {
+    let scene = everything();
+    let twig = scene.rods.iter().find(|rod| rod.name == "twig").unwrap().segments.clone();
+    let is_root = |joint: &&rod::Joint| joint.b == rod::Body::Segment(twig.start) && joint.a != joint.b;
+    let root = scene.model.joints.iter().find(is_root).unwrap();
+    // At the angle at rest, of 30 degrees about d2, nothing resists; a moment about d1 meets 20 N m/rad.
+    let mut state = scene.state.clone();
+    state.orientations[twig.start] *= UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 30_f64.to_radians());
+    let moment = |state: &rod::State| {
+        let [a, b] = root.frames(&scene.model, state);
+        let strain = rod::darboux::darboux(&a, &b, root.length) - root.rest_darboux;
+        strain.component_div(&root.bend_twist_compliance()) / root.length
+    };
+    // The first turns come after the joint.
+    assert!(moment(&state).norm() < 1e-9, "{}", moment(&state));
+    state.orientations[twig.start] *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 1e-4);
+    let found = moment(&state);
+    assert!((found.x / (20.0 * 1e-4) - 1.0).abs() < 0.05, "{found}");
+    let drawn = scene::parse(&include_str!("everything.toml").replace("first_turns_deg", "# "), "x.toml").unwrap();
+    let [turned, drawn] = [&scene, &drawn].map(|scene| scene.state.orientations[twig.start + 1]);
+    let expected = drawn * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 15_f64.to_radians());
+    assert!(turned.angle_to(&expected) < 1e-9);
 }
 
 #[test]

@@ -9,6 +9,7 @@ use scene::sampling::{Family, Parameters};
 use scene::{Origin, Scene, SceneError};
 use solver::simulation::{Overlap, Overlapped, Settings};
 use solver::snapshot::Snapshot;
+use solver::statics::{StaticParams, equilibrium};
 
 use crate::cli::{BeginArgs, Cli, SceneArgs};
 use crate::files::TRAJECTORY;
@@ -37,7 +38,20 @@ pub(crate) fn scene(args: &SceneArgs) -> Result<(Scene, Begin)> {
         return Ok((scene, Begin::Snapshot { snapshot, what }));
     }
     begin_with_frame(&mut scene, &args.begin)?;
+    if scene.begins_at_rest && !begins_with_frame(&scene, &args.begin) {
+        come_to_rest(&mut scene)?;
+    }
     Ok((scene, Begin::Anew))
+}
+
+/// Puts in the equilibrium with which the scene is to begin.
+fn come_to_rest(scene: &mut Scene) -> Result<()> {
+    let what = || format!("{}: run.begin = \"equilibrium\"", scene.name);
+    let found = equilibrium(&scene.model, &mut scene.state, &StaticParams::default()).with_context(what)?;
+    if !found.converged {
+        bail!("{}: none was found from the shape as it is drawn; `simulate static` tells more", what());
+    }
+    Ok(())
 }
 
 /// The run from which the scene is to begin, if there is one: the flag's, else the scene's; with who asks for it, in words.

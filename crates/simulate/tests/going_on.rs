@@ -224,6 +224,16 @@ fn a_scene_says_where_it_begins_and_the_flag_wins() {
     assert_eq!(trajectory(&out).states[0], trajectory(&first).states[2]);
     assert_eq!(json(&[&file, "--steps", "1"])["status"], "converged");
 
+    // Or in the equilibrium itself.
+    fs::write(&file, format!("run = {{ begin = \"equilibrium\", steps = 20 }}\n{rod}")).expect("a file");
+    runs(&[&file, "--out", &out]);
+    let begun = trajectory(&out).states;
+    assert_eq!(begun[0], end[1]);
+    let moved = begun[20].positions[9] - begun[0].positions[9];
+    assert!(moved.norm() < 1e-6, "it is at rest, and moved by {moved} m");
+    runs(&[&file, "--out", &out, "--from", &format!("{first}@2")]);
+    assert_eq!(trajectory(&out).states[0], trajectory(&first).states[2]);
+
     fs::write(&file, format!("run.from = \"nowhere\"\n{rod}")).expect("a file");
     let error = refused(&[&file]);
     assert!(error.contains("hang: run.from ") && error.contains("it is no folder of a run"), "{error}");

@@ -17,21 +17,21 @@ use crate::spline;
 /// What a prediction may know of a recording: its first two frames, and its grips over all time.
 #[derive(Clone, Debug)]
 pub struct BranchedCable {
-    parent: Cable,
-    twigs: Vec<Twig>,
+    pub(super) parent: Cable,
+    pub(super) twigs: Vec<Twig>,
     /// Its markers that are predicted.
     free: Vec<usize>,
 }
 
 /// How a branch begins.
 #[derive(Clone, Debug)]
-struct Twig {
+pub(super) struct Twig {
     /// The parent's segment in whose middle it hangs.
-    junction: usize,
+    pub(super) junction: usize,
     /// Segments between two markers.
     parts: usize,
     /// Its nodes [m] in the first two frames; the first is on the parent.
-    nodes: [Vec<Vector3<f64>>; 2],
+    pub(super) nodes: [Vec<Vector3<f64>>; 2],
 }
 
 impl BranchedCable {
@@ -84,12 +84,14 @@ impl BranchedCable {
     }
 
     /// Segments of the parent.
-    fn segments(&self) -> usize {
+    pub(super) fn segments(&self) -> usize {
         self.parent.first_nodes().len() - 1
     }
 
-    /// Twists the parent as the branches show.
-    fn twist(&self, state: &mut State, numbers: &Numbers) {
+    /// By how much each segment of the parent is turned about its axis in the first frame [rad], as the branches show: where one
+    /// hangs, by the angle from the side on which it leaves at rest to that on which it is seen, and evenly between.
+    pub(super) fn turns(&self, numbers: &Numbers) -> Vec<f64> {
+        let (_, state) = self.parent.assembly(&numbers.parent).finish();
         let mut turns = vec![(0.0, 0.0)];
         let mut turn = |place: f64, angle: f64| {
             let (_, before): (f64, f64) = turns[turns.len() - 1];
@@ -98,31 +100,43 @@ impl BranchedCable {
         let mut twigs: Vec<&Twig> = self.twigs.iter().collect();
         twigs.sort_by_key(|twig| twig.junction);
         twigs.dedup_by_key(|twig| twig.junction);
-        twigs.iter().for_each(|twig| turn(twig.junction as f64 + 0.5, twig.side(state) - numbers.side));
+        twigs.iter().for_each(|twig| turn(twig.junction as f64 + 0.5, twig.side(&state) - numbers.side));
         let segments = self.segments();
         turn(segments as f64, self.parent.twisted(&numbers.parent));
-        for i in 0..segments {
+        let at = |i: usize| {
             let place = i as f64 + 0.5;
-            let Some(pair) = turns.windows(2).find(|pair| place < pair[1].0) else { continue };
-            let [(from, before), (to, after)] = [pair[0], pair[1]];
-            let angle = before + (after - before) * (place - from) / (to - from);
-            state.orientations[i] *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+            let pair = turns.windows(2).find(|pair| place < pair[1].0);
+            pair.map_or(0.0, |pair| {
+                let [(from, before), (to, after)] = [pair[0], pair[1]];
+                before + (after - before) * (place - from) / (to - from)
+            })
+        };
+        (0..segments).map(at).collect()
+    }
+
+    /// The model with these numbers, and its state in the first frame.
+    ///
+    /// The parent begins with the twist that its branches show. Branches leave the parent at rest at the angle of the first frame, and
+    /// are at rest as they are in it, but for their weight.
+    pub(super) fn assembled(&self, numbers: &Numbers) -> (Model, State) {
+        let mut assembly = self.parent.assembly(&numbers.parent);
+        for (orientation, angle) in assembly.state_mut().orientations.iter_mut().zip(self.turns(numbers)) {
+            *orientation *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
         }
+        self.bend(assembly.model_mut(), numbers);
+        for twig in &self.twigs {
+            self.add(&mut assembly, twig, numbers);
+        }
+        assembly.finish()
     }
 
     /// Adds a branch.
     fn add(&self, assembly: &mut Assembly, twig: &Twig, numbers: &Numbers) {
         let tau = numbers.parent[Parameter::InnerDamping];
-        let youngs = youngs_modulus(&numbers.parent) * numbers.branch_bending * numbers.branch_mass;
-        let material = Material {
-            youngs_modulus: youngs,
-            torsion_modulus: 0.5 * numbers.parent[Parameter::Twist] * youngs,
-            density: DENSITY * numbers.branch_mass,
-        };
         let rod = assembly.rod(&RodSpec {
             inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
             rest: RestShape::Initial,
-            ..RodSpec::new(twig.nodes[0].clone(), RADIUS, material)
+            ..RodSpec::new(twig.nodes[0].clone(), RADIUS, twig.material(numbers))
         });
         assembly.branch(twig.junction, 0.5, &rod);
         if let Some(joint) = assembly.model_mut().joints.last_mut() {
@@ -170,17 +184,8 @@ impl Specimen for BranchedCable {
         self.free.clone()
     }
 
-    /// The parent begins with the twist that its branches show: where a branch hangs, it is turned by the angle from the side on which
-    /// the branch leaves it at rest to that on which it is seen, and evenly between. Branches leave the parent at rest at the angle of
-    /// the first frame, and are at rest as they are in it.
     fn model(&self, numbers: &Numbers) -> Result<(Model, State), SimulationError> {
-        let mut assembly = self.parent.assembly(&numbers.parent);
-        self.twist(assembly.state_mut(), numbers);
-        self.bend(assembly.model_mut(), numbers);
-        for twig in &self.twigs {
-            self.add(&mut assembly, twig, numbers);
-        }
-        Ok(assembly.finish())
+        Ok(self.assembled(numbers))
     }
 
     fn markers(&self, _: &Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>> {
@@ -197,6 +202,16 @@ impl Specimen for BranchedCable {
 }
 
 impl Twig {
+    /// What it is made of.
+    pub(super) fn material(&self, numbers: &Numbers) -> Material {
+        let youngs_modulus = youngs_modulus(&numbers.parent) * numbers.branch_bending * numbers.branch_mass;
+        Material {
+            youngs_modulus,
+            torsion_modulus: 0.5 * numbers.parent[Parameter::Twist] * youngs_modulus,
+            density: DENSITY * numbers.branch_mass,
+        }
+    }
+
     /// On which side of the parent's segment at the junction the branch begins: angle from d1 [rad].
     fn side(&self, state: &State) -> f64 {
         let begin = self.nodes[0][1] - self.nodes[0][0];

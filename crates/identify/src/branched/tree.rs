@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::recording::{GRIPPED, Recording, RecordingError, check_neighbours, fill_grips};
+use crate::recording::{GRIPPED, Recording, RecordingError, check_neighbours, fill_grips, median};
 
 /// The rods of a cable with branches, by their markers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,8 @@ impl Tree {
     /// those of each branch from its junction to its end.
     ///
     /// A cable does not stretch, so that neighbours never get far from each other: a marker goes on with the rod if, of all before it,
-    /// the last one stays nearest; else a branch begins there. It begins at that marker of the parent whose distance changes least.
+    /// the last one stays nearest; else a branch begins there. It begins at that marker of the parent whose distance changes least. The
+    /// middle one of all recordings counts, so that some in which markers swap do not.
     ///
     /// # Errors
     /// If there is no branch, the parent has too few markers, or a branch begins in a grip.
@@ -38,7 +39,7 @@ impl Tree {
         let nearest = |marker: usize, among: Range<usize>, of: &dyn Fn(usize, usize) -> f64| {
             among.min_by(|&a, &b| of(marker, a).total_cmp(&of(marker, b)))
         };
-        let farthest = |a, b| recordings.iter().flat_map(|recording| distances(recording, a, b)).fold(0.0, f64::max);
+        let farthest = |a, b| median(recordings.iter().map(|own| distances(own, a, b).fold(0.0, f64::max)).collect());
         let begins: Vec<usize> =
             (1..count).filter(|&marker| nearest(marker, 0..marker, &farthest) != Some(marker - 1)).collect();
         let parent = *begins.first().ok_or("there is no branch: each marker goes on where the one before it is")?;
@@ -47,7 +48,7 @@ impl Tree {
                 "{parent} markers on the parent, but there must be at least two in each grip, one between"
             ));
         }
-        let shakes = |a, b| recordings.iter().map(|recording| variance(distances(recording, a, b))).sum();
+        let shakes = |a, b| median(recordings.iter().map(|own| variance(distances(own, a, b))).collect());
         let ends = begins[1..].iter().copied().chain([count]);
         let branch = |(&first, end): (&usize, usize)| {
             let junction = nearest(first, 0..parent, &shakes).unwrap_or(0);

@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow};
 use export::ExportError;
 
-use super::{Kind, Read, each};
-use crate::branched::{BranchedCable, Number, Numbers, Tree};
+use super::{Kind, Read};
+use crate::branched::{BranchedCable, Number, Numbers, Tree, scene};
 use crate::cable::Resolution;
 use crate::fit::{Search, Stage};
 use crate::metric::Errors;
 use crate::predict::Prediction;
-use crate::recording::{Reading, Recording, files, read_flat};
+use crate::recording::{
+    Reading, Recording, drop_other_counts, drop_other_lengths, each, files, first_length, read_flat,
+};
 
 impl Kind for Tree {
     type Specimen = BranchedCable;
@@ -20,17 +22,25 @@ impl Kind for Tree {
     const SEGMENTS: usize = Resolution::DEFAULT.segments;
 
     fn read(places: [&[PathBuf]; 2], reading: Reading, segments: usize) -> Result<(Self, [Read<BranchedCable>; 2])> {
-        let of = |places: &[PathBuf]| Ok::<_, anyhow::Error>(each(&files(places)?, |path| read_flat(path, reading)));
+        let of = |places: &[PathBuf]| {
+            let (mut good, mut bad) = each(&files(places)?, |path| read_flat(path, reading));
+            bad.extend(drop_other_counts(&mut good));
+            Ok::<_, anyhow::Error>((good, bad))
+        };
         let [train, eval] = [of(places[0])?, of(places[1])?];
         let told = if train.0.is_empty() { &eval.0 } else { &train.0 };
         let tree = Self::of(told).map_err(|message| anyhow!(message))?;
-        let specimen = |recording: Recording| {
-            let recording = tree.checked(recording)?;
-            let cable = BranchedCable::new(&recording, &tree, segments);
-            let cable = cable.map_err(|error| anyhow!("{}: {error}", recording.path.display()))?;
-            Ok((recording, cable))
-        };
-        let read = [train, eval].map(|read| Read::new(read, specimen));
+        let read = [train, eval].map(|(all, mut bad)| {
+            let (mut good, others) = each(all, |recording| tree.checked(recording));
+            bad.extend(others);
+            let length = |own: &Recording| first_length(own, tree.neighbours());
+            bad.extend(drop_other_lengths(&mut good, |own| (&own.path, length(own))));
+            Read::new((good, bad), |recording| {
+                let cable = BranchedCable::new(&recording, &tree, segments);
+                let cable = cable.map_err(|error| anyhow!("{}: {error}", recording.path.display()))?;
+                Ok((recording, cable))
+            })
+        });
         Ok((tree, read))
     }
 
@@ -64,12 +74,12 @@ impl Kind for Tree {
 
     fn scene(
         &self,
-        _: &Path,
-        _: &BranchedCable,
-        _: &str,
-        _: &Numbers,
-        _: usize,
-    ) -> Result<Option<PathBuf>, ExportError> {
-        Ok(None)
+        folder: &Path,
+        cable: &BranchedCable,
+        name: &str,
+        numbers: &Numbers,
+        steps: usize,
+    ) -> Result<PathBuf, ExportError> {
+        scene::write(folder, cable, name, numbers, steps)
     }
 }

@@ -57,7 +57,7 @@ impl Kind for Plain {
         name: &str,
         parameters: &Parameters,
         steps: usize,
-    ) -> Result<Option<PathBuf>, ExportError> {
-        scene::write(folder, cable, name, parameters, steps).map(Some)
+    ) -> Result<PathBuf, ExportError> {
+        scene::write(folder, cable, name, parameters, steps)
     }
 }

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow};
 use export::ExportError;
 
-use super::{Kind, Read, each};
+use super::{Kind, Read};
 use crate::fit::{Search, Stage};
 use crate::metric::Errors;
-use crate::noodle::{MARKERS, Noodle, NoodleRecording, Number, Numbers, read, tip_error};
+use crate::noodle::{MARKERS, Noodle, NoodleRecording, Number, Numbers, read, scene, tip_error};
 use crate::predict::Prediction;
-use crate::recording::{Reading, Recording, files};
+use crate::recording::{Reading, Recording, drop_other_lengths, each, files};
 
 /// Over how long errors of the tip are told [s]: the horizons of the published ones.
 const HORIZONS: [f64; 2] = [5.0, 20.0];
@@ -27,7 +27,8 @@ impl Kind for Clamped {
     fn read(places: [&[PathBuf]; 2], reading: Reading, segments: usize) -> Result<(Self, [Read<Noodle>; 2])> {
         let mut reach = 0.0;
         let mut of = |places: &[PathBuf]| -> Result<Read<Noodle>> {
-            let all = each(&files(places)?, |path| read(path, reading.unit));
+            let mut all = each(&files(places)?, |path| read(path, reading.unit));
+            all.1.extend(drop_other_lengths(&mut all.0, |own| (&own.recording.path, own.reach())));
             reach = all.0.iter().map(NoodleRecording::reach).fold(reach, f64::max);
             Ok(Read::new(all, |own| {
                 let noodle = Noodle::new(&own, segments);
@@ -62,7 +63,14 @@ impl Kind for Clamped {
             .collect()
     }
 
-    fn scene(&self, _: &Path, _: &Noodle, _: &str, _: &Numbers, _: usize) -> Result<Option<PathBuf>, ExportError> {
-        Ok(None)
+    fn scene(
+        &self,
+        folder: &Path,
+        noodle: &Noodle,
+        name: &str,
+        numbers: &Numbers,
+        steps: usize,
+    ) -> Result<PathBuf, ExportError> {
+        scene::write(folder, noodle, name, numbers, steps)
     }
 }

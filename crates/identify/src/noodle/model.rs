@@ -40,12 +40,16 @@ impl Noodle {
         Carried { grip, ..Carried::new(self.way.clone()) }
     }
 
+    /// What it is made of.
+    pub(super) fn material(numbers: &Numbers) -> Material {
+        let youngs_modulus = 4.0 * numbers[Number::Bending] * DENSITY / (RADIUS * RADIUS);
+        Material { youngs_modulus, torsion_modulus: 0.5 * numbers[Number::Twist] * youngs_modulus, density: DENSITY }
+    }
+
     /// The noodle, straight in the clamp's first pose.
-    fn straight(&self, numbers: &Numbers) -> (Model, State) {
+    pub(super) fn straight(&self, numbers: &Numbers) -> (Model, State) {
         let of = |number| numbers[number];
         let area = PI * RADIUS * RADIUS;
-        let youngs_modulus = 4.0 * of(Number::Bending) * DENSITY / (RADIUS * RADIUS);
-        let torsion_modulus = 0.5 * of(Number::Twist) * youngs_modulus;
         let mut assembly = Assembly::new(-Vector3::z() * GRAVITY);
         assembly.damping(Damping { linear: of(Number::OuterDamping), angular: 0.0 });
         let normal_drag = of(Number::DragAcross) * DENSITY * area / (RADIUS * AIR_DENSITY);
@@ -62,7 +66,7 @@ impl Noodle {
             ..RodSpec::new(
                 shape::straight(pose.position, direction, of(Number::Length), self.segments),
                 RADIUS,
-                Material { youngs_modulus, torsion_modulus, density: DENSITY },
+                Self::material(numbers),
             )
         });
         assembly.clamp_start(&rod);

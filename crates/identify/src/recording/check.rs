@@ -99,10 +99,14 @@ fn fill(recording: &mut Recording, marker: usize) -> Result<(), RecordingError> 
     Ok(())
 }
 
+/// Neighbours on a cable of so many markers.
+pub(super) fn along(count: usize) -> impl Iterator<Item = [usize; 2]> {
+    (1..count).map(|marker| [marker - 1, marker])
+}
+
 /// Refuses other units, and markers that swap or jump.
 fn check_distances(recording: &Recording) -> Result<(), RecordingError> {
-    let neighbours: Vec<[usize; 2]> = (1..recording.count()).map(|marker| [marker - 1, marker]).collect();
-    let mean = check_neighbours(recording, &neighbours)?;
+    let mean = check_neighbours(recording, &along(recording.count()).collect::<Vec<_>>())?;
     check_order(recording, mean)
 }
 
@@ -163,15 +167,10 @@ fn check_order(recording: &Recording, mean: f64) -> Result<(), RecordingError> {
     Ok(())
 }
 
-/// Takes recordings away whose number of markers or length is not that of most, and says why.
-pub(super) fn drop_strangers(recordings: &mut Vec<Recording>) -> Vec<RecordingError> {
-    let mut dropped = Vec::new();
-    let length =
-        |recording: &Recording| -> f64 { recording.markers[0].windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum() };
-    if recordings.is_empty() {
-        return dropped;
-    }
+/// Takes recordings away whose number of markers is not that of most, and says why.
+pub(crate) fn drop_other_counts(recordings: &mut Vec<Recording>) -> Vec<RecordingError> {
     let count = median(recordings.iter().map(|recording| recording.count() as f64).collect()) as usize;
+    let mut dropped = Vec::new();
     recordings.retain(|recording| {
         let fits = recording.count() == count;
         if !fits {
@@ -180,18 +179,28 @@ pub(super) fn drop_strangers(recordings: &mut Vec<Recording>) -> Vec<RecordingEr
         }
         fits
     });
-    let usual = median(recordings.iter().map(length).collect());
+    dropped
+}
+
+/// Takes recordings away whose length [m] is not that of most, and says why. `of` tells the path of one and its length.
+pub(crate) fn drop_other_lengths<R>(recordings: &mut Vec<R>, of: impl Fn(&R) -> (&Path, f64)) -> Vec<RecordingError> {
+    let usual = median(recordings.iter().map(|recording| of(recording).1).collect());
+    let mut dropped = Vec::new();
     recordings.retain(|recording| {
-        let found = length(recording);
+        let (path, found) = of(recording);
         let fits = (found / usual - 1.0).abs() <= SAME_LENGTH;
         if !fits {
-            let message =
-                format!("a cable {found:.3} m long, but most recordings' is {usual:.3} m: other units or markers");
-            dropped.push(RecordingError::new(&recording.path, message));
+            let message = format!("{found:.3} m long, but most are {usual:.3} m: other units or markers");
+            dropped.push(RecordingError::new(path, message));
         }
         fits
     });
     dropped
+}
+
+/// The way over pairs of markers in the first frame [m].
+pub(crate) fn first_length(recording: &Recording, neighbours: impl Iterator<Item = [usize; 2]>) -> f64 {
+    neighbours.map(|[a, b]| (recording.markers[0][b] - recording.markers[0][a]).norm()).sum()
 }
 
 /// The middle one of the numbers that are known; NaN where there is none.

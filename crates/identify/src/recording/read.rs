@@ -58,14 +58,26 @@ pub fn files(places: &[PathBuf]) -> Result<Vec<PathBuf>, RecordingError> {
 /// Reads and checks recordings of one cable. What is wrong with some keeps none of the others from being read: a recording
 /// that cannot be understood, is too short, whose markers swap, or whose length or number of markers is not that of most.
 pub fn read_all(paths: &[PathBuf], reading: Reading) -> (Vec<Recording>, Vec<RecordingError>) {
+    let (mut good, mut bad) = each(paths, |path| read(path, reading));
+    bad.extend(check::drop_other_counts(&mut good));
+    bad.extend(check::drop_other_lengths(&mut good, |own| {
+        (&own.path, check::first_length(own, check::along(own.count())))
+    }));
+    (good, bad)
+}
+
+/// What a function makes of all of these, and why it makes nothing of some.
+pub(crate) fn each<T, R>(
+    all: impl IntoIterator<Item = T>,
+    read: impl Fn(T) -> Result<R, RecordingError>,
+) -> (Vec<R>, Vec<RecordingError>) {
     let (mut good, mut bad) = (Vec::new(), Vec::new());
-    for path in paths {
-        match read(path, reading) {
+    for one in all {
+        match read(one) {
             Ok(recording) => good.push(recording),
             Err(error) => bad.push(error),
         }
     }
-    bad.extend(check::drop_strangers(&mut good));
     (good, bad)
 }
 
