@@ -203,7 +203,7 @@ impl ConnectedSet {
 }
 
 impl Steps for ConnectedSet {
-    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
+    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool, _is_last: bool) -> Status {
         let Self { component, projector, exact, tangents, counters, .. } = self;
         let mut none = NoGuess;
         let (solver, guess): (_, &mut dyn StepGuess<f64>) = match projector {

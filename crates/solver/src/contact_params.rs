@@ -42,6 +42,9 @@ pub struct ContactParams {
     pub momentum_sharper: f64,
     /// Sweeps between two tries of Newton's method, at first; twice as many after each try that did not help.
     pub sweeps_before_newton: usize,
+    /// The first try comes no earlier than after one sweep for so many unknowns: the larger a problem is, the more sweeps an
+    /// iteration of Newton's method costs. Larger: sooner. With a momentum residual this does not count.
+    pub unknowns_a_sweep: usize,
     /// Unknowns of Newton's method, at most; its cost grows with their cube, and beyond this sweeps alone are faster.
     pub newton_unknowns: usize,
     /// Newton iterations in a row, at most.
@@ -68,6 +71,11 @@ pub struct ContactParams {
     pub rods_share: f64,
     /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
     pub lost: f64,
+    /// Outer iterations in which a step's least error must fall to [`ContactParams::slow`] of what it was before them, else it is
+    /// halved. Smaller: sooner, also steps that come to their end slowly.
+    pub patience: usize,
+    /// What [`ContactParams::patience`] iterations may leave of the least error. Larger: steps are halved later.
+    pub slow: f64,
     /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
     /// explains, by so much of their kinetic energy at its start: no more than gravity and loads do work there. Larger:
     /// energy may rise in impacts. Smaller: more steps are halved.
@@ -101,7 +109,8 @@ impl ContactParams {
         share_left: 3e-3,
         momentum_sharper: 1e-4,
         sweeps_before_newton: 4,
-        newton_unknowns: 300,
+        unknowns_a_sweep: 8,
+        newton_unknowns: 200,
         newton_iterations: 12,
         newton_halvings: 3,
         newton_damping_least: 1e-6,
@@ -112,6 +121,8 @@ impl ContactParams {
         most_blocks: 8_000_000,
         rods_share: 0.01,
         lost: 1e4,
+        patience: 6,
+        slow: 0.7,
         most_gain: 0.02,
     };
 
@@ -141,6 +152,7 @@ impl ContactParams {
             ("share_left", self.share_left),
             ("momentum_sharper", self.momentum_sharper),
             ("most_gain", self.most_gain),
+            ("slow", self.slow),
             ("newton_damping_fall", self.newton_damping_fall),
         ];
         for (name, value) in shares {
@@ -149,7 +161,12 @@ impl ContactParams {
         for (name, value) in [("newton_damping_rise", self.newton_damping_rise), ("lost", self.lost)] {
             check(name, value, value > 1.0, "finite and > 1")?;
         }
-        let counts = [("most_sweeps", self.most_sweeps), ("sweeps_before_newton", self.sweeps_before_newton)];
+        let counts = [
+            ("most_sweeps", self.most_sweeps),
+            ("sweeps_before_newton", self.sweeps_before_newton),
+            ("unknowns_a_sweep", self.unknowns_a_sweep),
+            ("patience", self.patience),
+        ];
         for (name, count) in counts {
             check(name, count as f64, count > 0, "1 or more")?;
         }

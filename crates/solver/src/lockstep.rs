@@ -6,14 +6,12 @@
 
 mod island;
 
-use std::cmp::Reverse;
-
 use nalgebra::Vector3;
 use rod::{Body, Carried, Model};
 
 use crate::component::{Change, Members};
 use crate::connected_set::{ConnectedSet, Touch};
-use crate::contact::{ContactForce, Islands, PairFilter, Sets, Shape, Shared, Stage};
+use crate::contact::{ContactForce, Islands, NOTHING, PairFilter, Sets, Shape, Shared, Stage, share_ends};
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::kernel::Spatial;
@@ -51,7 +49,8 @@ impl Lockstep {
         params: &StepParams,
     ) -> Result<Self, SolverError> {
         let mut sets: Vec<Box<ConnectedSet>> = sets.into_iter().map(Box::new).collect();
-        let nothing = Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2] };
+        let nothing =
+            Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2], beyond: [NOTHING; 2] };
         let mut shapes = vec![nothing; model.segments.len()];
         for (component, set) in sets.iter_mut().enumerate() {
             for (body, &index) in set.members.segments.iter().enumerate() {
@@ -70,23 +69,14 @@ impl Lockstep {
                     radius,
                     free: !segment.fixed,
                     ends: [capsule.is_some(), half > 0.0],
+                    beyond: [NOTHING; 2],
                 };
             }
             let bodies = set.component.poses.len();
             set.component.pushes = vec![Spatial::zero(); bodies];
             set.component.pushed = vec![Spatial::zero(); bodies];
         }
-        for joint in &model.joints {
-            // The thicker of two ends that meet stands for both.
-            if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)
-                && joint.mount.is_none()
-                && let (Some(end_a), Some(end_b)) = (shapes[a].end_at(joint.offset_a), shapes[b].end_at(joint.offset_b))
-            {
-                let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));
-                let (other, end) = if first { (b, end_b) } else { (a, end_a) };
-                shapes[other].ends[end] = false;
-            }
-        }
+        share_ends(model, &mut shapes);
         let shared = Shared::new(model, shapes, filter, params);
         for (number, set) in sets.iter_mut().enumerate() {
             let (number, response) = (number as u32, shared.response(set)?);

@@ -5,8 +5,9 @@ use crate::step::{Interval, Status, StepParams};
 
 /// Sets of segments that are stepped together: one, or all those that can touch.
 pub(crate) trait Steps {
-    /// Attempts a step over `interval`, without velocities; `guessing` lets guesses say where it begins.
-    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status;
+    /// Attempts a step over `interval`, without velocities; `guessing` lets guesses say where it begins. `is_last`: it is not
+    /// halved, whatever comes of it.
+    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool, is_last: bool) -> Status;
 
     /// Whether the last attempt began at a guess.
     fn is_guessed(&self) -> bool;
@@ -47,13 +48,14 @@ pub(crate) fn advance_whole(
     halvings: u32,
     params: &StepParams,
 ) -> Option<Status> {
-    let mut status = sets.attempt(interval, params, true);
+    let is_last = halvings >= params.max_halvings;
+    let mut status = sets.attempt(interval, params, true, is_last);
     if sets.is_guessed() && status != Status::Converged {
         sets.count_dropped();
         sets.roll_back();
-        status = sets.attempt(interval, params, false);
+        status = sets.attempt(interval, params, false, is_last);
     }
-    if status.may_be_halved() && halvings < params.max_halvings && !sets.is_hopeless() {
+    if status.may_be_halved() && !is_last && !sets.is_hopeless() {
         sets.roll_back();
         sets.counters_mut().retries += 1;
         return None;
@@ -112,7 +114,7 @@ mod tests {
     }
 
     impl Steps for Fake {
-        fn attempt(&mut self, interval: Interval, _: &StepParams, guessing: bool) -> Status {
+        fn attempt(&mut self, interval: Interval, _: &StepParams, guessing: bool, _: bool) -> Status {
             (self.last, self.is_guessed) = (interval, guessing && self.guesses);
             let converges = interval.dt <= self.longest && !self.is_guessed;
             if converges { Status::Converged } else { self.otherwise }

@@ -137,8 +137,9 @@ fn nothing_enters_anything(name: &str) {
         counters.times.total()
     );
     assert!(worst > -DEEPEST, "{name}: nothing ever touched, nearest {}", -worst);
-    // What the solver says of itself is what brute force finds.
-    assert!((counters.deepest_penetration - worst.max(0.0)).abs() < 1e-6, "{name}");
+    // What the solver says of itself is what brute force finds; where steps are done in parts, it sees the ends of all parts.
+    let more = counters.deepest_penetration - worst.max(0.0);
+    assert!(more > -1e-6 && (more < 1e-6 || counters.retries > 0), "{name}: {more}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! A simulation whose model has nothing to touch builds none of this.
 
+mod anderson;
 mod cone;
 mod convert;
 mod coupling;
@@ -22,6 +23,7 @@ mod problem;
 mod rest;
 mod sets;
 mod shared;
+mod shared_ends;
 mod solids;
 mod stage;
 #[cfg(test)]
@@ -32,11 +34,12 @@ pub use force::{ContactForce, Touched};
 pub use overlap::{Overlap, Overlapped};
 
 pub(crate) use exclusion::PairFilter;
-pub(crate) use geometry::Shape;
+pub(crate) use geometry::{NOTHING, Shape};
 pub(crate) use islands::Islands;
 pub(crate) use overlap::refuse_overlaps;
 pub(crate) use sets::Sets;
 pub(crate) use shared::Shared;
+pub(crate) use shared_ends::share_ends;
 pub(crate) use stage::{Stage, Touching};
 
 /// More contacts press at once than there is memory for.

@@ -18,6 +18,7 @@ use super::problem::{Problem, Unknown};
 use super::rest::Rest;
 use super::sets::Sets;
 use super::shared::Shared;
+use super::shared_ends;
 use crate::component::Component;
 use crate::connected_set::{ConnectedSet, Touch};
 use crate::counters::Counters;
@@ -200,6 +201,7 @@ impl Stage {
         for contact in &mut self.contacts {
             contact.evaluate(&world, components, poses);
         }
+        shared_ends::double(world.shapes, &mut self.contacts);
         counters.contact_evaluations += self.contacts.len() as u64;
     }
 
@@ -256,14 +258,15 @@ impl Stage {
         }
         let shapes = shared.detector.shapes();
         let contacts = (&*self.contacts, &*self.active);
-        let (params, problem) = (&shared.params, &mut self.problem);
-        self.coupling.assemble(contacts, shapes, components, problem, params.most_blocks)?;
-        let (sharper, share) = match formulation.momentum() {
-            true => (params.momentum_sharper, params.momentum_sharper),
-            false => (params.sharper, params.share_left),
-        };
-        let tolerance = (tolerance * sharper).max(worst * share);
-        counters.contact_sweeps += self.impulses.solve(problem, tolerance, params) as u64;
+        let problem = &mut self.problem;
+        self.coupling.assemble(contacts, shapes, components, problem, shared.params.most_blocks)?;
+        let mut params = shared.params;
+        if formulation.momentum() {
+            (params.sharper, params.share_left) = (params.momentum_sharper, params.momentum_sharper);
+            params.unknowns_a_sweep = usize::MAX;
+        }
+        let tolerance = (tolerance * params.sharper).max(worst * params.share_left);
+        counters.contact_sweeps += self.impulses.solve(problem, tolerance, &params) as u64;
         counters.contact_solves += self.active.len() as u64;
         for (k, &index) in self.active.iter().enumerate() {
             let contact = &mut self.contacts[index as usize];

@@ -7,8 +7,8 @@ use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
 
 use super::detect::{Detector, Search};
 use super::exclusion::PairFilter;
-use super::geometry::Contact;
-use super::{Sets, Shape};
+use super::geometry::{Contact, NOTHING};
+use super::{Sets, Shape, share_ends};
 use crate::component::{Component, split};
 use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::contact_params::ContactParams;
@@ -55,9 +55,11 @@ impl Rods {
                 radius: segment.radius,
                 free: true,
                 ends: [true; 2],
+                beyond: [NOTHING; 2],
             }
         };
-        let shapes = (0..model.segments.len()).map(shape).collect();
+        let mut shapes: Vec<Shape> = (0..model.segments.len()).map(shape).collect();
+        share_ends(&model, &mut shapes);
         let seats = (0..sets.len() as u32).collect();
         Self { model, sets, seats, shapes }
     }

@@ -285,7 +285,7 @@ pub(super) fn begin_set(
 }
 
 impl Steps for Island<'_> {
-    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool) -> Status {
+    fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool, is_last: bool) -> Status {
         if !std::mem::take(&mut self.room.is_begun) {
             self.begin(interval, params, guessing);
         }
@@ -300,7 +300,9 @@ impl Steps for Island<'_> {
                 set.attempt.residuals = evaluate(&mut set.component, params.formulation, &mut set.counters);
             }
         });
-        let (mut before, mut best) = (f64::INFINITY, f64::INFINITY);
+        // With a momentum residual contacts come to rest only after many iterations.
+        let is_impatient = !is_last && !params.formulation.momentum();
+        let (mut before, mut best, mut earlier) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
         for iteration in 0.. {
             let now = max_or_nan(self.error(), contact / params.contact_tolerance);
             if now.is_nan() {
@@ -310,7 +312,12 @@ impl Steps for Island<'_> {
                 break;
             }
             best = best.min(now);
-            if !may_go_on(iteration, now, before, params) || now > params.contact.lost * best {
+            let mut is_lost = now > params.contact.lost * best;
+            if iteration % params.contact.patience == 0 {
+                is_lost |= is_impatient && best > params.contact.slow * earlier;
+                earlier = best;
+            }
+            if is_lost || !may_go_on(iteration, now, before, params) {
                 return Status::OutOfIterations;
             }
             before = now;

@@ -26,11 +26,11 @@ fn rods(rods: &[([f64; 3], [f64; 3], [f64; 3])]) -> (Model, State) {
     (model, state)
 }
 
-/// A heap of so many rods, across each other and a little askew, that falls at 3 m/s.
+/// A heap of so many rods, across each other and a little askew, that falls at 8 m/s.
 fn heap(count: usize) -> Vec<([f64; 3], [f64; 3], [f64; 3])> {
     let rod = |k: usize| {
         let angle = 1.1 * k as f64;
-        ([5.0, 0.0, 0.03 + 0.025 * k as f64], [angle.cos(), angle.sin(), 0.05], [0.0, 0.0, -3.0])
+        ([5.0, 0.0, 0.03 + 0.025 * k as f64], [angle.cos(), angle.sin(), 0.05], [0.0, 0.0, -8.0])
     };
     (0..count).map(rod).collect()
 }

@@ -1,0 +1,91 @@
+//! Ends that two segments share, and which contacts hold there for both.
+//!
+//! Where a rod is nearest to another body at a joint, both segments that meet there are as near, at the same place. Where it is
+//! nearest beside the joint, the place nearest on the segment across is the joint itself, and no nearer: what keeps the one off
+//! keeps both off, whatever the poses. Contacts that others hold in this way are doubled. Left among those that press, force would
+//! go to and fro between them, for what they do to the rod is the same but for rounding errors.
+
+use std::cmp::Reverse;
+
+use rod::{Body, Model};
+
+use super::geometry::{BETWEEN, Contact, NOTHING, Shape};
+use super::key::{Feature, Key, Partner};
+use crate::kernel::math::Vec3;
+
+/// Difference of gaps that is none \[radii\].
+const SAME: f64 = 1e-6;
+
+/// Says of each end where segments meet which of them stands for it, and which two are as thick and alone there.
+pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
+    let mut met = vec![[0; 2]; shapes.len()];
+    for joint in &model.joints {
+        if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)
+            && joint.mount.is_none()
+            && let (Some(end_a), Some(end_b)) = (shapes[a].end_at(joint.offset_a), shapes[b].end_at(joint.offset_b))
+        {
+            // The thicker of two ends that meet stands for both.
+            let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));
+            let (other, end) = if first { (b, end_b) } else { (a, end_a) };
+            shapes[other].ends[end] = false;
+            for (own, end, across) in [(a, end_a, b), (b, end_b, a)] {
+                met[own][end] += 1;
+                let is_alone = met[own][end] == 1 && shapes[across].radius >= shapes[own].radius;
+                shapes[own].beyond[end] = if is_alone { across as u32 } else { NOTHING };
+            }
+        }
+    }
+}
+
+/// Marks contacts, in the order of their keys and evaluated, that others hold. Those leave what they press with from the step
+/// before to the others.
+pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact]) {
+    for index in 0..contacts.len() {
+        let contact = contacts[index];
+        let is_near = contact.gap < contact.target + contact.radius;
+        if !is_near || contact.doubled || contact.key.2 != Feature::Nearest {
+            continue;
+        }
+        let holder = [0, 1].into_iter().find_map(|side| holder(shapes, contacts, &contact, side));
+        let Some((place, swaps)) = holder else { continue };
+        contacts[index].doubled = true;
+        if contact.guess != [0.0; 3] && contact.impulse == Vec3::zero() {
+            contacts[index].guess = [0.0; 3];
+            let other = &mut contacts[place];
+            if other.guess == [0.0; 3] {
+                let guess = contact.world(contact.guess);
+                other.guess = other.local(if swaps { -guess } else { guess });
+            }
+        }
+    }
+}
+
+/// The place of a contact that holds what another one does at the end of its first or second segment, if one does, and whether it
+/// sees the two bodies the other way round.
+fn holder(shapes: &[Shape], contacts: &[Contact], contact: &Contact, side: usize) -> Option<(usize, bool)> {
+    let (first, partner, _) = contact.key;
+    let pair = [Some(first), partner.segment()];
+    let own = pair[side]?;
+    let end = contact.ends[side];
+    let across = if end == BETWEEN { NOTHING } else { shapes[own as usize].beyond[end as usize] };
+    if across == NOTHING {
+        return None;
+    }
+    let (key, seat): (Key, usize) = match pair[1 - side] {
+        None => ((across, partner, Feature::Nearest), 0),
+        Some(other) if across < other => ((across, Partner::Segment(other), Feature::Nearest), 0),
+        Some(other) => ((other, Partner::Segment(across), Feature::Nearest), 1),
+    };
+    let place = contacts.binary_search_by_key(&key, |contact| contact.key).ok()?;
+    let other = &contacts[place];
+    let is_at_joint = other.ends[seat] != BETWEEN && shapes[across as usize].beyond[other.ends[seat] as usize] == own;
+    let nearer = (contact.gap - other.gap) / contact.radius;
+    let holds = !other.doubled
+        && nearer >= -SAME
+        && other.target >= contact.target
+        && (!is_at_joint || nearer > SAME || other.key < contact.key);
+    holds.then_some((place, seat != side))
+}
+
+#[cfg(test)]
+mod tests;
