@@ -20,6 +20,9 @@ const MOST: usize = 16;
 /// Growth of a round's change, squared, above which it begins anew.
 const GROWTH: f64 = 4.0;
 
+/// Added to the diagonal of the least squares' matrix, relative to its largest: rounds that say the same make it singular.
+const SHIFT: f64 = 1e-12;
+
 /// One round: its change, what it came to, and `W dz` there; or the differences of these between two rounds.
 #[derive(Default)]
 struct Round {
@@ -139,19 +142,22 @@ fn dot(problem: &Problem, a: &[Row], b: &[Row]) -> f64 {
 /// Solves a symmetric positive system of `size` equations in place; returns whether it is one.
 fn solve(mut a: [[f64; MOST]; MOST], x: &mut [f64; MOST], size: usize) -> bool {
     let largest = (0..size).map(|k| a[k][k]).fold(0.0, f64::max);
-    for k in 0..size {
-        a[k][k] += 1e-12 * largest;
+    for (k, row) in a.iter_mut().enumerate().take(size) {
+        row[k] += SHIFT * largest;
     }
     for k in 0..size {
-        if a[k][k] <= 0.0 || !a[k][k].is_finite() {
+        let (above, below) = a.split_at_mut(k + 1);
+        let (x_above, x_below) = x.split_at_mut(k + 1);
+        let pivot = &above[k];
+        if pivot[k] <= 0.0 || !pivot[k].is_finite() {
             return false;
         }
-        for row in k + 1..size {
-            let by = a[row][k] / a[k][k];
-            for column in k..size {
-                a[row][column] -= by * a[k][column];
+        for (row, x) in below[..size - k - 1].iter_mut().zip(x_below) {
+            let by = row[k] / pivot[k];
+            for (entry, other) in row[k..size].iter_mut().zip(&pivot[k..size]) {
+                *entry -= by * other;
             }
-            x[row] -= by * x[k];
+            *x -= by * x_above[k];
         }
     }
     for k in (0..size).rev() {
