@@ -37,18 +37,31 @@ pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
     }
 }
 
+/// Which contact holds what another one does, by its place, and whether it sees the two bodies the other way round.
+pub(super) type Holder = Option<(usize, bool)>;
+
 /// Marks contacts, in the order of their keys and evaluated, that others hold. Those leave what they press with from the step
-/// before to the others.
-pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact]) {
+/// before to the others. `holders` is memory.
+pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], holders: &mut Vec<Holder>) {
+    holders.clear();
+    holders.resize(contacts.len(), None);
     for index in 0..contacts.len() {
         let contact = contacts[index];
         let is_near = contact.gap < contact.target + contact.radius;
         if !is_near || contact.doubled || contact.key.2 != Feature::Nearest {
             continue;
         }
-        let holder = [0, 1].into_iter().find_map(|side| holder(shapes, contacts, &contact, side));
-        let Some((place, swaps)) = holder else { continue };
+        // What holds may be held itself, but not by this one.
+        let last = |side| {
+            let (mut place, mut swaps) = holder(shapes, contacts, &contact, side)?;
+            while let Some((next, swaps_again)) = holders[place] {
+                (place, swaps) = (next, swaps != swaps_again);
+            }
+            (place != index).then_some((place, swaps))
+        };
+        let Some((place, swaps)) = [0, 1].into_iter().find_map(last) else { continue };
         contacts[index].doubled = true;
+        holders[index] = Some((place, swaps));
         if contact.guess != [0.0; 3] && contact.impulse == Vec3::zero() {
             contacts[index].guess = [0.0; 3];
             let other = &mut contacts[place];
@@ -62,7 +75,7 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact]) {
 
 /// The place of a contact that holds what another one does at the end of its first or second segment, if one does, and whether it
 /// sees the two bodies the other way round.
-fn holder(shapes: &[Shape], contacts: &[Contact], contact: &Contact, side: usize) -> Option<(usize, bool)> {
+fn holder(shapes: &[Shape], contacts: &[Contact], contact: &Contact, side: usize) -> Holder {
     let (first, partner, _) = contact.key;
     let pair = [Some(first), partner.segment()];
     let own = pair[side]?;
@@ -80,10 +93,8 @@ fn holder(shapes: &[Shape], contacts: &[Contact], contact: &Contact, side: usize
     let other = &contacts[place];
     let is_at_joint = other.ends[seat] != BETWEEN && shapes[across as usize].beyond[other.ends[seat] as usize] == own;
     let nearer = (contact.gap - other.gap) / contact.radius;
-    let holds = !other.doubled
-        && nearer >= -SAME
-        && other.target >= contact.target
-        && (!is_at_joint || nearer > SAME || other.key < contact.key);
+    let holds =
+        nearer >= -SAME && other.target >= contact.target && (!is_at_joint || nearer > SAME || other.key < contact.key);
     holds.then_some((place, seat != side))
 }
 

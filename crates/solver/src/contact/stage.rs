@@ -18,7 +18,7 @@ use super::problem::{Problem, Unknown};
 use super::rest::Rest;
 use super::sets::Sets;
 use super::shared::Shared;
-use super::shared_ends;
+use super::shared_ends::{self, Holder};
 use crate::component::Component;
 use crate::connected_set::{ConnectedSet, Touch};
 use crate::counters::Counters;
@@ -49,6 +49,8 @@ pub(crate) struct Stage {
     remembered: Vec<Remembered>,
     /// What pressed on meshes in the last step, in the order of keys.
     pressed: Vec<Pressed>,
+    /// Memory for which contacts others hold.
+    holders: Vec<Holder>,
     /// Contacts that may press, ascending.
     active: Vec<u32>,
     /// Contacts of a segment with meshes for which others wait.
@@ -201,7 +203,7 @@ impl Stage {
         for contact in &mut self.contacts {
             contact.evaluate(&world, components, poses);
         }
-        shared_ends::double(world.shapes, &mut self.contacts);
+        shared_ends::double(world.shapes, &mut self.contacts, &mut self.holders);
         counters.contact_evaluations += self.contacts.len() as u64;
     }
 
