@@ -47,8 +47,10 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], holders: &mut V
     holders.resize(contacts.len(), None);
     for index in 0..contacts.len() {
         let contact = contacts[index];
+        let (_, partner, feature) = contact.key;
         let is_near = contact.gap < contact.target + contact.radius;
-        if !is_near || contact.doubled || contact.key.2 != Feature::Nearest {
+        // Edges of meshes have rules of their own.
+        if !is_near || partner.whole() != partner || feature != Feature::Nearest {
             continue;
         }
         // What holds may be held itself, but not by this one.
