@@ -100,7 +100,9 @@ impl Inside {
 
     /// Runs some cables on this thread, side by side where their frames come at the same times.
     fn run(&self, cases: &[Case<'_>], frames: usize) -> Result<Vec<Prediction>, SimulationError> {
-        if !cases.iter().all(|case| are_in_time(&case.recording.time, &cases[0].recording.time)) {
+        let longest = cases.iter().map(|case| &case.recording.time).max_by_key(|time| time.len());
+        let are_together = |longest: &Vec<f64>| cases.iter().all(|case| are_in_time(&case.recording.time, longest));
+        if !longest.is_none_or(are_together) {
             let alone = cases.iter().map(|case| self.run(std::slice::from_ref(case), frames));
             return Ok(alone.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect());
         }

@@ -187,7 +187,8 @@ angular_velocity_rad_s = {}
     text
 }
 
-/// The rod `cable` in its grips, whose segments and joints are the first of this model; `keys` has further lines of the rod.
+/// The rod `cable` in its grips, whose joints are the first of this model; `state` is its own, as it is drawn. `keys` has further
+/// lines of the rod.
 pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &Parameters, keys: &str) -> String {
     let segments = cable.first_nodes().len() - 1;
     let bend = youngs_modulus(parameters);
@@ -197,8 +198,7 @@ pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &P
         density: DENSITY,
         tau: parameters[Parameter::InnerDamping],
     };
-    let (_, drawn) = cable.assembly(parameters).finish();
-    let d1 = list(&(drawn.orientations[0] * Vector3::x()));
+    let d1 = list(&(state.orientations[0] * Vector3::x()));
     let keys = format!("frame = {{ d1 = {d1} }}\n{}{keys}", rest(model, 0..segments - 1));
     let mut text = rod("cable", &made_of, &keys) + &polyline(cable.first_nodes());
     let [first, second, twist] = springs(parameters).moment;

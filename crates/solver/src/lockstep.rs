@@ -11,7 +11,7 @@ use rod::{Body, Carried, Model};
 
 use crate::component::{Change, Members};
 use crate::connected_set::{ConnectedSet, Touch};
-use crate::contact::{ContactForce, Islands, NOTHING, PairFilter, Sets, Shape, Shared, Stage, share_ends};
+use crate::contact::{ContactForce, Islands, PairFilter, Sets, Shape, Shared, Stage, share_ends};
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::kernel::Spatial;
@@ -50,7 +50,7 @@ impl Lockstep {
     ) -> Result<Self, SolverError> {
         let mut sets: Vec<Box<ConnectedSet>> = sets.into_iter().map(Box::new).collect();
         let nothing =
-            Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2], beyond: [NOTHING; 2] };
+            Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2], beyond: [None; 2] };
         let mut shapes = vec![nothing; model.segments.len()];
         for (component, set) in sets.iter_mut().enumerate() {
             for (body, &index) in set.members.segments.iter().enumerate() {
@@ -69,7 +69,7 @@ impl Lockstep {
                     radius,
                     free: !segment.fixed,
                     ends: [capsule.is_some(), half > 0.0],
-                    beyond: [NOTHING; 2],
+                    beyond: [None; 2],
                 };
             }
             let bodies = set.component.poses.len();

@@ -89,9 +89,9 @@ impl BranchedCable {
     }
 
     /// By how much each segment of the parent is turned about its axis in the first frame [rad], as the branches show: where one
-    /// hangs, by the angle from the side on which it leaves at rest to that on which it is seen, and evenly between.
-    pub(super) fn turns(&self, numbers: &Numbers) -> Vec<f64> {
-        let (_, state) = self.parent.assembly(&numbers.parent).finish();
+    /// hangs, by the angle from the side on which it leaves at rest to that on which it is seen, and evenly between. `drawn`: the parent's
+    /// state without these turns.
+    pub(super) fn turns(&self, numbers: &Numbers, drawn: &State) -> Vec<f64> {
         let mut turns = vec![(0.0, 0.0)];
         let mut turn = |place: f64, angle: f64| {
             let (_, before): (f64, f64) = turns[turns.len() - 1];
@@ -100,7 +100,7 @@ impl BranchedCable {
         let mut twigs: Vec<&Twig> = self.twigs.iter().collect();
         twigs.sort_by_key(|twig| twig.junction);
         twigs.dedup_by_key(|twig| twig.junction);
-        twigs.iter().for_each(|twig| turn(twig.junction as f64 + 0.5, twig.side(&state) - numbers.side));
+        twigs.iter().for_each(|twig| turn(twig.junction as f64 + 0.5, twig.side(drawn) - numbers.side));
         let segments = self.segments();
         turn(segments as f64, self.parent.twisted(&numbers.parent));
         let at = |i: usize| {
@@ -120,7 +120,8 @@ impl BranchedCable {
     /// are at rest as they are in it, but for their weight.
     pub(super) fn assembled(&self, numbers: &Numbers) -> (Model, State) {
         let mut assembly = self.parent.assembly(&numbers.parent);
-        for (orientation, angle) in assembly.state_mut().orientations.iter_mut().zip(self.turns(numbers)) {
+        let turns = self.turns(numbers, assembly.state_mut());
+        for (orientation, angle) in assembly.state_mut().orientations.iter_mut().zip(turns) {
             *orientation *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
         }
         self.bend(assembly.model_mut(), numbers);

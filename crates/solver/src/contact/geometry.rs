@@ -15,12 +15,6 @@ use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::snapshot::Tape;
 
-/// No segment.
-pub(crate) const NOTHING: u32 = u32::MAX;
-
-/// A place along an axis that is none of its ends.
-pub(crate) const BETWEEN: u8 = 2;
-
 /// A segment that can touch something: where it is found, and its size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shape {
@@ -36,8 +30,8 @@ pub(crate) struct Shape {
     pub(crate) free: bool,
     /// Ends that touch for themselves: where two segments meet end to end, one stands for both.
     pub(crate) ends: [bool; 2],
-    /// The segment that shares each end and is as thick, if just one does; else [`NOTHING`].
-    pub(crate) beyond: [u32; 2],
+    /// The segment that shares each end and is as thick, if just one does.
+    pub(crate) beyond: [Option<u32>; 2],
 }
 
 impl Shape {
@@ -90,8 +84,8 @@ pub(crate) struct Contact {
     pub(crate) residual: f64,
     /// Smaller radius of the two [m].
     pub(crate) radius: f64,
-    /// The ends of the two axes at which the places of contact are, 0 or 1, or [`BETWEEN`]: where the two are nearest.
-    pub(crate) ends: [u8; 2],
+    /// The ends of the two axes at which the places of contact are, 0 or 1, where it is the nearest places of both that touch.
+    pub(crate) ends: [Option<u8>; 2],
     /// Whether another contact holds the same places apart.
     pub(crate) doubled: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
@@ -187,7 +181,7 @@ impl Contact {
             span: 0.0,
             residual: 0.0,
             radius,
-            ends: [BETWEEN; 2],
+            ends: [None; 2],
             doubled: false,
             waits: false,
         }
@@ -280,7 +274,7 @@ impl Contact {
         };
         self.ends = match feature {
             Feature::Nearest => [s, t].map(end_at),
-            _ => [BETWEEN; 2],
+            _ => [None; 2],
         };
         // An end beyond the other axis is no end of the line along which the two touch.
         self.doubled = match feature {
@@ -305,7 +299,7 @@ impl Contact {
         {
             // Ends follow when the nearest places are back where they belong.
             self.doubled |= feature != Feature::Nearest;
-            self.ends = [BETWEEN; 2];
+            self.ends = [None; 2];
             (a, b, normal) = (own.at(hit.s), other.at(hit.t), to_kernel(&hit.normal));
             gap = normal.dot(a - b) - reach;
             direction = None;
@@ -390,12 +384,12 @@ fn nearest(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> [f64; 2] {
 /// Share of an axis that is no distance.
 const SAME: f64 = 1e-6;
 
-/// The end at a share of an axis, or [`BETWEEN`].
-fn end_at(share: f64) -> u8 {
+/// The end at a share of an axis, if one is there.
+fn end_at(share: f64) -> Option<u8> {
     match share {
-        share if share < SAME => 0,
-        share if share > 1.0 - SAME => 1,
-        _ => BETWEEN,
+        share if share < SAME => Some(0),
+        share if share > 1.0 - SAME => Some(1),
+        _ => None,
     }
 }
 

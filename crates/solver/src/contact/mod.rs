@@ -34,7 +34,7 @@ pub use force::{ContactForce, Touched};
 pub use overlap::{Overlap, Overlapped};
 
 pub(crate) use exclusion::PairFilter;
-pub(crate) use geometry::{NOTHING, Shape};
+pub(crate) use geometry::Shape;
 pub(crate) use islands::Islands;
 pub(crate) use overlap::refuse_overlaps;
 pub(crate) use sets::Sets;

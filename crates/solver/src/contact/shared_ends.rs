@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 
 use rod::{Body, Model};
 
-use super::geometry::{BETWEEN, Contact, NOTHING, Shape};
+use super::geometry::{Contact, Shape};
 use super::key::{Feature, Key, Partner};
 use crate::kernel::math::Vec3;
 
@@ -31,7 +31,7 @@ pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
             for (own, end, across) in [(a, end_a, b), (b, end_b, a)] {
                 met[own][end] += 1;
                 let is_alone = met[own][end] == 1 && shapes[across].radius >= shapes[own].radius;
-                shapes[own].beyond[end] = if is_alone { across as u32 } else { NOTHING };
+                shapes[own].beyond[end] = is_alone.then_some(across as u32);
             }
         }
     }
@@ -46,16 +46,15 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], holders: &mut V
     holders.clear();
     holders.resize(contacts.len(), None);
     for index in 0..contacts.len() {
-        let contact = contacts[index];
-        let (_, partner, feature) = contact.key;
-        let is_near = contact.gap < contact.target + contact.radius;
+        let Contact { key: (_, partner, feature), gap, target, radius, .. } = contacts[index];
+        let is_near = gap < target + radius;
         // Edges of meshes have rules of their own.
         if !is_near || partner.whole() != partner || feature != Feature::Nearest {
             continue;
         }
         // What holds may be held itself, but not by this one.
         let last = |side| {
-            let (mut place, mut swaps) = holder(shapes, contacts, &contact, side)?;
+            let (mut place, mut swaps) = holder(shapes, contacts, index, side)?;
             while let Some((next, swaps_again)) = holders[place] {
                 (place, swaps) = (next, swaps != swaps_again);
             }
@@ -64,6 +63,7 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], holders: &mut V
         let Some((place, swaps)) = [0, 1].into_iter().find_map(last) else { continue };
         contacts[index].doubled = true;
         holders[index] = Some((place, swaps));
+        let contact = contacts[index];
         if contact.guess != [0.0; 3] && contact.impulse == Vec3::zero() {
             contacts[index].guess = [0.0; 3];
             let other = &mut contacts[place];
@@ -77,15 +77,13 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], holders: &mut V
 
 /// The place of a contact that holds what another one does at the end of its first or second segment, if one does, and whether it
 /// sees the two bodies the other way round.
-fn holder(shapes: &[Shape], contacts: &[Contact], contact: &Contact, side: usize) -> Holder {
+fn holder(shapes: &[Shape], contacts: &[Contact], index: usize, side: usize) -> Holder {
+    let contact = &contacts[index];
     let (first, partner, _) = contact.key;
     let pair = [Some(first), partner.segment()];
     let own = pair[side]?;
-    let end = contact.ends[side];
-    let across = if end == BETWEEN { NOTHING } else { shapes[own as usize].beyond[end as usize] };
-    if across == NOTHING {
-        return None;
-    }
+    let beyond = |segment: u32, end: u8| shapes[segment as usize].beyond[end as usize];
+    let across = beyond(own, contact.ends[side]?)?;
     let (key, seat): (Key, usize) = match pair[1 - side] {
         None => ((across, partner, Feature::Nearest), 0),
         Some(other) if across < other => ((across, Partner::Segment(other), Feature::Nearest), 0),
@@ -93,7 +91,7 @@ fn holder(shapes: &[Shape], contacts: &[Contact], contact: &Contact, side: usize
     };
     let place = contacts.binary_search_by_key(&key, |contact| contact.key).ok()?;
     let other = &contacts[place];
-    let is_at_joint = other.ends[seat] != BETWEEN && shapes[across as usize].beyond[other.ends[seat] as usize] == own;
+    let is_at_joint = other.ends[seat].is_some_and(|end| beyond(across, end) == Some(own));
     let nearer = (contact.gap - other.gap) / contact.radius;
     let holds =
         nearer >= -SAME && other.target >= contact.target && (!is_at_joint || nearer > SAME || other.key < contact.key);

@@ -7,7 +7,7 @@ use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
 
 use super::detect::{Detector, Search};
 use super::exclusion::PairFilter;
-use super::geometry::{Contact, NOTHING};
+use super::geometry::Contact;
 use super::{Sets, Shape, share_ends};
 use crate::component::{Component, split};
 use crate::connected_set::{ConnectedSet, Projector, Touch};
@@ -55,7 +55,7 @@ impl Rods {
                 radius: segment.radius,
                 free: true,
                 ends: [true; 2],
-                beyond: [NOTHING; 2],
+                beyond: [None; 2],
             }
         };
         let mut shapes: Vec<Shape> = (0..model.segments.len()).map(shape).collect();

@@ -52,7 +52,7 @@ fn the_segment_that_is_nearer_holds_for_the_one_across_the_joint() {
 /// Segments 0 and 2, whose ends 1 and 0 meet, and segment 1 that both are near to.
 fn interleaved() -> (Vec<Shape>, [Contact; 2]) {
     let shape = |beyond| Shape { component: 0, body: 0, half: 0.1, radius: 0.01, free: true, ends: [true; 2], beyond };
-    let shapes = vec![shape([NOTHING, 2]), shape([NOTHING; 2]), shape([0, NOTHING])];
+    let shapes = vec![shape([None, Some(2)]), shape([None; 2]), shape([Some(0), None])];
     let contact = |a, b, ends, gap, normal| {
         let mut contact = Contact::new((a, Partner::Segment(b), Feature::Nearest), Friction::default(), 0.01);
         (contact.ends, contact.gap, contact.normal) = (ends, gap, normal);
@@ -60,7 +60,7 @@ fn interleaved() -> (Vec<Shape>, [Contact; 2]) {
         contact
     };
     let up = Vec3([0.0, 0.0, 1.0]);
-    (shapes, [contact(0, 1, [1, BETWEEN], 1e-4, up), contact(1, 2, [BETWEEN; 2], 0.0, -up)])
+    (shapes, [contact(0, 1, [Some(1), None], 1e-4, up), contact(1, 2, [None; 2], 0.0, -up)])
 }
 
 #[test]
