@@ -21,9 +21,9 @@ pub struct ContactParams {
     /// step moves the rods alone, and contacts are looked at from there. Larger: contacts are solved where the bodies are
     /// not going to be. Smaller: an iteration more.
     pub far: f64,
-    /// Outer iterations after which a contact's normal is taken between its last one and the new one, so that normals which
-    /// jump to and fro come to rest. Larger: steps with jumping normals take longer. Smaller: normals lag behind from
-    /// earlier on. In a formulation with momentum residual friction's bounds, too, lag by an iteration from there on; from
+    /// Outer iterations after which contacts keep their normals and their places on both bodies, so that nearest places which
+    /// jump to and fro come to rest; where all is solved so, nearest places are looked at again. Larger: steps with jumping
+    /// places take longer. Smaller: normals are those of earlier iterations. In a formulation with momentum residual friction's bounds, too, lag by an iteration from there on; from
     /// twice as many on they stay, and contacts that are nearer than half their tolerance are taken as they are.
     pub settle_after: usize,
     /// How exact the direction of sliding friction is, relative to the slip of the step. Larger: fewer iterations.
@@ -71,6 +71,11 @@ pub struct ContactParams {
     pub rods_share: f64,
     /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
     pub lost: f64,
+    /// Outer iterations after which a step's error must have been below [`ContactParams::astray`], else it is halved.
+    pub astray_after: usize,
+    /// Error of a step that goes astray \[radii\]: linearised contacts say nothing of bodies that far off. Larger: steps are
+    /// halved later. Smaller: also steps that come to their end slowly.
+    pub astray: f64,
     /// Outer iterations in which a step's least error must fall to [`ContactParams::slow`] of what it was before them, else it is
     /// halved. Smaller: sooner, also steps that come to their end slowly.
     pub patience: usize,
@@ -121,6 +126,8 @@ impl ContactParams {
         most_blocks: 8_000_000,
         rods_share: 0.01,
         lost: 1e4,
+        astray_after: 4,
+        astray: 0.3,
         patience: 6,
         slow: 0.7,
         most_gain: 0.02,
@@ -142,6 +149,7 @@ impl ContactParams {
             ("release_speed", self.release_speed),
             ("newton_damping_least", self.newton_damping_least),
             ("rods_share", self.rods_share),
+            ("astray", self.astray),
         ];
         for (name, value) in positive {
             check(name, value, value > 0.0, "finite and > 0")?;

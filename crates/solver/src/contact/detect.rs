@@ -45,8 +45,12 @@ pub(crate) struct Search {
     segments: Vec<u32>,
     /// Boxes of their ways with room, then of all bounded obstacles.
     boxes: Vec<Aabb>,
-    /// What holds the boxes that their ways had before these; empty where there were none.
+    /// What holds the boxes that their ways had in parts of the step that were accepted; empty where there were none.
     reach: Vec<Aabb>,
+    /// The same of the attempt under way, before these boxes.
+    tried: Vec<Aabb>,
+    /// Whether the boxes are those of an attempt that was taken back.
+    is_taken_back: bool,
     /// Whether they have been searched again in the step.
     has_grown: bool,
     hash: SpatialHash,
@@ -67,7 +71,9 @@ impl Search {
         self.segments.sort_unstable();
         self.boxes.clear();
         self.reach.clear();
+        self.tried.clear();
         self.has_grown = false;
+        self.is_taken_back = false;
         self.part = None;
     }
 
@@ -91,20 +97,45 @@ impl Search {
     /// Writes where its segments may have been in the step to `all`, one box a segment of the model.
     pub(crate) fn show_reach(&self, all: &mut [Aabb]) {
         for (k, (&i, own)) in self.segments.iter().zip(&self.boxes).enumerate() {
-            all[i as usize] = self.reach.get(k).map_or(*own, |reach| union(reach, own));
+            let with = |own: &Aabb, others: &[Aabb]| others.get(k).map_or(*own, |other| union(other, own));
+            all[i as usize] = with(&with(own, &self.reach), &self.tried);
         }
     }
 
-    /// Notes where the boxes have been before they are made anew.
+    /// Notes where the boxes have been before they are made anew; what was taken back does not count.
     fn grow(&mut self) {
-        let Self { segments, boxes, reach, .. } = self;
         self.has_grown = true;
-        let old = boxes.iter().take(segments.len());
-        if reach.is_empty() {
-            reach.extend(old);
-        } else {
-            reach.iter_mut().zip(old).for_each(|(reach, own)| *reach = union(reach, own));
+        if !std::mem::take(&mut self.is_taken_back) {
+            let Self { segments, boxes, tried, .. } = self;
+            unite(tried, &boxes[..segments.len().min(boxes.len())]);
         }
+    }
+
+    /// Takes what was tried since the last part of the step back.
+    pub(crate) fn take_back(&mut self) {
+        self.tried.clear();
+        self.is_taken_back = true;
+    }
+
+    /// Keeps where its segments may have been in a part of the step.
+    pub(crate) fn keep(&mut self) {
+        if self.has_grown {
+            let Self { segments, boxes, reach, tried, .. } = self;
+            if !tried.is_empty() {
+                unite(reach, tried);
+                tried.clear();
+            }
+            unite(reach, &boxes[..segments.len().min(boxes.len())]);
+        }
+    }
+}
+
+/// Makes boxes around those that are there, if any, and others.
+fn unite(boxes: &mut Vec<Aabb>, others: &[Aabb]) {
+    if boxes.is_empty() {
+        boxes.extend_from_slice(others);
+    } else {
+        boxes.iter_mut().zip(others).for_each(|(own, other)| *own = union(own, other));
     }
 }
 

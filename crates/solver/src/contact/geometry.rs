@@ -86,6 +86,8 @@ pub(crate) struct Contact {
     pub(crate) radius: f64,
     /// The ends of the two axes at which the places of contact are, 0 or 1, where it is the nearest places of both that touch.
     pub(crate) ends: [Option<u8>; 2],
+    /// Where on the two axes the places of contact are, from 0 to 1.
+    places: [f64; 2],
     /// Whether another contact holds the same places apart.
     pub(crate) doubled: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
@@ -122,6 +124,9 @@ pub(crate) enum Poses {
     /// The current ones, with normals between those of the evaluation before and the new ones: nearest places that jump to
     /// and fro as the bodies move settle so. It errs to the safe side, for along any other normal two bodies are nearer.
     Settling,
+    /// The current ones, with the normals and the places on both axes of the evaluation before: nearest places that jump to and
+    /// fro as the bodies move do not.
+    Held,
 }
 
 /// A body as a contact sees it, at its start and now.
@@ -182,6 +187,7 @@ impl Contact {
             residual: 0.0,
             radius,
             ends: [None; 2],
+            places: [0.5; 2],
             doubled: false,
             waits: false,
         }
@@ -265,6 +271,12 @@ impl Contact {
     /// Evaluates a contact between two capsules. Returns the direction from the other one between the places; `None` where they
     /// have passed through each other.
     pub(super) fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) -> Option<Vec3<f64>> {
+        let reach = own.radius + other.radius;
+        if poses == Poses::Held && self.normal != Vec3::zero() {
+            let (a, b) = (own.at(self.places[0]), other.at(self.places[1]));
+            self.meet(own, other, [a, b], self.normal);
+            return None;
+        }
         let [s, t] = match feature {
             Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => {
                 nearest(own.ends, other.ends)
@@ -272,6 +284,7 @@ impl Contact {
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
             Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
         };
+        self.places = [s, t];
         self.ends = match feature {
             Feature::Nearest => [s, t].map(end_at),
             _ => [None; 2],
@@ -283,11 +296,9 @@ impl Contact {
             Feature::Partners(_) => s <= 0.0 || s >= 1.0,
         };
         let (mut a, mut b) = (own.at(s), other.at(t));
-        let reach = own.radius + other.radius;
         let difference = a - b;
         let distance = difference.norm_squared().sqrt();
         let mut normal = if distance > 0.0 { difference * (1.0 / distance) } else { across(own.ends, other.ends) };
-        let mut gap = distance - reach;
         let mut direction = (distance > 0.0).then_some(normal);
         // Fast enough to have passed through the other: what counts is the side from which it came.
         let moved = |side: &Side, k: usize| side.ends[k] - side.ends_before[k];
@@ -300,8 +311,8 @@ impl Contact {
             // Ends follow when the nearest places are back where they belong.
             self.doubled |= feature != Feature::Nearest;
             self.ends = [None; 2];
+            self.places = [hit.s, hit.t];
             (a, b, normal) = (own.at(hit.s), other.at(hit.t), to_kernel(&hit.normal));
-            gap = normal.dot(a - b) - reach;
             direction = None;
         }
         if poses == Poses::Settling {
@@ -309,12 +320,17 @@ impl Contact {
             let size = between.norm_squared().sqrt();
             if size > 0.1 {
                 normal = between * (1.0 / size);
-                gap = normal.dot(a - b) - reach;
             }
         }
+        self.meet(own, other, [a, b], normal);
+        direction
+    }
+
+    /// Sets what is between two capsules that meet at `a` and `b` on their axes.
+    fn meet(&mut self, own: &Side, other: &Side, [a, b]: [Vec3<f64>; 2], normal: Vec3<f64>) {
+        let gap = normal.dot(a - b) - own.radius - other.radius;
         let place = (a - normal * own.radius + b + normal * other.radius) * 0.5;
         self.set(own, Some(other), normal, gap, place);
-        direction
     }
 
     pub(super) fn set(&mut self, own: &Side, other: Option<&Side>, normal: Vec3<f64>, gap: f64, place: Vec3<f64>) {

@@ -11,6 +11,10 @@ use super::problem::Problem;
 use super::twins::{self, Twins};
 use crate::contact_params::ContactParams;
 
+/// Rounds that do not halve the residual after which [`ENOUGH`] times the tolerance will do.
+const STALLED: usize = 6;
+const ENOUGH: f64 = 2.5;
+
 /// Memory of the solves.
 #[derive(Default)]
 pub(crate) struct Impulses {
@@ -28,7 +32,7 @@ impl Impulses {
     }
 
     /// Solves `problem` until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by,
-    /// relative to the contact's scale) or as many sweeps as `params` allow are done; returns their number.
+    /// relative to the contact's scale), the natural residual is no larger, or as many sweeps as `params` allow are done; returns their number.
     pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> usize {
         let (mut sweeps, mut best) = (0, f64::INFINITY);
         let most = params.most_sweeps;
@@ -38,6 +42,7 @@ impl Impulses {
         twins::find(problem, &mut self.twins);
         let mut next = round;
         self.anderson.begin();
+        let (mut mark, mut rounds_since) = (f64::INFINITY, 0);
         loop {
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
@@ -50,6 +55,16 @@ impl Impulses {
             change = problem.sweep(true);
             sweeps += 1;
             if change <= tolerance || sweeps >= most {
+                break;
+            }
+            let residual = problem.residual();
+            if residual < 0.5 * mark {
+                (mark, rounds_since) = (residual, 0);
+            } else {
+                rounds_since += 1;
+            }
+            let enough = if rounds_since < STALLED { 1.0 } else { ENOUGH };
+            if residual <= enough * tolerance {
                 break;
             }
             if sweeps < next {

@@ -10,7 +10,7 @@
 //! A sweep solves each contact in turn: projected block Gauss-Seidel (Daviet, Bertails-Descoubes and Boissieux 2011 solve
 //! hair so; the friction cone at the level of positions is that of Macklin et al. 2014, section 6.1).
 
-use super::cone::{Bound, Own};
+use super::cone::{Bound, Own, natural_residual};
 use super::operator::{Block3, Chunk, Operator, Row};
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
@@ -87,6 +87,20 @@ impl Problem {
                 }
                 change
             },
+        )
+    }
+
+    /// How far the impulses are from answering gaps and slips: the largest natural residual of a contact, relative to its
+    /// scale.
+    pub(crate) fn residual(&self) -> f64 {
+        let of = |k: usize| {
+            let Unknown { force, friction, scale, .. } = self.unknowns[k];
+            let [normal, across] = natural_residual(self.compliance(k), force, self.gap_and_slip(k), friction);
+            normal.max(across) / scale
+        };
+        vectorized(
+            #[inline(always)]
+            || (0..self.unknowns.len()).map(of).fold(0.0, f64::max),
         )
     }
 

@@ -330,6 +330,7 @@ impl Stage {
             impact |= presses && contact.pressed < IMPACT;
             contact.pressed = if presses { contact.pressed.saturating_add(1) } else { 0 };
         }
+        self.search.keep();
         self.pressed.clear();
         if shared.detector.has_meshes() {
             memory::note_pressed(self.contacts.iter(), &mut self.pressed);
@@ -364,6 +365,7 @@ impl Stage {
 
     /// Forgets all impulses, as far as a step taken back is concerned.
     pub(crate) fn roll_back(&mut self) {
+        self.search.take_back();
         for contact in &mut self.contacts {
             contact.impulse = Vec3::zero();
         }

@@ -2,14 +2,17 @@
 //!
 //! The normal responses of neighbouring contacts of two rods are correlated by .998 and more, so that a sweep, which
 //! holds one while it solves the other, moves force between them in about `1 / (1 - correlation)` sweeps. A move takes
-//! force from the giver g to the taker k at once, along the giver's own impulse, `r = z_g / z_gn`, to the minimum there:
+//! force from the giver g to the taker k at once, each along its own impulse, `r = z / z_n`, or the taker along the giver's where
+//! it sticks:
 //!
 //! ```text
-//! z_g -= t r,   z_k += t r,   t = r (w_g - w_k) / (r K r),   0 <= t <= z_gn,   K = W_gg + W_kk - W_gk - W_kg
+//! z_g -= t r_g,   z_k += t r_k,   t = (s_g - s_k) / c,   0 <= t <= z_gn
+//! s = r w,   c = r_g (W_gg r_g - W_gk r_k) + r_k (W_kk r_k - W_kg r_g)
 //! ```
 //!
-//! Friction goes along with the normal impulse, and cones are convex: both stay in theirs. Where both stick then, the two
-//! tangents move to their minimum, too.
+//! With sticking contacts alone that is the minimum along the move. Where a contact slides, the work of its friction is no reason
+//! to press less (Coulomb's law is no minimum's): `s = w_n` there, and c is no less than what the normal gaps answer. Cones are convex:
+//! both stay in theirs. Where both stick then, the two tangents move to their minimum, too.
 
 use super::cone::{Bound, length};
 use super::operator::{Block3, Row};
@@ -19,6 +22,9 @@ use crate::kernel::dispatch::vectorized;
 /// Correlation of two normal responses from which their contacts are twins.
 const TWINS: f64 = 0.7;
 
+/// Share of friction's bound from which a contact counts as one that slides: all but rounding errors.
+const SLIDES: f64 = 1.0 - 1e-9;
+
 /// Two contacts, and the block that couples the first to the second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Twins {
@@ -26,16 +32,20 @@ pub(super) struct Twins {
     block: Block3,
 }
 
-/// Finds each contact's twin among those after it: the nearest in order, so that moves go along a row of contacts.
+/// Finds each contact's twin among those after it: the one whose response is most like its own.
 pub(super) fn find(problem: &Problem, twins: &mut Vec<Twins>) {
     twins.clear();
     for a in 0..problem.unknowns().len() {
         let own = problem.diagonal(a)[0][0];
-        let is_twin = |&(b, places): &(usize, [Option<usize>; 2])| {
+        let (mut best, mut most) = (None, TWINS * TWINS);
+        for (b, places) in problem.operator.coupled(a, a + 1) {
             let normal = problem.operator.normals(a, places);
-            normal > 0.0 && normal * normal > TWINS * TWINS * own * problem.diagonal(b)[0][0]
-        };
-        if let Some((b, places)) = problem.operator.coupled(a, a + 1).find(is_twin) {
+            let square = normal * normal / (own * problem.diagonal(b)[0][0]);
+            if normal > 0.0 && square > most {
+                (best, most) = (Some((b, places)), square);
+            }
+        }
+        if let Some((b, places)) = best {
             twins.push(Twins { pair: [a, b], block: problem.operator.block(a, places) });
         }
     }
@@ -53,57 +63,114 @@ impl Twins {
     /// Moves force from one to the other.
     #[inline(always)]
     fn transfer(&self, problem: &mut Problem) {
-        let force = |k: usize| problem.unknowns()[k].force;
-        let mut z = self.pair.map(force);
-        if z[0][0] <= 0.0 && z[1][0] <= 0.0 {
-            return;
+        let mut state = State {
+            z: self.pair.map(|k| problem.unknowns()[k].force),
+            w: self.pair.map(|k| problem.gap_and_slip(k)),
+            bounds: self.pair.map(|k| problem.unknowns()[k].friction),
+            own: self.pair.map(|k| *problem.diagonal(k)),
+            block: &self.block,
+        };
+        let normals = state.share_normals();
+        if state.share_tangents() || normals {
+            problem.set_force(self.pair[0], state.z[0]);
+            problem.set_force(self.pair[1], state.z[1]);
         }
-        let bounds = self.pair.map(|k| problem.unknowns()[k].friction);
-        let diagonals = self.pair.map(|k| *problem.diagonal(k));
-        let w = self.pair.map(|k| problem.gap_and_slip(k));
-        let mut difference = [0, 1, 2].map(|r| w[0][r] - w[1][r]);
-        let k = [0, 1, 2]
-            .map(|r| [0, 1, 2].map(|c| diagonals[0][r][c] + diagonals[1][r][c] - self.block[r][c] - self.block[c][r]));
-        let times = |x: Row| k.map(|row| dot(row, x));
-        // From the one that is wider open.
-        let (giver, sign) = if difference[0] > 0.0 { (0, 1.0) } else { (1, -1.0) };
-        let most = z[giver][0];
-        let mut moved = false;
-        if most > 0.0 {
-            let along = match bounds[giver] {
-                Bound::Coulomb(_) => 1.0 / most,
-                Bound::Lagged(_) => 0.0,
-            };
-            let ray = [1.0, z[giver][1] * along, z[giver][2] * along];
-            let answer = times(ray);
-            let (slope, curvature) = (sign * dot(ray, difference), dot(ray, answer));
-            if slope > 0.0 && curvature > 1e-9 * (diagonals[0][0][0] + diagonals[1][0][0]) {
-                let t = (slope / curvature).min(most);
-                for r in 0..3 {
-                    z[giver][r] = if t == most { 0.0 } else { z[giver][r] - t * ray[r] };
-                    z[1 - giver][r] += t * ray[r];
-                    difference[r] -= sign * t * answer[r];
-                }
-                moved = true;
-            }
+    }
+}
+
+/// Two twins as they are: impulses, gaps and slips, what friction is at most, the blocks of W.
+struct State<'a> {
+    z: [Row; 2],
+    w: [Row; 2],
+    bounds: [Bound; 2],
+    own: [Block3; 2],
+    block: &'a Block3,
+}
+
+impl State<'_> {
+    /// Whether a contact's friction is all that there may be.
+    #[inline(always)]
+    fn slides(&self, k: usize) -> bool {
+        let ([n, x, y], bound) = (self.z[k], self.bounds[k]);
+        n > 0.0 && matches!(bound, Bound::Coulomb(_)) && length([x, y]) >= SLIDES * bound.sliding(n)
+    }
+
+    /// An impulse with the normal one, along the contact's own.
+    #[inline(always)]
+    fn ray(&self, k: usize) -> Row {
+        match self.bounds[k] {
+            Bound::Coulomb(_) => self.z[k].map(|z| z / self.z[k][0]),
+            Bound::Lagged(_) => [1.0, 0.0, 0.0],
         }
-        let sticks = |z: &[Row; 2]| bounds.iter().zip(z).all(|(bound, z)| length([z[1], z[2]]) < bound.sliding(z[0]));
+    }
+
+    /// What is left of the slope of the problem's minimum along a ray, which sliding friction is no part of.
+    #[inline(always)]
+    fn slope(&self, k: usize, ray: Row) -> f64 {
+        let power = ray[1] * self.w[k][1] + ray[2] * self.w[k][2];
+        ray[0] * self.w[k][0] + if self.slides(k) { power.max(0.0) } else { power }
+    }
+
+    /// What impulses `x` of contact `k` and `-y` of the other do to gap and slip of `k`.
+    #[inline(always)]
+    fn answer(&self, k: usize, x: Row, y: Row) -> Row {
+        let across = |r: usize, c: usize| if k == 0 { self.block[r][c] } else { self.block[c][r] };
+        [0, 1, 2].map(|r| (0..3).map(|c| self.own[k][r][c] * x[c] - across(r, c) * y[c]).sum())
+    }
+
+    /// Moves normal force, from the one that is wider open; returns whether any.
+    #[inline(always)]
+    fn share_normals(&mut self) -> bool {
+        let (giver, taker) = if self.w[0][0] > self.w[1][0] { (0, 1) } else { (1, 0) };
+        let most = self.z[giver][0];
+        if most <= 0.0 {
+            return false;
+        }
+        let mut rays = [self.ray(giver); 2];
+        if self.slides(taker) {
+            rays[taker] = self.ray(taker);
+        }
+        let slope = self.slope(giver, rays[giver]) - self.slope(taker, rays[taker]);
+        let answers = [self.answer(0, rays[0], rays[1]), self.answer(1, rays[1], rays[0])];
+        let along = dot(rays[0], answers[0]) + dot(rays[1], answers[1]);
+        let curvature = along.max(answers[0][0] + answers[1][0]);
+        if slope <= 0.0 || curvature <= 1e-9 * (self.own[0][0][0] + self.own[1][0][0]) {
+            return false;
+        }
+        let t = (slope / curvature).min(most);
+        for r in 0..3 {
+            self.z[giver][r] = if t == most { 0.0 } else { self.z[giver][r] - t * rays[giver][r] };
+            self.z[taker][r] += t * rays[taker][r];
+            self.w[giver][r] -= t * answers[giver][r];
+            self.w[taker][r] += t * answers[taker][r];
+        }
+        true
+    }
+
+    /// Moves tangential force where both stick; returns whether any.
+    #[inline(always)]
+    fn share_tangents(&mut self) -> bool {
+        let sticks =
+            |z: &[Row; 2]| self.bounds.iter().zip(z).all(|(bound, z)| length([z[1], z[2]]) < bound.sliding(z[0]));
         // Tangents that point elsewhere are no twins.
-        if self.block[1][1] > 0.0 && self.block[2][2] > 0.0 && sticks(&z) {
-            let determinant = k[1][1] * k[2][2] - k[1][2] * k[2][1];
-            if determinant > 1e-18 * (diagonals[0][1][1] * diagonals[0][2][2]) {
-                let x = (k[1][2] * difference[2] - k[2][2] * difference[1]) / determinant;
-                let y = (k[2][1] * difference[1] - k[1][1] * difference[2]) / determinant;
-                let next = [[z[0][0], z[0][1] + x, z[0][2] + y], [z[1][0], z[1][1] - x, z[1][2] - y]];
-                if sticks(&next) {
-                    (z, moved) = (next, true);
-                }
-            }
+        if self.block[1][1] <= 0.0 || self.block[2][2] <= 0.0 || !sticks(&self.z) {
+            return false;
         }
-        if moved {
-            problem.set_force(self.pair[0], z[0]);
-            problem.set_force(self.pair[1], z[1]);
+        let k = |r: usize, c: usize| self.own[0][r][c] + self.own[1][r][c] - self.block[r][c] - self.block[c][r];
+        let determinant = k(1, 1) * k(2, 2) - k(1, 2) * k(2, 1);
+        if determinant <= 1e-18 * (self.own[0][1][1] * self.own[0][2][2]) {
+            return false;
         }
+        let [a, b] = [1, 2].map(|r| self.w[0][r] - self.w[1][r]);
+        let x = (k(1, 2) * b - k(2, 2) * a) / determinant;
+        let y = (k(2, 1) * a - k(1, 1) * b) / determinant;
+        let [u, v] = self.z;
+        let next = [[u[0], u[1] + x, u[2] + y], [v[0], v[1] - x, v[2] - y]];
+        let moves = sticks(&next);
+        if moves {
+            self.z = next;
+        }
+        moves
     }
 }
 

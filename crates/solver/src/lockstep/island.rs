@@ -313,6 +313,9 @@ impl Steps for Island<'_> {
             }
             best = best.min(now);
             let mut is_lost = now > params.contact.lost * best;
+            is_lost |= is_impatient
+                && iteration >= params.contact.astray_after
+                && best * params.contact_tolerance > params.contact.astray;
             if iteration % params.contact.patience == 0 {
                 is_lost |= is_impatient && best > params.contact.slow * earlier;
                 earlier = best;

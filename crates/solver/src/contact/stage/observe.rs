@@ -30,8 +30,32 @@ impl Stage {
                 self.let_overlaps_out(shared);
             }
         }
-        let poses = if iteration < shared.params.settle_after { Poses::Now } else { Poses::Settling };
-        self.evaluate(shared, components, poses, counters);
+        let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
+            stage.evaluate(shared, components, poses, counters);
+            stage.error(shared, components, formulation, tolerance, iteration)
+        };
+        if iteration < shared.params.settle_after {
+            return error(self, components, Poses::Now, counters);
+        }
+        if !formulation.momentum() {
+            let worst = error(self, components, Poses::Held, counters);
+            if worst > tolerance {
+                return worst;
+            }
+        }
+        // What counts is the nearest places.
+        error(self, components, Poses::Settling, counters)
+    }
+
+    /// The largest error of the contacts as they are evaluated.
+    fn error(
+        &mut self,
+        shared: &Shared,
+        components: &mut Sets<'_>,
+        formulation: Formulation,
+        tolerance: f64,
+        iteration: usize,
+    ) -> f64 {
         let fall = 0.5 * shared.slow * self.dt.powi(2);
         self.unit = if fall > 0.0 { fall / tolerance } else { f64::INFINITY };
         // The momentum residual sees each change of an impulse.
