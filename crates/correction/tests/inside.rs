@@ -67,7 +67,7 @@ fn laws_are_found_on_some_recordings_and_hold_on_others() {
         let recordings = of(&truth, even(10));
         let (own, others) = recordings.split_at(8);
         let law = Law { moments: truth.law.moments.as_ref().map(|_| Moments::new(2, 1)), ..truth.law.clone() };
-        let stages = [Stage::of_all(20, 3), Stage::of_all(60, 6)];
+        let stages = [Stage::of_all(20, 3), Stage::of_all(60, 10)];
         let found = fit(own, &cables(own), &Parameters::default(), law, &stages, &mut || true).unwrap().unwrap();
         let (before, after) = (error(&begin, others), error(&found, others));
         assert!(before > 1e-4 && after < 0.3 * before, "{before} m, then {after} m");

@@ -82,8 +82,8 @@ impl Place {
 impl Cable {
     /// The cable of a recording, with so many segments between two markers.
     ///
-    /// A grip holds the end face of the rod, which lies at its inner marker, at the angle at which the curve through the first
-    /// frame goes through it. It turns as the direction from its inner to its outer marker does. Of a turn about that direction the
+    /// A grip holds the end face of the rod, which lies at its inner marker, at the angle at which the curve through the markers of the
+    /// first frame goes through it. It turns as the direction from its inner to its outer marker does. Of a turn about that direction the
     /// markers tell nothing: the grip keeps its heading, and is where the smallest rotation from the vertical takes it.
     ///
     /// # Errors
@@ -109,8 +109,10 @@ impl Cable {
         let places = recording.free().map(place).collect();
         let time = recording.time.clone();
         let begin = Begin { nodes, interval: time[1] };
-        let [start, end] = begin.faces();
-        let end = end_frame(&(end * Vector3::z()));
+        let direction = |at: usize| spline::direction(&recording.markers[0], at);
+        let [drawn, _] = begin.faces();
+        let start = carry(&(drawn * Vector3::z()), &direction(GRIPPED - 1)) * drawn;
+        let end = end_frame(&direction(last + 1 - GRIPPED));
         let motions = [
             Arc::new(grip_motion(recording, [GRIPPED - 1, 0], start)?),
             Arc::new(grip_motion(recording, [last + 1 - GRIPPED, last], end)?),
@@ -118,11 +120,29 @@ impl Cable {
         Ok(Self { begin, motions, time, places })
     }
 
-    /// By how much the end's grip holds the rod turned about its axis in the first frame [rad], -pi to pi.
-    pub(crate) fn twisted(&self, parameters: &Parameters) -> f64 {
-        let [_, grip] = self.grips(parameters);
-        let turned = self.begin.faces()[1] * about_axis(sides(parameters).angle);
-        (turned.inverse() * grip.at(0.0).pose.orientation).scaled_axis().z
+    /// By what the grips hold the faces turned in the first frame, from where they are drawn: rotation vectors [rad] in the axes of
+    /// the faces. The polyline is drawn at other angles than the curve, and the last one is turned about its axis: twist.
+    pub(crate) fn held(&self, parameters: &Parameters) -> [Vector3<f64>; 2] {
+        let (faces, grips) = (self.begin.faces(), self.grips(parameters));
+        let angle = sides(parameters).angle;
+        [0, 1].map(|end| {
+            let drawn = faces[end] * about_axis(angle);
+            (drawn.inverse() * grips[end].at(0.0).pose.orientation).scaled_axis()
+        })
+    }
+
+    /// By how much each segment is turned about its axis in the first frame [rad]: the twist between the grips, evenly along the rod
+    /// and what yields in its grips.
+    pub(crate) fn turns(&self, parameters: &Parameters) -> Vec<f64> {
+        let grip = parameters[Parameter::Grip];
+        let lengths: Vec<f64> = self.first_nodes().windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
+        let [_, end] = self.held(parameters);
+        let rate = end.z / (lengths.iter().sum::<f64>() + 2.0 * grip);
+        let middles = lengths.iter().scan(grip, |way, length| {
+            *way += length;
+            Some(*way - 0.5 * length)
+        });
+        middles.map(|way| rate * way).collect()
     }
 
     /// What the grips hold, that of the rod's start first.
@@ -135,7 +155,7 @@ impl Cable {
         [held(0, angle), held(1, angle + parameters[Parameter::Roll])]
     }
 
-    /// The cable in its grips: its segments are the first, and so are the joints between them.
+    /// The cable in its grips, not twisted yet: its segments are the first, and so are the joints between them.
     pub(crate) fn assembly(&self, parameters: &Parameters) -> Assembly {
         let mut assembly = self.begin.assembly(parameters);
         let springs = springs(parameters);
@@ -179,7 +199,9 @@ impl Specimen for Cable {
     }
 
     fn model(&self, parameters: &Parameters) -> Result<(Model, State), SimulationError> {
-        Ok(self.assembly(parameters).finish())
+        let mut assembly = self.assembly(parameters);
+        turn(assembly.state_mut(), &self.turns(parameters));
+        Ok(assembly.finish())
     }
 
     fn markers(&self, _: &Parameters, model: &Model, state: &State) -> Vec<Vector3<f64>> {
@@ -287,6 +309,11 @@ pub(crate) fn set_velocities(state: &mut State, first: usize, nodes: &[Vec<Vecto
         let [from, to] = [now, next].map(|(a, b)| (b - a).normalize());
         state.angular_velocities[first + i] = carry(&from, &to).scaled_axis() / interval;
     }
+}
+
+/// Turns the first segments about their axes by these angles [rad].
+pub(crate) fn turn(state: &mut State, turns: &[f64]) {
+    state.orientations.iter_mut().zip(turns).for_each(|(orientation, &angle)| *orientation *= about_axis(angle));
 }
 
 /// How a section bends unlike about its axes.

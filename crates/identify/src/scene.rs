@@ -47,7 +47,7 @@ pub fn write(
     let clock = Clock::new(&cable.time, steps);
     let (model, state) = cable.assembly(parameters).finish();
     let mut text = head(&format!("The cable of the recording {name}, driven by its grips"), &model, clock, "");
-    text += &parent(cable, &model, &state, parameters, "");
+    text += &parent(cable, &model, &state, parameters, &cable.turns(parameters));
     let tables = grip_files(cable, parameters);
     written(&folder.join("cable.toml"), &text, &tables, clock)
 }
@@ -187,9 +187,9 @@ angular_velocity_rad_s = {}
     text
 }
 
-/// The rod `cable` in its grips, whose joints are the first of this model; `state` is its own, as it is drawn. `keys` has further
-/// lines of the rod.
-pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &Parameters, keys: &str) -> String {
+/// The rod `cable` in its grips, whose joints are the first of this model; `state` is its own, as it is drawn. Its segments begin
+/// turned about their axes by `turns` [rad].
+pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &Parameters, turns: &[f64]) -> String {
     let segments = cable.first_nodes().len() - 1;
     let bend = youngs_modulus(parameters);
     let made_of = MadeOf {
@@ -199,18 +199,20 @@ pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &P
         tau: parameters[Parameter::InnerDamping],
     };
     let d1 = list(&(state.orientations[0] * Vector3::x()));
-    let keys = format!("frame = {{ d1 = {d1} }}\n{}{keys}", rest(model, 0..segments - 1));
+    let turns: Vec<String> = turns.iter().map(|turn| format!("{:?}", turn.to_degrees())).collect();
+    let (rest, turns) = (rest(model, 0..segments - 1), turns.join(", "));
+    let keys = format!("frame = {{ d1 = {d1} }}\n{rest}first_turns_deg = [{turns}]\n");
     let mut text = rod("cable", &made_of, &keys) + &polyline(cable.first_nodes());
     let [first, second, twist] = springs(parameters).moment;
-    for ((at, file), roll) in GRIPS.into_iter().zip([0.0, cable.twisted(parameters)]) {
-        let roll = roll.to_degrees();
+    for ((at, file), held) in GRIPS.into_iter().zip(cable.held(parameters)) {
+        let turn = list(&held.map(f64::to_degrees));
         let _ = write!(
             text,
             "
 [[rods.grips]]
 at = \"{at}\"
 stiffness_n_m_rad = [{first:?}, {second:?}, {twist:?}]
-roll_deg = {roll:?}
+turn_deg = {turn}
 
 [[rods.motions]]
 at = \"{at}\"

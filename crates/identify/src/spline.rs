@@ -24,6 +24,14 @@ pub fn through(points: &[Vector3<f64>], parts: usize) -> Vec<Vector3<f64>> {
     nodes
 }
 
+/// Direction of the same curve at one of its points, which is not the last: of length 1.
+pub fn direction(points: &[Vector3<f64>], at: usize) -> Vector3<f64> {
+    let lengths: Vec<f64> = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
+    let second = second_derivatives(points, &lengths);
+    let chord = (points[at + 1] - points[at]) / lengths[at];
+    (chord - (second[at] * 2.0 + second[at + 1]) * (lengths[at] / 6.0)).normalize()
+}
+
 /// Second derivatives of the natural spline at its points, by elimination of its tridiagonal system.
 fn second_derivatives(points: &[Vector3<f64>], lengths: &[f64]) -> Vec<Vector3<f64>> {
     let mut second = vec![Vector3::zeros(); points.len()];
@@ -44,6 +52,17 @@ fn second_derivatives(points: &[Vector3<f64>], lengths: &[f64]) -> Vec<Vector3<f
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn its_direction_is_that_of_its_nodes() {
+        let points: Vec<_> =
+            (0..5).map(|i| f64::from(i)).map(|t| Vector3::new(t, 0.3 * t * t, (0.9 * t).sin())).collect();
+        for at in 0..4 {
+            let nodes = through(&points, 1000);
+            let chord = nodes[1000 * at + 1] - nodes[1000 * at];
+            assert!((direction(&points, at) - chord.normalize()).norm() < 2e-3, "at {at}");
+        }
+    }
 
     #[test]
     fn a_circle_is_met_to_fourth_order_and_points_are_nodes() {

@@ -12,6 +12,9 @@ use identify::predict::{predict, step_params};
 use identify::quantity::Quantity;
 use identify::recording::{Reading, Recording, files, read, read_all};
 use identify::simulated::{Plan, csv, recordings};
+use identify::specimen::Specimen;
+use nalgebra::Vector3;
+use rod::darboux::darboux;
 use solver::simulation::{Settings, Simulation};
 
 fn recorded(truth: &Parameters, count: usize, frames: usize, noise: f64) -> Vec<Recording> {
@@ -220,6 +223,31 @@ fn refined_predictions_are_the_same() {
             assert!(change > 0.0 && change < 3e-4, "{name}: {change} m");
         }
     }
+}
+
+/// However many segments there are, grips hold the cable as the curve through its markers goes, and the turn between them is spread
+/// evenly over the cable and what yields in its grips.
+#[test]
+fn how_a_cable_begins_is_no_matter_of_its_segments() {
+    let mut parameters = truth();
+    parameters[Parameter::Roll] = 0.8;
+    let recordings = recorded(&truth(), 1, 3, 0.0);
+    let begun = [3, 24].map(|segments| {
+        let cable = Cable::new(&recordings[0], segments).unwrap();
+        let grips = cable.grips(&parameters).map(|grip| grip.at(0.0).pose.orientation * Vector3::z());
+        let (model, state) = cable.model(&parameters).unwrap();
+        let rates = model.joints[..model.segments.len() - 1].iter().enumerate();
+        let rates: Vec<f64> = rates
+            .map(|(k, joint)| darboux(&state.orientations[k], &state.orientations[k + 1], joint.length).z)
+            .collect();
+        let length: f64 = model.segments.iter().map(|segment| segment.length).sum();
+        let turn = rates[0] * (length + 2.0 * parameters[Parameter::Grip]);
+        assert!(rates.iter().all(|rate| (rate / rates[0] - 1.0).abs() < 0.05), "{rates:?}");
+        (grips, turn)
+    });
+    let [(coarse, turn), (fine, finer)] = begun;
+    assert!(coarse.iter().zip(&fine).all(|(a, b)| (a - b).norm() < 1e-9), "{coarse:?} {fine:?}");
+    assert!(turn.abs() > 0.5 && (turn / finer - 1.0).abs() < 0.01, "{turn} {finer}");
 }
 
 #[test]

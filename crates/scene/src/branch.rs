@@ -1,6 +1,6 @@
 //! The joint with which a branch begins on another rod.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 use rod::darboux;
 use toml::Spanned;
 
@@ -28,7 +28,7 @@ pub(crate) fn shape_joint(
         let [bend, twist] = &list.get_ref().0;
         Ok([source.positive(bend, "N m/rad")?, source.positive(twist, "N m/rad")?])
     });
-    let (stiffness, rest) = (stiffness.transpose()?, rest.as_ref().map(|rest| rest_turn(source, rest)).transpose()?);
+    let (stiffness, rest) = (stiffness.transpose()?, rest.as_ref().map(|rest| source.turn(rest)).transpose()?);
     let Some(joint) = builder.assembly.model_mut().joints.last_mut() else { return Ok(()) };
     // A Darboux vector is an angle over the joint's length.
     let square = joint.length.powi(2);
@@ -39,16 +39,8 @@ pub(crate) fn shape_joint(
     }
     if let Some(rest) = rest {
         joint.measure_from_rest(1.0);
+        // From the branch as it is drawn to the branch at rest, in its own axes.
         joint.rest_darboux = darboux::darboux(&UnitQuaternion::identity(), &rest, joint.length);
     }
     Ok(())
-}
-
-/// The rotation from the branch as it is drawn to the branch at rest, in its own axes.
-fn rest_turn(source: &Source, rest: &format::Vector) -> Result<UnitQuaternion<f64>> {
-    let degrees: Vector3<f64> = source.vector(rest, "degrees")?;
-    match degrees.norm() < 180.0 {
-        true => Ok(UnitQuaternion::from_scaled_axis(degrees.map(f64::to_radians))),
-        false => source.must_be(rest.span(), "shorter than 180 [degrees]"),
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -135,6 +135,15 @@ impl Source<'_> {
                 self.must_be(value.span(), &format!("three numbers, each {AT_MOST}{}", in_brackets(unit)))
             }
             v => Ok(v),
+        }
+    }
+
+    /// A rotation by less than half a turn, from its vector in degrees.
+    pub(crate) fn turn(&self, value: &Vector) -> Result<UnitQuaternion<f64>> {
+        let degrees = self.vector(value, "degrees")?;
+        match degrees.norm() < 180.0 {
+            true => Ok(UnitQuaternion::from_scaled_axis(degrees.map(f64::to_radians))),
+            false => self.must_be(value.span(), "shorter than 180 [degrees]"),
         }
     }
 

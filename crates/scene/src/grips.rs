@@ -159,9 +159,9 @@ impl Grips {
 
     /// Makes the joint of an end face what an entry says: a ball joint, a hinge, springs.
     fn shape(&mut self, builder: &mut Builder, source: &Source, entry: &Spanned<format::Grip>) -> Result<()> {
-        let format::Grip { at, joint, axis, stiffness_n_m, stiffness_n_m_rad, roll_deg, .. } = entry.get_ref();
+        let format::Grip { at, joint, axis, stiffness_n_m, stiffness_n_m_rad, turn_deg, .. } = entry.get_ref();
         let hold = joint.as_ref().map_or(Hold::Rigid, |joint| *joint.get_ref());
-        let roll = roll_deg.as_ref().map(|roll| roll_of(source, roll, entry.get_ref(), hold)).transpose()?;
+        let turn = turn_deg.as_ref().map(|turn| turn_of(source, turn, entry.get_ref(), hold)).transpose()?;
         if let (Some(axis), true) = (axis, hold != Hold::Hinge) {
             return source.wrong(axis.span(), "goes with `joint = \"hinge\"`");
         }
@@ -183,9 +183,11 @@ impl Grips {
         }
         face.yields = springs.force.iter().all(|stiffness| stiffness.is_finite());
         let (joint, anchor) = (face.joint, face.anchor);
-        if let (Some(roll), true) = (roll_deg, springs.moment[2].is_infinite()) {
+        let is_stiff = |(turn, stiffness): (&f64, &f64)| *turn != 0.0 && stiffness.is_infinite();
+        if let Some(turn) = turn_deg.as_ref().filter(|turn| turn.get_ref().0.iter().zip(&springs.moment).any(is_stiff))
+        {
             return source
-                .wrong(roll.span(), "goes with a finite `stiffness_n_m_rad` against twist: else the face would jump");
+                .wrong(turn.span(), "goes with a finite `stiffness_n_m_rad` about its axes: else the face would jump");
         }
         let axis = axis.as_ref().map(|axis| source.direction(axis)).transpose()?;
         let model = builder.assembly.model_mut();
@@ -198,9 +200,8 @@ impl Grips {
             }
         }
         model.soften(joint, &springs);
-        if let Some(roll) = roll {
-            let orientation = &mut model.anchors[anchor].orientation;
-            *orientation *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll);
+        if let Some(turn) = turn {
+            model.anchors[anchor].orientation *= turn;
         }
         Ok(())
     }
@@ -321,15 +322,15 @@ fn stiffness(
     }
 }
 
-/// By how much [rad] a grip holds its face turned about the rod's axis.
-fn roll_of(source: &Source, roll: &format::Number, own: &format::Grip, hold: Hold) -> Result<f64> {
+/// By what a grip holds its face turned, in the axes of the face.
+fn turn_of(source: &Source, turn: &format::Vector, own: &format::Grip, hold: Hold) -> Result<UnitQuaternion<f64>> {
     if own.from_s.is_some() || own.until_s.is_some() {
-        return source.wrong(roll.span(), "goes without `from_s` and `until_s`: a grip takes a face as it is then");
+        return source.wrong(turn.span(), "goes without `from_s` and `until_s`: a grip takes a face as it is then");
     }
     if hold != Hold::Rigid || own.stiffness_n_m_rad.is_none() {
-        return source.wrong(roll.span(), "goes with `stiffness_n_m_rad` of a rigid joint");
+        return source.wrong(turn.span(), "goes with `stiffness_n_m_rad` of a rigid joint");
     }
-    Ok(source.number(roll, |v| v.abs() < 180.0, "between -180 and 180 [degrees]")?.to_radians())
+    source.turn(turn)
 }
 
 /// From when until when [s] an entry holds what it names.

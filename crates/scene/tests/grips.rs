@@ -57,15 +57,20 @@ fn an_end_is_pinned_hinged_and_held_by_springs() {
 }
 
 #[test]
-fn a_grip_holds_a_face_turned_about_the_rod() {
+fn a_grip_holds_a_face_turned() {
     let grip = "[[rods.grips]]\nat = \"end-face\"\nstiffness_n_m_rad = [inf, 5]";
-    let [plain, rolled] = ["", "\nroll_deg = -30"].map(|roll| parsed(&format!("{grip}{roll}")).model);
+    let [plain, rolled] = ["", "\nturn_deg = [0, 0, -30]"].map(|turn| parsed(&format!("{grip}{turn}")).model);
     let turn = plain.anchors[0].orientation.rotation_to(&rolled.anchors[0].orientation).scaled_axis();
     assert!((turn + Vector3::x() * std::f64::consts::FRAC_PI_6).norm() < 1e-12, "{turn}");
     assert_eq!(plain.joints, rolled.joints);
+    // About the axes of the face.
+    let yields = grip.replace("inf", "3");
+    let bent = parsed(&format!("{yields}\nturn_deg = [20, 0, 0]")).model.anchors[0].orientation;
+    let turn = plain.anchors[0].orientation.inverse() * bent;
+    assert!((turn.scaled_axis() - Vector3::x() * 20_f64.to_radians()).norm() < 1e-12);
     // What drives the face takes it so.
     let motion = "\n[[rods.motions]]\nat = \"end-face\"\ntimes_s = [0]\nshifts_m = [[0, 0, 0]]";
-    let driven = parsed(&format!("{grip}\nroll_deg = -30{motion}")).model;
+    let driven = parsed(&format!("{grip}\nturn_deg = [0, 0, -30]{motion}")).model;
     let begin = driven.motions[0].at(0.0).pose.orientation;
     assert!(begin.angle_to(&driven.anchors[0].orientation) < 1e-12 && driven.anchors == rolled.anchors);
 }
@@ -146,20 +151,24 @@ fn mistakes_are_named_with_their_key() {
             "stiffness_n_m: has three values; with a hinge it is [across, along]",
         ),
         (
-            grip("at = \"start-face\"\nroll_deg = 10"),
-            "grips[0].roll_deg: goes with `stiffness_n_m_rad` of a rigid joint",
+            grip("at = \"start-face\"\nturn_deg = [0, 0, 10]"),
+            "grips[0].turn_deg: goes with `stiffness_n_m_rad` of a rigid joint",
         ),
         (
-            grip("at = \"start-face\"\nstiffness_n_m_rad = [1, inf]\nroll_deg = 10"),
-            "roll_deg: goes with a finite `stiffness_n_m_rad` against twist",
+            grip("at = \"start-face\"\nstiffness_n_m_rad = [1, inf]\nturn_deg = [0, 0, 10]"),
+            "turn_deg: goes with a finite `stiffness_n_m_rad` about its axes",
         ),
         (
-            grip("at = \"start-face\"\nstiffness_n_m_rad = [1, 1]\nroll_deg = 180"),
-            "roll_deg = 180, but it must be between -180 and 180 [degrees]",
+            grip("at = \"start-face\"\nstiffness_n_m_rad = [1, inf, 1]\nturn_deg = [10, -10, 0]"),
+            "turn_deg: goes with a finite `stiffness_n_m_rad` about its axes",
         ),
         (
-            grip("at = \"start-face\"\nstiffness_n_m_rad = [1, 1]\nroll_deg = 10\nfrom_s = 1"),
-            "roll_deg: goes without `from_s` and `until_s`",
+            grip("at = \"start-face\"\nstiffness_n_m_rad = [1, 1]\nturn_deg = [0, 0, 180]"),
+            "turn_deg = [0, 0, 180], but it must be shorter than 180 [degrees]",
+        ),
+        (
+            grip("at = \"start-face\"\nstiffness_n_m_rad = [1, 1]\nturn_deg = [0, 0, 10]\nfrom_s = 1"),
+            "turn_deg: goes without `from_s` and `until_s`",
         ),
         (grip("at = \"start-face\"\nfrom_s = -1"), "grips[0].from_s = -1, but it must be finite and >= 0 [s]"),
         (

@@ -3,12 +3,12 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use rod::{Assembly, InnerDamping, KeyframeError, Material, Model, RestShape, RodSpec, State};
 use solver::simulation::SimulationError;
 
 use super::{Numbers, Tree};
-use crate::cable::{Cable, DENSITY, Place, RADIUS, set_velocities, youngs_modulus};
+use crate::cable::{Cable, DENSITY, Place, RADIUS, set_velocities, turn, youngs_modulus};
 use crate::parameter::{Parameter, Parameters};
 use crate::recording::{GRIPPED, Recording};
 use crate::specimen::Specimen;
@@ -93,16 +93,16 @@ impl BranchedCable {
     /// state without these turns.
     pub(super) fn turns(&self, numbers: &Numbers, drawn: &State) -> Vec<f64> {
         let mut turns = vec![(0.0, 0.0)];
-        let mut turn = |place: f64, angle: f64| {
+        let mut seen = |place: f64, angle: f64| {
             let (_, before): (f64, f64) = turns[turns.len() - 1];
             turns.push((place, before + (angle - before + PI).rem_euclid(TAU) - PI));
         };
         let mut twigs: Vec<&Twig> = self.twigs.iter().collect();
         twigs.sort_by_key(|twig| twig.junction);
         twigs.dedup_by_key(|twig| twig.junction);
-        twigs.iter().for_each(|twig| turn(twig.junction as f64 + 0.5, twig.side(drawn) - numbers.side));
+        twigs.iter().for_each(|twig| seen(twig.junction as f64 + 0.5, twig.side(drawn) - numbers.side));
         let segments = self.segments();
-        turn(segments as f64, self.parent.twisted(&numbers.parent));
+        seen(segments as f64, self.parent.held(&numbers.parent)[1].z);
         let at = |i: usize| {
             let place = i as f64 + 0.5;
             let pair = turns.windows(2).find(|pair| place < pair[1].0);
@@ -121,9 +121,7 @@ impl BranchedCable {
     pub(super) fn assembled(&self, numbers: &Numbers) -> (Model, State) {
         let mut assembly = self.parent.assembly(&numbers.parent);
         let turns = self.turns(numbers, assembly.state_mut());
-        for (orientation, angle) in assembly.state_mut().orientations.iter_mut().zip(turns) {
-            *orientation *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
-        }
+        turn(assembly.state_mut(), &turns);
         self.bend(assembly.model_mut(), numbers);
         for twig in &self.twigs {
             self.add(&mut assembly, twig, numbers);

@@ -26,11 +26,8 @@ pub fn write(
     let (model, state) = cable.assembled(numbers);
     let what = format!("The cable with branches of the recording {name}, driven by its grips");
     let (_, drawn) = cable.parent.assembly(&numbers.parent).finish();
-    let turns: Vec<String> =
-        cable.turns(numbers, &drawn).iter().map(|turn| format!("{:?}", turn.to_degrees())).collect();
-    let turns = format!("first_turns_deg = [{}]\n", turns.join(", "));
     let mut text = head(&what, &model, clock, "");
-    text += &parent(&cable.parent, &model, &drawn, &numbers.parent, &turns);
+    text += &parent(&cable.parent, &model, &drawn, &numbers.parent, &cable.turns(numbers, &drawn));
     let (mut segment, mut joint) = (cable.segments(), cable.segments() + 1);
     for (index, twig) in cable.twigs.iter().enumerate() {
         let segments = twig.nodes[0].len() - 1;

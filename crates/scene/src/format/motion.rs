@@ -47,7 +47,7 @@ pub(crate) struct Grip {
     pub(crate) axis: Option<Vector>,
     pub(crate) stiffness_n_m: Option<Spanned<Vec<Number>>>,
     pub(crate) stiffness_n_m_rad: Option<Spanned<Vec<Number>>>,
-    pub(crate) roll_deg: Option<Number>,
+    pub(crate) turn_deg: Option<Vector>,
 }
 
 /// What a joint holds.

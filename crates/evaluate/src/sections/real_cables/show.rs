@@ -207,12 +207,23 @@ fn sizes(cells: &Cells<'_>, conditions: &Conditions) -> Option<Block> {
 
 /// What was found.
 fn parameters(cells: &Cells<'_>, cables: &[&str], conditions: &Conditions) -> Block {
-    let names = cells.iter().find(|(key, _)| key.method == Method::Identified).map(|(_, own)| &own.parameters);
-    let mut rows: Vec<Vec<Cell>> = Vec::new();
-    for (k, (name, _)) in names.into_iter().flatten().enumerate() {
-        let value = |cable: &&str| told(of(cells, cable, Method::Identified).map(|own| own.parameters[k].1));
-        rows.push(std::iter::once(name.as_str().into()).chain(cables.iter().map(value)).collect());
+    // Cables may have been identified by other lists of numbers.
+    let mut names: Vec<&str> = Vec::new();
+    for (_, own) in cells.iter().filter(|(key, _)| key.method == Method::Identified) {
+        for (name, _) in &own.parameters {
+            if !names.contains(&name.as_str()) {
+                names.push(name);
+            }
+        }
     }
+    let row = |name: &&str| -> Vec<Cell> {
+        let value = |cable: &&str| {
+            let own = of(cells, cable, Method::Identified);
+            told(own.and_then(|own| own.parameters.iter().find(|(known, _)| known == name)).map(|(_, value)| *value))
+        };
+        std::iter::once((*name).into()).chain(cables.iter().map(value)).collect()
+    };
+    let rows: Vec<Vec<Cell>> = names.iter().map(row).collect();
     let headings: String = cables.iter().map(|cable| format!(" | #{cable}")).collect();
     table(
         ["real-cables-parameters", "What was identified", "Units are in docs/identify.md."],
