@@ -55,8 +55,7 @@ mod tests {
 
     #[test]
     fn its_direction_is_that_of_its_nodes() {
-        let points: Vec<_> =
-            (0..5).map(|i| f64::from(i)).map(|t| Vector3::new(t, 0.3 * t * t, (0.9 * t).sin())).collect();
+        let points: Vec<_> = (0..5).map(f64::from).map(|t| Vector3::new(t, 0.3 * t * t, (0.9 * t).sin())).collect();
         for at in 0..4 {
             let nodes = through(&points, 1000);
             let chord = nodes[1000 * at + 1] - nodes[1000 * at];
