@@ -284,14 +284,15 @@ impl Summary {
 
     /// How many places were near enough to touch, and what is left of errors there.
     fn contacts(&self) -> String {
-        let Counters { contact_candidates, contact_searches, contact_solves, contact_evaluations, .. } = self.work;
+        let Counters { contact_candidates, contact_searches, contact_solves, .. } = self.work;
         let worst = &self.worst_residuals;
         if contact_candidates == 0 {
             return "contacts: nothing came near enough to touch".to_owned();
         }
         let near = contact_candidates as f64 / contact_searches as f64;
         let near = if near < 0.1 { "fewer than 0.1".to_owned() } else { format!("{near:.1}") };
-        let pressing = 100.0 * contact_solves as f64 / contact_evaluations.max(1) as f64;
+        let looked_at = self.work.contact_evaluations + self.work.contacts_left_out;
+        let pressing = 100.0 * contact_solves as f64 / looked_at.max(1) as f64;
         let pressing = match contact_solves {
             0 => "none of them press".to_owned(),
             _ if pressing < 1.0 => "less than 1 % of them press".to_owned(),

@@ -143,7 +143,7 @@ fn json_has_all_keys() {
     assert_eq!(
         keys(&summary["work"]),
         "branch_eliminations contact_candidates contact_evaluations contact_searches contact_solves contact_sweeps \
-         damping_evaluations drag_evaluations geometric_evaluations guesses_dropped guesses_used linear_failures \
+         contacts_left_out damping_evaluations drag_evaluations geometric_evaluations guesses_dropped guesses_used linear_failures \
          linear_iterations load_evaluations momentum_evaluations non_finite not_converged outer_iterations retries \
          segment_iterations steps"
     );
@@ -230,6 +230,7 @@ fn counters_tell_what_the_scene_has() {
         "contact_searches",
         "contact_candidates",
         "contact_evaluations",
+        "contacts_left_out",
         "contact_solves",
         "contact_sweeps",
         "branch_eliminations",

@@ -6,6 +6,7 @@ use rod::{Body, Pose, State};
 
 use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members, Residuals};
+use crate::contact::Ways;
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::guess::InitialGuess;
@@ -38,6 +39,8 @@ pub(crate) struct Touch {
     pub(crate) response: Response,
     /// Corrections of the rods' own solve.
     pub(crate) corrections: Vec<Spatial<f64>>,
+    /// How far its bodies have moved, one entry a body.
+    pub(crate) ways: Vec<Ways>,
     /// Energy in its joints at the end of the last step [J]; not a number where it is not known.
     pub(crate) stored: f64,
 }
@@ -45,7 +48,7 @@ pub(crate) struct Touch {
 impl Touch {
     /// What contacts need of set `number`, before its first step.
     pub(crate) fn new(number: u32, response: Response) -> Self {
-        Self { number, response, corrections: Vec::new(), stored: f64::NAN }
+        Self { number, response, corrections: Vec::new(), ways: Vec::new(), stored: f64::NAN }
     }
 }
 

@@ -88,6 +88,8 @@ pub struct Counters {
     pub contact_candidates: u64,
     /// Evaluations of a possible contact.
     pub contact_evaluations: u64,
+    /// Possible contacts that were not evaluated, summed over evaluations of the others: their segments cannot touch yet.
+    pub contacts_left_out: u64,
     /// Contacts in complementarity problems, summed over outer iterations.
     pub contact_solves: u64,
     /// Sweeps over complementarity problems.
@@ -133,6 +135,7 @@ impl AddAssign for Counters {
         self.contact_searches += o.contact_searches;
         self.contact_candidates += o.contact_candidates;
         self.contact_evaluations += o.contact_evaluations;
+        self.contacts_left_out += o.contacts_left_out;
         self.contact_solves += o.contact_solves;
         self.contact_sweeps += o.contact_sweeps;
         self.worst_contact = self.worst_contact.max(o.worst_contact);

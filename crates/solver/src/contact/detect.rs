@@ -89,6 +89,11 @@ impl Search {
         seen_bodies.clone_from(&all.seen_bodies);
     }
 
+    /// Its segments, ascending.
+    pub(crate) fn segments(&self) -> &[u32] {
+        &self.segments
+    }
+
     /// Whether its segments have been searched again in the step.
     pub(crate) fn has_grown(&self) -> bool {
         self.has_grown

@@ -86,6 +86,10 @@ pub(crate) struct Contact {
     pub(crate) radius: f64,
     /// The ends of the two axes at which the places of contact are, 0 or 1, where it is the nearest places of both that touch.
     pub(crate) ends: [Option<u8>; 2],
+    /// Its gap at the start of the step [m]; below all where that is not known.
+    pub(crate) gap_at_start: f64,
+    /// Whether it was left out of the last evaluation, as it could not touch.
+    pub(crate) is_left_out: bool,
     /// Where on the two axes the places of contact are, from 0 to 1.
     places: [f64; 2],
     /// Whether another contact holds the same places apart.
@@ -187,6 +191,8 @@ impl Contact {
             residual: 0.0,
             radius,
             ends: [None; 2],
+            gap_at_start: f64::NEG_INFINITY,
+            is_left_out: false,
             places: [0.5; 2],
             doubled: false,
             waits: false,

@@ -15,6 +15,7 @@ use super::impulses::Impulses;
 use super::memory::{self, Pressed, Remembered};
 use super::parts::{Deepest, let_wait};
 use super::problem::{Problem, Unknown};
+use super::reach;
 use super::rest::Rest;
 use super::sets::Sets;
 use super::shared::Shared;
@@ -158,7 +159,7 @@ impl Stage {
     }
 
     /// Keeps the corrections of the rods' own solution in `dlambda`, for [`Stage::is_far`] and [`Stage::solve`].
-    pub(crate) fn keep_corrections(&mut self, components: &mut Sets<'_>, formulation: Formulation) {
+    pub(crate) fn keep_corrections(&mut self, shared: &Shared, components: &mut Sets<'_>, formulation: Formulation) {
         if self.contacts.is_empty() {
             return;
         }
@@ -170,6 +171,7 @@ impl Stage {
                 );
             }
         }
+        reach::note_corrections(self.search.segments(), shared.detector.shapes(), components);
     }
 
     /// Writes the impulses with which contacts begin the step to the components' `pushes`.
@@ -200,11 +202,23 @@ impl Stage {
 
     fn evaluate(&mut self, shared: &Shared, components: &Sets<'_>, poses: Poses, counters: &mut Counters) {
         let world = shared.detector.world(&self.search);
+        let mut left_out = 0;
         for contact in &mut self.contacts {
+            let room = 2.0 * shared.params.near * contact.radius;
+            contact.is_left_out = poses != Poses::Start && contact.is_out_of_reach(world.shapes, components, room);
+            if contact.is_left_out {
+                (contact.normal, contact.gap) = (Vec3::zero(), contact.gap_at_start);
+                left_out += 1;
+                continue;
+            }
             contact.evaluate(&world, components, poses);
+            if poses == Poses::Start {
+                contact.gap_at_start = contact.gap;
+            }
         }
         shared_ends::double(world.shapes, &mut self.contacts, &mut self.holders);
-        counters.contact_evaluations += self.contacts.len() as u64;
+        counters.contact_evaluations += self.contacts.len() as u64 - left_out;
+        counters.contacts_left_out += left_out;
     }
 
     /// Raises the gap to keep of contacts that meet fast, so that they part again.
@@ -286,7 +300,15 @@ impl Stage {
     /// Chooses the contacts that may press and sets up their unknowns.
     fn choose(&mut self, shared: &Shared, components: &Sets<'_>) {
         self.problem.clear();
-        let shapes = shared.detector.shapes();
+        let world = shared.detector.world(&self.search);
+        let shapes = world.shapes;
+        for contact in self.contacts.iter_mut().filter(|contact| contact.is_left_out) {
+            let room = shared.params.near * contact.radius;
+            if !contact.stays_out_of_reach(shapes, components, room) {
+                contact.evaluate(&world, components, Poses::Now);
+                contact.is_left_out = false;
+            }
+        }
         let rests = &self.rests;
         let free = |index: usize, contact: &Contact| {
             let correction = |i: u32| correction(components, &shapes[i as usize]);
@@ -298,7 +320,7 @@ impl Stage {
             let sector = |contact: &Contact| shared.detector.sector(contact, components);
             let_wait(&mut self.contacts, |index, contact| free(index, contact)[0], sector, &mut self.deepest);
         }
-        for (index, contact) in self.contacts.iter().enumerate() {
+        for (index, contact) in self.contacts.iter().enumerate().filter(|(_, contact)| !contact.is_left_out) {
             let free = free(index, contact);
             let is_out = free[0] > shared.params.near * contact.radius || contact.doubled || contact.waits;
             if is_out && contact.impulse == Vec3::zero() {

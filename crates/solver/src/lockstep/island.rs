@@ -110,7 +110,7 @@ impl Island<'_> {
         let formulation = params.formulation;
         self.project(iteration, formulation);
         let solved = self.with_stage(|stage, shared, sets, counters| {
-            stage.keep_corrections(sets, formulation);
+            stage.keep_corrections(shared, sets, formulation);
             if iteration == 0 && !guessed && stage.is_far(shared, sets) {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
@@ -151,7 +151,7 @@ impl Island<'_> {
         });
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, shared, sets, counters| {
-            stage.keep_corrections(sets, Formulation::Xpbd);
+            stage.keep_corrections(shared, sets, Formulation::Xpbd);
             stage.solve(shared, sets, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();

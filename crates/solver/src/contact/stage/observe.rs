@@ -2,6 +2,7 @@
 
 use super::super::cone::{Bound, natural_residual};
 use super::super::geometry::{Contact, Poses};
+use super::super::reach;
 use super::super::rest::Rest;
 use super::super::sets::Sets;
 use super::super::shared::Shared;
@@ -30,6 +31,7 @@ impl Stage {
                 self.let_overlaps_out(shared);
             }
         }
+        reach::note_moves(self.search.segments(), shared.detector.shapes(), components);
         let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
             stage.evaluate(shared, components, poses, counters);
             stage.error(shared, components, formulation, tolerance, iteration)
@@ -67,6 +69,9 @@ impl Stage {
         let mut worst = 0.0_f64;
         for (index, contact) in self.contacts.iter_mut().enumerate() {
             contact.residual = 0.0;
+            if contact.is_left_out {
+                continue;
+            }
             let mut rest = self.rests.get_mut(index);
             if let Some(rest) = &mut rest {
                 rest.left = [0.0; 3];
