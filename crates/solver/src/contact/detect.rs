@@ -9,6 +9,7 @@ use super::exclusion::PairFilter;
 use super::geometry::{Contact, Poses, Shape, World};
 use super::key::{Feature, Partner};
 use super::obstacles::Placed;
+use super::search::Search;
 use super::sets::Sets;
 use super::{parts, solids};
 use crate::component::BodyPose;
@@ -36,117 +37,6 @@ pub(crate) struct Detector {
     bodies: Vec<(u32, TriangleMesh)>,
     /// Least radius of what touches [m].
     least_radius: f64,
-}
-
-/// A search for the possible contacts of some segments, and where it has looked.
-#[derive(Default)]
-pub(crate) struct Search {
-    /// The segments, ascending.
-    segments: Vec<u32>,
-    /// Boxes of their ways with room, then of all bounded obstacles.
-    boxes: Vec<Aabb>,
-    /// What holds the boxes that their ways had in parts of the step that were accepted; empty where there were none.
-    reach: Vec<Aabb>,
-    /// The same of the attempt under way, before these boxes.
-    tried: Vec<Aabb>,
-    /// Whether the boxes are those of an attempt that was taken back.
-    is_taken_back: bool,
-    /// Whether they have been searched again in the step.
-    has_grown: bool,
-    hash: SpatialHash,
-    pairs: Vec<[u32; 2]>,
-    /// Where rigid bodies with meshes were at the last search, if anything was near.
-    seen_bodies: Vec<Option<BodyPose<f64>>>,
-    /// Where the ends of segments near a mesh were at the last search; empty without meshes.
-    seen: Vec<Option<[Vec3<f64>; 2]>>,
-    /// Obstacles over a part of the step, and whether one turns too far in it.
-    part: Option<(Vec<Placed>, bool)>,
-}
-
-impl Search {
-    /// A search for contacts of these segments.
-    pub(crate) fn of(&mut self, segments: impl Iterator<Item = u32>) {
-        self.segments.clear();
-        self.segments.extend(segments);
-        self.segments.sort_unstable();
-        self.boxes.clear();
-        self.reach.clear();
-        self.tried.clear();
-        self.has_grown = false;
-        self.is_taken_back = false;
-        self.part = None;
-    }
-
-    /// Takes over from a search among more segments, all of the model's, where these have been looked for.
-    pub(crate) fn take_from(&mut self, all: &Search) {
-        let Self { segments, boxes, seen, seen_bodies, .. } = self;
-        boxes.clear();
-        boxes.extend(segments.iter().map(|&i| all.boxes[i as usize]));
-        seen.clear();
-        if !all.seen.is_empty() {
-            seen.extend(segments.iter().map(|&i| all.seen[i as usize]));
-        }
-        seen_bodies.clone_from(&all.seen_bodies);
-    }
-
-    /// Its segments, ascending.
-    pub(crate) fn segments(&self) -> &[u32] {
-        &self.segments
-    }
-
-    /// Whether its segments have been searched again in the step.
-    pub(crate) fn has_grown(&self) -> bool {
-        self.has_grown
-    }
-
-    /// Writes where its segments may have been in the step to `all`, one box a segment of the model.
-    pub(crate) fn show_reach(&self, all: &mut [Aabb]) {
-        for (k, (&i, own)) in self.segments.iter().zip(&self.boxes).enumerate() {
-            let with = |own: &Aabb, others: &[Aabb]| others.get(k).map_or(*own, |other| union(other, own));
-            all[i as usize] = with(&with(own, &self.reach), &self.tried);
-        }
-    }
-
-    /// Notes where the boxes have been before they are made anew; what was taken back does not count.
-    fn grow(&mut self) {
-        self.has_grown = true;
-        if !std::mem::take(&mut self.is_taken_back) {
-            let Self { segments, boxes, tried, .. } = self;
-            unite(tried, &boxes[..segments.len().min(boxes.len())]);
-        }
-    }
-
-    /// Takes what was tried since the last part of the step back.
-    pub(crate) fn take_back(&mut self) {
-        self.tried.clear();
-        self.is_taken_back = true;
-    }
-
-    /// Keeps where its segments may have been in a part of the step.
-    pub(crate) fn keep(&mut self) {
-        if self.has_grown {
-            let Self { segments, boxes, reach, tried, .. } = self;
-            if !tried.is_empty() {
-                unite(reach, tried);
-                tried.clear();
-            }
-            unite(reach, &boxes[..segments.len().min(boxes.len())]);
-        }
-    }
-}
-
-/// Makes boxes around those that are there, if any, and others.
-fn unite(boxes: &mut Vec<Aabb>, others: &[Aabb]) {
-    if boxes.is_empty() {
-        boxes.extend_from_slice(others);
-    } else {
-        boxes.iter_mut().zip(others).for_each(|(own, other)| *own = union(own, other));
-    }
-}
-
-/// The box around two.
-fn union(a: &Aabb, b: &Aabb) -> Aabb {
-    Aabb { min: a.min.inf(&b.min), max: a.max.sup(&b.max) }
 }
 
 impl Detector {

@@ -11,8 +11,9 @@ use super::problem::Problem;
 use super::twins::{self, Twins};
 use crate::contact_params::ContactParams;
 
-/// Rounds that do not halve the residual after which [`ENOUGH`] times the tolerance will do.
+/// Rounds that do not halve the residual after which [`ENOUGH`] will do.
 const STALLED: usize = 6;
+/// What is good enough then, in tolerances: the next linearisation sees it, and goes on from there.
 const ENOUGH: f64 = 2.5;
 
 /// Memory of the solves.
@@ -32,7 +33,8 @@ impl Impulses {
     }
 
     /// Solves `problem` until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by,
-    /// relative to the contact's scale), the natural residual is no larger, or as many sweeps as `params` allow are done; returns their number.
+    /// relative to the contact's scale), the natural residual is no larger, or as many sweeps as `params` allow are done;
+    /// returns their number.
     pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> usize {
         let (mut sweeps, mut best) = (0, f64::INFINITY);
         let most = params.most_sweeps;

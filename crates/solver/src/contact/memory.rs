@@ -1,9 +1,10 @@
 //! What contacts that press leave to those between the same places later, within a step and from step to step.
 
-use super::detect::{Detector, Search};
+use super::detect::Detector;
 use super::geometry::Contact;
 use super::key::{Key, Partner};
 use super::parts::ALIKE;
+use super::search::Search;
 use super::sets::Sets;
 use crate::counters::Counters;
 use crate::kernel::math::Vec3;

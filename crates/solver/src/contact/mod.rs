@@ -22,6 +22,7 @@ mod parts;
 mod problem;
 mod reach;
 mod rest;
+mod search;
 mod sets;
 mod shared;
 mod shared_ends;

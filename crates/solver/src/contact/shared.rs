@@ -4,11 +4,12 @@ use nalgebra::Vector3;
 use rod::{Carried, Model};
 
 use super::convert::to_nalgebra;
-use super::detect::{Detector, Search};
+use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
 use super::geometry::{Contact, Shape};
 use super::memory::{self, Pressed, Remembered};
+use super::search::Search;
 use super::sets::Sets;
 use super::stage::Stage;
 use crate::connected_set::ConnectedSet;

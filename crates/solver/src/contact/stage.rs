@@ -9,7 +9,6 @@ use rod::Surface;
 use super::TooManyContacts;
 use super::cone::Bound;
 use super::coupling::{Coupling, components_of};
-use super::detect::Search;
 use super::geometry::{Contact, Poses, Shape};
 use super::impulses::Impulses;
 use super::memory::{self, Pressed, Remembered};
@@ -17,6 +16,7 @@ use super::parts::{Deepest, let_wait};
 use super::problem::{Problem, Unknown};
 use super::reach;
 use super::rest::Rest;
+use super::search::Search;
 use super::sets::Sets;
 use super::shared::Shared;
 use super::shared_ends::{self, Holder};
@@ -171,7 +171,7 @@ impl Stage {
                 );
             }
         }
-        reach::note_corrections(self.search.segments(), shared.detector.shapes(), components);
+        reach::note_corrections(&self.search.segments, shared.detector.shapes(), components);
     }
 
     /// Writes the impulses with which contacts begin the step to the components' `pushes`.

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
 
-use super::detect::{Detector, Search};
+use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::geometry::Contact;
+use super::search::Search;
 use super::{Sets, Shape, share_ends};
 use crate::component::{Component, split};
 use crate::connected_set::{ConnectedSet, Projector, Touch};

@@ -80,7 +80,8 @@ fn plain_sweeps(problem: &mut Problem, tolerance: f64, most: usize) -> usize {
     (0..most).find(|k| problem.sweep(k % 2 == 1) <= tolerance).map_or(most, |last| last + 1)
 }
 
-/// Twins: sweeps move force between them slowly, moves from one to the other do it at once. Whether they stick or slide, or one sticks and the next slides.
+/// Twins: sweeps move force between them slowly, moves from one to the other do it at once. Whether they stick or slide, or one
+/// sticks and the next slides.
 #[test]
 fn twins_share_their_force_in_few_sweeps() {
     const TOLERANCE: f64 = 1e-7;

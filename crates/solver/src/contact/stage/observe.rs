@@ -31,7 +31,9 @@ impl Stage {
                 self.let_overlaps_out(shared);
             }
         }
-        reach::note_moves(self.search.segments(), shared.detector.shapes(), components);
+        if !self.contacts.is_empty() {
+            reach::note_moves(&self.search.segments, shared.detector.shapes(), components);
+        }
         let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
             stage.evaluate(shared, components, poses, counters);
             stage.error(shared, components, formulation, tolerance, iteration)
