@@ -71,7 +71,8 @@ pub struct ContactParams {
     pub rods_share: f64,
     /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
     pub lost: f64,
-    /// Outer iterations after which a step's error must have been below [`ContactParams::astray`], else it is halved.
+    /// Outer iterations after which a step's error must have been below [`ContactParams::astray`], else it is halved. Smaller:
+    /// sooner, also steps that would find back.
     pub astray_after: usize,
     /// Error of a step that goes astray \[radii\]: linearised contacts say nothing of bodies that far off. Larger: steps are
     /// halved later. Smaller: also steps that come to their end slowly.

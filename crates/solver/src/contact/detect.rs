@@ -228,10 +228,9 @@ impl Detector {
 
     /// Rigid bodies with meshes, and the segments that were near them in a search among all: pairs of segments.
     pub(crate) fn near_bodies(&self, search: &Search, mut pair: impl FnMut(u32, u32)) {
-        let meet = |a: &Aabb, b: &Aabb| (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k]);
         for &(body, _) in &self.bodies {
             for a in (0..self.shapes.len() as u32).filter(|&a| self.filter.touches_mesh(a, body)) {
-                if meet(&search.boxes[a as usize], &search.boxes[body as usize]) {
+                if search.boxes[a as usize].overlaps(&search.boxes[body as usize]) {
                     pair(a, body);
                 }
             }

@@ -61,32 +61,22 @@ impl Contact {
         Some([self.key.0, other])
     }
 
-    /// The least gap to keep that it may have, if its segments have moved too little since the start of the step to have passed
-    /// through each other [m].
-    fn least(&self, shapes: &[Shape], way: impl Fn(&Shape) -> f64) -> Option<f64> {
-        let segments = self.between_segments()?;
+    /// Whether it cannot touch where the axis of each segment goes no further than `way`, with `room` to spare [m].
+    pub(super) fn is_out_of_reach(
+        &self,
+        shapes: &[Shape],
+        components: &Sets<'_>,
+        way: impl Fn(&Ways) -> f64,
+        room: f64,
+    ) -> bool {
+        let Some(segments) = self.between_segments() else { return false };
         let [a, b] = segments.map(|i| &shapes[i as usize]);
-        let way = way(a) + way(b);
-        (way <= 0.5 * (a.radius + b.radius)).then_some(self.gap_at_start - way - self.target.max(0.0))
-    }
-
-    /// Whether it cannot touch at the current poses, with `room` to spare [m].
-    pub(super) fn is_out_of_reach(&self, shapes: &[Shape], components: &Sets<'_>, room: f64) -> bool {
-        let moved = |shape: &Shape| ways(components, shape).moved;
-        self.least(shapes, moved).is_some_and(|least| least > room)
-    }
-
-    /// Whether it cannot touch with the rods' own correction, with `room` to spare [m], either.
-    pub(super) fn stays_out_of_reach(&self, shapes: &[Shape], components: &Sets<'_>, room: f64) -> bool {
-        let way = |shape: &Shape| {
-            let Ways { moved, corrected } = ways(components, shape);
-            moved + corrected
+        let of = |shape: &Shape| {
+            let touch = components[shape.component as usize].touch.as_ref();
+            touch.map_or(f64::INFINITY, |touch| way(&touch.ways[shape.body as usize]))
         };
-        self.least(shapes, way).is_some_and(|least| least > room)
+        let way = of(a) + of(b);
+        // Any further, and they may have passed through each other.
+        way <= 0.5 * (a.radius + b.radius) && self.gap_at_start - way - self.target.max(0.0) > room
     }
-}
-
-fn ways(components: &Sets<'_>, shape: &Shape) -> Ways {
-    let known = Ways { moved: f64::INFINITY, corrected: 0.0 };
-    components[shape.component as usize].touch.as_ref().map_or(known, |touch| touch.ways[shape.body as usize])
 }

@@ -65,8 +65,8 @@ impl Search {
     /// Writes where its segments may have been in the step to `all`, one box a segment of the model.
     pub(crate) fn show_reach(&self, all: &mut [Aabb]) {
         for (k, (&i, own)) in self.segments.iter().zip(&self.boxes).enumerate() {
-            let with = |own: &Aabb, others: &[Aabb]| others.get(k).map_or(*own, |other| union(other, own));
-            all[i as usize] = with(&with(own, &self.reach), &self.tried);
+            let before = [&self.reach, &self.tried].into_iter().filter_map(|boxes| boxes.get(k));
+            all[i as usize] = before.fold(*own, |all, other| all.union(other));
         }
     }
 
@@ -74,8 +74,7 @@ impl Search {
     pub(super) fn grow(&mut self) {
         self.has_grown = true;
         if !std::mem::take(&mut self.is_taken_back) {
-            let Self { segments, boxes, tried, .. } = self;
-            unite(tried, &boxes[..segments.len().min(boxes.len())]);
+            unite(&mut self.tried, self.boxes.iter().take(self.segments.len()));
         }
     }
 
@@ -88,26 +87,18 @@ impl Search {
     /// Keeps where its segments may have been in a part of the step.
     pub(crate) fn keep(&mut self) {
         if self.has_grown {
-            let Self { segments, boxes, reach, tried, .. } = self;
-            if !tried.is_empty() {
-                unite(reach, tried);
-                tried.clear();
-            }
-            unite(reach, &boxes[..segments.len().min(boxes.len())]);
+            unite(&mut self.reach, self.tried.iter());
+            unite(&mut self.reach, self.boxes.iter().take(self.segments.len()));
+            self.tried.clear();
         }
     }
 }
 
 /// Makes boxes around those that are there, if any, and others.
-fn unite(boxes: &mut Vec<Aabb>, others: &[Aabb]) {
+fn unite<'a>(boxes: &mut Vec<Aabb>, others: impl Iterator<Item = &'a Aabb>) {
     if boxes.is_empty() {
-        boxes.extend_from_slice(others);
+        boxes.extend(others);
     } else {
-        boxes.iter_mut().zip(others).for_each(|(own, other)| *own = union(own, other));
+        boxes.iter_mut().zip(others).for_each(|(own, other)| *own = own.union(other));
     }
-}
-
-/// The box around two.
-fn union(a: &Aabb, b: &Aabb) -> Aabb {
-    Aabb { min: a.min.inf(&b.min), max: a.max.sup(&b.max) }
 }

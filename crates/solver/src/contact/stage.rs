@@ -205,7 +205,8 @@ impl Stage {
         let mut left_out = 0;
         for contact in &mut self.contacts {
             let room = 2.0 * shared.params.near * contact.radius;
-            contact.is_left_out = poses != Poses::Start && contact.is_out_of_reach(world.shapes, components, room);
+            contact.is_left_out =
+                poses != Poses::Start && contact.is_out_of_reach(world.shapes, components, |ways| ways.moved, room);
             if contact.is_left_out {
                 (contact.normal, contact.gap) = (Vec3::zero(), contact.gap_at_start);
                 left_out += 1;
@@ -304,7 +305,7 @@ impl Stage {
         let shapes = world.shapes;
         for contact in self.contacts.iter_mut().filter(|contact| contact.is_left_out) {
             let room = shared.params.near * contact.radius;
-            if !contact.stays_out_of_reach(shapes, components, room) {
+            if !contact.is_out_of_reach(shapes, components, |ways| ways.moved + ways.corrected, room) {
                 contact.evaluate(&world, components, Poses::Now);
                 contact.is_left_out = false;
             }
