@@ -80,3 +80,30 @@ fn a_falling_heap_gains_no_energy() {
         assert!(before < 0.6 * start, "{dt} s: {before} of {start} J");
     }
 }
+
+/// A step after one that took parts begins in parts: what a snapshot keeps.
+#[test]
+fn a_snapshot_amid_steps_in_parts_goes_on_as_if_nothing_had_been() {
+    let scene = rods::scene::builtin("heap-20").unwrap();
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
+    let mut step = |simulation: &mut Simulation| simulation.step(scene.run.dt).unwrap().status;
+    while step(&mut simulation) != Status::ConvergedInSubsteps {
+        assert!(simulation.time() < 1.0, "no step in parts");
+    }
+    let (snapshot, retries) = (simulation.snapshot(), simulation.counters().retries);
+    let mut go_on = |simulation: &mut Simulation| {
+        let statuses = [0; 5].map(|_| step(simulation));
+        let mut state = scene.state.clone();
+        simulation.store(&mut state);
+        (statuses, state.positions)
+    };
+    let first = go_on(&mut simulation);
+    // The next one is not even tried as a whole.
+    assert_eq!(first.0[0], Status::ConvergedInSubsteps);
+    assert!(simulation.counters().retries <= retries + 1, "{:?}", simulation.counters());
+    for _ in 0..5 {
+        step(&mut simulation);
+    }
+    simulation.restore(&snapshot).unwrap();
+    assert!(go_on(&mut simulation) == first);
+}

@@ -43,12 +43,14 @@ pub(crate) struct Touch {
     pub(crate) ways: Vec<Ways>,
     /// Energy in its joints at the end of the last step [J]; not a number where it is not known.
     pub(crate) stored: f64,
+    /// How often the next step is halved before it is tried.
+    pub(crate) halvings: u32,
 }
 
 impl Touch {
     /// What contacts need of set `number`, before its first step.
     pub(crate) fn new(number: u32, response: Response) -> Self {
-        Self { number, response, corrections: Vec::new(), ways: Vec::new(), stored: f64::NAN }
+        Self { number, response, corrections: Vec::new(), ways: Vec::new(), stored: f64::NAN, halvings: 0 }
     }
 }
 
@@ -151,9 +153,12 @@ impl ConnectedSet {
     pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
         self.component.tape(tape);
         if let Some(touch) = &mut self.touch {
-            // Tells its snapshots from those without that energy.
-            tape.size(3);
+            // Tells its snapshots from those without what follows.
+            tape.size(4);
             tape.number(&mut touch.stored);
+            let mut halvings = touch.halvings as usize;
+            tape.count(&mut halvings);
+            touch.halvings = halvings as u32;
         }
         tape.size(usize::from(self.tangents.is_some()));
         if let Some(tangents) = &mut self.tangents {

@@ -82,6 +82,9 @@ pub struct ContactParams {
     pub patience: usize,
     /// What [`ContactParams::patience`] iterations may leave of the least error. Larger: steps are halved later.
     pub slow: f64,
+    /// A step after one that was done in parts begins in as many, but for half as many where these took no more than so many outer
+    /// iterations each. Larger: whole steps are tried sooner, some in vain. Smaller: small parts are kept longer than is needed.
+    pub easy: usize,
     /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
     /// explains, by so much of their kinetic energy at its start: no more than gravity and loads do work there. Larger:
     /// energy may rise in impacts. Smaller: more steps are halved.
@@ -131,6 +134,7 @@ impl ContactParams {
         astray: 0.3,
         patience: 6,
         slow: 0.7,
+        easy: 5,
         most_gain: 0.02,
     };
 
@@ -175,6 +179,7 @@ impl ContactParams {
             ("sweeps_before_newton", self.sweeps_before_newton),
             ("unknowns_a_sweep", self.unknowns_a_sweep),
             ("patience", self.patience),
+            ("astray_after", self.astray_after),
         ];
         for (name, count) in counts {
             check(name, count as f64, count > 0, "1 or more")?;

@@ -113,7 +113,7 @@ impl Group {
             let mut set = single(component, members.clone(), lane);
             take_tangent(&mut set, exact.is_some(), tangents.get(lane));
             set.substeps = (!substeps.is_empty()).then(Vec::new);
-            statuses[lane] = retry::advance_halves(&mut set, interval, 0, params);
+            statuses[lane] = retry::advance_parts(&mut set, interval, 0, 1, params);
             alone.push((lane, set));
         }
         let gapes = vectorized(

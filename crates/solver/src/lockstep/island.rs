@@ -34,6 +34,18 @@ pub(super) struct Room {
     /// The steps that were accepted, where derivatives ask for them.
     pub(super) substeps: Vec<Substep>,
     pub(super) segments: usize,
+    /// Outer iterations of a step that is done in parts, and the parts that were accepted.
+    iterations: usize,
+    parts: usize,
+}
+
+impl Room {
+    /// How often to halve the next step before it is tried: as often as the last one was, about, but for once less where its parts took
+    /// few iterations.
+    fn next_halvings(&self, params: &StepParams) -> u32 {
+        let is_easy = self.iterations <= params.contact.easy * self.parts;
+        self.parts.max(1).ilog2().saturating_sub(u32::from(is_easy))
+    }
 }
 
 /// An island in a step.
@@ -47,20 +59,29 @@ pub(super) struct Island<'a> {
 }
 
 impl Island<'_> {
-    /// Steps over `interval`. A step that is done as a whole is still to be accepted.
+    /// Steps over `interval`, in parts at once where the last step needed them. A step that is done as a whole is still to be
+    /// accepted.
     pub(super) fn advance(&mut self, interval: Interval, params: &StepParams) {
-        let status = match retry::advance_whole(self, interval, 0, params) {
-            Some(status) => {
-                self.room.is_open = true;
-                status
-            }
-            None => {
-                let Self { sets, room, .. } = self;
-                room.start.write(|tape| sets.iter_mut().for_each(|set| set.tape(tape)));
-                room.is_open = false;
-                retry::advance_halves(self, interval, 0, params)
-            }
+        let touches = self.sets.iter().filter_map(|set| set.touch.as_ref());
+        let depth = touches.map(|touch| touch.halvings).max().unwrap_or(0).min(params.max_halvings);
+        let whole = if depth == 0 {
+            retry::advance_whole(self, interval, 0, params)
+        } else {
+            self.roll_back();
+            self.room.is_begun = false;
+            None
         };
+        self.room.is_open = whole.is_some();
+        let status = whole.unwrap_or_else(|| {
+            let Self { sets, room, .. } = &mut *self;
+            room.start.write(|tape| sets.iter_mut().for_each(|set| set.tape(tape)));
+            (room.iterations, room.parts) = (0, 0);
+            retry::advance_parts(self, interval, 0, depth.max(1), params)
+        });
+        let halvings = if self.room.is_open { 0 } else { self.room.next_halvings(params) };
+        for touch in self.sets.iter_mut().filter_map(|set| set.touch.as_mut()) {
+            touch.halvings = halvings;
+        }
         self.room.status = Some(status);
     }
 
@@ -324,6 +345,7 @@ impl Steps for Island<'_> {
                 return Status::OutOfIterations;
             }
             before = now;
+            self.room.iterations += 1;
             let solved = match params.contact_projection {
                 ContactProjection::Coupled => self.couple(iteration, contact, guessed, params),
                 ContactProjection::Alternating => self.alternate(iteration, contact, params),
@@ -361,6 +383,7 @@ impl Steps for Island<'_> {
     }
 
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
+        self.room.parts += 1;
         for set in self.sets.iter_mut() {
             let is_kept = !(status.is_stuck() || may_stay(status, params) && set.is_torn());
             count_step(&set.attempt, 0, is_kept, &mut set.counters);
