@@ -18,6 +18,7 @@ mod invariance;
 mod modes;
 mod needs;
 mod paths;
+mod pulled_knot;
 mod rest_rotation;
 mod resting;
 mod sections;
