@@ -26,5 +26,6 @@ mod stability;
 mod starts;
 mod statics;
 mod suture;
+mod tower;
 mod trees_and_loops;
 mod wind;
