@@ -4,10 +4,10 @@
 //! Each row is about a tenth of the steps: the time at its end, wall time and the processor time of a step, outer iterations of a segment and sweeps
 //! over contacts' problems a step, the upward force of obstacles over the weight of what moves (mean), the largest speed of a segment at the end, the
 //! deepest penetration so far, steps halved and not converged so far, and pairs of segments that passed through each other, by brute force on
-//! their swept axes in every tenth step. Last the memory at its peak (Linux). `RAYON_NUM_THREADS=1` keeps it to one thread.
+//! their swept axes in every tenth step. Last the stages' shares of the time, and the memory at its peak (Linux). `RAYON_NUM_THREADS=1` keeps it to one thread.
 
 use std::error::Error;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use evaluation::passing::passing;
 use rod::measure;
@@ -89,6 +89,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             (last, ms, cpu_ms, up) = (now, 0.0, 0.0, 0.0);
         }
     }
+    let times = simulation.counters().times;
+    let share = |(name, time): (_, Duration)| {
+        format!("{name} {:.1} %", 100.0 * time.as_secs_f64() / times.total().as_secs_f64())
+    };
+    println!("of the time of all stages: {}", times.by_name().map(share).join(", "));
     println!("widest gap of a joint: {:.1e} segments", measure::worst_gap(model, &after));
     if let Ok(status) = std::fs::read_to_string("/proc/self/status")
         && let Some(line) = status.lines().find(|line| line.starts_with("VmHWM"))

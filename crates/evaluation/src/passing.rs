@@ -12,7 +12,7 @@ type Line = [Vector3<f64>; 2];
 /// Pairs of segments whose axes pass through each other where their ends go on straight lines from one state to the next.
 ///
 /// Two axes cross where their four ends lie in one plane, which is looked for in 64 parts of the step, within both
-/// lengths. Segments that a joint holds on to each other and pairs of which both are fixed are left out. Where the solver did the step in parts the ends
+/// lengths. Segments that joints hold together at one place and pairs of which both are fixed are left out. Where the solver did the step in parts the ends
 /// went other ways: what is found may then have gone round.
 pub fn passing(model: &Model, before: &State, after: &State) -> Vec<[usize; 2]> {
     let segments = &model.segments;
@@ -28,15 +28,7 @@ pub fn passing(model: &Model, before: &State, after: &State) -> Vec<[usize; 2]> 
             [a.inf(&b).inf(&c.inf(&d)), a.sup(&b).sup(&c.sup(&d))]
         })
         .collect();
-    let mut joined: Vec<[usize; 2]> = model
-        .joints
-        .iter()
-        .filter_map(|joint| match (joint.a, joint.b) {
-            (Body::Segment(a), Body::Segment(b)) => Some([a.min(b), a.max(b)]),
-            _ => None,
-        })
-        .collect();
-    joined.sort_unstable();
+    let joined = joined(model);
     // Along x, each with those that begin before it ends.
     let mut order: Vec<usize> = (0..segments.len()).collect();
     order.sort_by(|&a, &b| bounds[a][0].x.total_cmp(&bounds[b][0].x));
@@ -53,6 +45,52 @@ pub fn passing(model: &Model, before: &State, after: &State) -> Vec<[usize; 2]> 
     }
     found.sort_unstable();
     found
+}
+
+/// Pairs of segments, ascending, that joints hold together at one place: directly, or by other segments there.
+fn joined(model: &Model) -> Vec<[usize; 2]> {
+    let holds = model.joints.iter().map(|joint| {
+        let held = |(body, offset)| match body {
+            Body::Segment(segment) => Some((segment, offset)),
+            Body::Anchor(_) => None,
+        };
+        [(joint.a, joint.offset_a), (joint.b, joint.offset_b)].map(held)
+    });
+    // Of each segment, the places on it that joints hold [m], and the number of each.
+    let mut places: Vec<Vec<(f64, usize)>> = vec![Vec::new(); model.segments.len()];
+    let mut first = Vec::new();
+    for hold in holds {
+        let new = first.len();
+        first.push(new);
+        for (segment, offset) in hold.into_iter().flatten() {
+            let near = |&&(other, _): &&(f64, usize)| (other - offset).abs() < 1e-6 * model.segments[segment].length;
+            match places[segment].iter().find(near) {
+                Some(&(_, old)) => {
+                    let (old, new) = (find(&first, old), find(&first, new));
+                    first[new] = old;
+                }
+                None => places[segment].push((offset, new)),
+            }
+        }
+    }
+    let mut at: Vec<Vec<usize>> = vec![Vec::new(); first.len()];
+    for (segment, own) in places.iter().enumerate() {
+        own.iter().for_each(|&(_, place)| at[find(&first, place)].push(segment));
+    }
+    let pairs = |held: &Vec<usize>| -> Vec<[usize; 2]> {
+        held.iter().enumerate().flat_map(|(k, &a)| held[k + 1..].iter().map(move |&b| [a, b])).collect()
+    };
+    let mut joined: Vec<_> = at.iter().flat_map(pairs).collect();
+    joined.sort_unstable();
+    joined
+}
+
+/// The first of the places that are one with `place`.
+fn find(first: &[usize], mut place: usize) -> usize {
+    while first[place] != place {
+        place = first[place];
+    }
+    place
 }
 
 /// Whether two axes cross as their ends go straight from the first to the second line.
@@ -88,46 +126,4 @@ fn within(a: &Line, b: &Line) -> bool {
     let area = normal.norm_squared();
     let (s, t) = (w.cross(&v).dot(&normal) / area, w.cross(&u).dot(&normal) / area);
     (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t)
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::UnitQuaternion;
-    use rod::{Assembly, Material, RodSpec, shape};
-
-    use super::*;
-
-    /// Two rods of two segments of 1 m, crosswise, the second `height` [m] above the first.
-    fn crosswise(height: f64) -> (Model, State) {
-        let mut assembly = Assembly::new(Vector3::zeros());
-        let material = Material { youngs_modulus: 1e6, torsion_modulus: 1e6, density: 1000.0 };
-        for (start, along) in
-            [(Vector3::new(-0.7, 0.0, 0.0), Vector3::x()), (Vector3::new(0.0, -0.7, height), Vector3::y())]
-        {
-            assembly.rod(&RodSpec::new(shape::straight(start, along, 2.0, 2), 0.01, material));
-        }
-        assembly.finish()
-    }
-
-    #[test]
-    fn what_jumps_through_is_found_and_what_goes_by_is_not() {
-        let (model, before) = crosswise(0.2);
-        assert!(passing(&model, &before, &before).is_empty());
-        assert_eq!(passing(&model, &before, &crosswise(-0.2).1), [[0, 2]]);
-        assert!(passing(&model, &before, &crosswise(0.1).1).is_empty());
-        // Down beside it, and along it.
-        let aside = |shift: Vector3<f64>| {
-            let mut state = before.clone();
-            state.positions[2..].iter_mut().for_each(|x| *x += shift);
-            state
-        };
-        assert!(passing(&model, &aside(Vector3::x() * 2.0), &aside(Vector3::new(2.0, 0.0, -1.0))).is_empty());
-        assert!(passing(&model, &before, &aside(Vector3::x() * 3.0)).is_empty());
-        // Through it and back within the step: turned by half a turn about an axis below it, its ends cross.
-        let mut turned = before.clone();
-        let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-        turned.orientations[2] = half * turned.orientations[2];
-        turned.positions[2].z = -0.2;
-        assert_eq!(passing(&model, &before, &turned), [[0, 2]]);
-    }
 }

@@ -17,6 +17,7 @@ mod inner_damping;
 mod invariance;
 mod modes;
 mod needs;
+mod passing;
 mod paths;
 mod pulled_knot;
 mod rest_rotation;
