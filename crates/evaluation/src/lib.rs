@@ -14,6 +14,7 @@ pub mod knot;
 pub mod needs;
 pub mod newton;
 pub mod paper;
+pub mod passing;
 pub mod precision;
 pub mod stages;
 pub mod stress;

@@ -65,6 +65,8 @@ const FILES: &[(&str, &str)] = files![
     "heap-20",
     "heap-80",
     "heap-320",
+    "tower",
+    "weave-20",
     "long-chain",
     "tiny-rod",
 ];

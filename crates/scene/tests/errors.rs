@@ -246,6 +246,8 @@ mistakes! {
         "15: nets[0].size_m = [1, 1, 1], but it must be two values: [x, y]";
     net_without_a_mesh: END => "segments = 30\n[[nets]]\nsize_m = [1, 1]\nmeshes = [0, 1]\nsegments = 1\n",
         "16: nets[0].meshes[0] = 0, but it must be a whole number from 1 to 10000000";
+    woven_of_segments_that_are_too_long: END => "segments = 30\n[[nets]]\nsize_m = [1, 1]\nmeshes = [3, 3]\nsegments = 1\nwoven = true\n",
+        "17: nets[0].segments = 1, but it must be a whole number from 2 to 10000000";
     too_fine_a_net: END => "segments = 30\n[[nets]]\nsize_m = [1, 1]\nmeshes = [10_000, 10_000]\nsegments = 1\n",
         "14: nets[0]: with this net the scene has 200020030 segments, but 10000000 are the most";
     net_of_nothing: END => "segments = 30\n[[nets]]\nsize_m = [1, 1e-15]\nmeshes = [1, 1]\nsegments = 1\n",

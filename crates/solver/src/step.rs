@@ -122,7 +122,8 @@ pub enum Status {
     Converged,
     /// To the tolerance, in substeps.
     ConvergedInSubsteps,
-    /// The cap on iterations came first, even with the smallest substep.
+    /// The cap on iterations came first, even with the smallest substep. Where contacts were off by more than
+    /// [`ContactParams::astray`] radii then, what moves freely in their island was left where it was, at rest.
     OutOfIterations,
     /// Joints gape by more than a tenth of their length: something that is held is led where the rods cannot follow, into an
     /// obstacle or further than they reach. Where joints that do not stretch (compliances of 1e-10 m/N at most) answer with

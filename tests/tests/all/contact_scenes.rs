@@ -16,7 +16,7 @@ use solver::step::Status;
 const DEEPEST: f64 = 0.02;
 
 /// Pairs `(a, b)`, a < b, that are joined, or nearer along the rods than `pi / 2 (r_a + r_b)`.
-fn neighbours(model: &Model) -> HashSet<(usize, usize)> {
+pub(crate) fn neighbours(model: &Model) -> HashSet<(usize, usize)> {
     // Of each joint, the segments it holds and its places on them [m]; of each segment, its joints.
     let holds: Vec<Vec<(usize, f64)>> = model
         .joints
@@ -65,7 +65,7 @@ fn axis(model: &Model, state: &State, i: usize) -> [Vector3<f64>; 2] {
 }
 
 /// Deepest penetration of any pair or obstacle, relative to the smaller radius; negative if nothing touches.
-fn deepest(model: &Model, state: &State, neighbours: &HashSet<(usize, usize)>) -> f64 {
+pub(crate) fn deepest(model: &Model, state: &State, neighbours: &HashSet<(usize, usize)>) -> f64 {
     let segments = &model.segments;
     let lines: Vec<_> = (0..segments.len()).map(|i| axis(model, state, i)).collect();
     let mut deepest = f64::NEG_INFINITY;

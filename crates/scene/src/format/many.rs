@@ -36,6 +36,8 @@ pub(crate) struct Net {
     pub(crate) size_m: List<Number, 2>,
     pub(crate) meshes: List<Count, 2>,
     pub(crate) segments: Count,
+    #[serde(default)]
+    pub(crate) woven: bool,
     pub(crate) radius_m: Option<Number>,
     pub(crate) youngs_modulus_pa: Option<Number>,
     pub(crate) torsion_modulus_pa: Option<Number>,

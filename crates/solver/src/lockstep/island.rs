@@ -221,17 +221,20 @@ impl Island<'_> {
         self.sets.iter().map(of).fold(0.0, max_or_nan)
     }
 
-    /// How a step ended whose last attempt ended so: with joints apart where they gape. Sets that the smallest substep does not
-    /// bring together stay where they are, without what presses.
+    /// How a step ended whose last attempt ended so: with joints apart where they gape. Sets stay where they are, without what
+    /// presses, where the smallest substep does not bring them together, or bodies apart.
     fn ended(&mut self, status: Status, params: &StepParams) -> Status {
-        let mut stays = false;
-        for set in self.sets.iter_mut().filter(|set| may_stay(status, params) && set.is_torn()) {
+        let is_off = self.stage.worst() > params.contact.astray;
+        let mut stay = None;
+        for set in self.sets.iter_mut().filter(|set| stays(set, is_off, status, params)) {
+            stay = stay.max(Some(if set.is_torn() { Status::Apart } else { status }));
             set.component.stay();
-            stays = true;
         }
-        if stays {
+        if let Some(status) = stay {
             self.stage.roll_back();
-            return Status::Apart;
+            // What counts is how deep they are where they stay, not where the last attempt had them.
+            self.observe(params, 0);
+            return status;
         }
         self.sets.iter().map(|set| set.ended(status)).max().unwrap_or(status)
     }
@@ -384,8 +387,9 @@ impl Steps for Island<'_> {
 
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
         self.room.parts += 1;
+        let is_off = self.stage.worst() > params.contact.astray;
         for set in self.sets.iter_mut() {
-            let is_kept = !(status.is_stuck() || may_stay(status, params) && set.is_torn());
+            let is_kept = !(status.is_stuck() || stays(set, is_off, status, params));
             count_step(&set.attempt, 0, is_kept, &mut set.counters);
         }
         // Contacts alone may be what has not converged.
@@ -425,9 +429,10 @@ impl Steps for Island<'_> {
     }
 }
 
-/// Whether sets whose joints gape stay where they were at the end of a step that ended so.
-fn may_stay(status: Status, params: &StepParams) -> bool {
-    status == Status::OutOfIterations && params.max_halvings > 0
+/// Whether a set stays where it is at the end of a step that ended so: its joints gape, or contacts of its island are off by more
+/// than what goes astray, so that bodies may be on the other side of each other.
+fn stays(set: &ConnectedSet, is_off: bool, status: Status, params: &StepParams) -> bool {
+    status == Status::OutOfIterations && params.max_halvings > 0 && (is_off || set.is_torn())
 }
 
 /// The larger of two; not a number if either is not.
