@@ -86,12 +86,12 @@ fn a_falling_heap_gains_no_energy() {
 fn a_snapshot_amid_steps_in_parts_goes_on_as_if_nothing_had_been() {
     let scene = rods::scene::builtin("heap-20").unwrap();
     let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
-    let mut step = |simulation: &mut Simulation| simulation.step(scene.run.dt).unwrap().status;
+    let step = |simulation: &mut Simulation| simulation.step(scene.run.dt).unwrap().status;
     while step(&mut simulation) != Status::ConvergedInSubsteps {
         assert!(simulation.time() < 1.0, "no step in parts");
     }
     let (snapshot, retries) = (simulation.snapshot(), simulation.counters().retries);
-    let mut go_on = |simulation: &mut Simulation| {
+    let go_on = |simulation: &mut Simulation| {
         let statuses = [0; 5].map(|_| step(simulation));
         let mut state = scene.state.clone();
         simulation.store(&mut state);

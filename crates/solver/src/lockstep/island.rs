@@ -78,7 +78,9 @@ impl Island<'_> {
             (room.iterations, room.parts) = (0, 0);
             retry::advance_parts(self, interval, 0, depth.max(1), params)
         });
-        let halvings = if self.room.is_open { 0 } else { self.room.next_halvings(params) };
+        // What does not converge is tried from the whole step on again.
+        let is_solved = status <= Status::ConvergedInSubsteps && !self.room.is_open;
+        let halvings = if is_solved { self.room.next_halvings(params) } else { 0 };
         for touch in self.sets.iter_mut().filter_map(|set| set.touch.as_mut()) {
             touch.halvings = halvings;
         }
