@@ -77,7 +77,9 @@ impl Net {
         let [along_x, along_y] = self.meshes;
         if self.woven {
             for (axis, of, last) in [(0, "x", along_y), (1, "y", along_x)] {
-                (0..=last).for_each(|k| drop(builder.add_rod(format!("{name}/{of}-{k}"), &self.rope(axis, k), None)));
+                for k in 0..=last {
+                    builder.add_rod(format!("{name}/{of}-{k}"), &self.rope(axis, k), None);
+                }
             }
             return;
         }
@@ -119,7 +121,7 @@ impl Net {
         k: usize,
     ) -> Vec<Vector3<f64>> {
         let (each, beyond) = (1.0 / self.segments as f64, self.segments / 2);
-        let side = if (axis + k) % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if (axis + k).is_multiple_of(2) { 1.0 } else { -1.0 };
         let height = side * self.rope.radii[0] / (0.5 * PI * each).cos();
         let count = self.meshes[axis] * self.segments + 2 * beyond + 1;
         (0..=count)

@@ -30,7 +30,7 @@ fn yarns_touch_where_they_cross_over_and_under_in_turns() {
                     scene.state.positions[scene.rods[yarn].segments.start + beyond + crossing * segments]
                 });
                 let way = over - under;
-                let side = if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+                let side = if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
                 assert!(way.xy().norm() < 1e-15 && (way.z - side * 0.002).abs() < 1e-15, "{i} {j}: {way:?}");
             }
         }
