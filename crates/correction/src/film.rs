@@ -58,6 +58,19 @@ impl Film {
         Self { real: recording.markers.clone(), guess, time: recording.time.clone(), free: free.clone() }
     }
 
+    /// So many parts of it, one after the other, each beside its part of the recording: of a part all that was recorded before and after it is lost.
+    pub fn parts(&self, recording: &Recording, count: usize) -> Vec<(Recording, Self)> {
+        let frames = self.time.len();
+        let part = |k: usize| {
+            let mut real = self.real.clone();
+            let (before, after) = (k * frames / count, (k + 1) * frames / count);
+            let (first, last) = real.split_at_mut(after);
+            first[..before].iter_mut().chain(last).for_each(|row| row.fill(Vector3::repeat(f64::NAN)));
+            (Recording { markers: real.clone(), ..recording.clone() }, Self { real, ..self.clone() })
+        };
+        (0..count).map(part).collect()
+    }
+
     /// The guess as a prediction.
     pub fn uncorrected(&self) -> Prediction {
         let markers = self.guess.iter().map(|guess| guess[self.free.clone()].to_vec());

@@ -8,13 +8,16 @@ use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use correction::correction::Correction;
 use correction::film::{Film, Guess};
-use correction::inputs::Kind;
+use correction::inputs;
 use correction::network::Shape;
-use correction::training::{Plan, train};
+use correction::noodle;
+use correction::training::{ASIDE, Plan, train};
 use identify::cable::Cable;
+use identify::kind::{Clamped, Kind, Plain};
 use identify::metric::mean_error;
-use identify::predict::predict;
-use identify::recording::{Reading, Recording, files, read_all};
+use identify::noodle::Noodle;
+use identify::predict::{Prediction, predict};
+use identify::recording::{Reading, Recording};
 use identify::result::CableFile;
 use report::significant;
 use terminal::{INTERRUPTED, Progress, complain, positive, say, threads};
@@ -22,13 +25,13 @@ use terminal::{INTERRUPTED, Progress, complain, positive, say, threads};
 /// Exit code of bad input.
 const BAD_INPUT: u8 = 2;
 
-/// Learns what to add to the prediction of a cable that `identify` has identified, from the recordings it was identified on.
+/// Learns what to add to the prediction of a cable or a noodle that `identify` has identified, from the recordings it was identified on.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {
     /// The result.json of an identification.
     result: PathBuf,
-    /// Recordings to predict: of them the first two frames and the grips are used, nothing else.
+    /// Recordings to predict: of them the first two frames and the grips, or the way of the clamp, are used, nothing else.
     #[arg(long, num_args = 1..)]
     eval: Vec<PathBuf>,
     /// Takes a correction from a file instead of training one.
@@ -39,7 +42,7 @@ struct Cli {
     out: PathBuf,
     /// The network: graph, perceptron or recurrent.
     #[arg(long, default_value = "perceptron")]
-    kind: Kind,
+    kind: inputs::Kind,
     /// What is corrected: physics, or blend, which leaves the simulation out, to compare.
     #[arg(long, default_value = "physics")]
     guess: Guess,
@@ -49,7 +52,7 @@ struct Cli {
     /// GN blocks of a graph network.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=16))]
     blocks: Option<u16>,
-    /// Networks whose mean counts; each keeps another seventh of the recordings aside, to choose its epoch.
+    /// Networks whose mean counts; each keeps another seventh of the recordings aside, of a noodle of each recording, to choose its epoch.
     #[arg(long, default_value = "3", value_parser = clap::value_parser!(u16).range(1..=16))]
     members: u16,
     /// Times that the recordings are gone through; as usual for the kind unless given.
@@ -82,29 +85,56 @@ fn main() -> ExitCode {
     }
 }
 
-/// Recordings beside their guesses.
-fn films(cli: &Cli, places: &[PathBuf], cable: &CableFile, guess: Guess) -> Result<Vec<(Recording, Film)>> {
-    let (recordings, faults) = read_all(&files(places)?, Reading { rate: cli.rate, unit: cli.unit_m });
-    faults.iter().for_each(|fault| complain(format_args!("{fault}")));
-    if recordings.is_empty() {
+/// Recordings with what is known of each and its simulation.
+fn simulated<K: Kind>(
+    cli: &Cli,
+    places: &[PathBuf],
+    rod: &CableFile,
+) -> Result<Vec<(Recording, K::Specimen, Prediction)>> {
+    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let (kind, [read, _]) = K::read([places, &[]], reading, rod.segments)?;
+    read.bad.iter().for_each(|fault| complain(format_args!("{fault}")));
+    if read.good.is_empty() {
         bail!("none of the recordings is of use");
     }
-    let parameters = cable.parameters().map_err(|message| anyhow!(message))?;
-    let predictions = match guess {
-        Guess::Blend => None,
-        Guess::Physics => {
-            let cables = recordings.iter().map(|recording| Cable::new(recording, cable.segments));
-            Some(predict(&cables.collect::<Result<Vec<_>, _>>()?, &parameters, usize::MAX, cable.steps)?)
+    let (recordings, specimens): (Vec<_>, Vec<_>) = read.good.into_iter().unzip();
+    let numbers = rod.numbers(kind.start(&specimens)).map_err(|message| anyhow!(message))?;
+    let predictions = predict(&specimens, &numbers, usize::MAX, rod.steps)?;
+    let each = recordings.into_iter().zip(specimens).zip(predictions);
+    Ok(each.map(|((recording, specimen), prediction)| (recording, specimen, prediction)).collect())
+}
+
+/// Recordings beside their guesses.
+fn films(cli: &Cli, places: &[PathBuf], rod: &CableFile, guess: Guess) -> Result<Vec<(Recording, Film)>> {
+    match rod.kind.as_str() {
+        Plain::NAME => {
+            let film = |(recording, _, prediction): (Recording, Cable, Prediction)| {
+                let film = match guess {
+                    Guess::Blend => Film::blended(&recording),
+                    Guess::Physics => Film::simulated(&recording, &prediction),
+                };
+                (recording, film)
+            };
+            Ok(simulated::<Plain>(cli, places, rod)?.into_iter().map(film).collect())
         }
-    };
-    let film = |(k, recording): (usize, Recording)| {
-        let film = match &predictions {
-            None => Film::blended(&recording),
-            Some(predictions) => Film::simulated(&recording, &predictions[k]),
-        };
-        (recording, film)
-    };
-    Ok(recordings.into_iter().enumerate().map(film).collect())
+        Clamped::NAME if guess == Guess::Physics => {
+            let film = |(recording, noodle, prediction): (Recording, Noodle, Prediction)| {
+                let recording = noodle::held(&recording, &noodle);
+                let film = Film::simulated(&recording, &prediction);
+                (recording, film)
+            };
+            Ok(simulated::<Clamped>(cli, places, rod)?.into_iter().map(film).collect())
+        }
+        kind => bail!("{}: a {kind} has no correction of {guess}", cli.result.display()),
+    }
+}
+
+/// Errors of a prediction by their names [m].
+fn errors(rod: &CableFile, recording: &Recording, prediction: &Prediction) -> Vec<(String, f64)> {
+    match rod.kind.as_str() {
+        Clamped::NAME => noodle::errors(recording, prediction),
+        _ => vec![("a coordinate".to_owned(), mean_error(recording, prediction))],
+    }
 }
 
 fn run(cli: &Cli) -> Result<ExitCode> {
@@ -124,7 +154,11 @@ fn run(cli: &Cli) -> Result<ExitCode> {
 
 fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
     let places: Vec<PathBuf> = cable.recordings.iter().map(PathBuf::from).collect();
-    let films = films(cli, &places, cable, cli.guess)?;
+    let mut films = films(cli, &places, cable, cli.guess)?;
+    if cable.kind == Clamped::NAME {
+        // Its recordings are few, and long.
+        films = films.iter().flat_map(|(recording, film)| film.parts(recording, ASIDE)).collect();
+    }
     let markers = films[0].0.count();
     if let Some((other, _)) = films.iter().find(|(recording, _)| recording.count() != markers) {
         bail!("{}: {} markers, but the first recording has {markers}", other.path.display(), other.count());
@@ -132,7 +166,7 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
     let usual = Shape::of(cli.kind);
     let shape = Shape {
         width: cli.width.map_or(usual.width, usize::from),
-        blocks: cli.blocks.filter(|_| cli.kind == Kind::Graph).map_or(usual.blocks, usize::from),
+        blocks: cli.blocks.filter(|_| cli.kind == inputs::Kind::Graph).map_or(usual.blocks, usize::from),
         ..usual
     };
     let plan = Plan {
@@ -170,19 +204,19 @@ fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()>
         bail!("{path}: {found} markers, but the correction is of a cable with {asked}");
     }
     let began = Instant::now();
-    let mut errors = Vec::new();
-    for (recording, film) in &films {
-        let guess = mean_error(recording, &film.uncorrected());
-        errors.push([guess, mean_error(recording, &film.corrected(&correction.add(film)))]);
-    }
+    let corrected: Vec<Prediction> = films.iter().map(|(_, film)| film.corrected(&correction.add(film))).collect();
     let recorded: f64 = films.iter().filter_map(|(recording, _)| recording.time.last()).sum();
     let speed = significant(recorded / began.elapsed().as_secs_f64(), 2);
-    let mean = |k: usize| 100.0 * errors.iter().map(|error| error[k]).sum::<f64>() / errors.len() as f64;
-    let [guess, corrected] = [0, 1].map(|k| significant(mean(k), 3));
+    let of = |own: &Prediction, recording: &Recording| errors(cable, recording, own);
+    let before: Vec<_> = films.iter().map(|(recording, film)| of(&film.uncorrected(), recording)).collect();
+    let after: Vec<_> = films.iter().zip(&corrected).map(|((recording, _), own)| of(own, recording)).collect();
+    say!("eval: {} recordings, corrected at {speed} times real time; errors [cm]:", films.len())?;
     let name = correction.guess;
-    say!(
-        "eval: {} recordings, error of a coordinate [cm]: {name} {guess}, corrected {corrected}; corrections at {speed} times real time",
-        errors.len()
-    )?;
+    for (k, (what, _)) in before.iter().flatten().take(before[0].len()).enumerate() {
+        let mean = |errors: &[Vec<(String, f64)>]| {
+            significant(100.0 * errors.iter().map(|own| own[k].1).sum::<f64>() / errors.len() as f64, 3)
+        };
+        say!("  {what}: {name} {}, corrected {}", mean(&before), mean(&after))?;
+    }
     Ok(())
 }

@@ -53,7 +53,7 @@ pub struct Trained {
 }
 
 /// One recording in so many is kept aside by a network.
-const ASIDE: usize = 7;
+pub const ASIDE: usize = 7;
 /// Pieces of a step. The gradient of each is made at once; sums run in the order of pieces, whichever thread made them.
 const PIECES: usize = 2;
 /// Largest step size; it falls to zero as a cosine.
@@ -121,6 +121,7 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
                     plan.kind.rows(epoch % STRIDE, film.time.len()).into_iter().map(move |row| (film, row))
                 })
                 .map(|(film, row)| Sample::of(&reader, film, &row, bound))
+                .filter(|sample| sample.wanted.iter().any(|wanted| !wanted.is_nan()))
                 .collect();
             school.epoch(&samples, (epoch, plan.epochs));
             let now = Correction { members: vec![school.mean.clone()], ..correction.clone() };

@@ -34,6 +34,11 @@ impl Noodle {
         Ok(Self { time: recording.recording.time.clone(), way, segments })
     }
 
+    /// Pose of the clamp at a time [s].
+    pub fn clamp(&self, time: f64) -> Pose {
+        self.way.at(time).pose
+    }
+
     /// How the clamp holds the noodle's start.
     pub(crate) fn grip(&self, numbers: &Numbers) -> Carried {
         let grip = Pose { position: Vector3::zeros(), orientation: heading(numbers) };
