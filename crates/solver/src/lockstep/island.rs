@@ -11,7 +11,7 @@ use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
-use crate::limits::PARALLEL_SEGMENTS;
+use crate::limits::PARALLEL_PIECE;
 use crate::retry::{self, Steps};
 use crate::snapshot::Snapshot;
 use crate::start::NoGuess;
@@ -285,7 +285,7 @@ impl Island<'_> {
 
 /// Works on all sets, side by side where there is enough to share: so many segments.
 pub(super) fn each(sets: &mut [Box<ConnectedSet>], segments: usize, work: impl Fn(&mut ConnectedSet) + Send + Sync) {
-    if sets.len() > 1 && segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1 {
+    if sets.len() > 1 && segments >= PARALLEL_PIECE && rayon::current_num_threads() > 1 {
         sets.par_iter_mut().for_each(|set| work(set));
     } else {
         sets.iter_mut().for_each(|set| work(set));
