@@ -40,7 +40,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// How often to halve the next step before it is tried: as often as the last one was, about, but for once less where its parts took
+    /// How often to halve the next step before it is tried: as often as the last one was, about, and once less where its parts took
     /// few iterations.
     fn next_halvings(&self, params: &StepParams) -> u32 {
         let is_easy = self.iterations <= params.contact.easy * self.parts;
@@ -78,9 +78,10 @@ impl Island<'_> {
             (room.iterations, room.parts) = (0, 0);
             retry::advance_parts(self, interval, 0, depth.max(1), params)
         });
-        // What does not converge is tried from the whole step on again.
+        // What does not converge is tried from the whole step on again, and so is each step with a momentum residual, whose contacts
+        // take many iterations to come to rest.
         let is_solved = status <= Status::ConvergedInSubsteps && !self.room.is_open;
-        let halvings = if is_solved { self.room.next_halvings(params) } else { 0 };
+        let halvings = if is_solved && !params.formulation.momentum() { self.room.next_halvings(params) } else { 0 };
         for touch in self.sets.iter_mut().filter_map(|set| set.touch.as_mut()) {
             touch.halvings = halvings;
         }
