@@ -271,6 +271,18 @@ impl<T: Real> System<T> {
         Spatial { linear: impulse.linear * terms.inverse_mass, angular: terms.inverse_inertia.apply(impulse.angular) }
     }
 
+    /// What a correction (dx, dphi) of one of its bodies adds to `J dp` of joint `j`, in world rows.
+    #[inline(always)]
+    pub fn constraint_change_by(&self, j: usize, body: usize, dp: Spatial<T>) -> Spatial<T> {
+        let [a, _] = self.topology.joints[j];
+        let (end, sign) = if a as usize == body { (0, T::splat(1.0)) } else { (1, T::splat(-1.0)) };
+        let mut at = dp.linear + dp.angular.cross(self.bodies[body].axis) * self.joints[j].offsets[end];
+        if let Some(across) = self.across.get(j) {
+            at += dp.angular.cross(across[end]);
+        }
+        Spatial { linear: at * sign, angular: dp.angular * -sign }
+    }
+
     /// `J dp` of joint `j` in world rows, for corrections (dx, dphi), one entry a body.
     #[inline(always)]
     pub fn constraint_change(&self, j: usize, corrections: &[Spatial<T>]) -> Spatial<T> {

@@ -69,26 +69,24 @@ impl Looped {
         rhs: impl Fn(usize) -> Spatial<f64>,
         mut take: impl FnMut(usize, Spatial<f64>),
     ) {
-        self.solve_columns(1, |_, joint| rhs(joint), |_, joint, x| take(joint, x));
+        let fill = |column: &mut [[f64; 6]]| {
+            for (joint, own) in column.iter_mut().enumerate() {
+                *own = rhs(joint).to_array();
+            }
+        };
+        for (joint, x) in self.solve_columns(1, fill).iter().enumerate() {
+            take(joint, Spatial::from_array(*x));
+        }
     }
 
-    /// The same for several right-hand sides, named by their number.
+    /// The same for several right-hand sides, one after the other, an entry a joint each: `fill` gets them as zeros.
     #[inline(always)]
-    pub(crate) fn solve_columns(
-        &mut self,
-        columns: usize,
-        rhs: impl Fn(usize, usize) -> Spatial<f64>,
-        mut take: impl FnMut(usize, usize, Spatial<f64>),
-    ) {
-        let joints = self.diagonal.len();
-        self.rhs.resize(columns * joints, [0.0; 6]);
-        for (k, own) in self.rhs.iter_mut().enumerate() {
-            *own = rhs(k / joints, k % joints).to_array();
-        }
+    pub(crate) fn solve_columns(&mut self, columns: usize, fill: impl FnOnce(&mut [[f64; 6]])) -> &[[f64; 6]] {
+        self.rhs.clear();
+        self.rhs.resize(columns * self.diagonal.len(), [0.0; 6]);
+        fill(&mut self.rhs);
         self.cholesky.solve(&mut self.rhs);
-        for (k, x) in self.rhs.iter().enumerate() {
-            take(k / joints, k % joints, Spatial::from_array(*x));
-        }
+        &self.rhs
     }
 
     fn assemble(&mut self, system: &System<f64>) {

@@ -5,8 +5,7 @@ mod columns;
 
 use std::sync::Arc;
 
-use self::columns::{Columns, Columnwise};
-use crate::kernel::Spatial;
+use self::columns::Columnwise;
 use crate::linear::sparse::SparseError;
 use crate::linear::transfers::{Side, Transfers};
 use crate::system::System;
@@ -54,12 +53,6 @@ impl Response {
             Response::Looped(columns) => columns.couple(system, sides, block),
         }
     }
-}
-
-/// All entries of a list of impulses on bodies zero.
-fn clear(impulses: &mut Vec<Spatial<Columns>>, bodies: usize) {
-    impulses.clear();
-    impulses.resize(bodies, Spatial::zero());
 }
 
 #[cfg(test)]

@@ -1,30 +1,44 @@
-//! Answers where joints form loops: each column of forces goes through the sparse factor, several at once.
+//! Answers where joints form loops: columns of back-substitutions with the sparse factor, several at once.
+//!
+//! With b_t = J M^-1 f_t, what a force does to the joints' constraints, two forces do the work `f_s M^-1 f_t - b_s A^-1 b_t` on each
+//! other's answers. A force on a body is seen by its joints alone, so that b has few entries, and of the columns `A^-1 b_t` few are read.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use super::clear;
-use crate::component::{copy_spatial, pick_spatial};
-use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
-use crate::kernel::lane::{Lanes, Real};
-use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::linear::looped::Looped;
 use crate::linear::sparse::SparseError;
 use crate::linear::transfers::Side;
-use crate::system::{BodyTerms, JointTerms, System};
+use crate::system::System;
 use crate::topology::Topology;
 
-/// Impulses that are answered side by side.
+/// Columns that are solved for at once.
 const COLUMNS: usize = 24;
-pub(super) type Columns = Lanes<COLUMNS>;
+
+/// What the three forces of a side do to a joint of its body, in world rows.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    joint: u32,
+    rows: [[f64; 6]; 3],
+}
+
+/// A contact: its sides, and what joints see of them.
+#[derive(Clone, Debug)]
+struct Pushes {
+    sides: Range<usize>,
+    seen: Range<usize>,
+}
 
 /// Solves for answers, with the memory for it.
 pub(crate) struct Columnwise {
-    system: System<Columns>,
-    dlambda: Vec<Spatial<Columns>>,
-    scratch: Vec<Spatial<Columns>>,
-    impulses: Vec<Spatial<Columns>>,
+    topology: Arc<Topology>,
+    /// Joints by body, and where those of each begin.
+    joints: Vec<u32>,
+    starts: Vec<usize>,
     factor: Looped,
+    contacts: Vec<Pushes>,
+    seen: Vec<Seen>,
 }
 
 impl Columnwise {
@@ -33,18 +47,23 @@ impl Columnwise {
     /// # Errors
     /// If the factor would be too large.
     pub(super) fn new(topology: &Arc<Topology>) -> Result<Self, SparseError> {
+        let ends = topology.joints.iter().zip(0..).flat_map(|(ends, joint)| ends.map(|body| (body, joint)));
+        let mut ends: Vec<(u32, u32)> = ends.collect();
+        ends.sort_unstable();
+        let start = |body: usize| ends.partition_point(|&(other, _)| (other as usize) < body);
         Ok(Self {
-            system: System::new(topology.clone()),
-            dlambda: vec![Spatial::zero(); topology.joints.len()],
-            scratch: vec![Spatial::zero(); topology.bodies()],
-            impulses: Vec::new(),
+            topology: topology.clone(),
+            starts: (0..=topology.bodies()).map(start).collect(),
+            joints: ends.iter().map(|&(_, joint)| joint).collect(),
             factor: Looped::new(topology)?,
+            contacts: Vec::new(),
+            seen: Vec::new(),
         })
     }
 
     /// Whether it is of this connectivity.
     pub(super) fn is_of(&self, topology: &Arc<Topology>) -> bool {
-        Arc::ptr_eq(&self.system.topology, topology)
+        Arc::ptr_eq(&self.topology, topology)
     }
 
     /// See [`super::Response::couple`].
@@ -54,127 +73,86 @@ impl Columnwise {
         sides: &[Side],
         mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
-        self.prepare(system);
-        let mut impulses = std::mem::take(&mut self.impulses);
-        let mut first = 0;
-        while first < sides.len() {
-            // Sides of one contact share their columns.
-            let (mut lanes, mut end) = (0, first);
-            clear(&mut impulses, system.bodies.len());
-            for own in sides[first..].chunk_by(|a, b| a.contact == b.contact).take(COLUMNS / 3) {
-                for side in own {
-                    let impulse = &mut impulses[side.body as usize];
-                    for (d, force) in side.forces.iter().enumerate() {
-                        let sum = pick_spatial(impulse, lanes + d).plus(*force, 1.0);
-                        copy_spatial(impulse, lanes + d, &sum, 0);
-                    }
-                }
-                (lanes, end) = (lanes + 3, end + own.len());
-            }
-            self.respond(&mut impulses, lanes);
-            let mut s = first;
-            for (nth, own) in sides[first..].chunk_by(|a, b| a.contact == b.contact).enumerate() {
-                let mut work = [Columns::zero(); 3];
-                for side in own {
-                    let answer = &impulses[side.body as usize];
-                    for (work, force) in work.iter_mut().zip(&side.forces) {
-                        *work += Spatial::splat(*force).dot(*answer);
-                    }
-                }
-                let mut t = first;
-                for (before, other) in sides[first..end].chunk_by(|a, b| a.contact == b.contact).enumerate() {
-                    if before <= nth {
-                        block(s, t, work.map(|row| [0, 1, 2].map(|c| row.lane(3 * before + c))));
-                    }
-                    t += other.len();
-                }
-                s += own.len();
-            }
-            first = end;
-        }
-        self.impulses = impulses;
-    }
-
-    /// Takes over a system's matrix.
-    fn prepare(&mut self, system: &System<f64>) {
-        for (own, body) in self.system.bodies.iter_mut().zip(&system.bodies) {
-            *own = splat_body(body);
-        }
-        for (own, joint) in self.system.joints.iter_mut().zip(&system.joints) {
-            *own = splat_joint(joint);
-        }
-        self.system.across.clear();
-        self.system.across.extend(system.across.iter().map(|ends| ends.map(splat_vec)));
-        self.system.bend_extra.clear();
-        self.system.bend_extra.extend(system.bend_extra.iter().copied().map(Columns::splat));
-        self.system.shear_extra.clear();
-        self.system.shear_extra.extend(system.shear_extra.iter().copied().map(Columns::splat));
-        self.system.frames.clear();
-        self.system.frames.extend(system.frames.iter().map(splat_quat));
         // What cannot be factored answers as if there were no joints; the solve beside it says so.
-        let _ = self.factor.factor(system);
+        let is_factored = self.factor.factor(system).is_ok();
+        self.see(system, sides);
+        let Self { factor, contacts, seen, topology, .. } = self;
+        let joints = topology.joints.len();
+        for (batch, others) in contacts.chunks(COLUMNS / 3).enumerate() {
+            let columns = factor.solve_columns(3 * others.len(), |columns| {
+                for (column, other) in others.iter().enumerate() {
+                    for Seen { joint, rows } in seen[other.seen.clone()].iter().filter(|_| is_factored) {
+                        for (d, row) in rows.iter().enumerate() {
+                            add(&mut columns[(3 * column + d) * joints + *joint as usize], row);
+                        }
+                    }
+                }
+            });
+            let first = batch * (COLUMNS / 3);
+            vectorized(
+                #[inline(always)]
+                || {
+                    for (nth, own) in contacts.iter().enumerate().skip(first) {
+                        for (column, other) in others.iter().enumerate().take(nth + 1 - first) {
+                            let mut work = alone(system, &sides[own.sides.clone()], &sides[other.sides.clone()]);
+                            for Seen { joint, rows } in &seen[own.seen.clone()] {
+                                let answers = [0, 1, 2].map(|c| &columns[(3 * column + c) * joints + *joint as usize]);
+                                for (work, row) in work.iter_mut().zip(rows) {
+                                    for (work, answer) in work.iter_mut().zip(answers) {
+                                        *work -= (0..6).map(|k| row[k] * answer[k]).sum::<f64>();
+                                    }
+                                }
+                            }
+                            block(own.sides.start, other.sides.start, work);
+                        }
+                    }
+                },
+            );
+        }
     }
 
-    /// Replaces impulses, one entry a body and the first `lanes` of each, by the corrections dp that answer them.
-    fn respond(&mut self, impulses: &mut [Spatial<Columns>], lanes: usize) {
-        let Self { system, dlambda, scratch, factor, .. } = self;
-        vectorized(
-            #[inline(always)]
-            || {
-                for (i, (own, &impulse)) in scratch.iter_mut().zip(impulses.iter()).enumerate() {
-                    *own = system.correction(i, impulse);
-                }
-                for (j, out) in dlambda.iter_mut().enumerate() {
-                    *out = Spatial::zero().plus(system.constraint_change(j, scratch), Columns::splat(-1.0));
-                }
-            },
-        );
-        scratch.clear();
-        scratch.extend_from_slice(dlambda);
-        let take = |lane: usize, j: usize, x: Spatial<f64>| copy_spatial(&mut dlambda[j], lane, &x, 0);
-        factor.solve_columns(lanes, |lane, j| pick_spatial(&scratch[j], lane), take);
-        scratch.resize(system.bodies.len(), Spatial::zero());
-        vectorized(
-            #[inline(always)]
-            || {
-                for (j, &dlambda) in dlambda.iter().enumerate() {
-                    system.add_impulse(j, dlambda, impulses);
-                }
-                for (i, impulse) in impulses.iter_mut().enumerate() {
-                    *impulse = system.correction(i, *impulse);
-                }
-            },
-        );
+    /// Finds what joints see of the sides, contact by contact.
+    fn see(&mut self, system: &System<f64>, sides: &[Side]) {
+        let Self { joints, starts, contacts, seen, .. } = self;
+        contacts.clear();
+        seen.clear();
+        let mut side = 0;
+        for own in sides.chunk_by(|a, b| a.contact == b.contact) {
+            let first = seen.len();
+            for Side { body, forces, .. } in own {
+                let body = *body as usize;
+                let answers = forces.map(|force| system.correction(body, force));
+                seen.extend(joints[starts[body]..starts[body + 1]].iter().map(|&joint| {
+                    let rows = answers.map(|dp| system.constraint_change_by(joint as usize, body, dp).to_array());
+                    Seen { joint, rows }
+                }));
+            }
+            contacts.push(Pushes { sides: side..side + own.len(), seen: first..seen.len() });
+            side += own.len();
+        }
     }
 }
 
-fn splat_vec(v: Vec3<f64>) -> Vec3<Columns> {
-    Vec3(v.0.map(Columns::splat))
-}
-
-fn splat_quat(q: &Quat<f64>) -> Quat<Columns> {
-    Quat { v: splat_vec(q.v), w: Columns::splat(q.w) }
-}
-
-fn splat_body(body: &BodyTerms<f64>) -> BodyTerms<Columns> {
-    BodyTerms {
-        inverse_mass: Columns::splat(body.inverse_mass),
-        orientation: splat_quat(&body.orientation),
-        axis: splat_vec(body.axis),
-        inverse_inertia: Sym3(body.inverse_inertia.0.map(Columns::splat)),
+/// The work of the forces of some sides on what the bodies of others do on their own.
+#[inline(always)]
+fn alone(system: &System<f64>, own: &[Side], others: &[Side]) -> [[f64; 3]; 3] {
+    let mut work = [[0.0; 3]; 3];
+    for (own, other) in own.iter().flat_map(|own| others.iter().map(move |other| (own, other))) {
+        if own.body == other.body {
+            for (c, &force) in other.forces.iter().enumerate() {
+                let answer = system.correction(other.body as usize, force);
+                for (work, force) in work.iter_mut().zip(&own.forces) {
+                    work[c] += force.dot(answer);
+                }
+            }
+        }
     }
+    work
 }
 
-fn splat_joint(joint: &JointTerms<f64>) -> JointTerms<Columns> {
-    JointTerms {
-        offsets: joint.offsets.map(Columns::splat),
-        length: Columns::splat(joint.length),
-        shear: Columns::splat(joint.shear),
-        stretch_extra: Columns::splat(joint.stretch_extra),
-        bend: Columns::splat(joint.bend),
-        twist_extra: Columns::splat(joint.twist_extra),
-        s: Columns::splat(joint.s),
-        t: splat_vec(joint.t),
-        rhs: Spatial::zero(),
+#[inline(always)]
+fn add(sum: &mut [f64; 6], row: &[f64; 6]) {
+    for (sum, x) in sum.iter_mut().zip(row) {
+        *sum += x;
     }
 }

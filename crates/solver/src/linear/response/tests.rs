@@ -10,6 +10,7 @@ use rod::{Assembly, InnerDamping, Material, RodSpec, Section, Springs, shape};
 use super::*;
 use crate::component::{Component, split};
 use crate::formulation::Formulation;
+use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
