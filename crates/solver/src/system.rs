@@ -274,28 +274,31 @@ impl<T: Real> System<T> {
     /// What a correction (dx, dphi) of one of its bodies adds to `J dp` of joint `j`, in world rows.
     #[inline(always)]
     pub fn constraint_change_by(&self, j: usize, body: usize, dp: Spatial<T>) -> Spatial<T> {
-        let [a, _] = self.topology.joints[j];
-        let (end, sign) = if a as usize == body { (0, T::splat(1.0)) } else { (1, T::splat(-1.0)) };
+        if self.topology.joints[j][0] as usize == body {
+            Spatial { linear: self.connector_change(j, 0, dp), angular: -dp.angular }
+        } else {
+            Spatial { linear: -self.connector_change(j, 1, dp), angular: dp.angular }
+        }
+    }
+
+    /// By how much a correction (dx, dphi) of body a (`end` 0) or b (1) moves the connector of joint `j` on it.
+    #[inline(always)]
+    fn connector_change(&self, j: usize, end: usize, dp: Spatial<T>) -> Vec3<T> {
+        let body = self.topology.joints[j][end] as usize;
+        // -z [d]x dphi = z dphi x d.
         let mut at = dp.linear + dp.angular.cross(self.bodies[body].axis) * self.joints[j].offsets[end];
         if let Some(across) = self.across.get(j) {
             at += dp.angular.cross(across[end]);
         }
-        Spatial { linear: at * sign, angular: dp.angular * -sign }
+        at
     }
 
     /// `J dp` of joint `j` in world rows, for corrections (dx, dphi), one entry a body.
     #[inline(always)]
     pub fn constraint_change(&self, j: usize, corrections: &[Spatial<T>]) -> Spatial<T> {
         let [a, b] = self.topology.joints[j];
-        let [za, zb] = self.joints[j].offsets;
         let (on_a, on_b) = (corrections[a as usize], corrections[b as usize]);
-        // -z [d]x dphi = z dphi x d.
-        let mut at_a = on_a.linear + on_a.angular.cross(self.bodies[a as usize].axis) * za;
-        let mut at_b = on_b.linear + on_b.angular.cross(self.bodies[b as usize].axis) * zb;
-        if let Some([across_a, across_b]) = self.across.get(j) {
-            at_a += on_a.angular.cross(*across_a);
-            at_b += on_b.angular.cross(*across_b);
-        }
-        Spatial { linear: at_a - at_b, angular: on_b.angular - on_a.angular }
+        let linear = self.connector_change(j, 0, on_a) - self.connector_change(j, 1, on_b);
+        Spatial { linear, angular: on_b.angular - on_a.angular }
     }
 }
