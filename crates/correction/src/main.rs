@@ -13,7 +13,7 @@ use correction::network::Shape;
 use correction::noodle;
 use correction::training::{ASIDE, Plan, train};
 use identify::cable::Cable;
-use identify::kind::{Clamped, Kind, Plain};
+use identify::kind::{Clamped, Kind, Plain, Read};
 use identify::metric::mean_error;
 use identify::noodle::Noodle;
 use identify::predict::{Prediction, predict};
@@ -85,18 +85,24 @@ fn main() -> ExitCode {
     }
 }
 
-/// Recordings with what is known of each and its simulation.
-fn simulated<K: Kind>(
-    cli: &Cli,
-    places: &[PathBuf],
-    rod: &CableFile,
-) -> Result<Vec<(Recording, K::Specimen, Prediction)>> {
+/// Recordings of a kind of rod, each with what is known of it.
+fn read<K: Kind>(cli: &Cli, places: &[PathBuf], rod: &CableFile) -> Result<(K, Read<K::Specimen>)> {
     let reading = Reading { rate: cli.rate, unit: cli.unit_m };
     let (kind, [read, _]) = K::read([places, &[]], reading, rod.segments)?;
     read.bad.iter().for_each(|fault| complain(format_args!("{fault}")));
     if read.good.is_empty() {
         bail!("none of the recordings is of use");
     }
+    Ok((kind, read))
+}
+
+/// Recordings with what is known of each and its simulation.
+fn simulated<K: Kind>(
+    cli: &Cli,
+    places: &[PathBuf],
+    rod: &CableFile,
+) -> Result<Vec<(Recording, K::Specimen, Prediction)>> {
+    let (kind, read) = read::<K>(cli, places, rod)?;
     let (recordings, specimens): (Vec<_>, Vec<_>) = read.good.into_iter().unzip();
     let numbers = rod.numbers(kind.start(&specimens)).map_err(|message| anyhow!(message))?;
     let predictions = predict(&specimens, &numbers, usize::MAX, rod.steps)?;
@@ -107,12 +113,16 @@ fn simulated<K: Kind>(
 /// Recordings beside their guesses.
 fn films(cli: &Cli, places: &[PathBuf], rod: &CableFile, guess: Guess) -> Result<Vec<(Recording, Film)>> {
     match rod.kind.as_str() {
+        Plain::NAME if guess == Guess::Blend => {
+            let film = |(recording, _): (Recording, Cable)| {
+                let film = Film::blended(&recording);
+                (recording, film)
+            };
+            Ok(read::<Plain>(cli, places, rod)?.1.good.into_iter().map(film).collect())
+        }
         Plain::NAME => {
             let film = |(recording, _, prediction): (Recording, Cable, Prediction)| {
-                let film = match guess {
-                    Guess::Blend => Film::blended(&recording),
-                    Guess::Physics => Film::simulated(&recording, &prediction),
-                };
+                let film = Film::simulated(&recording, &prediction);
                 (recording, film)
             };
             Ok(simulated::<Plain>(cli, places, rod)?.into_iter().map(film).collect())
