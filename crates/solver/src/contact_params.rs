@@ -26,6 +26,10 @@ pub struct ContactParams {
     /// places take longer. Smaller: normals are those of earlier iterations. In a formulation with momentum residual friction's bounds, too, lag by an iteration from there on; from
     /// twice as many on they stay, and contacts that are nearer than half their tolerance are taken as they are.
     pub settle_after: usize,
+    /// In a formulation with momentum residual, by how much other places on axes that are nearly parallel must be nearer before a contact
+    /// moves there, relative to the contact tolerance. Larger: fewer iterations, and gaps that are less by so much. Smaller: places
+    /// jump along the axes from iteration to iteration, and the torques of the contact's force with them.
+    pub steady: f64,
     /// How exact the direction of sliding friction is, relative to the slip of the step. Larger: fewer iterations.
     pub sliding: f64,
     /// Speed at which bodies that overlap at the start, where [`rod::Contacts::allow_overlap`] allows it, are moved apart
@@ -111,6 +115,7 @@ impl ContactParams {
         near: 0.1,
         far: 1.0,
         settle_after: 6,
+        steady: 0.1,
         sliding: 0.02,
         release_speed: 5.0,
         most_sweeps: 100,
@@ -163,6 +168,7 @@ impl ContactParams {
             ("parallel", self.parallel),
             ("sharper", self.sharper),
             ("share_left", self.share_left),
+            ("steady", self.steady),
             ("momentum_sharper", self.momentum_sharper),
             ("most_gain", self.most_gain),
             ("slow", self.slow),

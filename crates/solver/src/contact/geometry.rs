@@ -15,6 +15,9 @@ use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::snapshot::Tape;
 
+/// Squared sine of the angle between two axes below which their nearest places may stay where they were.
+const NEARLY_PARALLEL: f64 = 0.1;
+
 /// A segment that can touch something: where it is found, and its size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shape {
@@ -92,6 +95,8 @@ pub(crate) struct Contact {
     pub(crate) is_left_out: bool,
     /// Where on the two axes the places of contact are, from 0 to 1.
     places: [f64; 2],
+    /// By how much other places on axes that are nearly parallel must be nearer to take the place of those before [m].
+    pub(crate) steady: f64,
     /// Whether another contact holds the same places apart.
     pub(crate) doubled: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
@@ -194,6 +199,7 @@ impl Contact {
             gap_at_start: f64::NEG_INFINITY,
             is_left_out: false,
             places: [0.5; 2],
+            steady: 0.0,
             doubled: false,
             waits: false,
         }
@@ -290,6 +296,8 @@ impl Contact {
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
             Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
         };
+        let stays = poses != Poses::Start && self.stays(own, other, [s, t]);
+        let [s, t] = if stays { self.places } else { [s, t] };
         self.places = [s, t];
         self.ends = match feature {
             Feature::Nearest => [s, t].map(end_at),
@@ -330,6 +338,20 @@ impl Contact {
         }
         self.meet(own, other, [a, b], normal);
         direction
+    }
+
+    /// Whether the places of the evaluation before stay, though others are `nearest`. On axes that are nearly parallel a turn too small
+    /// to matter takes the nearest places from one end to the other, and with them the torques of the contact's force: what solves for
+    /// the balance of torques would follow them to and fro.
+    fn stays(&self, own: &Side, other: &Side, nearest: [f64; 2]) -> bool {
+        if self.steady <= 0.0 || self.normal == Vec3::zero() || self.places == nearest {
+            return false;
+        }
+        let axes = [own, other].map(|side| side.ends[1] - side.ends[0]);
+        let [a, b] = axes.map(Vec3::norm_squared);
+        let distance = |[s, t]: [f64; 2]| (own.at(s) - other.at(t)).norm_squared().sqrt();
+        axes[0].cross(axes[1]).norm_squared() < NEARLY_PARALLEL * a * b
+            && distance(self.places) - distance(nearest) <= self.steady
     }
 
     /// Sets what is between two capsules that meet at `a` and `b` on their axes.

@@ -63,6 +63,8 @@ pub(crate) struct Stage {
     /// that rests in a step. What is pushed out of another body in one step keeps that velocity, which must be none beside
     /// gravity's.
     unit: f64,
+    /// Difference of gaps that is none where places on axes that are nearly parallel would jump \[radii, or units\]; 0 where all count.
+    steady: f64,
     /// Time step [s]; 0 before the first.
     dt: f64,
     /// The time by whose square impulses are forces [s]: see [`Component::effective_dt`].
@@ -78,7 +80,8 @@ impl Stage {
         self.active.clear();
         self.pressed.clone_from(&shared.pressed);
         self.impulses.begin();
-        (self.unit, self.dt, self.effective_dt) = (f64::INFINITY, 0.0, 0.0);
+        (self.unit, self.steady) = (f64::INFINITY, 0.0);
+        (self.dt, self.effective_dt) = (0.0, 0.0);
     }
 
     /// Takes over where its segments have been looked for among all; contacts come by [`Stage::take`], in order.
@@ -212,6 +215,7 @@ impl Stage {
                 left_out += 1;
                 continue;
             }
+            contact.steady = self.steady * contact.radius.min(self.unit);
             contact.evaluate(&world, components, poses);
             if poses == Poses::Start {
                 contact.gap_at_start = contact.gap;

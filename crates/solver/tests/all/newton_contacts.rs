@@ -68,3 +68,22 @@ fn turns_of_a_helix_that_lie_on_each_other_converge() {
     assert!(counters.deepest_penetration < 1e-3 && counters.worst_contact < 1e-3, "{counters:?}");
     assert!(counters.contact_solves > 0);
 }
+
+/// Where turns rest on each other, nearest places on axes that are nearly parallel do not jump from iteration to iteration.
+#[test]
+fn a_helix_at_rest_takes_few_iterations() {
+    let (model, state) = falling_helix();
+    let settings = settings(Formulation::Newton, SolverKind::Direct);
+    let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+    let mut step = |steps: usize| {
+        let before = simulation.counters();
+        (0..steps).for_each(|_| _ = simulation.step(0.02).unwrap());
+        let after = simulation.counters();
+        assert_eq!(after.not_converged, 0);
+        assert!(after.deepest_penetration < 1e-3, "{after:?}");
+        (after.iterations - before.iterations) as f64 / steps as f64
+    };
+    step(60);
+    let at_rest = step(40);
+    assert!(at_rest < 6.0, "{at_rest}");
+}

@@ -278,3 +278,33 @@ fn keys_come_back_from_their_words() {
         }
     }
 }
+
+/// Two capsules that lie across each other at an angle, and the second one after a tilt by which the nearest places move.
+fn tilted(angle: f64, tilt: f64) -> [Side; 3] {
+    let along = Vector3::new(angle.cos(), angle.sin(), 0.0);
+    let own = still(Vector3::new(0.0, 0.0, 0.2), Vector3::x(), 1.0, 0.1);
+    let beside = still(Vector3::zeros(), along, 1.0, 0.1);
+    let after = still(Vector3::zeros(), (along + Vector3::z() * tilt).normalize(), 1.0, 0.1);
+    [own, beside, after]
+}
+
+#[test]
+fn nearest_places_of_nearly_parallel_axes_stay_unless_others_are_nearer() {
+    let places = |angle: f64, tilt: f64, steady: f64| {
+        let [own, before, after] = tilted(angle, tilt);
+        let mut contact = nearest_contact(&own, &before);
+        contact.steady = steady;
+        contact.between(&own, &after, Feature::Nearest, Poses::Now);
+        (contact.arms[0].0[0], contact.gap)
+    };
+    // They move by about the tilt times the distance over the squared sine: 0.05.
+    let (moved, least) = places(0.1, 2.5e-3, 0.0);
+    let (stayed, gap) = places(0.1, 2.5e-3, 1e-4);
+    assert!(moved.abs() > 0.04 && stayed.abs() < 1e-3, "{moved} {stayed}");
+    assert!(gap > least && gap - least <= 1e-4, "{gap} {least}");
+    // Further than that they are nearer by more.
+    let (moved, least) = places(0.1, 1e-2, 0.0);
+    assert_eq!(places(0.1, 1e-2, 1e-4), (moved, least));
+    // Axes that cross have one nearest place.
+    assert_eq!(places(0.5, 2.5e-3, 1e-4), places(0.5, 2.5e-3, 0.0));
+}

@@ -31,6 +31,9 @@ impl Stage {
                 self.let_overlaps_out(shared);
             }
         }
+        let fall = 0.5 * shared.slow * self.dt.powi(2);
+        self.unit = if fall > 0.0 { fall / tolerance } else { f64::INFINITY };
+        self.steady = if formulation.momentum() { shared.params.steady * tolerance } else { 0.0 };
         if !self.contacts.is_empty() {
             reach::note_moves(&self.search.segments, shared.detector.shapes(), components);
         }
@@ -60,8 +63,6 @@ impl Stage {
         tolerance: f64,
         iteration: usize,
     ) -> f64 {
-        let fall = 0.5 * shared.slow * self.dt.powi(2);
-        self.unit = if fall > 0.0 { fall / tolerance } else { f64::INFINITY };
         // The momentum residual sees each change of an impulse.
         let after = |iterations: usize| formulation.momentum() && iteration >= iterations;
         let (settles, rests) = (after(shared.params.settle_after), after(2 * shared.params.settle_after));
