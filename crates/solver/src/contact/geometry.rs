@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use rod::{Friction, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
+use super::detect::are_parallel;
 use super::key::{Feature, Key, Partner, key, words};
 use super::obstacles::Placed;
 use super::parts::Carrier;
@@ -347,11 +348,8 @@ impl Contact {
         if self.steady <= 0.0 || self.normal == Vec3::zero() || self.places == nearest {
             return false;
         }
-        let axes = [own, other].map(|side| side.ends[1] - side.ends[0]);
-        let [a, b] = axes.map(Vec3::norm_squared);
         let distance = |[s, t]: [f64; 2]| (own.at(s) - other.at(t)).norm_squared().sqrt();
-        axes[0].cross(axes[1]).norm_squared() < NEARLY_PARALLEL * a * b
-            && distance(self.places) - distance(nearest) <= self.steady
+        are_parallel(own.ends, other.ends, NEARLY_PARALLEL) && distance(self.places) - distance(nearest) <= self.steady
     }
 
     /// Sets what is between two capsules that meet at `a` and `b` on their axes.
