@@ -16,7 +16,7 @@ use correction::inside::{Inside, Law, fit};
 use correction::moments::Moments;
 use correction::network::Shape;
 use correction::training::{Plan, train};
-use identify::cable::Cable;
+use identify::cable::{Cable, Resolution};
 use identify::fit::Stage;
 use identify::metric::mean_error;
 use identify::predict::{Prediction, step_params};
@@ -44,7 +44,7 @@ fn main() -> Result<()> {
     let (aside, own): (Vec<_>, Vec<_>) = recordings.into_iter().enumerate().partition(|(k, _)| k % 7 == 0);
     let [aside, own] = [aside, own].map(|part| -> Vec<Recording> { part.into_iter().map(|(_, own)| own).collect() });
     let cables = |recordings: &[Recording]| -> Result<Vec<Cable>> {
-        recordings.iter().map(|recording| Ok(Cable::new(recording, cable.segments)?)).collect()
+        recordings.iter().map(|recording| Ok(Cable::new(recording, Resolution::SEARCH.segments)?)).collect()
     };
     let (own_cables, aside_cables) = (cables(&own)?, cables(&aside)?);
     let even = Law { curvature: false, moments: None };

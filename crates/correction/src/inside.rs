@@ -80,7 +80,7 @@ impl Inside {
     /// The model of a cable, with a load on each segment.
     fn model(&self, cable: &Cable) -> Result<(Model, State), SimulationError> {
         let (mut model, state) = cable.model(&self.parameters)?;
-        let parts = Resolution::default().segments;
+        let parts = Resolution::SEARCH.segments;
         let inner = model.segments.len() - 1;
         if let Some(last) = self.curvatures.len().checked_sub(1) {
             // Beside the joints between segments those of the two grips.
@@ -115,7 +115,7 @@ impl Inside {
             markers: vec![Vec::new(); cases.len()],
             torques: Vec::new(),
         };
-        let unsolved = simulated(&models, &times, Resolution::DEFAULT.steps, &mut bearing)?;
+        let unsolved = simulated(&models, &times, Resolution::SEARCH.steps, &mut bearing)?;
         let each = bearing.markers.into_iter().zip(unsolved);
         Ok(each.map(|(markers, unsolved)| Prediction { markers, unsolved }).collect())
     }

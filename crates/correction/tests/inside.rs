@@ -14,7 +14,7 @@ use nalgebra::Vector2;
 const EVEN: Law = Law { curvature: false, moments: None };
 
 fn cables(recordings: &[Recording]) -> Vec<Cable> {
-    recordings.iter().map(|recording| Cable::new(recording, Resolution::default().segments).unwrap()).collect()
+    recordings.iter().map(|recording| Cable::new(recording, Resolution::SEARCH.segments).unwrap()).collect()
 }
 
 /// Recordings of an even cable.

@@ -19,7 +19,7 @@ fn films(count: usize) -> Vec<(Recording, Film)> {
     truth[Parameter::Curvature1] = 4.0;
     let plan = simulated::Plan { recordings: count, frames: 60, noise: 0.0, seed: 3, is_planar: false };
     let recordings = recordings(&truth, &plan).unwrap();
-    let segments = Resolution::default().segments;
+    let segments = Resolution::SEARCH.segments;
     let cables: Vec<Cable> = recordings.iter().map(|recording| Cable::new(recording, segments).unwrap()).collect();
     let predictions = predict(&cables, &Parameters::default(), usize::MAX, 1).unwrap();
     let film = |(recording, prediction): (Recording, _)| {

@@ -8,6 +8,7 @@ use rod::{
     Air, Assembly, Body, Carried, Damping, Driven, InnerDamping, Interpolation, KeyframeError, Material, Model, Motion,
     Pose, RestShape, RodSpec, Springs, State, Wind,
 };
+use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
 use crate::parameter::{Parameter, Parameters};
@@ -28,7 +29,7 @@ const LINE_DENSITY: f64 = DENSITY * PI * RADIUS * RADIUS;
 pub const AIR_DENSITY: f64 = 1.2;
 
 /// How finely cables are simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resolution {
     /// Segments between two markers.
     pub segments: usize,
@@ -37,13 +38,15 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// That of cables.
-    pub const DEFAULT: Self = Self { segments: 3, steps: 1 };
-}
+    /// That in which cables are searched for.
+    pub const SEARCH: Self = Self { segments: 3, steps: 1 };
+    /// That in which a search for a cable ends, and in which cables are predicted.
+    pub const PREDICTION: Self = Self { segments: 5, steps: 2 };
 
-impl Default for Resolution {
-    fn default() -> Self {
-        Self::DEFAULT
+    /// The coarser of two, in each of both.
+    #[must_use]
+    pub fn min(self, other: Self) -> Self {
+        Self { segments: self.segments.min(other.segments), steps: self.steps.min(other.steps) }
     }
 }
 

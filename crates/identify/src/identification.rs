@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, bail};
 use identify::cable::Resolution;
 use identify::confidence::{Known, known};
-use identify::fit::{Of, Search, fit};
+use identify::fit::{Iteration, Of, Search, fit, fit_finer};
 use identify::kind::{Kind, Read};
 use identify::metric::{Errors, mean_change};
 use identify::page::{self, Predicted, Shown};
@@ -59,7 +59,7 @@ impl<S: Specimen> Set<S> {
 pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     let earlier =
         cli.from.as_deref().map(CableFile::read).transpose().map_err(|message| anyhow!("--from: {message}"))?;
-    let usual = earlier.as_ref().map_or(Resolution { segments: K::SEGMENTS, steps: 1 }, CableFile::resolution);
+    let usual = earlier.as_ref().map_or(K::PREDICTION, CableFile::resolution);
     let resolution = Resolution {
         segments: cli.segments.map_or(usual.segments, usize::from),
         steps: cli.steps.map_or(usual.steps, usize::from),
@@ -180,15 +180,29 @@ fn identified<K: Kind>(
     mut start: <K::Specimen as Specimen>::Numbers,
     resolution: Resolution,
 ) -> Result<Identified<K::Specimen>> {
-    let search = Search { steps: resolution.steps, ..search(cli, kind, &mut start)? };
+    let searched = K::SEARCH.min(resolution);
+    let mut search = Search { steps: searched.steps, ..search(cli, kind, &mut start)? };
+    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let mut coarser: Option<Vec<K::Specimen>> = None;
+    if searched == resolution {
+        search.finer = 0;
+    } else {
+        let (_, [read, _]) = K::read([&cli.recordings, &[]], reading, searched.segments)?;
+        coarser = Some(read.good.into_iter().map(|(_, specimen)| specimen).collect());
+    }
     let began = Instant::now();
     let progress = Progress::new(search.iterations(), "iterations", cli.quiet)?;
     let mut done = 0;
-    let fit = fit(&train.recordings, &train.specimens, &start, &search, &mut |now| {
+    let mut watch = |now: &Iteration| {
         let go_on = progress.advance_by(now.done - done);
         done = now.done;
         go_on
-    })?;
+    };
+    let own = (train.specimens.as_slice(), resolution.steps);
+    let fit = match &coarser {
+        None => fit(&train.recordings, own.0, &start, &search, &mut watch)?,
+        Some(coarser) => fit_finer(&train.recordings, coarser, own, &start, &search, &mut watch)?,
+    };
     progress.finish();
     if fit.stopped {
         say!("stopped after {done} of {} iterations: these are the best parameters so far", search.iterations())?;
@@ -198,8 +212,7 @@ fn identified<K: Kind>(
     if units <= fit.free.len() {
         say!("no intervals: {} parameters need more recordings than {units} for them", fit.free.len())?;
     }
-    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
-    let mut file = CableFile::new(K::NAME, &search, resolution.segments, reading);
+    let mut file = CableFile::new(K::NAME, &search, [searched, resolution], reading);
     file.note(&known);
     file.free = fit.free.iter().map(ToString::to_string).collect();
     file.rods = train.recordings.first().map_or_else(Vec::new, |recording| kind.ways(recording));

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use export::ExportError;
 
+use crate::cable::Resolution;
 use crate::fit::{Of, Search};
 use crate::predict::Prediction;
 use crate::recording::{Reading, Recording, RecordingError};
@@ -24,8 +25,10 @@ pub trait Kind: Sized {
 
     /// Its name in results.
     const NAME: &'static str;
-    /// Segments unless told otherwise.
-    const SEGMENTS: usize;
+    /// How finely it is searched for at the most, and never more finely than it is predicted.
+    const SEARCH: Resolution;
+    /// How finely it is predicted unless told otherwise. Where this is finer, the search ends with it.
+    const PREDICTION: Resolution;
 
     /// Reads recordings of one specimen, those to identify it on first. What is wrong with some is told beside those that are of use.
     ///

@@ -28,6 +28,9 @@ pub struct CableFile {
     pub segments: usize,
     /// Steps from frame to frame.
     pub steps: usize,
+    /// How finely it was searched for; none: as finely as it is predicted.
+    #[serde(default)]
+    pub search: Option<Resolution>,
     /// Distance from which on the loss is linear [m].
     pub huber_m: f64,
     /// The stages of the search.
@@ -60,14 +63,20 @@ pub struct Value {
 }
 
 impl CableFile {
-    /// What is to be written of a search.
-    pub fn new<Q: Quantity>(kind: &str, search: &Search<Q>, segments: usize, reading: Reading) -> Self {
+    /// What is to be written of a search, and of how finely it was searched for and is predicted.
+    pub fn new<Q: Quantity>(
+        kind: &str,
+        search: &Search<Q>,
+        [searched, predicted]: [Resolution; 2],
+        reading: Reading,
+    ) -> Self {
         Self {
             kind: kind.to_owned(),
             parameters: BTreeMap::new(),
             free: Vec::new(),
-            segments,
-            steps: search.steps,
+            segments: predicted.segments,
+            steps: predicted.steps,
+            search: (searched != predicted).then_some(searched),
             huber_m: search.huber,
             stages: search.stages.clone(),
             rods: Vec::new(),

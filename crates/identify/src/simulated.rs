@@ -55,7 +55,7 @@ pub enum SimulatedError {
 pub fn recordings(truth: &Parameters, plan: &Plan) -> Result<Vec<Recording>, SimulatedError> {
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
     let mut recordings: Vec<Recording> = (0..plan.recordings).map(|index| grips(index, plan)).collect();
-    let segments = Resolution::default().segments;
+    let segments = Resolution::SEARCH.segments;
     let cables = recordings.iter().map(|recording| Cable::new(recording, segments)).collect::<Result<Vec<_>, _>>()?;
     for (recording, prediction) in recordings.iter_mut().zip(predict(&cables, truth, plan.frames, 1)?) {
         let free = recording.free();

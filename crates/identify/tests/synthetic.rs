@@ -22,7 +22,7 @@ fn recorded(truth: &Parameters, count: usize, frames: usize, noise: f64) -> Vec<
 }
 
 fn cables(recordings: &[Recording]) -> Vec<Cable> {
-    recordings.iter().map(|recording| Cable::new(recording, Resolution::default().segments).unwrap()).collect()
+    recordings.iter().map(|recording| Cable::new(recording, Resolution::SEARCH.segments).unwrap()).collect()
 }
 
 fn truth() -> Parameters {
@@ -230,7 +230,7 @@ fn the_list_of_numbers_that_fits_better_is_taken() {
 fn refined_predictions_are_the_same() {
     let recordings = recorded(&truth(), 4, 100, 0.0);
     let finer: Vec<Cable> =
-        recordings.iter().map(|recording| Cable::new(recording, 4 * Resolution::default().segments).unwrap()).collect();
+        recordings.iter().map(|recording| Cable::new(recording, 4 * Resolution::SEARCH.segments).unwrap()).collect();
     let plain = predict(&cables(&recordings), &truth(), 100, 1).unwrap();
     for (name, refined) in [
         ("steps", predict(&cables(&recordings), &truth(), 100, 4).unwrap()),

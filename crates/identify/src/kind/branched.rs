@@ -19,7 +19,8 @@ impl Kind for Tree {
     type Specimen = BranchedCable;
 
     const NAME: &'static str = "cable with branches";
-    const SEGMENTS: usize = Resolution::DEFAULT.segments;
+    const SEARCH: Resolution = Resolution::SEARCH;
+    const PREDICTION: Resolution = Resolution { segments: 4, steps: 1 };
 
     fn read(places: [&[PathBuf]; 2], reading: Reading, segments: usize) -> Result<(Self, [Read<BranchedCable>; 2])> {
         let of = |places: &[PathBuf]| {
@@ -54,7 +55,7 @@ impl Kind for Tree {
     fn search(&self) -> Search<Number> {
         let stages = vec![Stage::of_all(100, 12), Stage { frames: None, every: 1, iterations: 12 }];
         let free = Number::all(self.branches.len());
-        Search::of(free, stages)
+        Search { finer: 2, ..Search::of(free, stages) }
     }
 
     fn ways(&self, _: &Recording) -> Vec<Vec<usize>> {

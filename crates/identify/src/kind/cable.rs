@@ -21,7 +21,8 @@ impl Kind for Plain {
     type Specimen = Cable;
 
     const NAME: &'static str = "cable";
-    const SEGMENTS: usize = Resolution::DEFAULT.segments;
+    const SEARCH: Resolution = Resolution::SEARCH;
+    const PREDICTION: Resolution = Resolution::PREDICTION;
 
     fn read(places: [&[PathBuf]; 2], reading: Reading, segments: usize) -> Result<(Self, [Read<Cable>; 2])> {
         let of = |places: &[PathBuf]| -> Result<Read<Cable>> {

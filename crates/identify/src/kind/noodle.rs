@@ -6,6 +6,7 @@ use anyhow::{Result, anyhow};
 use export::ExportError;
 
 use super::{Kind, Read};
+use crate::cable::Resolution;
 use crate::fit::{Search, Stage};
 use crate::metric::Errors;
 use crate::noodle::{MARKERS, Noodle, NoodleRecording, Number, Numbers, read, scene, tip_error};
@@ -22,7 +23,9 @@ impl Kind for Clamped {
     type Specimen = Noodle;
 
     const NAME: &'static str = "noodle";
-    const SEGMENTS: usize = 20;
+    /// As it is predicted.
+    const SEARCH: Resolution = Resolution { segments: usize::MAX, steps: usize::MAX };
+    const PREDICTION: Resolution = Resolution { segments: 20, steps: 1 };
 
     fn read(places: [&[PathBuf]; 2], reading: Reading, segments: usize) -> Result<(Self, [Read<Noodle>; 2])> {
         let mut reach = 0.0;

@@ -13,7 +13,7 @@ use correction::moments::Moments;
 use correction::network::Shape;
 use correction::training::{Plan, Trained, train};
 use identify::cable::{Cable, Resolution};
-use identify::fit::{Search, Stage, fit};
+use identify::fit::{Search, Stage, fit_finer};
 use identify::motions::{halves, kinds};
 use identify::page::Predicted;
 use identify::parameter::{Parameter, Parameters};
@@ -246,14 +246,15 @@ fn known(folder: &Path, cable: &str, go_on: &mut dyn FnMut() -> bool) -> Result<
 }
 
 fn identified(recordings: &[Recording], go_on: &mut dyn FnMut() -> bool) -> Result<Option<Parameters>> {
-    let cables = cables(recordings, 1)?;
-    let fit = fit(recordings, &cables, &Parameters::default(), &Search::default(), &mut |_| go_on())?;
+    let [coarse, fine] = [Resolution::SEARCH, Resolution::PREDICTION].map(|own| cables(recordings, own.segments));
+    let (coarse, fine) = (coarse?, fine?);
+    let finer = (fine.as_slice(), Resolution::PREDICTION.steps);
+    let fit = fit_finer(recordings, &coarse, finer, &Parameters::default(), &Search::default(), &mut |_| go_on())?;
     Ok((!fit.stopped).then_some(fit.parameters))
 }
 
-/// Cables with so many times the usual segments.
-fn cables(recordings: &[Recording], finer: usize) -> Result<Vec<Cable>> {
-    let segments = Resolution::default().segments * finer;
+/// Cables with so many segments between two markers.
+fn cables(recordings: &[Recording], segments: usize) -> Result<Vec<Cable>> {
     recordings.iter().map(|recording| Ok(Cable::new(recording, segments)?)).collect()
 }
 
@@ -263,8 +264,9 @@ fn simulated(
     parameters: &Parameters,
     [steps, segments]: [usize; 2],
 ) -> Result<Vec<Prediction>> {
-    let steps = steps * Resolution::default().steps;
-    Ok(predict(&cables(recordings, segments)?, parameters, usize::MAX, steps)?)
+    let usual = Resolution::PREDICTION;
+    let cables = cables(recordings, segments * usual.segments)?;
+    Ok(predict(&cables, parameters, usize::MAX, steps * usual.steps)?)
 }
 
 /// Recordings beside their guesses.
@@ -382,13 +384,14 @@ impl Known {
     ) -> Result<Option<Measured>> {
         let began = std::time::Instant::now();
         let law = Law { curvature: true, moments: moments.then(|| Moments::new(HIDDEN, 1)) };
-        let Some(found) = inside::fit(&self.train, &cables(&self.train, 1)?, &self.parameters, law, &STAGES, go_on)?
+        let cables = |own: &[Recording]| cables(own, Resolution::SEARCH.segments);
+        let Some(found) = inside::fit(&self.train, &cables(&self.train)?, &self.parameters, law, &STAGES, go_on)?
         else {
             return Ok(None);
         };
         let seconds = began.elapsed().as_secs_f64();
         let [train, eval] = [&self.train, &self.eval]
-            .map(|own| -> Result<Vec<(Recording, Film)>> { Ok(beside(own, &found.predict(own, &cables(own, 1)?)?)) });
+            .map(|own| -> Result<Vec<(Recording, Film)>> { Ok(beside(own, &found.predict(own, &cables(own)?)?)) });
         let (train, eval) = (train?, eval?);
         let Some(correction) = learned(&train, &plan(Guess::Physics, Kind::Perceptron, 1), go_on)? else {
             return Ok(None);

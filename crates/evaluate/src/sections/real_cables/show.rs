@@ -77,7 +77,10 @@ pub(super) fn page_section(context: &Context, cells: &Cells<'_>) -> PageSection 
     let conditions = context
         .without_networks("as each table says")
         .with("recordings of a cable", format!("{} to learn from, {} to predict", recordings[0], recordings[1]))
-        .with("method", "newton, bdf2; 3 segments between markers, a step a frame");
+        .with(
+            "method",
+            "newton, bdf2; 5 segments between markers, two steps a frame; with curvatures inside 3 segments, a step",
+        );
     let mut blocks = vec![by_method(cells, &cables, &conditions), over_time(cells, &cables, &conditions)];
     blocks.extend(beyond(cells, &cables, &conditions));
     blocks.extend(sizes(cells, &conditions));

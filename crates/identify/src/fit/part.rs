@@ -1,0 +1,229 @@
+//! What a search looks at: recordings, their predictions, and what they say of the numbers.
+
+use nalgebra::DVector;
+use optimise::{Normal, Residuals};
+use solver::simulation::SimulationError;
+
+use super::{Of, Search, Stage};
+use crate::predict::{Prediction, TOGETHER, are_in_time, predict, predict_each};
+use crate::quantity::Quantity;
+use crate::recording::Recording;
+use crate::specimen::{Numbers, Specimen};
+
+/// Difference of a coordinate for derivatives of whole runs.
+const DIFFERENCE: f64 = 5e-3;
+
+/// Runs of recordings with some numbers, and beside them.
+#[derive(Default)]
+pub(super) struct Runs {
+    /// Of each recording: with the numbers, and then with each that is free changed by its difference.
+    of: Vec<Vec<Prediction>>,
+    /// Differences of the coordinates.
+    differences: Vec<f64>,
+}
+
+impl Runs {
+    /// Those with the numbers.
+    pub(super) fn here(&self) -> impl Iterator<Item = &Prediction> {
+        self.of.iter().filter_map(|own| own.first())
+    }
+}
+
+/// The recordings that a stage looks at.
+pub(super) struct Part<'a, S: Specimen> {
+    recordings: Vec<&'a Recording>,
+    specimens: Vec<S>,
+    frames: usize,
+    search: &'a Search<Of<S>>,
+    /// The values of what is not searched for.
+    held: S::Numbers,
+}
+
+impl<'a, S: Specimen> Part<'a, S> {
+    pub(super) fn new(
+        recordings: &'a [Recording],
+        specimens: &[S],
+        stage: &Stage,
+        search: &'a Search<Of<S>>,
+        held: &S::Numbers,
+    ) -> Self {
+        // Of few recordings all count: each fills a lane.
+        let every = stage.every.min(recordings.len() / TOGETHER).max(1);
+        let recordings = recordings.iter().step_by(every).collect();
+        let specimens = specimens.iter().step_by(every).cloned().collect();
+        Self { recordings, specimens, frames: stage.frames.unwrap_or(usize::MAX), search, held: held.clone() }
+    }
+
+    /// The numbers with these coordinates.
+    pub(super) fn numbers(&self, x: &DVector<f64>) -> S::Numbers {
+        let mut numbers = self.held.clone();
+        self.search.free.iter().zip(x).for_each(|(&of, &x)| numbers[of] = of.value(x));
+        numbers
+    }
+
+    /// Where the search begins: where the loss is least of all that it may begin with.
+    pub(super) fn begun(&self) -> Result<S::Numbers, SimulationError> {
+        let mut best = (f64::INFINITY, self.held.clone());
+        for beginning in self.held.beginnings() {
+            let mut numbers = self.held.clone();
+            self.search.free.iter().for_each(|&of| numbers[of] = beginning[of]);
+            let loss = self.loss_of(&numbers)?;
+            if loss < best.0 {
+                best = (loss, numbers);
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// Loss over all of its recordings.
+    fn loss_of(&self, numbers: &S::Numbers) -> Result<f64, SimulationError> {
+        Ok(self.loss_from(&self.predicted(numbers)?))
+    }
+
+    fn predicted(&self, numbers: &S::Numbers) -> Result<Vec<Prediction>, SimulationError> {
+        predict(&self.specimens, numbers, self.frames, self.search.steps)
+    }
+
+    fn loss_from(&self, predictions: &[Prediction]) -> f64 {
+        let none = Runs::default();
+        let losses = predictions.iter().enumerate().map(|(k, own)| self.normals(k, own, &none));
+        losses.flatten().map(|normal| normal.loss).sum()
+    }
+
+    /// Runs of all of its recordings with some numbers, and for each that is free with it beside.
+    pub(super) fn runs(&self, numbers: &S::Numbers) -> Result<Runs, SimulationError> {
+        let Search { free, steps, .. } = self.search;
+        let differences: Vec<f64> = free.iter().map(|&of| difference(of, numbers[of])).collect();
+        let beside = free.iter().zip(&differences).map(|(&of, difference)| {
+            let mut beside = numbers.clone();
+            beside[of] = of.value(of.coordinate(numbers[of]) + difference);
+            beside
+        });
+        let runs: Vec<S::Numbers> = std::iter::once(numbers.clone()).chain(beside).collect();
+        // Of the same run side by side, so that they are of one world.
+        let same_times = |a: &S, b: &S| are_in_time(a.time(), b.time());
+        let groups: Vec<&[S]> = self.specimens.chunk_by(same_times).flat_map(|group| group.chunks(TOGETHER)).collect();
+        let copies: Vec<(&S, &S::Numbers)> = groups
+            .iter()
+            .flat_map(|group| runs.iter().flat_map(|run| group.iter().map(move |specimen| (specimen, run))))
+            .collect();
+        let mut predictions = predict_each(&copies, self.frames, *steps)?.into_iter();
+        let mut of: Vec<Vec<Prediction>> = Vec::new();
+        for group in groups {
+            let first = of.len();
+            of.resize_with(first + group.len(), Vec::new);
+            for _ in &runs {
+                of[first..].iter_mut().zip(&mut predictions).for_each(|(own, prediction)| own.push(prediction));
+            }
+        }
+        Ok(Runs { of, differences })
+    }
+
+    /// What each independent part of the recordings says of `predictions`, with derivatives by the differences of `runs`.
+    pub(super) fn linearised<'p>(
+        &self,
+        predictions: impl IntoIterator<Item = &'p Prediction>,
+        runs: &Runs,
+    ) -> Vec<Normal> {
+        predictions.into_iter().enumerate().flat_map(|(k, own)| self.normals(k, own, runs)).collect()
+    }
+
+    /// What the independent parts of a recording tell of its prediction.
+    fn normals(&self, recording: usize, predicted: &Prediction, runs: &Runs) -> Vec<Normal> {
+        let (from, beside) = runs.of.get(recording).and_then(|own| own.split_first()).unwrap_or((predicted, &[]));
+        let Search { huber, independent, .. } = *self.search;
+        let (recording, markers) = (self.recordings[recording], self.specimens[recording].free());
+        let mut normals = Vec::new();
+        let mut slope = vec![0.0; beside.len()];
+        let mut until = f64::NEG_INFINITY;
+        for (frame, (here, from)) in predicted.markers.iter().zip(&from.markers).enumerate() {
+            if recording.time[frame] >= until {
+                until = recording.time[frame] + independent;
+                normals.push(Normal::zero(beside.len()));
+            }
+            let Some(normal) = normals.last_mut() else { continue };
+            for (k, (&marker, here)) in markers.iter().zip(here).enumerate() {
+                let real = recording.markers[frame][marker];
+                for axis in 0..3 {
+                    if real[axis].is_nan() {
+                        continue;
+                    }
+                    let residual = here[axis] - real[axis];
+                    for ((slope, beside), difference) in slope.iter_mut().zip(beside).zip(&runs.differences) {
+                        // Where the run beside goes over to another shape there is no derivative.
+                        let change = beside.markers[frame][k][axis] - from[k][axis];
+                        *slope = if change.abs() < huber { change / difference } else { 0.0 };
+                    }
+                    // What is no number is as far off as anything can be.
+                    normal.add(if residual.is_nan() { 1.0 } else { residual }, &slope, huber);
+                }
+            }
+        }
+        normals
+    }
+}
+
+impl<S: Specimen> Residuals for Part<'_, S> {
+    type Error = SimulationError;
+
+    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
+        self.loss_of(&self.numbers(x))
+    }
+
+    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
+        let runs = self.runs(&self.numbers(x))?;
+        Ok(self.linearised(runs.here(), &runs).iter().sum())
+    }
+}
+
+/// Residuals of a finer simulation, with the derivatives that a coarser one has at one place: those change little, and cost a run for each
+/// number (the chord method).
+pub(super) struct Chord<'a, S: Specimen> {
+    finer: Part<'a, S>,
+    runs: Runs,
+    /// The place of the lowest loss, and the predictions there.
+    lowest: Option<(DVector<f64>, f64, Vec<Prediction>)>,
+}
+
+impl<'a, S: Specimen> Chord<'a, S> {
+    pub(super) fn new(finer: Part<'a, S>, runs: Runs) -> Self {
+        Self { finer, runs, lowest: None }
+    }
+
+    /// The numbers with these coordinates.
+    pub(super) fn numbers(&self, x: &DVector<f64>) -> S::Numbers {
+        self.finer.numbers(x)
+    }
+
+    /// What each independent part of the recordings says.
+    pub(super) fn normals(&self, x: &DVector<f64>) -> Result<Vec<Normal>, SimulationError> {
+        let known = self.lowest.as_ref().filter(|(place, ..)| place == x).map(|(.., predictions)| predictions);
+        match known {
+            Some(predictions) => Ok(self.finer.linearised(predictions, &self.runs)),
+            None => Ok(self.finer.linearised(&self.finer.predicted(&self.numbers(x))?, &self.runs)),
+        }
+    }
+}
+
+impl<S: Specimen> Residuals for Chord<'_, S> {
+    type Error = SimulationError;
+
+    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
+        let predictions = self.finer.predicted(&self.numbers(x))?;
+        let loss = self.finer.loss_from(&predictions);
+        if self.lowest.as_ref().is_none_or(|(_, lowest, _)| loss < *lowest) {
+            self.lowest = Some((x.clone(), loss, predictions));
+        }
+        Ok(loss)
+    }
+
+    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
+        Ok(self.normals(x)?.iter().sum())
+    }
+}
+
+/// By how much a coordinate is changed for derivatives: back where forth would leave its bounds.
+fn difference<Q: Quantity>(of: Q, value: f64) -> f64 {
+    let [_, most] = of.bounds().map(|bound| of.coordinate(bound));
+    if of.coordinate(value) + DIFFERENCE > most { -DIFFERENCE } else { DIFFERENCE }
+}
