@@ -19,7 +19,14 @@ fn cables(recordings: &[Recording]) -> Vec<Cable> {
 
 /// Recordings of an even cable.
 fn even(count: usize) -> Vec<Recording> {
-    let plan = simulated::Plan { recordings: count, frames: 60, noise: 0.0, seed: 3, is_planar: false };
+    let plan = simulated::Plan {
+        recordings: count,
+        frames: 60,
+        noise: 0.0,
+        seed: 3,
+        is_planar: false,
+        resolution: Resolution::SEARCH,
+    };
     recordings(&Parameters::default(), &plan).unwrap()
 }
 

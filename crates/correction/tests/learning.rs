@@ -17,7 +17,14 @@ use nalgebra::{Rotation3, Vector3};
 fn films(count: usize) -> Vec<(Recording, Film)> {
     let mut truth = Parameters::default();
     truth[Parameter::Curvature1] = 4.0;
-    let plan = simulated::Plan { recordings: count, frames: 60, noise: 0.0, seed: 3, is_planar: false };
+    let plan = simulated::Plan {
+        recordings: count,
+        frames: 60,
+        noise: 0.0,
+        seed: 3,
+        is_planar: false,
+        resolution: Resolution::SEARCH,
+    };
     let recordings = recordings(&truth, &plan).unwrap();
     let segments = Resolution::SEARCH.segments;
     let cables: Vec<Cable> = recordings.iter().map(|recording| Cable::new(recording, segments).unwrap()).collect();

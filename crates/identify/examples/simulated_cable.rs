@@ -7,6 +7,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
+use identify::cable::Resolution;
 use identify::parameter::{Parameter, Parameters};
 use identify::quantity::Quantity;
 use identify::simulated::{Plan, recordings, write};
@@ -24,7 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     ] {
         truth[parameter] = value;
     }
-    let plan = Plan { recordings: 24, frames: 100, noise: 1e-3, seed: 1, is_planar };
+    let resolution = Resolution::PREDICTION;
+    let plan = Plan { recordings: 24, frames: 100, noise: 1e-3, seed: 1, is_planar, resolution };
     write(&folder, &recordings(&truth, &plan)?)?;
     println!("{} recordings, off by 1 mm, are in {}. The cable's numbers:", plan.recordings, folder.display());
     for parameter in Parameter::DEFAULT {

@@ -36,6 +36,8 @@ pub struct Plan {
     pub seed: u64,
     /// Whether all of it happens in the plane of x and z, as one camera sees it.
     pub is_planar: bool,
+    /// How finely it is simulated.
+    pub resolution: Resolution,
 }
 
 /// What keeps a cable from being simulated.
@@ -55,9 +57,9 @@ pub enum SimulatedError {
 pub fn recordings(truth: &Parameters, plan: &Plan) -> Result<Vec<Recording>, SimulatedError> {
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
     let mut recordings: Vec<Recording> = (0..plan.recordings).map(|index| grips(index, plan)).collect();
-    let segments = Resolution::SEARCH.segments;
+    let Resolution { segments, steps } = plan.resolution;
     let cables = recordings.iter().map(|recording| Cable::new(recording, segments)).collect::<Result<Vec<_>, _>>()?;
-    for (recording, prediction) in recordings.iter_mut().zip(predict(&cables, truth, plan.frames, 1)?) {
+    for (recording, prediction) in recordings.iter_mut().zip(predict(&cables, truth, plan.frames, steps)?) {
         let free = recording.free();
         for (real, predicted) in recording.markers.iter_mut().zip(prediction.markers).skip(2) {
             for (real, predicted) in real[free.clone()].iter_mut().zip(predicted) {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use identify::cable::{Cable, Resolution};
 use identify::confidence::known;
-use identify::fit::{Search, Stage, fit};
+use identify::fit::{Search, Stage, fit, fit_finer};
 use identify::metric::{mean_change, mean_error};
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::{predict, step_params};
@@ -17,8 +17,11 @@ use nalgebra::Vector3;
 use rod::darboux::darboux;
 use solver::simulation::{Settings, Simulation};
 
+const PLAN: Plan =
+    Plan { recordings: 8, frames: 60, noise: 1e-3, seed: 7, is_planar: false, resolution: Resolution::SEARCH };
+
 fn recorded(truth: &Parameters, count: usize, frames: usize, noise: f64) -> Vec<Recording> {
-    recordings(truth, &Plan { recordings: count, frames, noise, seed: 7, is_planar: false }).unwrap()
+    recordings(truth, &Plan { recordings: count, frames, noise, ..PLAN }).unwrap()
 }
 
 fn cables(recordings: &[Recording]) -> Vec<Cable> {
@@ -126,7 +129,7 @@ fn what_happens_in_a_plane_tells_what_bends_in_it() {
     {
         truth[parameter] = value;
     }
-    let plan = Plan { recordings: 8, frames: 60, noise: 1e-3, seed: 7, is_planar: true };
+    let plan = Plan { is_planar: true, ..PLAN };
     let recordings = recordings(&truth, &plan).unwrap();
     assert!(recordings.iter().flat_map(|own| own.markers.iter().flatten()).all(|marker| marker.y == 0.0));
     let free = vec![Parameter::Bending, Parameter::InnerDamping, Parameter::Curvature2];
@@ -147,8 +150,7 @@ fn intervals_hold_as_often_as_they_say() {
     let search = Search::of(free.clone(), vec![Stage::of_all(40, 8)]);
     let (mut held, mut all) = (0, 0);
     for seed in 0..40 {
-        let recordings =
-            recordings(&truth, &Plan { recordings: 16, frames: 40, noise: 1e-3, seed, is_planar: false }).unwrap();
+        let recordings = recordings(&truth, &Plan { recordings: 16, frames: 40, seed, ..PLAN }).unwrap();
         let fit = fit(&recordings, &cables(&recordings), &truth, &search, &mut |_| true).unwrap();
         for known in known(&fit).iter().filter(|known| free.contains(&known.parameter)) {
             let [least, most] = known.interval.unwrap_or_else(|| panic!("seed {seed}: {} is unknown", known.parameter));
@@ -222,6 +224,37 @@ fn the_list_of_numbers_that_fits_better_is_taken() {
         assert_eq!(fit.parameters[other], 0.0);
         assert!(done.is_sorted() && done.iter().all(|&done| done <= search.iterations()), "{done:?}");
     }
+}
+
+/// A cable that moved more finely than it is searched for: where the search ends with as fine a simulation, it finds what the cable was made with,
+/// by derivatives of the coarse one alone.
+#[test]
+fn what_a_finer_simulation_moved_as_is_found_at_the_end() {
+    let mut truth = truth();
+    truth[Parameter::TiltX] = 0.0;
+    let fine = Resolution { segments: 6, steps: 4 };
+    let recordings = recordings(&truth, &Plan { frames: 50, noise: 0.0, resolution: fine, ..PLAN }).unwrap();
+    let finer: Vec<Cable> = recordings.iter().map(|own| Cable::new(own, fine.segments).unwrap()).collect();
+    let free = vec![Parameter::Bending, Parameter::InnerDamping, Parameter::OuterDamping, Parameter::Curvature1];
+    let search = Search { finer: 3, ..Search::of(free.clone(), vec![Stage::of_all(50, 10)]) };
+    let coarse = cables(&recordings);
+    let start = Parameters::default();
+    let mut seen = Vec::new();
+    let (without, with) = (
+        fit(&recordings, &coarse, &start, &search, &mut |_| true).unwrap(),
+        fit_finer(&recordings, &coarse, (&finer, fine.steps), &start, &search, &mut |now| {
+            seen.push((now.stage, now.done));
+            true
+        })
+        .unwrap(),
+    );
+    let off = |found: &Parameters| {
+        let each = free.iter().map(|&of| (of.coordinate(found[of]) - of.coordinate(truth[of])).powi(2));
+        each.sum::<f64>().sqrt()
+    };
+    let (coarse, fine) = (off(&without.parameters), off(&with.parameters));
+    assert!(coarse > 0.01 && fine < 0.2 * coarse, "{coarse} {fine}");
+    assert!(seen.iter().any(|&(stage, done)| stage == 1 && done > 10 && done <= search.iterations()), "{seen:?}");
 }
 
 /// The time step and the segments are no part of the fit: refined by 4 they change predictions by less than 3 % of 1 cm, which is

@@ -170,7 +170,9 @@ impl Lockstep {
             self.work(todo, &|island| island.advance(interval, params));
             let count = self.islands.sizes.len();
             let mut watch = Stopwatch::start();
-            let met = self.islands.link_meetings(&self.shared, &self.stages[..count]);
+            let Self { sets, islands, stages, rooms, shared, .. } = self;
+            let is_whole = |island: u32| rooms[island as usize].is_open;
+            let met = islands.link_meetings(shared, &stages[..count], sets, is_whole);
             watch.mark(&mut self.counters.times.contact);
             if !met {
                 break;

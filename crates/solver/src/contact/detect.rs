@@ -1,6 +1,6 @@
 //! Which contacts are possible in a step: broad phase over the ways of all segments, and what to hold apart of each pair.
 
-use collision::{Aabb, SpatialHash, TriangleMesh};
+use collision::{Aabb, SpatialHash, TriangleMesh, closest};
 use nalgebra::Vector3;
 use rod::{CYLINDER_SIDES, Carried, Model, Segment, Surface};
 
@@ -9,10 +9,11 @@ use super::exclusion::PairFilter;
 use super::geometry::{Contact, Poses, Shape, World};
 use super::key::{Feature, Partner};
 use super::obstacles::Placed;
-use super::search::Search;
+use super::reach::Way;
+use super::search::{Search, Sight};
 use super::sets::Sets;
 use super::{parts, solids};
-use crate::component::BodyPose;
+use crate::component::{BodyPose, Component};
 use crate::contact_params::ContactParams;
 use crate::kernel::math::Vec3;
 use crate::snapshot::Tape;
@@ -156,7 +157,13 @@ impl Detector {
                 moved + turned * shape.radius <= of_solids.min(slack * self.least_radius)
             }
         };
-        in_rooms && own().zip(&search.seen).all(stays) && self.bodies.iter().zip(&search.seen_bodies).all(body_stays)
+        let in_sight = |(shape, sight): (&Shape, &Sight)| {
+            !shape.free || sight.holds(&components[shape.component as usize].component.poses[shape.body as usize])
+        };
+        in_rooms
+            && own().zip(&search.sights).all(in_sight)
+            && own().zip(&search.seen).all(stays)
+            && self.bodies.iter().zip(&search.seen_bodies).all(body_stays)
     }
 
     /// Replaces `out` by the possible contacts of a search's segments on their ways from their start over the prediction to where
@@ -166,12 +173,14 @@ impl Detector {
         if again {
             search.grow();
         }
-        let Search { segments, boxes, .. } = search;
+        let Search { segments, boxes, sights, .. } = search;
         boxes.clear();
+        sights.clear();
         for &i in &*segments {
             let shape = &self.shapes[i as usize];
             let component = &components[shape.component as usize].component;
             let body = shape.body as usize;
+            sights.push(Sight::new(shape, &component.start[body], &component.poses[body], self.params.search_room));
             let ends = [
                 shape.place(&component.start[body]),
                 shape.place(&component.predicted[body]),
@@ -192,7 +201,7 @@ impl Detector {
             around(ends.as_flattened(), radius)
         }));
         if self.filter.has_pairs(self.bounded.len()) {
-            let Search { segments, boxes, hash, pairs, .. } = search;
+            let Search { segments, boxes, sights, hash, pairs, .. } = search;
             hash.rebuild(boxes);
             let mut found = std::mem::take(pairs);
             found.clear();
@@ -201,7 +210,11 @@ impl Detector {
                 Some(&i) => i,
                 None => (self.shapes.len() + k as usize - segments.len()) as u32,
             };
-            hash.pairs(|a, b| self.filter.contains(number(a), number(b)), &mut found);
+            let may_meet = |a: u32, b: u32| match (sights.get(a as usize), sights.get(b as usize)) {
+                (Some(a), Some(b)) => !a.is_apart_from(b),
+                _ => true,
+            };
+            hash.pairs(|a, b| self.filter.contains(number(a), number(b)) && may_meet(a, b), &mut found);
             for pair in &mut found {
                 *pair = pair.map(number);
             }
@@ -224,6 +237,19 @@ impl Detector {
             hash.rebuild(boxes);
             hash.pairs(|a, b| self.filter.contains(a, b) || self.filter.meets_mesh(a, b), out);
         }
+    }
+
+    /// Whether two segments cannot have met on their ways from the start of the step to where they are now.
+    pub(crate) fn are_apart<'a>(&self, pair: [u32; 2], component: impl Fn(u32) -> &'a Component<f64>) -> bool {
+        let [a, b] = pair.map(|i| {
+            let shape = &self.shapes[i as usize];
+            let (component, body) = (component(shape.component), shape.body as usize);
+            (shape, &component.start[body], &component.poses[body])
+        });
+        let way = |(shape, start, now): (&Shape, &BodyPose<f64>, &BodyPose<f64>)| Way::between(start, now, shape.half);
+        let ends = |(shape, start, _): (&Shape, &BodyPose<f64>, _)| shape.place(start).map(to_nalgebra);
+        let reach = a.0.radius + b.0.radius + way(a).towards(way(b));
+        closest::segments(&ends(a), &ends(b)).distance > reach
     }
 
     /// Rigid bodies with meshes, and the segments that were near them in a search among all: pairs of segments.

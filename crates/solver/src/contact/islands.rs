@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use super::geometry::Shape;
 use super::shared::Shared;
 use super::stage::Stage;
+use crate::connected_set::ConnectedSet;
 
 /// Which connected sets are of one island, and in which order.
 #[derive(Default)]
@@ -123,8 +124,14 @@ impl Islands {
     }
 
     /// Links islands that may have met in the step though nothing was found between them at its start; returns whether there
-    /// are any.
-    pub(crate) fn link_meetings(&mut self, shared: &Shared, stages: &[Stage]) -> bool {
+    /// are any. `is_whole`: whether an island has done the step as a whole, and is where that took it.
+    pub(crate) fn link_meetings(
+        &mut self,
+        shared: &Shared,
+        stages: &[Stage],
+        sets: &[Box<ConnectedSet>],
+        is_whole: impl Fn(u32) -> bool,
+    ) -> bool {
         if stages.len() < 2 || !stages.iter().any(|stage| stage.search.has_grown()) {
             return false;
         }
@@ -137,9 +144,18 @@ impl Islands {
         let mut meetings = std::mem::take(&mut self.meetings);
         shared.detector.meetings(&mut self.hash, &boxes, &mut meetings);
         let mut met = false;
-        for pair in &meetings {
+        for &pair in &meetings {
             let [a, b] = pair.map(|segment| shapes[segment as usize].component);
-            if self.of(a) != self.of(b) {
+            let islands = [self.of(a), self.of(b)];
+            let is_new = islands.iter().any(|&island| stages[island as usize].search.has_grown());
+            if islands[0] == islands[1] || !is_new {
+                continue;
+            }
+            let component = |set: u32| {
+                let island = self.of(set) as usize;
+                &sets[(self.firsts[island] + self.seats[set as usize]) as usize].component
+            };
+            if !(islands.into_iter().all(&is_whole) && shared.detector.are_apart(pair, component)) {
                 met |= self.link(a, b);
             }
         }

@@ -1,8 +1,9 @@
 //! Possible contacts that cannot touch yet, told from how far their segments have moved: they are not evaluated.
 //!
-//! Points of a segment's axis move by no more than `m = |dx| + h |da|` (half length h, axis a), so that the gap of two, g at the start of
-//! the step, is at least `g - m - m'` now. Where that is far from touching, and both have moved too little to have passed
-//! through each other, nothing else needs to be known of them.
+//! A point of a segment's axis at s in [-h, h] moves by `dx + s da` (half length h, axis a), so that any two points of two segments
+//! come nearer by no more than `m = |dx - dx'| + h |da| + h' |da'|`, and their gap, g at the start of the step, is at least `g - m`. Where
+//! that is far from touching they have not passed through each other either, and nothing else needs to be known of them: however fast they
+//! are, if they move alike.
 
 use super::geometry::{Contact, Shape};
 use super::sets::Sets;
@@ -11,22 +12,59 @@ use crate::connected_set::ConnectedSet;
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 
-/// Lengths by which the axis of a segment moves at most [m].
-#[derive(Clone, Copy, Debug, Default)]
+/// How the axis of a segment moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    /// Of its centre [m].
+    linear: Vec3<f64>,
+    /// By how much its ends move at most about the centre [m].
+    turned: f64,
+}
+
+impl Way {
+    pub(super) const NONE: Self = Self { linear: Vec3([0.0; 3]), turned: 0.0 };
+
+    /// From one pose to another, of an axis of half length `half` [m].
+    pub(super) fn between(from: &BodyPose<f64>, to: &BodyPose<f64>, half: f64) -> Self {
+        Self { linear: to.x - from.x, turned: half * norm(to.q.axis() - from.q.axis()) }
+    }
+
+    /// This and then another one.
+    fn and(self, other: Self) -> Self {
+        Self { linear: self.linear + other.linear, turned: self.turned + other.turned }
+    }
+
+    /// By how much points of the axis move at most [m].
+    pub(super) fn length(self) -> f64 {
+        norm(self.linear) + self.turned
+    }
+
+    /// By how much points of this axis and of another that moves `other` come nearer at most [m].
+    pub(super) fn towards(self, other: Self) -> f64 {
+        norm(self.linear - other.linear) + self.turned + other.turned
+    }
+}
+
+/// How a segment's axis has moved.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Ways {
     /// Since the start of the step.
-    pub(crate) moved: f64,
-    /// With the rods' own correction.
-    pub(crate) corrected: f64,
+    pub(crate) moved: Way,
+    /// By the rods' own correction.
+    pub(crate) correction: Way,
+}
+
+impl Ways {
+    pub(crate) const NONE: Self = Self { moved: Way::NONE, correction: Way::NONE };
+
+    /// Since the start of the step, and by the rods' own correction.
+    pub(crate) fn corrected(&self) -> Way {
+        self.moved.and(self.correction)
+    }
 }
 
 fn norm(v: Vec3<f64>) -> f64 {
     v.norm_squared().sqrt()
-}
-
-/// By how much points of an axis of half length `half` [m] move at most from one pose to another [m].
-pub(super) fn way(from: &BodyPose<f64>, to: &BodyPose<f64>, half: f64) -> f64 {
-    norm(to.x - from.x) + half * norm(to.q.axis() - from.q.axis())
 }
 
 /// Notes how far `segments` have moved since the start of the step.
@@ -35,9 +73,9 @@ pub(super) fn note_moves(segments: &[u32], shapes: &[Shape], components: &mut Se
         let Shape { component, body, half, .. } = shapes[i as usize];
         let ConnectedSet { component, touch, .. } = &mut components[component as usize];
         if let Some(touch) = touch {
-            touch.ways.resize(component.poses.len(), Ways::default());
+            touch.ways.resize(component.poses.len(), Ways::NONE);
             let [start, now] = [&component.start, &component.poses].map(|poses| &poses[body as usize]);
-            touch.ways[body as usize].moved = way(start, now, half);
+            touch.ways[body as usize].moved = Way::between(start, now, half);
         }
     }
 }
@@ -48,7 +86,7 @@ pub(super) fn note_corrections(segments: &[u32], shapes: &[Shape], components: &
         let Shape { component, body, half, .. } = shapes[i as usize];
         if let Some(touch) = &mut components[component as usize].touch {
             let Spatial { linear, angular } = touch.corrections[body as usize];
-            touch.ways[body as usize].corrected = norm(linear) + half * norm(angular);
+            touch.ways[body as usize].correction = Way { linear, turned: half * norm(angular) };
         }
     }
 }
@@ -61,22 +99,21 @@ impl Contact {
         Some([self.key.0, other])
     }
 
-    /// Whether it cannot touch where the axis of each segment goes no further than `way`, with `room` to spare [m].
+    /// Whether it cannot touch where the axis of each segment moves so, with `room` to spare [m].
     pub(super) fn is_out_of_reach(
         &self,
         shapes: &[Shape],
         components: &Sets<'_>,
-        way: impl Fn(&Ways) -> f64,
+        way: impl Fn(&Ways) -> Way,
         room: f64,
     ) -> bool {
         let Some(segments) = self.between_segments() else { return false };
         let [a, b] = segments.map(|i| &shapes[i as usize]);
         let of = |shape: &Shape| {
             let touch = components[shape.component as usize].touch.as_ref();
-            touch.map_or(f64::INFINITY, |touch| way(&touch.ways[shape.body as usize]))
+            touch.map(|touch| way(&touch.ways[shape.body as usize]))
         };
-        let way = of(a) + of(b);
-        // Any further, and they may have passed through each other.
-        way <= 0.5 * (a.radius + b.radius) && self.gap_at_start - way - self.target.max(0.0) > room
+        let (Some(a), Some(b)) = (of(a), of(b)) else { return false };
+        self.gap_at_start - a.towards(b) - self.target.max(0.0) > room
     }
 }

@@ -1,10 +1,19 @@
-//! Where contacts have been looked for in a step: boxes about the ways of segments, and what they held before.
+//! Where contacts have been looked for in a step: boxes about the ways of segments, what they held before, and where the segments were.
 
-use collision::{Aabb, SpatialHash};
+use collision::{Aabb, SpatialHash, closest};
 
+use super::convert::to_nalgebra;
+use super::geometry::Shape;
 use super::obstacles::Placed;
+use super::reach::Way;
 use crate::component::BodyPose;
 use crate::kernel::math::Vec3;
+
+/// Ways from which on a segment is fast \[radii\].
+const FAST: f64 = 4.0;
+/// How far from where it was a segment that is fast may be before it is looked for again, as a share of its way; a slow one may be anywhere
+/// on its way.
+const DRIFT: f64 = 0.1;
 
 /// A search for the possible contacts of some segments, and where it has looked.
 #[derive(Default)]
@@ -21,6 +30,8 @@ pub(crate) struct Search {
     is_taken_back: bool,
     /// Whether they have been searched again in the step.
     has_grown: bool,
+    /// Where the segments were.
+    pub(super) sights: Vec<Sight>,
     pub(super) hash: SpatialHash,
     pub(super) pairs: Vec<[u32; 2]>,
     /// Where rigid bodies with meshes were at the last search, if anything was near.
@@ -31,6 +42,44 @@ pub(crate) struct Search {
     pub(super) part: Option<(Vec<Placed>, bool)>,
 }
 
+/// Where a segment was when it was looked for, and how far it may be from there. The boxes of ways hold many that move alike and never
+/// meet, and many that lie beside thin ones at an angle to the axes.
+#[derive(Clone, Copy)]
+pub(super) struct Sight {
+    /// The ends of its axis at the start of the step [m].
+    ends: [Vec3<f64>; 2],
+    /// Its way from there.
+    way: Way,
+    /// Where it was.
+    pose: BodyPose<f64>,
+    half: f64,
+    radius: f64,
+    /// How far points of its axis may be from where they were [m].
+    room: f64,
+}
+
+impl Sight {
+    /// A segment of this shape on its way from `start` to `now`.
+    pub(super) fn new(shape: &Shape, start: &BodyPose<f64>, now: &BodyPose<f64>, room: f64) -> Self {
+        let Shape { half, radius, .. } = *shape;
+        let way = Way::between(start, now, half);
+        let length = way.length();
+        let share = if length > FAST * radius { DRIFT } else { 1.0 };
+        Self { ends: shape.place(start), way, pose: *now, half, radius, room: room * radius + share * length }
+    }
+
+    /// Whether it need not be looked for again.
+    pub(super) fn holds(&self, now: &BodyPose<f64>) -> bool {
+        Way::between(&self.pose, now, self.half).length() <= self.room
+    }
+
+    /// Whether two segments cannot touch where they are, nor anywhere in their rooms.
+    pub(super) fn is_apart_from(&self, other: &Self) -> bool {
+        let reach = self.radius + other.radius + self.way.towards(other.way) + self.room + other.room;
+        closest::segments(&self.ends.map(to_nalgebra), &other.ends.map(to_nalgebra)).distance > reach
+    }
+}
+
 impl Search {
     /// A search for contacts of these segments.
     pub(crate) fn of(&mut self, segments: impl Iterator<Item = u32>) {
@@ -38,6 +87,7 @@ impl Search {
         self.segments.extend(segments);
         self.segments.sort_unstable();
         self.boxes.clear();
+        self.sights.clear();
         self.reach.clear();
         self.tried.clear();
         self.has_grown = false;
@@ -47,9 +97,11 @@ impl Search {
 
     /// Takes over from a search among more segments, all of the model's, where these have been looked for.
     pub(crate) fn take_from(&mut self, all: &Search) {
-        let Self { segments, boxes, seen, seen_bodies, .. } = self;
+        let Self { segments, boxes, sights, seen, seen_bodies, .. } = self;
         boxes.clear();
         boxes.extend(segments.iter().map(|&i| all.boxes[i as usize]));
+        sights.clear();
+        sights.extend(segments.iter().map(|&i| all.sights[i as usize]));
         seen.clear();
         if !all.seen.is_empty() {
             seen.extend(segments.iter().map(|&i| all.seen[i as usize]));
@@ -102,3 +154,6 @@ fn unite<'a>(boxes: &mut Vec<Aabb>, others: impl Iterator<Item = &'a Aabb>) {
         boxes.iter_mut().zip(others).for_each(|(own, other)| *own = own.union(other));
     }
 }
+
+#[cfg(test)]
+mod tests;

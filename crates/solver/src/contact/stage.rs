@@ -14,7 +14,7 @@ use super::impulses::Impulses;
 use super::memory::{self, Pressed, Remembered};
 use super::parts::{Deepest, let_wait};
 use super::problem::{Problem, Unknown};
-use super::reach;
+use super::reach::{self, Ways};
 use super::rest::Rest;
 use super::search::Search;
 use super::sets::Sets;
@@ -309,7 +309,7 @@ impl Stage {
         let shapes = world.shapes;
         for contact in self.contacts.iter_mut().filter(|contact| contact.is_left_out) {
             let room = shared.params.near * contact.radius;
-            if !contact.is_out_of_reach(shapes, components, |ways| ways.moved + ways.corrected, room) {
+            if !contact.is_out_of_reach(shapes, components, Ways::corrected, room) {
                 contact.evaluate(&world, components, Poses::Now);
                 contact.is_left_out = false;
             }

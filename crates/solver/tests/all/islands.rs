@@ -86,6 +86,28 @@ fn a_rod_that_flies_costs_what_it_costs_alone() {
     assert_eq!(together.1, alone.1 + heap_alone.1);
 }
 
+/// Rods side by side that fly five radii in a step, in one direction: the ways of all meet, and they do not.
+#[test]
+fn rods_that_move_alike_are_not_looked_at() {
+    let row = |speeds: [f64; 3]| {
+        let rod = |k: usize| ([0.06 * k as f64, 0.0, 20.0], [0.0, 1.0, 0.0], [speeds[k], 0.0, 0.0]);
+        rods(&[rod(0), rod(1), rod(2)])
+    };
+    let fly = |model: (Model, State)| {
+        let mut simulation = simulation(&model, Integrator::Euler);
+        (0..20).for_each(|_| _ = simulation.step(DT).unwrap());
+        let mut end = model.1.clone();
+        simulation.store(&mut end);
+        (simulation.counters(), [0, 8, 16].map(|rod| end.positions[rod].x))
+    };
+    let (together, _) = fly(row([2.5; 3]));
+    assert_eq!(together.contact_candidates, 0);
+    // The first one catches up with the others: it pushes and does not pass.
+    let (counters, [first, second, third]) = fly(row([3.0, 2.5, 2.5]));
+    assert!(counters.contact_candidates > 0 && counters.contact_solves > 0);
+    assert!(first < second && second < third && counters.deepest_penetration < 1e-3, "{first} {second} {third}");
+}
+
 /// Two heaps and a rod that flies into one of them, on one thread and on several.
 #[test]
 fn islands_have_the_same_bits_on_any_number_of_threads() {
