@@ -10,14 +10,14 @@ use identify::metric::mean_error;
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::predict;
 use identify::recording::Recording;
-use identify::simulated::{self, recordings};
+use identify::simulated::{Plan as Recorded, recordings};
 use nalgebra::{Rotation3, Vector3};
 
-/// Recordings of a cable that is curved at rest, beside simulations that do not know it.
-fn films(count: usize) -> Vec<(Recording, Film)> {
+/// Recordings of a cable that is curved at rest.
+fn recorded(count: usize) -> Vec<Recording> {
     let mut truth = Parameters::default();
     truth[Parameter::Curvature1] = 4.0;
-    let plan = simulated::Plan {
+    let plan = Recorded {
         recordings: count,
         frames: 60,
         noise: 0.0,
@@ -25,10 +25,19 @@ fn films(count: usize) -> Vec<(Recording, Film)> {
         is_planar: false,
         resolution: Resolution::SEARCH,
     };
-    let recordings = recordings(&truth, &plan).unwrap();
+    recordings(&truth, &plan).unwrap()
+}
+
+/// Such recordings, beside simulations that do not know of the curvature.
+fn films(count: usize) -> Vec<(Recording, Film)> {
+    simulated(recorded(count))
+}
+
+fn simulated(recordings: Vec<Recording>) -> Vec<(Recording, Film)> {
     let segments = Resolution::SEARCH.segments;
     let cables: Vec<Cable> = recordings.iter().map(|recording| Cable::new(recording, segments).unwrap()).collect();
     let predictions = predict(&cables, &Parameters::default(), usize::MAX, 1).unwrap();
+    assert!(predictions.iter().all(|prediction| prediction.unsolved == 0));
     let film = |(recording, prediction): (Recording, _)| {
         let film = Film::simulated(&recording, &prediction);
         (recording, film)
@@ -68,6 +77,26 @@ fn what_a_cable_was_not_known_to_be_is_learned() {
             let added = found.correction.add(film);
             assert!(added[0].iter().all(|x| x.norm() == 0.0));
             assert!(added.iter().flatten().all(|x| x.norm() <= 3_f64.sqrt() * found.correction.bound));
+        }
+    }
+}
+
+/// The grips' ways ten times as fast, which cracks the cable like a whip: no training has seen the like. All steps are solved, and what a network
+/// adds is bounded.
+#[test]
+fn violent_motions_leave_it_bounded() {
+    let films = films(14);
+    let mut fast = recorded(7);
+    fast.iter_mut().flat_map(|recording| &mut recording.time).for_each(|time| *time *= 0.1);
+    let fast = simulated(fast);
+    let far = |films: &[(Recording, Film)]| error(films, None);
+    assert!(far(&fast) > 2.0 * far(&films), "{} {}", far(&fast), far(&films));
+    for kind in Kind::ALL {
+        let found = trained(&films, &Plan { epochs: 20, ..plan(kind) }).correction;
+        for (_, film) in &fast {
+            assert!(film.uncorrected().markers.iter().flatten().all(|marker| marker.norm() < 1.0));
+            let added = found.add(film);
+            assert!(added.iter().flatten().all(|x| x.norm() <= 3_f64.sqrt() * found.bound), "{kind}");
         }
     }
 }

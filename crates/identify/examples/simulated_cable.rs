@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     write(&folder, &recordings(&truth, &plan)?)?;
     println!("{} recordings, off by 1 mm, are in {}. The cable's numbers:", plan.recordings, folder.display());
     for parameter in Parameter::DEFAULT {
-        println!("{:<14} {:>7} {}", parameter.name(), truth[parameter], parameter.unit());
+        println!("{:<14} {:>7} {}", parameter.to_string(), truth[parameter], parameter.unit());
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use rod::{
 use serde::{Deserialize, Serialize};
 use solver::simulation::SimulationError;
 
-use crate::parameter::{Parameter, Parameters};
+use crate::parameter::{PLACES, Parameter, Parameters};
 use crate::recording::{GRIPPED, Recording};
 use crate::specimen::Specimen;
 use crate::spline;
@@ -242,11 +242,19 @@ impl Begin {
             })
             .collect();
         let length = ways[ways.len() - 1];
+        let local: [Vector3<f64>; PLACES] = std::array::from_fn(|k| {
+            let [one, other] = [0, 1].map(|axis| Parameter::Local { axis, tenth: k as u8 });
+            of(one, other)
+        });
         // The curvatures are about d1 and d2 of a rod that bends alike about both.
         let turned = about_axis(-sides(parameters).angle);
         let at = |way: &f64| {
-            let place = 2.0 * way / length - 1.0;
-            turned * (mean + slope * place + bow * (3.0 * place * place - 1.0))
+            let share = way / length;
+            let place = 2.0 * share - 1.0;
+            let tenths = share * (PLACES - 1) as f64;
+            let before = (tenths as usize).min(PLACES - 2);
+            let own = local[before].lerp(&local[before + 1], tenths - before as f64);
+            turned * (mean + slope * place + bow * (3.0 * place * place - 1.0) + own)
         };
         ways[..ways.len() - 1].iter().map(at).collect()
     }

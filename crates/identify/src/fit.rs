@@ -26,6 +26,8 @@ pub struct Search<Q> {
     pub free: Vec<Q>,
     /// Other lists of what may be searched for. All go through all stages but the last, and the one goes on whose loss is least by then.
     pub instead: Vec<Vec<Q>>,
+    /// What is searched for beside it from the last stage on.
+    pub later: Vec<Q>,
     /// What is looked at, one after the other: little first, which leads to the basin.
     pub stages: Vec<Stage>,
     /// Distance of a coordinate [m] from which on it counts linearly and no longer squared.
@@ -71,7 +73,16 @@ impl Default for Search<Parameter> {
 impl<Q: Quantity> Search<Q> {
     /// A search for some quantities, without any other list, and without an end with a finer simulation.
     pub fn of(free: Vec<Q>, stages: Vec<Stage>) -> Self {
-        Self { free, instead: Vec::new(), stages, huber: 5e-3, steps: 1, finer: 0, independent: f64::INFINITY }
+        Self {
+            free,
+            instead: Vec::new(),
+            later: Vec::new(),
+            stages,
+            huber: 5e-3,
+            steps: 1,
+            finer: 0,
+            independent: f64::INFINITY,
+        }
     }
 
     /// Most iterations: of all lists, of whose stages the last is gone through once, and of the end.
@@ -179,6 +190,13 @@ fn searched<S: Specimen>(
             best = way;
         }
     }
+    let with_later;
+    if !best.stopped && !search.later.is_empty() {
+        let free = [best.search.free.as_slice(), &search.later].concat();
+        with_later = Search { free, ..best.search.clone() };
+        let found = best.numbers();
+        best = Way::from(recordings, specimens, &found, &found, &with_later);
+    }
     if !best.stopped {
         best.go(last..search.stages.len(), &mut done, watch)?;
     }
@@ -206,13 +224,30 @@ impl<'a, S: Specimen> Way<'a, S> {
         start: &S::Numbers,
         search: &'a Search<Of<S>>,
     ) -> Result<Self, SimulationError> {
-        let of = |stage| Part::new(recordings, specimens, stage, search, start);
-        let parts: Vec<Part<'a, S>> = search.stages.iter().map(of).collect();
-        let begin = parts.first().map_or(Ok(start.clone()), Part::begun)?;
-        let mut least = LeastSquares::new(coordinates(&search.free, &begin));
+        let first = search.stages.first().map(|stage| Part::new(recordings, specimens, stage, search, start));
+        let begin = first.map_or(Ok(start.clone()), |part| part.begun())?;
+        Ok(Self::from(recordings, specimens, start, &begin, search))
+    }
+
+    /// A way from `begin`, with what is not searched for as it is `held`.
+    fn from(
+        recordings: &'a [Recording],
+        specimens: &[S],
+        held: &S::Numbers,
+        begin: &S::Numbers,
+        search: &'a Search<Of<S>>,
+    ) -> Self {
+        let of = |stage| Part::new(recordings, specimens, stage, search, held);
+        let mut least = LeastSquares::new(coordinates(&search.free, begin));
         least.bounds = search.free.iter().map(|of| of.bounds().map(|bound| of.coordinate(bound))).collect();
         (least.longest, least.tolerance) = (LONGEST, ENOUGH);
-        Ok(Self { parts, search, least, stage: 0, loss: f64::INFINITY, stopped: false })
+        let parts = search.stages.iter().map(of).collect();
+        Self { parts, search, least, stage: 0, loss: f64::INFINITY, stopped: false }
+    }
+
+    /// Where it is.
+    fn numbers(&self) -> S::Numbers {
+        self.parts[self.stage].numbers(&self.least.x)
     }
 
     /// Goes through some stages, after the iterations that are `done`.
@@ -224,6 +259,7 @@ impl<'a, S: Specimen> Way<'a, S> {
     ) -> Result<(), SimulationError> {
         for stage in stages {
             self.stage = stage;
+            self.parts[stage].weigh(&self.least.x)?;
             for iteration in 1..=self.search.stages[stage].iterations {
                 let step = self.least.step(&mut self.parts[stage])?;
                 self.loss = step.loss;
@@ -244,21 +280,22 @@ impl<'a, S: Specimen> Way<'a, S> {
     /// What was found. Where the user does not want to wait, the stage that was reached must do.
     fn end(self) -> Result<Fit<S::Numbers>, SimulationError> {
         let part = &self.parts[self.stage];
-        let parameters = part.numbers(&self.least.x);
+        let parameters = self.numbers();
         let runs = part.runs(&parameters)?;
-        let normals = part.linearised(runs.here(), &runs);
+        let normals = part.linearised(&self.least.x, runs.here(), &runs);
         Ok(Fit { parameters, free: self.search.free.clone(), normals, stopped: self.stopped })
     }
 
     /// Goes on with a finer simulation from the derivatives of this one, after the iterations that are `done`.
     fn finish(
         mut self,
-        finer: Part<'_, S>,
+        mut finer: Part<'_, S>,
         done: usize,
         watch: &mut dyn FnMut(&Iteration) -> bool,
     ) -> Result<Fit<S::Numbers>, SimulationError> {
         let part = &self.parts[self.stage];
-        let runs = part.runs(&part.numbers(&self.least.x))?;
+        let runs = part.runs(&self.numbers())?;
+        finer.usual = part.usual;
         let mut chord = Chord::new(finer, runs);
         for iteration in 1..=self.search.finer {
             let step = self.least.step(&mut chord)?;

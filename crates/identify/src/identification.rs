@@ -23,6 +23,9 @@ use terminal::{Progress, complain, say};
 
 use crate::Cli;
 
+/// Most iterations of the last stage where more is searched for in it than before.
+const WITH_LATER: usize = 8;
+
 /// Recordings with what is identified of each.
 struct Set<S> {
     name: &'static str,
@@ -145,13 +148,23 @@ fn search<K: Kind>(
 ) -> Result<Search<Of<K::Specimen>>> {
     let mut search = kind.search();
     for name in &cli.free {
-        let quantity = start.named(name).map_err(|message| anyhow!("--free {message}"))?;
+        let one = || start.named(name).map(|quantity| vec![quantity]);
+        let group = start.groups().into_iter().find(|(own, _)| own == name).map(|(_, own)| own);
+        let quantities = group.map_or_else(one, Ok).map_err(|message| anyhow!("--free {message}"))?;
+        let (later, quantities): (Vec<_>, Vec<_>) = quantities.into_iter().partition(|of| of.prior().is_some());
+        search.later.extend(later);
         for list in std::iter::once(&mut search.free).chain(&mut search.instead) {
-            if !list.contains(&quantity) {
-                list.push(quantity);
-                start[quantity] = quantity.start();
+            for &quantity in &quantities {
+                if !list.contains(&quantity) {
+                    list.push(quantity);
+                    start[quantity] = quantity.start();
+                }
             }
         }
+    }
+    if let (false, Some(last)) = (search.later.is_empty(), search.stages.last_mut()) {
+        // More numbers take longer to find.
+        last.iterations = last.iterations.max(WITH_LATER);
     }
     for hold in &cli.hold {
         let parts = hold.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));

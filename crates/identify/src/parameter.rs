@@ -1,8 +1,7 @@
 //! What is identified of a cable: numbers, global for all its recordings.
 
+use std::fmt;
 use std::ops::{Index, IndexMut};
-
-use names::names;
 
 use crate::quantity::{Quantity, Range, Scale};
 use crate::specimen::Numbers;
@@ -49,29 +48,49 @@ pub enum Parameter {
     Sides2,
     /// Twist at rest [rad/m].
     RestTwist,
+    /// By how much the curvature at rest about d1 (axis 0) or d2 (axis 1) is greater [1/m] at so many tenths of the cable, 0 to 10, linear in
+    /// between.
+    Local {
+        /// 0 or 1.
+        axis: u8,
+        /// 0 to 10.
+        tenth: u8,
+    },
 }
 
-names!(Parameter {
-    Bending = "bending",
-    Twist = "twist",
-    InnerDamping = "inner-damping",
-    OuterDamping = "outer-damping",
-    DragAcross = "drag-across",
-    DragAlong = "drag-along",
-    Curvature1 = "curvature-1",
-    Curvature2 = "curvature-2",
-    Slope1 = "slope-1",
-    Slope2 = "slope-2",
-    Bow1 = "bow-1",
-    Bow2 = "bow-2",
-    TiltX = "tilt-x",
-    TiltY = "tilt-y",
-    Grip = "grip",
-    Roll = "roll",
-    Sides1 = "sides-1",
-    Sides2 = "sides-2",
-    RestTwist = "rest-twist",
-});
+/// Those that are one number for the whole cable, with their names.
+const WHOLE: [(Parameter, &str); 19] = [
+    (Parameter::Bending, "bending"),
+    (Parameter::Twist, "twist"),
+    (Parameter::InnerDamping, "inner-damping"),
+    (Parameter::OuterDamping, "outer-damping"),
+    (Parameter::DragAcross, "drag-across"),
+    (Parameter::DragAlong, "drag-along"),
+    (Parameter::Curvature1, "curvature-1"),
+    (Parameter::Curvature2, "curvature-2"),
+    (Parameter::Slope1, "slope-1"),
+    (Parameter::Slope2, "slope-2"),
+    (Parameter::Bow1, "bow-1"),
+    (Parameter::Bow2, "bow-2"),
+    (Parameter::TiltX, "tilt-x"),
+    (Parameter::TiltY, "tilt-y"),
+    (Parameter::Grip, "grip"),
+    (Parameter::Roll, "roll"),
+    (Parameter::Sides1, "sides-1"),
+    (Parameter::Sides2, "sides-2"),
+    (Parameter::RestTwist, "rest-twist"),
+];
+/// Places of [`Parameter::Local`] along the cable.
+pub(crate) const PLACES: usize = 11;
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Local { axis, tenth } => f.pad(&format!("curvature-{}-at-{tenth}", axis + 1)),
+            whole => f.pad(WHOLE[whole.index()].1),
+        }
+    }
+}
 
 impl Parameter {
     /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell, a curvature
@@ -103,11 +122,24 @@ impl Parameter {
         Self::Roll,
     ];
     /// Number of parameters.
-    pub const COUNT: usize = Self::ALL.len();
+    pub const COUNT: usize = WHOLE.len() + 2 * PLACES;
+
+    /// All of them, in the order in which they are told.
+    pub fn all() -> impl Iterator<Item = Self> {
+        WHOLE.into_iter().map(|(whole, _)| whole).chain(Self::local())
+    }
+
+    /// A curvature of its own for each tenth of the cable, about both axes.
+    pub fn local() -> impl Iterator<Item = Self> {
+        (0..2 * PLACES).map(|k| Self::Local { axis: (k / PLACES) as u8, tenth: (k % PLACES) as u8 })
+    }
 
     /// Where it stands among all.
     pub fn index(self) -> usize {
-        self as usize
+        match self {
+            Self::Local { axis, tenth } => WHOLE.len() + usize::from(axis) * PLACES + usize::from(tenth),
+            whole => WHOLE.iter().position(|(own, _)| *own == whole).unwrap_or_default(),
+        }
     }
 }
 
@@ -124,6 +156,7 @@ impl Quantity for Parameter {
             Self::Curvature1 | Self::Curvature2 | Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => {
                 Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) }
             }
+            Self::Local { .. } => Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) },
             Self::TiltX | Self::TiltY => Range { start: 0.0, least: -0.3, most: 0.3, scale: Unit(0.1) },
             Self::Grip => Range { start: 0.01, least: 1e-4, most: 0.5, scale: Logarithm },
             Self::Roll => Range { start: 0.0, least: -6.3, most: 6.3, scale: Unit(1.0) },
@@ -141,6 +174,7 @@ impl Quantity for Parameter {
             Self::DragAcross | Self::DragAlong | Self::Curvature1 | Self::Curvature2 => "1/m",
             Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => "1/m",
             Self::TiltX | Self::TiltY | Self::Roll => "rad",
+            Self::Local { .. } => "1/m",
             Self::RestTwist => "rad/m",
             Self::Grip => "m",
         }
@@ -148,6 +182,10 @@ impl Quantity for Parameter {
 
     fn may_be_left_out(self) -> bool {
         !Self::DEFAULT.contains(&self)
+    }
+
+    fn prior(self) -> Option<f64> {
+        matches!(self, Self::Local { .. }).then_some(1.0)
     }
 }
 
@@ -158,7 +196,9 @@ pub struct Parameters([f64; Parameter::COUNT]);
 impl Default for Parameters {
     /// Where searches begin, without what may be left out.
     fn default() -> Self {
-        Self(Parameter::ALL.map(|parameter| if parameter.may_be_left_out() { 0.0 } else { parameter.start() }))
+        let mut parameters = Self([0.0; Parameter::COUNT]);
+        Parameter::DEFAULT.into_iter().for_each(|parameter| parameters[parameter] = parameter.start());
+        parameters
     }
 }
 
@@ -183,7 +223,11 @@ impl Numbers for Parameters {
     type Quantity = Parameter;
 
     fn quantities(&self) -> Vec<Parameter> {
-        Parameter::ALL.to_vec()
+        Parameter::all().collect()
+    }
+
+    fn groups(&self) -> Vec<(&'static str, Vec<Parameter>)> {
+        vec![("curvatures", Parameter::local().collect())]
     }
 
     fn beginnings(&self) -> Vec<Self> {

@@ -49,6 +49,11 @@ pub trait Quantity: Copy + PartialEq + Display + Send + Sync {
         false
     }
 
+    /// How far from 0 its coordinate is expected, if anything is: a search takes that as one more recording that says so.
+    fn prior(self) -> Option<f64> {
+        None
+    }
+
     /// Whether a value is as far as it may go.
     fn is_at_bound(self, value: f64) -> bool {
         let [value, least, most] = [value, self.range().least, self.range().most].map(|value| self.coordinate(value));

@@ -22,6 +22,11 @@ pub trait Numbers:
     /// derivative leads from one to the other.
     fn beginnings(&self) -> Vec<Self>;
 
+    /// Quantities that are searched for together, with the name that all of them have.
+    fn groups(&self) -> Vec<(&'static str, Vec<Self::Quantity>)> {
+        Vec::new()
+    }
+
     /// Sets a quantity by its name.
     ///
     /// # Errors
@@ -43,7 +48,10 @@ pub trait Numbers:
     fn named(&self, name: &str) -> Result<Self::Quantity, String> {
         let all = self.quantities();
         all.iter().copied().find(|quantity| quantity.to_string() == name).ok_or_else(|| {
-            let names: Vec<String> = all.iter().map(ToString::to_string).collect();
+            let groups = self.groups();
+            let is_alone = |quantity: &&Self::Quantity| groups.iter().all(|(_, own)| !own.contains(quantity));
+            let mut names: Vec<String> = all.iter().filter(is_alone).map(ToString::to_string).collect();
+            names.extend(groups.iter().map(|(name, _)| (*name).to_owned()));
             format!("{name:?}: it must be one of {}", names.join(", "))
         })
     }

@@ -257,6 +257,45 @@ fn what_a_finer_simulation_moved_as_is_found_at_the_end() {
     assert!(seen.iter().any(|&(stage, done)| stage == 1 && done > 10 && done <= search.iterations()), "{seen:?}");
 }
 
+/// A curvature of its own at each tenth of the cable, held near zero by what is expected of it: it is found where the recordings tell it, and the
+/// cable is predicted with it on other motions.
+#[test]
+fn a_curvature_of_its_own_at_each_tenth_is_identified() {
+    let local = |axis: u8| {
+        Parameter::local().filter(move |of| matches!(of, Parameter::Local { axis: own, .. } if *own == axis))
+    };
+    let mut truth = truth();
+    truth[Parameter::Local { axis: 0, tenth: 4 }] = 3.0;
+    truth[Parameter::Local { axis: 0, tenth: 5 }] = 3.0;
+    let (own, other) = (&recorded(&truth, 14, 60, 1e-3), &recorded(&truth, 20, 60, 0.0)[14..]);
+    let free = vec![Parameter::Curvature1];
+    let plain = Search::of(free, vec![Stage::of_all(30, 6), Stage::of_all(60, 6)]);
+    let with = Search { later: local(0).collect(), ..plain.clone() };
+    let mut start = truth;
+    local(0).chain([Parameter::Curvature1]).for_each(|of| start[of] = 0.0);
+    let found = [&plain, &with].map(|search| {
+        let mut most = 0;
+        let fit = fit(own, &cables(own), &start, search, &mut |now| {
+            most = most.max(now.done);
+            true
+        });
+        assert!(most <= search.iterations());
+        fit.unwrap()
+    });
+    assert_eq!(found[0].parameters[Parameter::Local { axis: 0, tenth: 4 }], 0.0);
+    let error = |parameters: &Parameters| {
+        let predictions = predict(&cables(other), parameters, 60, 1).unwrap();
+        other.iter().zip(&predictions).map(|(own, predicted)| mean_error(own, predicted)).sum::<f64>()
+    };
+    let [even, along] = found.each_ref().map(|fit| error(&fit.parameters));
+    assert!(along < 0.5 * even, "{along} {even}");
+    let there = found[1].parameters[Parameter::Local { axis: 0, tenth: 4 }];
+    let end = found[1].parameters[Parameter::Local { axis: 0, tenth: 9 }];
+    assert!(there - end > 1.0, "{there} {end}");
+    assert_eq!(found[1].free.len(), 1 + 11);
+    assert!(known(&found[1]).iter().any(|known| known.parameter.prior().is_some() && known.interval.is_some()));
+}
+
 /// The time step and the segments are no part of the fit: refined by 4 they change predictions by less than 3 % of 1 cm, which is
 /// what predictions of real cables are off by.
 #[test]

@@ -40,7 +40,7 @@ impl fmt::Display for Number {
     /// Its name; branches and the spans between them count from 1.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Parent(parameter) => f.pad(parameter.name()),
+            Self::Parent(parameter) => parameter.fmt(f),
             Self::BranchBending => f.pad("branch-bending"),
             Self::BranchMass => f.pad("branch-mass"),
             Self::Side => f.pad("side"),

@@ -37,6 +37,8 @@ pub(super) struct Part<'a, S: Specimen> {
     search: &'a Search<Of<S>>,
     /// The values of what is not searched for.
     held: S::Numbers,
+    /// What a recording's loss is in the mean, for what is expected of numbers ([`Quantity::prior`]).
+    pub(super) usual: f64,
 }
 
 impl<'a, S: Specimen> Part<'a, S> {
@@ -51,7 +53,14 @@ impl<'a, S: Specimen> Part<'a, S> {
         let every = stage.every.min(recordings.len() / TOGETHER).max(1);
         let recordings = recordings.iter().step_by(every).collect();
         let specimens = specimens.iter().step_by(every).cloned().collect();
-        Self { recordings, specimens, frames: stage.frames.unwrap_or(usize::MAX), search, held: held.clone() }
+        Self {
+            recordings,
+            specimens,
+            frames: stage.frames.unwrap_or(usize::MAX),
+            search,
+            held: held.clone(),
+            usual: 0.0,
+        }
     }
 
     /// The numbers with these coordinates.
@@ -59,6 +68,27 @@ impl<'a, S: Specimen> Part<'a, S> {
         let mut numbers = self.held.clone();
         self.search.free.iter().zip(x).for_each(|(&of, &x)| numbers[of] = of.value(x));
         numbers
+    }
+
+    /// Notes what a recording's loss is, where it matters.
+    pub(super) fn weigh(&mut self, x: &DVector<f64>) -> Result<(), SimulationError> {
+        if self.search.free.iter().any(|of| of.prior().is_some()) {
+            self.usual = self.loss_of(&self.numbers(x))? / self.recordings.len() as f64;
+        }
+        Ok(())
+    }
+
+    /// What is expected of the numbers, as one more recording would say it.
+    fn expected(&self, x: &DVector<f64>) -> Normal {
+        let mut normal = Normal::zero(x.len());
+        for (k, of) in self.search.free.iter().enumerate() {
+            let Some(spread) = of.prior() else { continue };
+            let weight = self.usual / (spread * spread);
+            normal.loss += 0.5 * weight * x[k] * x[k];
+            normal.gradient[k] = weight * x[k];
+            normal.matrix[(k, k)] = weight;
+        }
+        normal
     }
 
     /// Where the search begins: where the loss is least of all that it may begin with.
@@ -119,13 +149,15 @@ impl<'a, S: Specimen> Part<'a, S> {
         Ok(Runs { of, differences })
     }
 
-    /// What each independent part of the recordings says of `predictions`, with derivatives by the differences of `runs`.
+    /// What each independent part of the recordings says of `predictions`, with derivatives by the differences of `runs`, and what is expected.
     pub(super) fn linearised<'p>(
         &self,
+        x: &DVector<f64>,
         predictions: impl IntoIterator<Item = &'p Prediction>,
         runs: &Runs,
     ) -> Vec<Normal> {
-        predictions.into_iter().enumerate().flat_map(|(k, own)| self.normals(k, own, runs)).collect()
+        let said = predictions.into_iter().enumerate().flat_map(|(k, own)| self.normals(k, own, runs));
+        said.chain((self.usual > 0.0).then(|| self.expected(x))).collect()
     }
 
     /// What the independent parts of a recording tell of its prediction.
@@ -167,12 +199,12 @@ impl<S: Specimen> Residuals for Part<'_, S> {
     type Error = SimulationError;
 
     fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
-        self.loss_of(&self.numbers(x))
+        Ok(self.loss_of(&self.numbers(x))? + self.expected(x).loss)
     }
 
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
         let runs = self.runs(&self.numbers(x))?;
-        Ok(self.linearised(runs.here(), &runs).iter().sum())
+        Ok(self.linearised(x, runs.here(), &runs).iter().sum())
     }
 }
 
@@ -199,8 +231,8 @@ impl<'a, S: Specimen> Chord<'a, S> {
     pub(super) fn normals(&self, x: &DVector<f64>) -> Result<Vec<Normal>, SimulationError> {
         let known = self.lowest.as_ref().filter(|(place, ..)| place == x).map(|(.., predictions)| predictions);
         match known {
-            Some(predictions) => Ok(self.finer.linearised(predictions, &self.runs)),
-            None => Ok(self.finer.linearised(&self.finer.predicted(&self.numbers(x))?, &self.runs)),
+            Some(predictions) => Ok(self.finer.linearised(x, predictions, &self.runs)),
+            None => Ok(self.finer.linearised(x, &self.finer.predicted(&self.numbers(x))?, &self.runs)),
         }
     }
 }
@@ -210,7 +242,7 @@ impl<S: Specimen> Residuals for Chord<'_, S> {
 
     fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
         let predictions = self.finer.predicted(&self.numbers(x))?;
-        let loss = self.finer.loss_from(&predictions);
+        let loss = self.finer.loss_from(&predictions) + self.finer.expected(x).loss;
         if self.lowest.as_ref().is_none_or(|(_, lowest, _)| loss < *lowest) {
             self.lowest = Some((x.clone(), loss, predictions));
         }

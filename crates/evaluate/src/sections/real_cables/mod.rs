@@ -311,8 +311,8 @@ impl Known {
             Method::Blend => done(vec![errors("", eval, &uncorrected(&films(eval, None)?))], 0.0),
             Method::Identified => {
                 let errors = vec![errors("", eval, &simulated(eval, &self.parameters, [1; 2])?)];
-                let named = Parameter::ALL.into_iter().filter(|&of| self.parameters[of] != 0.0);
-                let named = named.map(|of| (of.name().to_owned(), self.parameters[of]));
+                let named = Parameter::all().filter(|&of| self.parameters[of] != 0.0);
+                let named = named.map(|of| (of.to_string(), self.parameters[of]));
                 let (seconds, parameters) = (self.seconds, named.collect());
                 Ok(Some(Measured { errors, recordings: counts, seconds, parameters }))
             }
