@@ -19,14 +19,7 @@ fn cables(recordings: &[Recording]) -> Vec<Cable> {
 
 /// Recordings of an even cable.
 fn even(count: usize) -> Vec<Recording> {
-    let plan = simulated::Plan {
-        recordings: count,
-        frames: 60,
-        noise: 0.0,
-        seed: 3,
-        is_planar: false,
-        resolution: Resolution::SEARCH,
-    };
+    let plan = simulated::Plan { recordings: count, ..simulated::Plan::default() };
     recordings(&Parameters::default(), &plan).unwrap()
 }
 

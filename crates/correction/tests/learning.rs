@@ -17,14 +17,7 @@ use nalgebra::{Rotation3, Vector3};
 fn recorded(count: usize) -> Vec<Recording> {
     let mut truth = Parameters::default();
     truth[Parameter::Curvature1] = 4.0;
-    let plan = Recorded {
-        recordings: count,
-        frames: 60,
-        noise: 0.0,
-        seed: 3,
-        is_planar: false,
-        resolution: Resolution::SEARCH,
-    };
+    let plan = Recorded { recordings: count, ..Recorded::default() };
     recordings(&truth, &plan).unwrap()
 }
 

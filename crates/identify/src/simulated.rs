@@ -40,6 +40,14 @@ pub struct Plan {
     pub resolution: Resolution,
 }
 
+impl Default for Plan {
+    /// Eight recordings of 0.6 s without noise, as finely as searches are.
+    fn default() -> Self {
+        let resolution = Resolution::SEARCH;
+        Self { recordings: 8, frames: 60, noise: 0.0, seed: 3, is_planar: false, resolution }
+    }
+}
+
 /// What keeps a cable from being simulated.
 #[derive(Debug, Error)]
 #[error(transparent)]
