@@ -32,7 +32,7 @@ proptest! {
             let sight = Sight::new(&shape, &start, &pose(place, turn), 0.5);
             // Near the border of its room, within or beyond it.
             let now = pose(place + later[k] * sight.room, turn);
-            (sight.clone(), shape.place(&now).map(to_nalgebra), sight.holds(&now), radius)
+            (sight, shape.place(&now).map(to_nalgebra), sight.holds(&now), radius)
         };
         let ((a, now_a, holds_a, r), (b, now_b, holds_b, s)) = (one(0), one(1));
         prop_assert_eq!(a.is_apart_from(&b), b.is_apart_from(&a));
