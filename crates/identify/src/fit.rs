@@ -117,7 +117,7 @@ pub struct Fit<N: Numbers> {
     /// Those of [`Search::free`].
     pub free: Vec<N::Quantity>,
     /// What each independent part of the recordings of the last stage that was reached says there, by the coordinates of what is free
-    /// ([`Quantity::coordinate`]); losses are in m^2.
+    /// ([`Quantity::coordinate`]), and last what is expected of them ([`Quantity::prior`]), if anything is; losses are in m^2.
     pub normals: Vec<Normal>,
     /// Whether it was stopped before its end.
     pub stopped: bool,

@@ -49,7 +49,7 @@ pub enum Parameter {
     /// Twist at rest [rad/m].
     RestTwist,
     /// By how much the curvature at rest about d1 (axis 0) or d2 (axis 1) is greater [1/m] at so many tenths of the cable, 0 to 10, linear in
-    /// between.
+    /// between. [`Parameter::local`] has all that there are; to ask for the value of another panics.
     Local {
         /// 0 or 1.
         axis: u8,
