@@ -40,11 +40,11 @@ const WIDEST: [f64; 2] = [30.0, 0.5];
 ///
 /// The spread is the sandwich estimate with recordings, or parts of them, as its independent units (White, Econometrica 48, 1980; Liang
 /// and Zeger, Biometrika 73, 1986): `H^-1 (sum g g^T) H^-1 n / (n - p)` with H the sum of Gauss and Newton's matrices and g the
-/// gradient of a unit. It needs no model of the noise, and errors may be alike all along a unit.
+/// gradient of a unit. What is expected of quantities beside adds to H alone. It needs no model of the noise, and errors may be alike all along a unit.
 pub fn known<N: Numbers>(fit: &Fit<N>) -> Vec<Known<N::Quantity>> {
     let is_inner = |k: &usize| !fit.free[*k].is_at_bound(fit.parameters[fit.free[*k]]);
     let inner: Vec<usize> = (0..fit.free.len()).filter(is_inner).collect();
-    let spreads = spreads(&fit.normals, &inner);
+    let spreads = spreads(&fit.normals, &fit.expected, &inner);
     let of = |parameter: N::Quantity| {
         let value = fit.parameters[parameter];
         let place = inner.iter().position(|&k| fit.free[k] == parameter);
@@ -55,10 +55,10 @@ pub fn known<N: Numbers>(fit: &Fit<N>) -> Vec<Known<N::Quantity>> {
 }
 
 /// Standard deviations of the coordinates of some of what is free; `None` where the matrix is singular, or there are too few units.
-fn spreads(normals: &[Normal], inner: &[usize]) -> Option<Vec<f64>> {
+fn spreads(normals: &[Normal], expected: &Normal, inner: &[usize]) -> Option<Vec<f64>> {
     let (units, count) = (normals.len(), inner.len());
     let freedom = units.checked_sub(count).filter(|&freedom| freedom > 0)? as f64;
-    let sum: Normal = normals.iter().sum();
+    let sum: Normal = normals.iter().chain([expected]).sum();
     let inverse = sum.matrix.select_rows(inner).select_columns(inner).try_inverse()?;
     let mut scores = DMatrix::zeros(count, count);
     for normal in normals {

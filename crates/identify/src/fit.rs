@@ -117,8 +117,10 @@ pub struct Fit<N: Numbers> {
     /// Those of [`Search::free`].
     pub free: Vec<N::Quantity>,
     /// What each independent part of the recordings of the last stage that was reached says there, by the coordinates of what is free
-    /// ([`Quantity::coordinate`]), and last what is expected of them ([`Quantity::prior`]), if anything is; losses are in m^2.
+    /// ([`Quantity::coordinate`]); losses are in m^2.
     pub normals: Vec<Normal>,
+    /// What is expected of them beside ([`Quantity::prior`]).
+    pub expected: Normal,
     /// Whether it was stopped before its end.
     pub stopped: bool,
 }
@@ -194,8 +196,7 @@ fn searched<S: Specimen>(
     if !best.stopped && !search.later.is_empty() {
         let free = [best.search.free.as_slice(), &search.later].concat();
         with_later = Search { free, ..best.search.clone() };
-        let found = best.numbers();
-        best = Way::from(recordings, specimens, &found, &found, &with_later);
+        best = Way::from(recordings, specimens, &best.numbers(), &with_later);
     }
     if !best.stopped {
         best.go(last..search.stages.len(), &mut done, watch)?;
@@ -218,27 +219,24 @@ struct Way<'a, S: Specimen> {
 }
 
 impl<'a, S: Specimen> Way<'a, S> {
+    /// A way from the best of where `start` may begin.
     fn begun(
         recordings: &'a [Recording],
         specimens: &[S],
         start: &S::Numbers,
         search: &'a Search<Of<S>>,
     ) -> Result<Self, SimulationError> {
-        let first = search.stages.first().map(|stage| Part::new(recordings, specimens, stage, search, start));
-        let begin = first.map_or(Ok(start.clone()), |part| part.begun())?;
-        Ok(Self::from(recordings, specimens, start, &begin, search))
+        let mut way = Self::from(recordings, specimens, start, search);
+        if let Some(first) = way.parts.first() {
+            way.least.x = coordinates(&search.free, &first.begun()?);
+        }
+        Ok(way)
     }
 
-    /// A way from `begin`, with what is not searched for as it is `held`.
-    fn from(
-        recordings: &'a [Recording],
-        specimens: &[S],
-        held: &S::Numbers,
-        begin: &S::Numbers,
-        search: &'a Search<Of<S>>,
-    ) -> Self {
-        let of = |stage| Part::new(recordings, specimens, stage, search, held);
-        let mut least = LeastSquares::new(coordinates(&search.free, begin));
+    /// A way from `start`, which also says what is not searched for.
+    fn from(recordings: &'a [Recording], specimens: &[S], start: &S::Numbers, search: &'a Search<Of<S>>) -> Self {
+        let of = |stage| Part::new(recordings, specimens, stage, search, start);
+        let mut least = LeastSquares::new(coordinates(&search.free, start));
         least.bounds = search.free.iter().map(|of| of.bounds().map(|bound| of.coordinate(bound))).collect();
         (least.longest, least.tolerance) = (LONGEST, ENOUGH);
         let parts = search.stages.iter().map(of).collect();
@@ -282,8 +280,8 @@ impl<'a, S: Specimen> Way<'a, S> {
         let part = &self.parts[self.stage];
         let parameters = self.numbers();
         let runs = part.runs(&parameters)?;
-        let normals = part.linearised(&self.least.x, runs.here(), &runs);
-        Ok(Fit { parameters, free: self.search.free.clone(), normals, stopped: self.stopped })
+        let (normals, expected) = (part.linearised(runs.here(), &runs), part.expected(&self.least.x));
+        Ok(Fit { parameters, free: self.search.free.clone(), normals, expected, stopped: self.stopped })
     }
 
     /// Goes on with a finer simulation from the derivatives of this one, after the iterations that are `done`.
@@ -306,8 +304,8 @@ impl<'a, S: Specimen> Way<'a, S> {
             }
         }
         let parameters = chord.numbers(&self.least.x);
-        let normals = chord.normals(&self.least.x)?;
-        Ok(Fit { parameters, free: self.search.free.clone(), normals, stopped: self.stopped })
+        let (normals, expected) = chord.said(&self.least.x)?;
+        Ok(Fit { parameters, free: self.search.free.clone(), normals, expected, stopped: self.stopped })
     }
 }
 

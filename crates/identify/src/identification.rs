@@ -151,14 +151,15 @@ fn search<K: Kind>(
         let one = || start.named(name).map(|quantity| vec![quantity]);
         let group = start.groups().into_iter().find(|(own, _)| own == name).map(|(_, own)| own);
         let quantities = group.map_or_else(one, Ok).map_err(|message| anyhow!("--free {message}"))?;
-        let (later, quantities): (Vec<_>, Vec<_>) = quantities.into_iter().partition(|of| of.prior().is_some());
-        search.later.extend(later);
-        for list in std::iter::once(&mut search.free).chain(&mut search.instead) {
-            for &quantity in &quantities {
-                if !list.contains(&quantity) {
-                    list.push(quantity);
-                    start[quantity] = quantity.start();
-                }
+        for quantity in quantities {
+            // What something is expected of comes later, whichever list fits better.
+            let lists: Vec<_> = match quantity.prior() {
+                Some(_) => vec![&mut search.later],
+                None => std::iter::once(&mut search.free).chain(&mut search.instead).collect(),
+            };
+            for list in lists.into_iter().filter(|list| !list.contains(&quantity)) {
+                list.push(quantity);
+                start[quantity] = quantity.start();
             }
         }
     }
@@ -170,7 +171,7 @@ fn search<K: Kind>(
         let parts = hold.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
         let (name, value) = parts.with_context(|| format!("--hold {hold:?}: it must be NAME=VALUE"))?;
         start.set(name, value).map_err(|message| anyhow!("--hold {message}"))?;
-        for list in std::iter::once(&mut search.free).chain(&mut search.instead) {
+        for list in [&mut search.free, &mut search.later].into_iter().chain(&mut search.instead) {
             list.retain(|quantity| quantity.to_string() != name);
         }
     }

@@ -79,7 +79,7 @@ impl<'a, S: Specimen> Part<'a, S> {
     }
 
     /// What is expected of the numbers, as one more recording would say it.
-    fn expected(&self, x: &DVector<f64>) -> Normal {
+    pub(super) fn expected(&self, x: &DVector<f64>) -> Normal {
         let mut normal = Normal::zero(x.len());
         for (k, of) in self.search.free.iter().enumerate() {
             let Some(spread) = of.prior() else { continue };
@@ -149,15 +149,13 @@ impl<'a, S: Specimen> Part<'a, S> {
         Ok(Runs { of, differences })
     }
 
-    /// What each independent part of the recordings says of `predictions`, with derivatives by the differences of `runs`, and what is expected.
+    /// What each independent part of the recordings says of `predictions`, with derivatives by the differences of `runs`.
     pub(super) fn linearised<'p>(
         &self,
-        x: &DVector<f64>,
         predictions: impl IntoIterator<Item = &'p Prediction>,
         runs: &Runs,
     ) -> Vec<Normal> {
-        let said = predictions.into_iter().enumerate().flat_map(|(k, own)| self.normals(k, own, runs));
-        said.chain((self.usual > 0.0).then(|| self.expected(x))).collect()
+        predictions.into_iter().enumerate().flat_map(|(k, own)| self.normals(k, own, runs)).collect()
     }
 
     /// What the independent parts of a recording tell of its prediction.
@@ -204,7 +202,7 @@ impl<S: Specimen> Residuals for Part<'_, S> {
 
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
         let runs = self.runs(&self.numbers(x))?;
-        Ok(self.linearised(x, runs.here(), &runs).iter().sum())
+        Ok(self.linearised(runs.here(), &runs).iter().chain([&self.expected(x)]).sum())
     }
 }
 
@@ -227,13 +225,14 @@ impl<'a, S: Specimen> Chord<'a, S> {
         self.finer.numbers(x)
     }
 
-    /// What each independent part of the recordings says.
-    pub(super) fn normals(&self, x: &DVector<f64>) -> Result<Vec<Normal>, SimulationError> {
+    /// What each independent part of the recordings says, and what is expected.
+    pub(super) fn said(&self, x: &DVector<f64>) -> Result<(Vec<Normal>, Normal), SimulationError> {
         let known = self.lowest.as_ref().filter(|(place, ..)| place == x).map(|(.., predictions)| predictions);
-        match known {
-            Some(predictions) => Ok(self.finer.linearised(x, predictions, &self.runs)),
-            None => Ok(self.finer.linearised(x, &self.finer.predicted(&self.numbers(x))?, &self.runs)),
-        }
+        let normals = match known {
+            Some(predictions) => self.finer.linearised(predictions, &self.runs),
+            None => self.finer.linearised(&self.finer.predicted(&self.numbers(x))?, &self.runs),
+        };
+        Ok((normals, self.finer.expected(x)))
     }
 }
 
@@ -250,7 +249,8 @@ impl<S: Specimen> Residuals for Chord<'_, S> {
     }
 
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
-        Ok(self.normals(x)?.iter().sum())
+        let (normals, expected) = self.said(x)?;
+        Ok(normals.iter().chain([&expected]).sum())
     }
 }
 

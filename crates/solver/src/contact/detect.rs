@@ -1,6 +1,6 @@
 //! Which contacts are possible in a step: broad phase over the ways of all segments, and what to hold apart of each pair.
 
-use collision::{Aabb, SpatialHash, TriangleMesh, closest};
+use collision::{Aabb, SpatialHash, TriangleMesh};
 use nalgebra::Vector3;
 use rod::{CYLINDER_SIDES, Carried, Model, Segment, Surface};
 
@@ -9,7 +9,6 @@ use super::exclusion::PairFilter;
 use super::geometry::{Contact, Poses, Shape, World};
 use super::key::{Feature, Partner};
 use super::obstacles::Placed;
-use super::reach::Way;
 use super::search::{Search, Sight};
 use super::sets::Sets;
 use super::{parts, solids};
@@ -180,7 +179,7 @@ impl Detector {
             let shape = &self.shapes[i as usize];
             let component = &components[shape.component as usize].component;
             let body = shape.body as usize;
-            sights.push(Sight::new(shape, &component.start[body], &component.poses[body], self.params.search_room));
+            sights.push(self.sight(shape, component));
             let ends = [
                 shape.place(&component.start[body]),
                 shape.place(&component.predicted[body]),
@@ -243,13 +242,15 @@ impl Detector {
     pub(crate) fn are_apart<'a>(&self, pair: [u32; 2], component: impl Fn(u32) -> &'a Component<f64>) -> bool {
         let [a, b] = pair.map(|i| {
             let shape = &self.shapes[i as usize];
-            let (component, body) = (component(shape.component), shape.body as usize);
-            (shape, &component.start[body], &component.poses[body])
+            self.sight(shape, component(shape.component))
         });
-        let way = |(shape, start, now): (&Shape, &BodyPose<f64>, &BodyPose<f64>)| Way::between(start, now, shape.half);
-        let ends = |(shape, start, _): (&Shape, &BodyPose<f64>, _)| shape.place(start).map(to_nalgebra);
-        let reach = a.0.radius + b.0.radius + way(a).towards(way(b));
-        closest::segments(&ends(a), &ends(b)).distance > reach
+        a.nearest(&b) > 0.0
+    }
+
+    /// A segment as a search sees it now.
+    fn sight(&self, shape: &Shape, component: &Component<f64>) -> Sight {
+        let body = shape.body as usize;
+        Sight::new(shape, &component.start[body], &component.poses[body], self.params.search_room)
     }
 
     /// Rigid bodies with meshes, and the segments that were near them in a search among all: pairs of segments.

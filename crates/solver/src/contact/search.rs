@@ -75,8 +75,13 @@ impl Sight {
 
     /// Whether two segments cannot touch where they are, nor anywhere in their rooms.
     pub(super) fn is_apart_from(&self, other: &Self) -> bool {
-        let reach = self.radius + other.radius + self.way.towards(other.way) + self.room + other.room;
-        closest::segments(&self.ends.map(to_nalgebra), &other.ends.map(to_nalgebra)).distance > reach
+        self.nearest(other) > self.room + other.room
+    }
+
+    /// The least gap that their ways may leave between two segments where they are [m]: that at the start, less what they may have come nearer.
+    pub(super) fn nearest(&self, other: &Self) -> f64 {
+        let distance = closest::segments(&self.ends.map(to_nalgebra), &other.ends.map(to_nalgebra)).distance;
+        distance - self.radius - other.radius - self.way.towards(other.way)
     }
 }
 
