@@ -16,6 +16,7 @@ use crate::limits::APART;
 use crate::linear::LinearSolver;
 use crate::linear::response::Response;
 use crate::linear::solvers::{SolverError, SolverKind};
+use crate::linear::transfers::Side;
 use crate::projection::Predictor;
 use crate::retry::{self, Steps};
 use crate::snapshot::Tape;
@@ -37,6 +38,8 @@ pub(crate) struct Touch {
     pub(crate) number: u32,
     /// How its bodies answer impulses.
     pub(crate) response: Response,
+    /// Memory for the sides of contacts that push it.
+    pub(crate) sides: Vec<Side>,
     /// Corrections of the rods' own solve.
     pub(crate) corrections: Vec<Spatial<f64>>,
     /// How far its bodies have moved, one entry a body.
@@ -50,7 +53,15 @@ pub(crate) struct Touch {
 impl Touch {
     /// What contacts need of set `number`, before its first step.
     pub(crate) fn new(number: u32, response: Response) -> Self {
-        Self { number, response, corrections: Vec::new(), ways: Vec::new(), stored: f64::NAN, halvings: 0 }
+        Self {
+            number,
+            response,
+            sides: Vec::new(),
+            corrections: Vec::new(),
+            ways: Vec::new(),
+            stored: f64::NAN,
+            halvings: 0,
+        }
     }
 }
 

@@ -48,4 +48,5 @@ pub mod statics;
 pub mod step;
 pub mod system;
 pub mod tangent;
+mod team;
 pub mod topology;

@@ -7,6 +7,8 @@ pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 /// The same for a piece of an outer iteration, of a microsecond a segment or so: threads fall asleep between two such pieces,
 /// and take a tenth of a millisecond to wake.
 pub(crate) const PARALLEL_PIECE: usize = 4096;
+/// Below this many contacts of an island, threads cost more than they bring in what is done once an outer iteration.
+pub(crate) const PARALLEL_CONTACTS: usize = 256;
 
 /// Gap of a joint in its lengths, or angle by which it is askew [rad], from which on the joint is apart.
 pub(crate) const APART: f64 = 0.1;

@@ -20,7 +20,7 @@ use crate::step::{Interval, StepParams};
 use crate::topology::Topology;
 
 /// Predicts what a constraint projection would come to. One serves one connected set of segments.
-pub trait Projection: Send {
+pub trait Projection: Send + Sync {
     /// Predicts `dp = M^-1 J^T dlambda` (dx [m], dphi [rad] in world axes, one entry a body; those of fixed bodies are
     /// not used) and `dlambda` (one entry a joint, as [`Component::lambda`]) for outer iteration `iteration`, from 0.
     /// Both come zeroed. The component's system is the one that a solver would solve.

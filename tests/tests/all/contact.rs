@@ -249,6 +249,20 @@ fn threads_do_not_change_a_bit_of_colliding_rods() {
     assert_eq!(one, two);
 }
 
+/// As many contacts as a heap must have for its halves to be solved side by side.
+#[test]
+fn threads_do_not_change_a_bit_of_a_heap() {
+    let heap = scene::builtin("heap-20").unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&heap.model, &heap.state, heap.run.dt, 60, |_| ()))
+    };
+    let ((one, counters), (two, _), (three, _)) = (on(1), on(2), on(3));
+    assert!(counters.contact_solves > 400 * 60);
+    assert_eq!(one, two);
+    assert_eq!(one, three);
+}
+
 #[test]
 fn a_model_without_contacts_spends_nothing_on_them() {
     let (assembly, _) = Beam::rubber(20).cantilever(Vector3::z() * -GRAVITY);

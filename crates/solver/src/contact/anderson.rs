@@ -11,8 +11,7 @@
 //! change is much larger than the one before, what is known of earlier rounds is forgotten.
 
 use super::operator::{Chunk, Row};
-use super::problem::Problem;
-use crate::kernel::dispatch::vectorized;
+use super::problem::{Matrix, Unknown, View};
 use crate::kernel::lane::Real;
 
 /// Rounds that are kept.
@@ -31,18 +30,30 @@ struct Round {
     moved: Vec<Chunk>,
 }
 
-/// What is known of earlier rounds.
+/// What is known of earlier rounds of some contacts side by side, and of a part of `W dz`: what one thread works on.
+#[derive(Default)]
+pub(super) struct Share {
+    now: Round,
+    before: Round,
+    differences: Vec<Round>,
+    /// Where the next round begins.
+    begins: Vec<Row>,
+    /// This share of the square of the last change, and of products of the newest difference, and of the last change, with all
+    /// differences.
+    pub(super) square: f64,
+    products: [[f64; MOST]; 2],
+}
+
+/// What is known of earlier rounds of all contacts.
 #[derive(Default)]
 pub(super) struct Anderson {
     /// Square of the change of the last round, if there was one.
     last: Option<f64>,
-    now: Round,
-    before: Round,
-    differences: Vec<Round>,
     /// Differences that count, and the place of the next.
     count: usize,
     next: usize,
     gram: [[f64; MOST]; MOST],
+    gamma: [f64; MOST],
 }
 
 impl Anderson {
@@ -53,64 +64,68 @@ impl Anderson {
         self.next = 0;
     }
 
-    /// Extrapolates after a round that took impulses from `start` to where they are.
-    pub(super) fn extrapolate(&mut self, problem: &mut Problem, start: &[Row]) {
-        let now = &mut self.now;
+    /// Takes over a round, whose change has this square; returns whether there is a difference to the one before, for
+    /// [`Share::differ`].
+    pub(super) fn take_round(&mut self, square: f64) -> bool {
+        let goes_on = self.last.is_some_and(|last| square <= GROWTH * last);
+        if !goes_on {
+            self.begin();
+        }
+        self.last = Some(square);
+        goes_on
+    }
+
+    /// Takes over the difference, which all `shares` have made; returns whether [`Share::extrapolate`] may follow.
+    pub(super) fn take_difference<'a>(&mut self, shares: impl Iterator<Item = &'a Share> + Clone) -> bool {
+        self.count = (self.count + 1).min(MOST);
+        let sum = |which: usize, k: usize| shares.clone().map(|share| share.products[which][k]).sum::<f64>();
+        for k in 0..self.count {
+            let product = sum(0, k);
+            self.gram[self.next][k] = product;
+            self.gram[k][self.next] = product;
+            self.gamma[k] = sum(1, k);
+        }
+        self.next = (self.next + 1) % MOST;
+        let is_solved = solve(self.gram, &mut self.gamma, self.count);
+        if !is_solved {
+            self.begin();
+        }
+        is_solved
+    }
+}
+
+impl Share {
+    /// Takes over a round of these contacts, the first of which is number `first`, that began at `start`.
+    #[inline(always)]
+    pub(super) fn note(
+        &mut self,
+        matrix: Matrix<'_>,
+        (unknowns, first): (&[Unknown], usize),
+        start: &[Row],
+        moved: &[Chunk],
+    ) {
+        let Self { now, before, .. } = self;
+        std::mem::swap(now, before);
         now.change.clear();
         now.force.clear();
-        for (unknown, start) in problem.unknowns().iter().zip(start) {
+        for (unknown, start) in unknowns.iter().zip(start) {
             now.force.push(unknown.force);
             now.change.push([0, 1, 2].map(|k| unknown.force[k] - start[k]));
         }
-        now.moved.clone_from(problem.operator.all_moved());
-        let size = dot(problem, &now.change, &now.change);
-        match self.last {
-            Some(last) if size <= GROWTH * last => self.take_difference(problem),
-            _ => self.begin(),
-        }
-        self.last = Some(size);
-        std::mem::swap(&mut self.now, &mut self.before);
-        if self.count == 0 {
-            return;
-        }
-        let mut gamma = [0.0; MOST];
-        for (k, gamma) in gamma.iter_mut().enumerate().take(self.count) {
-            *gamma = dot(problem, &self.differences[k].change, &self.before.change);
-        }
-        if !solve(self.gram, &mut gamma, self.count) {
-            self.begin();
-            return;
-        }
-        let Self { before, differences, now, count, .. } = self;
-        now.force.clone_from(&before.force);
-        vectorized(
-            #[inline(always)]
-            || {
-                for (difference, &gamma) in differences.iter().zip(&gamma).take(*count) {
-                    let by = Chunk::splat(gamma);
-                    for (moved, difference) in problem.operator.all_moved().iter_mut().zip(&difference.moved) {
-                        *moved -= *difference * by;
-                    }
-                    for (force, difference) in now.force.iter_mut().zip(&difference.force) {
-                        *force = [0, 1, 2].map(|k| force[k] - gamma * difference[k]);
-                    }
-                }
-                for (k, &known) in now.force.iter().enumerate() {
-                    let friction = problem.unknowns()[k].friction;
-                    let force = friction.within_rest([known[0].max(0.0), known[1], known[2]]);
-                    problem.set_force_from(k, force, known);
-                }
-            },
-        );
+        now.moved.clear();
+        now.moved.extend_from_slice(moved);
+        self.square = dot(matrix, first, &now.change, &now.change);
     }
 
-    /// Keeps the difference between the last round and this one.
-    fn take_difference(&mut self, problem: &Problem) {
-        let Self { now, before, differences, count, next, gram, .. } = self;
-        if differences.len() <= *next {
+    /// Keeps the difference between the last two rounds.
+    #[inline(always)]
+    pub(super) fn differ(&mut self, matrix: Matrix<'_>, first: usize, anderson: &Anderson) {
+        let Self { now, before, differences, products, .. } = self;
+        let Anderson { count, next, .. } = *anderson;
+        if differences.len() <= next {
             differences.push(Round::default());
         }
-        let difference = &mut differences[*next];
+        let difference = &mut differences[next];
         let rows = |out: &mut Vec<Row>, a: &[Row], b: &[Row]| {
             out.clear();
             out.extend(a.iter().zip(b).map(|(a, b)| [a[0] - b[0], a[1] - b[1], a[2] - b[2]]));
@@ -119,21 +134,45 @@ impl Anderson {
         rows(&mut difference.force, &now.force, &before.force);
         difference.moved.clear();
         difference.moved.extend(now.moved.iter().zip(&before.moved).map(|(&a, &b)| a - b));
-        *count = (*count + 1).min(MOST);
-        for other in 0..*count {
-            let product = dot(problem, &differences[*next].change, &differences[other].change);
-            gram[*next][other] = product;
-            gram[other][*next] = product;
+        for k in 0..(count + 1).min(MOST) {
+            products[0][k] = dot(matrix, first, &differences[next].change, &differences[k].change);
+            products[1][k] = dot(matrix, first, &differences[k].change, &now.change);
         }
-        *next = (*next + 1) % MOST;
+    }
+
+    /// Extrapolates: takes `W dz` where the next round begins, and keeps the impulses there for [`Share::begin_round`].
+    #[inline(always)]
+    pub(super) fn extrapolate(&mut self, anderson: &Anderson, moved: &mut [Chunk]) {
+        let Self { now, differences, begins, .. } = self;
+        begins.clone_from(&now.force);
+        for (difference, &gamma) in differences.iter().zip(&anderson.gamma).take(anderson.count) {
+            let by = Chunk::splat(gamma);
+            for (moved, difference) in moved.iter_mut().zip(&difference.moved) {
+                *moved -= *difference * by;
+            }
+            for (force, difference) in begins.iter_mut().zip(&difference.force) {
+                *force = [0, 1, 2].map(|k| force[k] - gamma * difference[k]);
+            }
+        }
+    }
+
+    /// Takes the impulses of these contacts, the first of which is number `first`, where the next round begins, and back into their cones.
+    #[inline(always)]
+    pub(super) fn begin_round(&self, view: &mut View<'_>, first: usize) {
+        for (k, &known) in self.begins.iter().enumerate() {
+            let friction = view.unknown(first + k).friction;
+            let force = friction.within_rest([known[0].max(0.0), known[1], known[2]]);
+            view.set_force_from(first + k, force, known);
+        }
     }
 }
 
-/// `a^T diag(W) b`.
-fn dot(problem: &Problem, a: &[Row], b: &[Row]) -> f64 {
+/// `a^T diag(W) b`, of contacts from `first` on.
+#[inline(always)]
+fn dot(matrix: Matrix<'_>, first: usize, a: &[Row], b: &[Row]) -> f64 {
     let mut sum = 0.0;
     for (k, (a, b)) in a.iter().zip(b).enumerate() {
-        let d = problem.diagonal(k);
+        let d = matrix.diagonal(first + k);
         sum += a[0] * d[0][0] * b[0] + a[1] * d[1][1] * b[1] + a[2] * d[2][2] * b[2];
     }
     sum

@@ -147,6 +147,7 @@ fn largest_eigenvalue(d: &Block3) -> f64 {
 }
 
 /// How far an impulse is from answering gap and slip `w`, as lengths along the normal and across.
+#[inline(always)]
 pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Bound) -> [f64; 2] {
     let [cn, ct] = compliance;
     if cn <= 0.0 {

@@ -89,7 +89,8 @@ impl Newton {
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
             self.w_before.clone_from(&self.w);
-            self.moved_before.clone_from(problem.operator.all_moved());
+            self.moved_before.clear();
+            self.moved_before.extend_from_slice(problem.all_moved());
             let mut part = 1.0;
             let mut next = None;
             for _ in 0..params.newton_halvings {

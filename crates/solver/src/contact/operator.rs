@@ -1,7 +1,7 @@
 //! The Delassus operator `W = J P J^T` by groups of contacts, and what it does to changes of their impulses.
 //!
 //! All contacts that push one connected set are a group, and a group's contacts are all coupled: its part of W is a dense
-//! matrix. A contact between two sets is in two groups, and W is the sum of both parts. Each group keeps its part of `W dz`
+//! matrix. A contact between two sets is in two groups, and W is the sum of both parts. Each group's part of `W dz` is kept
 //! up to date: a change of one contact's impulse adds three rows of the matrix (W is symmetric), eight numbers to a vector
 //! register; contacts whose impulses do not change cost nothing.
 
@@ -39,7 +39,7 @@ struct Seat {
 const NONE: u32 = u32::MAX;
 const NOWHERE: Seat = Seat { group: NONE, index: 0 };
 
-/// W, and W times the changes of impulses.
+/// W.
 #[derive(Default)]
 pub(crate) struct Operator {
     groups: Vec<Group>,
@@ -48,8 +48,53 @@ pub(crate) struct Operator {
     /// Up to two a contact.
     seats: Vec<[Seat; 2]>,
     values: Vec<Chunk>,
-    moved: Vec<Chunk>,
+    /// Where each group's begin, and the end.
+    cuts: Vec<usize>,
+    /// Chunks of `W dz`.
+    moved: usize,
     diagonal: Vec<Block3>,
+}
+
+/// A group's part of W, while it is put together.
+pub(crate) struct Part<'a> {
+    width: usize,
+    values: &'a mut [Chunk],
+}
+
+impl<'a> Part<'a> {
+    /// Of so many contacts, in memory that is zero.
+    pub(crate) fn new(contacts: usize, values: &'a mut [Chunk]) -> Self {
+        Self { width: width(contacts), values }
+    }
+
+    /// Adds to the block of two of the group's contacts, by their indices in it, and its transpose to the block on the other side
+    /// of the diagonal; where the two are one, `twice` says whether it adds both.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, (row, column): (usize, usize), block: &Block3, twice: bool) {
+        let Self { width, values } = self;
+        for r in 0..3 {
+            for c in 0..3 {
+                let place = 3 * column + c;
+                values[(3 * row + r) * *width + place / LANES].0[place % LANES] += block[r][c];
+                if row != column || twice {
+                    let place = 3 * row + r;
+                    values[(3 * column + c) * *width + place / LANES].0[place % LANES] += block[r][c];
+                }
+            }
+        }
+    }
+}
+
+/// Chunks of a row of so many contacts.
+fn width(contacts: usize) -> usize {
+    (3 * contacts).div_ceil(LANES)
+}
+
+/// W times the changes of impulses: a run of groups.
+pub(crate) struct Moved<'a> {
+    pub(crate) chunks: &'a mut [Chunk],
+    /// The first one's place among all.
+    pub(crate) first: usize,
 }
 
 #[inline(always)]
@@ -71,10 +116,12 @@ impl Operator {
         self.members.extend_from_slice(members);
         self.seats.clear();
         self.seats.resize(contacts, [NOWHERE; 2]);
+        self.cuts.clear();
         let (mut matrix, mut moved) = (0, 0);
         for (group, ends) in start.windows(2).enumerate() {
             let count = ends[1] - ends[0];
-            let width = (3 * count).div_ceil(LANES);
+            let width = width(count);
+            self.cuts.push(matrix);
             self.groups.push(Group { first: ends[0], count, width, matrix, moved });
             matrix += 3 * count * width;
             moved += width;
@@ -84,30 +131,27 @@ impl Operator {
                 seats[free] = Seat { group: group as u32, index: index as u32 };
             }
         }
+        self.cuts.push(matrix);
         self.values.clear();
         self.values.resize(matrix, Chunk::zero());
-        self.moved.clear();
-        self.moved.resize(moved, Chunk::zero());
+        self.moved = moved;
         self.diagonal.clear();
         self.diagonal.resize(contacts, [[0.0; 3]; 3]);
     }
 
-    /// Adds to the block of two of a group's contacts, by their indices in it, and its transpose to the block on the other side
-    /// of the diagonal; where the two are one, `twice` says whether it adds both.
-    #[inline(always)]
-    pub(crate) fn add(&mut self, group: usize, (row, column): (usize, usize), block: &Block3, twice: bool) {
-        let Group { width, matrix, .. } = self.groups[group];
-        let values = &mut self.values[matrix..];
-        for r in 0..3 {
-            for c in 0..3 {
-                let place = 3 * column + c;
-                values[(3 * row + r) * width + place / LANES].0[place % LANES] += block[r][c];
-                if row != column || twice {
-                    let place = 3 * row + r;
-                    values[(3 * column + c) * width + place / LANES].0[place % LANES] += block[r][c];
-                }
-            }
-        }
+    /// Memory of the groups' parts, which are to be put together, and where each begins, and the end.
+    pub(crate) fn values(&mut self) -> (&mut [Chunk], &[usize]) {
+        (&mut self.values, &self.cuts)
+    }
+
+    /// Chunks of `W dz`, of all groups.
+    pub(crate) fn moved_len(&self) -> usize {
+        self.moved
+    }
+
+    /// The first chunk of `W dz` of a group, or of those after it.
+    pub(crate) fn moved_from(&self, group: usize) -> usize {
+        self.groups.get(group).map_or(self.moved, |group| group.moved)
     }
 
     /// Sums the blocks of contacts' own impulses, after all entries are there.
@@ -130,43 +174,38 @@ impl Operator {
         &self.diagonal[contact]
     }
 
-    /// `W dz` of a contact.
+    /// `W dz` of a contact, from that of its groups, of which the first chunk's place among all is `first`.
     #[inline(always)]
-    pub(crate) fn moved(&self, contact: usize) -> Row {
+    pub(crate) fn moved(&self, contact: usize, chunks: &[Chunk], first: usize) -> Row {
         let mut sum = [0.0; 3];
         for &Seat { group, index } in &self.seats[contact] {
             if group != NONE {
                 let Group { width, moved, .. } = self.groups[group as usize];
-                let own = three(&self.moved[moved..moved + width], index as usize);
+                let own = three(&chunks[moved - first..moved - first + width], index as usize);
                 sum = [sum[0] + own[0], sum[1] + own[1], sum[2] + own[2]];
             }
         }
         sum
     }
 
-    /// Takes a change of a contact's impulse into `W dz`.
+    /// Takes a change of a contact's impulse into `W dz` of its groups.
     #[inline(always)]
-    pub(crate) fn change(&mut self, contact: usize, by: Row) {
+    pub(crate) fn change(&self, moved: &mut Moved<'_>, contact: usize, by: Row) {
         for seat in self.seats[contact] {
             if seat.group == NONE {
                 continue;
             }
-            let Group { width, matrix, moved, .. } = self.groups[seat.group as usize];
+            let Group { width, matrix, moved: own, .. } = self.groups[seat.group as usize];
             let first = matrix + 3 * seat.index as usize * width;
             let rows = &self.values[first..first + 3 * width];
             let (a, rest) = rows.split_at(width);
             let (b, c) = rest.split_at(width);
             let [x, y, z] = by.map(Chunk::splat);
-            let out = &mut self.moved[moved..moved + width];
+            let out = &mut moved.chunks[own - moved.first..own - moved.first + width];
             for (((out, a), b), c) in out.iter_mut().zip(a).zip(b).zip(c) {
                 *out += *a * x + *b * y + *c * z;
             }
         }
-    }
-
-    /// `W dz` of all contacts, by groups, to be brought back or gone on from.
-    pub(crate) fn all_moved(&mut self) -> &mut Vec<Chunk> {
-        &mut self.moved
     }
 
     #[inline(always)]

@@ -10,8 +10,11 @@
 //! A sweep solves each contact in turn: projected block Gauss-Seidel (Daviet, Bertails-Descoubes and Boissieux 2011 solve
 //! hair so; the friction cone at the level of positions is that of Macklin et al. 2014, section 6.1).
 
+use std::ops::Range;
+
 use super::cone::{Bound, Own, natural_residual};
-use super::operator::{Block3, Chunk, Operator, Row};
+use super::halves::Halves;
+use super::operator::{Block3, Chunk, Moved, Operator, Row};
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 
@@ -37,6 +40,26 @@ pub(crate) struct Problem {
     own: Vec<Own>,
     /// W.
     pub(crate) operator: Operator,
+    /// `W dz`, by groups.
+    moved: Vec<Chunk>,
+    /// Which contacts are solved side by side.
+    pub(crate) halves: Halves,
+}
+
+/// What stays of a problem while it is solved.
+#[derive(Clone, Copy)]
+pub(crate) struct Matrix<'a> {
+    own: &'a [Own],
+    pub(crate) operator: &'a Operator,
+}
+
+/// Contacts side by side and what their changes move: all, or a part that shares no connected set with others.
+pub(crate) struct View<'a> {
+    matrix: Matrix<'a>,
+    unknowns: &'a mut [Unknown],
+    /// Place of the first one among all.
+    first: usize,
+    moved: Moved<'a>,
 }
 
 impl Problem {
@@ -45,62 +68,61 @@ impl Problem {
         self.operator.close();
         self.own.clear();
         self.own.extend((0..self.unknowns.len()).map(|contact| Own::new(self.operator.diagonal(contact))));
+        self.moved.resize(self.operator.moved_len(), Chunk::zero());
+        self.halves.close(&self.operator, self.unknowns.len());
         self.refresh();
     }
 
     /// Sums up anew what the impulses do to gaps and slips: rounding errors of many changes go.
     pub(crate) fn refresh(&mut self) {
-        self.operator.all_moved().fill(Chunk::zero());
-        let Self { unknowns, operator, .. } = self;
+        self.moved.fill(Chunk::zero());
+        let mut view = self.view();
         vectorized(
             #[inline(always)]
             || {
-                for (contact, unknown) in unknowns.iter().enumerate() {
-                    let by = [0, 1, 2].map(|k| unknown.force[k] - unknown.before[k]);
+                for contact in 0..view.unknowns.len() {
+                    let Unknown { force, before, .. } = view.unknowns[contact];
+                    let by = [0, 1, 2].map(|k| force[k] - before[k]);
                     if by != [0.0; 3] {
-                        operator.change(contact, by);
+                        view.matrix.operator.change(&mut view.moved, contact, by);
                     }
                 }
             },
         );
     }
 
-    /// The block of a contact's own impulse.
-    pub(crate) fn diagonal(&self, contact: usize) -> &Block3 {
-        self.own[contact].block()
+    /// All of it.
+    #[inline(always)]
+    pub(crate) fn view(&mut self) -> View<'_> {
+        let (matrix, _, unknowns, moved) = self.split();
+        View { matrix, unknowns, first: 0, moved: Moved { chunks: moved, first: 0 } }
+    }
+
+    /// What stays while it is solved, the contacts, and `W dz` by groups.
+    #[inline(always)]
+    pub(crate) fn split(&mut self) -> (Matrix<'_>, &Halves, &mut [Unknown], &mut [Chunk]) {
+        let Self { unknowns, own, operator, moved, halves } = self;
+        (Matrix { own, operator }, halves, unknowns, moved)
+    }
+
+    /// What stays while it is solved.
+    #[inline(always)]
+    pub(crate) fn matrix(&self) -> Matrix<'_> {
+        Matrix { own: &self.own, operator: &self.operator }
     }
 
     /// Compliances of a contact to its own impulse: along the normal, and the larger one across [1/kg].
     pub(crate) fn compliance(&self, contact: usize) -> [f64; 2] {
-        self.own[contact].compliance()
+        self.matrix().compliance(contact)
     }
 
     /// Solves each contact in turn with all others held; returns the largest change.
     pub(crate) fn sweep(&mut self, backwards: bool) -> f64 {
+        let count = self.unknowns.len();
+        let mut view = self.view();
         vectorized(
             #[inline(always)]
-            || {
-                let count = self.unknowns.len();
-                let mut change = 0.0_f64;
-                for k in 0..count {
-                    change = change.max(self.relax(if backwards { count - 1 - k } else { k }));
-                }
-                change
-            },
-        )
-    }
-
-    /// How far the impulses are from answering gaps and slips: the largest natural residual of a contact, relative to its
-    /// scale.
-    pub(crate) fn residual(&self) -> f64 {
-        let of = |k: usize| {
-            let Unknown { force, friction, scale, .. } = self.unknowns[k];
-            let [normal, across] = natural_residual(self.compliance(k), force, self.gap_and_slip(k), friction);
-            normal.max(across) / scale
-        };
-        vectorized(
-            #[inline(always)]
-            || (0..self.unknowns.len()).map(of).fold(0.0, f64::max),
+            || view.sweep(0..count, backwards),
         )
     }
 
@@ -113,7 +135,7 @@ impl Problem {
     /// Gap less its target and slip of a contact with all impulses as they are [m].
     #[inline(always)]
     pub(crate) fn gap_and_slip(&self, contact: usize) -> Row {
-        let (free, moved) = (self.unknowns[contact].free, self.operator.moved(contact));
+        let (free, moved) = (self.unknowns[contact].free, self.operator.moved(contact, &self.moved, 0));
         [free[0] + moved[0], free[1] + moved[1], free[2] + moved[2]]
     }
 
@@ -125,6 +147,7 @@ impl Problem {
     /// Forgets all contacts.
     pub(crate) fn clear(&mut self) {
         self.unknowns.clear();
+        self.halves.clear();
     }
 
     /// The contacts.
@@ -132,24 +155,31 @@ impl Problem {
         &self.unknowns
     }
 
-    /// Sets the impulse of a contact.
-    #[inline(always)]
-    pub(crate) fn set_force(&mut self, contact: usize, force: Row) {
-        let old = self.unknowns[contact].force;
-        if force != old {
-            self.unknowns[contact].force = force;
-            self.operator.change(contact, [force[0] - old[0], force[1] - old[1], force[2] - old[2]]);
+    /// Puts the contacts in another order, `order[k]` being the place that the k-th one had.
+    pub(crate) fn reorder(&mut self, order: &[u32]) {
+        debug_assert_eq!(order.len(), self.unknowns.len());
+        let before = self.unknowns.len();
+        self.unknowns.reserve(before);
+        for &k in order {
+            self.unknowns.push(self.unknowns[k as usize]);
         }
+        self.unknowns.drain(..before);
+    }
+
+    /// `W dz` of all contacts, by groups.
+    pub(crate) fn all_moved(&self) -> &[Chunk] {
+        &self.moved
     }
 
     /// Sets the impulses of all contacts, in turn.
     pub(crate) fn set_forces(&mut self, force: impl Fn(usize, &Unknown) -> Row) {
+        let mut view = self.view();
         vectorized(
             #[inline(always)]
             || {
-                for contact in 0..self.unknowns.len() {
-                    let force = force(contact, &self.unknowns[contact]);
-                    self.set_force(contact, force);
+                for contact in 0..view.unknowns.len() {
+                    let force = force(contact, &view.unknowns[contact]);
+                    view.set_force(contact, force);
                 }
             },
         );
@@ -160,13 +190,94 @@ impl Problem {
         for (unknown, &force) in self.unknowns.iter_mut().zip(forces) {
             unknown.force = force;
         }
-        self.operator.all_moved().copy_from_slice(moved);
+        self.moved.copy_from_slice(moved);
+    }
+}
+
+impl Matrix<'_> {
+    /// The block of a contact's own impulse.
+    #[inline(always)]
+    pub(crate) fn diagonal(&self, contact: usize) -> &Block3 {
+        self.own[contact].block()
+    }
+
+    /// Compliances of a contact to its own impulse: along the normal, and the larger one across [1/kg].
+    #[inline(always)]
+    pub(crate) fn compliance(&self, contact: usize) -> [f64; 2] {
+        self.own[contact].compliance()
+    }
+}
+
+impl<'a> View<'a> {
+    /// Of `unknowns` and `moved`, whose places among all begin at the numbers with them. Each contact's groups must be there.
+    #[inline(always)]
+    pub(crate) fn new(
+        matrix: Matrix<'a>,
+        (unknowns, first): (&'a mut [Unknown], usize),
+        (chunks, first_chunk): (&'a mut [Chunk], usize),
+    ) -> Self {
+        Self { matrix, unknowns, first, moved: Moved { chunks, first: first_chunk } }
+    }
+
+    /// What stays while the problem is solved.
+    #[inline(always)]
+    pub(crate) fn matrix(&self) -> Matrix<'a> {
+        self.matrix
+    }
+
+    /// A contact, by its place among all.
+    #[inline(always)]
+    pub(crate) fn unknown(&self, contact: usize) -> &Unknown {
+        &self.unknowns[contact - self.first]
+    }
+
+    /// Gap less its target and slip of a contact with all impulses as they are [m].
+    #[inline(always)]
+    pub(crate) fn gap_and_slip(&self, contact: usize) -> Row {
+        let free = self.unknown(contact).free;
+        let moved = self.matrix.operator.moved(contact, self.moved.chunks, self.moved.first);
+        [free[0] + moved[0], free[1] + moved[1], free[2] + moved[2]]
+    }
+
+    /// Solves each of some contacts in turn with all others held; returns the largest change.
+    #[inline(always)]
+    pub(crate) fn sweep(&mut self, contacts: Range<usize>, backwards: bool) -> f64 {
+        let Range { start, end } = contacts;
+        let mut change = 0.0_f64;
+        for k in 0..end - start {
+            change = change.max(self.relax(if backwards { end - 1 - k } else { start + k }));
+        }
+        change
+    }
+
+    /// How far the impulses of some contacts are from answering gaps and slips: their largest natural residual, relative to
+    /// its scale.
+    #[inline(always)]
+    pub(crate) fn residual(&self, contacts: Range<usize>) -> f64 {
+        let mut worst = 0.0_f64;
+        for k in contacts {
+            let Unknown { force, friction, scale, .. } = *self.unknown(k);
+            let [normal, across] = natural_residual(self.matrix.compliance(k), force, self.gap_and_slip(k), friction);
+            worst = worst.max(normal.max(across) / scale);
+        }
+        worst
+    }
+
+    /// Sets the impulse of a contact.
+    #[inline(always)]
+    pub(crate) fn set_force(&mut self, contact: usize, force: Row) {
+        let old = self.unknown(contact).force;
+        if force != old {
+            self.unknowns[contact - self.first].force = force;
+            let by = [force[0] - old[0], force[1] - old[1], force[2] - old[2]];
+            self.matrix.operator.change(&mut self.moved, contact, by);
+        }
     }
 
     /// Sets the impulse of a contact whose gaps and slips are known as they are at `known`.
     #[inline(always)]
     pub(crate) fn set_force_from(&mut self, contact: usize, force: Row, known: Row) {
-        self.unknowns[contact].force = known;
+        self.unknowns[contact - self.first].force = known;
         self.set_force(contact, force);
     }
 
@@ -174,8 +285,8 @@ impl Problem {
     #[inline(always)]
     fn relax(&mut self, contact: usize) -> f64 {
         let w = self.gap_and_slip(contact);
-        let Unknown { force: old, friction, scale, .. } = self.unknowns[contact];
-        let own = &self.own[contact];
+        let Unknown { force: old, friction, scale, .. } = *self.unknown(contact);
+        let own = &self.matrix.own[contact];
         let d = *own.block();
         if d[0][0] <= 0.0 {
             return 0.0;

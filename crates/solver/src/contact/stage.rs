@@ -4,6 +4,7 @@
 mod observe;
 mod slopes;
 
+use rayon::prelude::*;
 use rod::Surface;
 
 use super::TooManyContacts;
@@ -27,6 +28,7 @@ use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::math::Vec3;
+use crate::limits::PARALLEL_CONTACTS;
 use crate::step::Interval;
 
 pub(crate) use slopes::Touching;
@@ -52,7 +54,7 @@ pub(crate) struct Stage {
     pressed: Vec<Pressed>,
     /// Memory for which contacts others hold.
     holders: Vec<Holder>,
-    /// Contacts that may press, ascending.
+    /// Contacts that may press, in the order of the problem's unknowns.
     active: Vec<u32>,
     /// Contacts of a segment with meshes for which others wait.
     deepest: Vec<Deepest>,
@@ -205,22 +207,27 @@ impl Stage {
 
     fn evaluate(&mut self, shared: &Shared, components: &Sets<'_>, poses: Poses, counters: &mut Counters) {
         let world = shared.detector.world(&self.search);
-        let mut left_out = 0;
-        for contact in &mut self.contacts {
+        let (steady, unit) = (self.steady, self.unit);
+        let evaluate = |contact: &mut Contact| {
             let room = 2.0 * shared.params.near * contact.radius;
             contact.is_left_out =
                 poses != Poses::Start && contact.is_out_of_reach(world.shapes, components, |ways| ways.moved, room);
             if contact.is_left_out {
                 (contact.normal, contact.gap) = (Vec3::zero(), contact.gap_at_start);
-                left_out += 1;
-                continue;
+                return 1;
             }
-            contact.steady = self.steady * contact.radius.min(self.unit);
+            contact.steady = steady * contact.radius.min(unit);
             contact.evaluate(&world, components, poses);
             if poses == Poses::Start {
                 contact.gap_at_start = contact.gap;
             }
-        }
+            0
+        };
+        let left_out: u64 = if self.contacts.len() >= PARALLEL_CONTACTS && rayon::current_num_threads() > 1 {
+            self.contacts.par_iter_mut().with_min_len(64).map(evaluate).sum()
+        } else {
+            self.contacts.iter_mut().map(evaluate).sum()
+        };
         shared_ends::double(world.shapes, &mut self.contacts, &mut self.holders);
         counters.contact_evaluations += self.contacts.len() as u64 - left_out;
         counters.contacts_left_out += left_out;
@@ -278,7 +285,7 @@ impl Stage {
             return Ok(());
         }
         let shapes = shared.detector.shapes();
-        let contacts = (&*self.contacts, &*self.active);
+        let contacts = (&*self.contacts, &mut self.active);
         let problem = &mut self.problem;
         self.coupling.assemble(contacts, shapes, components, problem, shared.params.most_blocks)?;
         let mut params = shared.params;

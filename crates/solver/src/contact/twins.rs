@@ -16,8 +16,7 @@
 
 use super::cone::{Bound, length};
 use super::operator::{Block3, Row};
-use super::problem::Problem;
-use crate::kernel::dispatch::vectorized;
+use super::problem::{Problem, View};
 
 /// Correlation of two normal responses from which their contacts are twins.
 const TWINS: f64 = 0.7;
@@ -34,13 +33,14 @@ pub(super) struct Twins {
 
 /// Finds each contact's twin among those after it: the one whose response is most like its own.
 pub(super) fn find(problem: &Problem, twins: &mut Vec<Twins>) {
+    let matrix = problem.matrix();
     twins.clear();
     for a in 0..problem.unknowns().len() {
-        let own = problem.diagonal(a)[0][0];
+        let own = matrix.diagonal(a)[0][0];
         let (mut best, mut most) = (None, TWINS * TWINS);
         for (b, places) in problem.operator.coupled(a, a + 1) {
             let normal = problem.operator.normals(a, places);
-            let square = normal * normal / (own * problem.diagonal(b)[0][0]);
+            let square = normal * normal / (own * matrix.diagonal(b)[0][0]);
             if normal > 0.0 && square > most {
                 (best, most) = (Some((b, places)), square);
             }
@@ -51,29 +51,27 @@ pub(super) fn find(problem: &Problem, twins: &mut Vec<Twins>) {
     }
 }
 
-/// Moves force between all of them, in turn.
-pub(super) fn transfer(twins: &[Twins], problem: &mut Problem) {
-    vectorized(
-        #[inline(always)]
-        || twins.iter().for_each(|twins| twins.transfer(problem)),
-    );
-}
-
 impl Twins {
+    /// The two contacts.
+    pub(super) fn pair(&self) -> [usize; 2] {
+        self.pair
+    }
+
     /// Moves force from one to the other.
     #[inline(always)]
-    fn transfer(&self, problem: &mut Problem) {
+    pub(super) fn transfer(&self, view: &mut View<'_>) {
+        let matrix = view.matrix();
         let mut state = State {
-            z: self.pair.map(|k| problem.unknowns()[k].force),
-            w: self.pair.map(|k| problem.gap_and_slip(k)),
-            bounds: self.pair.map(|k| problem.unknowns()[k].friction),
-            own: self.pair.map(|k| *problem.diagonal(k)),
+            z: self.pair.map(|k| view.unknown(k).force),
+            w: self.pair.map(|k| view.gap_and_slip(k)),
+            bounds: self.pair.map(|k| view.unknown(k).friction),
+            own: self.pair.map(|k| *matrix.diagonal(k)),
             block: &self.block,
         };
         let normals = state.share_normals();
         if state.share_tangents() || normals {
-            problem.set_force(self.pair[0], state.z[0]);
-            problem.set_force(self.pair[1], state.z[1]);
+            view.set_force(self.pair[0], state.z[0]);
+            view.set_force(self.pair[1], state.z[1]);
         }
     }
 }
@@ -115,7 +113,10 @@ impl State<'_> {
     #[inline(always)]
     fn answer(&self, k: usize, x: Row, y: Row) -> Row {
         let across = |r: usize, c: usize| if k == 0 { self.block[r][c] } else { self.block[c][r] };
-        [0, 1, 2].map(|r| (0..3).map(|c| self.own[k][r][c] * x[c] - across(r, c) * y[c]).sum())
+        [0, 1, 2].map(|r| {
+            let of = |c: usize| self.own[k][r][c] * x[c] - across(r, c) * y[c];
+            of(0) + of(1) + of(2)
+        })
     }
 
     /// Moves normal force, from the one that is wider open; returns whether any.
@@ -150,8 +151,8 @@ impl State<'_> {
     /// Moves tangential force where both stick; returns whether any.
     #[inline(always)]
     fn share_tangents(&mut self) -> bool {
-        let sticks =
-            |z: &[Row; 2]| self.bounds.iter().zip(z).all(|(bound, z)| length([z[1], z[2]]) < bound.sliding(z[0]));
+        let one = |k: usize, z: Row| length([z[1], z[2]]) < self.bounds[k].sliding(z[0]);
+        let sticks = |z: &[Row; 2]| one(0, z[0]) && one(1, z[1]);
         // Tangents that point elsewhere are no twins.
         if self.block[1][1] <= 0.0 || self.block[2][2] <= 0.0 || !sticks(&self.z) {
             return false;
@@ -174,6 +175,7 @@ impl State<'_> {
     }
 }
 
+#[inline(always)]
 fn dot(a: Row, b: Row) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

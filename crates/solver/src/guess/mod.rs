@@ -26,7 +26,7 @@ pub use kind::GuessKind;
 pub use step::StepExtrapolation;
 
 /// Proposes where to start. One guess serves one connected set of segments; all its times are counted.
-pub trait InitialGuess: Send {
+pub trait InitialGuess: Send + Sync {
     /// Whether the guess proposes starts of linear solves.
     fn helps_solves(&self) -> bool {
         false

@@ -45,7 +45,7 @@ pub struct LinearInfo {
 }
 
 /// Solves `A dlambda = b`.
-pub trait LinearSolver<T: Real = f64>: Send {
+pub trait LinearSolver<T: Real = f64>: Send + Sync {
     /// Solves `system` into `dlambda` (one entry a joint), which holds the start when `has_start` and anything otherwise.
     fn solve(&mut self, system: &System<T>, has_start: bool, dlambda: &mut [Spatial<T>]) -> LinearInfo;
 

@@ -25,8 +25,8 @@ fn stack(radii: &[f64], most_blocks: usize) -> Result<Stack, TooManyContacts> {
     let Rods { sets, seats, shapes, .. } = &mut rods;
     let mut sets = Sets::new(sets, seats);
     contacts.iter_mut().for_each(|contact| contact.evaluate(&detector.world(&search), &sets, Poses::Now));
-    let active: Vec<u32> = (0..contacts.len() as u32).collect();
-    let (own, mut problem) = ((&*contacts, &*active), Problem::default());
+    let mut active: Vec<u32> = (0..contacts.len() as u32).collect();
+    let (own, mut problem) = ((&*contacts, &mut active), Problem::default());
     Coupling::default().assemble(own, shapes, &mut sets, &mut problem, most_blocks)?;
     let blocks = (0..contacts.len())
         .map(|row| problem.row(row).map(|(column, block)| (column as u32, block)).collect())

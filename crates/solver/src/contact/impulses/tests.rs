@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rod::Friction;
 
 use super::super::cone::{Bound, length, natural_residual};
-use super::super::operator::Block3;
+use super::super::operator::{Block3, Part, Row};
 use super::super::problem::Unknown;
 use super::*;
 
@@ -37,8 +37,9 @@ fn fill(problem: &mut Problem, block: impl Fn(usize, usize) -> Block3) {
     let count = problem.unknowns().len();
     let members: Vec<u32> = (0..count as u32).collect();
     problem.operator.reset(count, &[0, count], &members);
+    let mut part = Part::new(count, problem.operator.values().0);
     for (row, column) in (0..count).flat_map(|row| (0..=row).map(move |column| (row, column))) {
-        problem.operator.add(0, (row, column), &block(row, column), false);
+        part.add((row, column), &block(row, column), false);
     }
     problem.close();
 }
