@@ -4,6 +4,8 @@
 use std::sync::RwLock;
 use std::sync::atomic::AtomicBool;
 
+use rayon::prelude::*;
+
 use super::anderson::{Anderson, Share};
 use super::halves::{self, Halves};
 use super::operator::{Chunk, Row};
@@ -48,7 +50,6 @@ pub(super) struct Rounds {
     /// By nodes of the halves, and where each node's begin.
     twins: Vec<Twins>,
     twin_cuts: Vec<usize>,
-    found: Vec<Twins>,
     /// One a node.
     shares: Vec<NodeShare>,
     share_cuts: Vec<usize>,
@@ -59,6 +60,8 @@ pub(super) struct Rounds {
 /// What a node keeps.
 #[derive(Default)]
 struct NodeShare {
+    /// Twins, the first of which are its own contacts.
+    twins: Vec<Twins>,
     /// Impulses at the start of a round.
     start: Vec<Row>,
     /// Largest change of the last sweep, then largest residual.
@@ -103,13 +106,13 @@ impl Rounds {
     pub(super) fn begin(&mut self, problem: &Problem) {
         (self.sweeps, self.mark, self.rounds_since) = (0, f64::INFINITY, 0);
         let nodes = problem.halves.nodes();
-        self.find_twins(problem);
         self.shares.resize_with(self.shares.len().max(nodes), NodeShare::default);
         self.share_cuts.clear();
         self.share_cuts.extend(0..=nodes);
         for taken in &mut self.taken {
             taken.resize_with(taken.len().max(nodes), AtomicBool::default);
         }
+        self.find_twins(problem);
     }
 
     /// Sweeps since it began.
@@ -119,27 +122,34 @@ impl Rounds {
 
     /// Finds twins, and sorts them by the node that holds both.
     fn find_twins(&mut self, problem: &Problem) {
-        let Self { twins, twin_cuts, found, .. } = self;
+        let Self { twins, twin_cuts, shares, .. } = self;
         let halves = &problem.halves;
-        twins::find(problem, found);
-        twin_cuts.clear();
-        twin_cuts.resize(halves.nodes() + 1, 0);
+        let shares = &mut shares[..halves.nodes()];
+        let find = |(node, share): (usize, &mut NodeShare)| twins::find(problem, halves.own(node), &mut share.twins);
+        if shares.len() > 1 && rayon::current_num_threads() > 1 {
+            shares.par_iter_mut().enumerate().for_each(find);
+        } else {
+            shares.iter_mut().enumerate().for_each(find);
+        }
         let node = |twins: &Twins| {
             let [a, b] = twins.pair().map(|contact| halves.leaves_of(contact));
             halves.node(halves::join(a, b))
         };
-        for twins in &*found {
-            twin_cuts[node(twins) + 1] += 1;
-        }
+        let found = || shares.iter().flat_map(|share| &share.twins);
+        twin_cuts.clear();
+        twin_cuts.resize(halves.nodes() + 1, 0);
+        found().for_each(|twins| twin_cuts[node(twins) + 1] += 1);
         for k in 1..twin_cuts.len() {
             twin_cuts[k] += twin_cuts[k - 1];
         }
-        twins.clone_from(found);
-        for of in &*found {
+        twins.clear();
+        twins.extend(found());
+        for of in found() {
             let at = &mut twin_cuts[node(of)];
             twins[*at] = *of;
             *at += 1;
         }
+        // Each start has moved to the next one's.
         twin_cuts.rotate_right(1);
         twin_cuts[0] = 0;
     }
@@ -301,7 +311,7 @@ impl Field<'_> {
                     }
                 }
                 Work::Residual => share.worst = view.residual(own),
-                _ => share.rounds.begin_round(&mut view, own.start),
+                _ => share.rounds.begin_round(&mut view, own),
             },
         );
     }
@@ -319,7 +329,7 @@ impl Field<'_> {
                     let (unknowns, moved) = (self.unknowns.take(node..node + 1), self.moved.take(node..node + 1));
                     rounds.note(self.matrix, (&unknowns, first), start, &moved);
                 }
-                Work::Differ => rounds.differ(self.matrix, first, &anderson),
+                Work::Differ => rounds.differ(&anderson),
                 _ => rounds.extrapolate(&anderson, &mut self.moved.take(node..node + 1)),
             },
         );

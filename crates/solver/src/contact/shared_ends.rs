@@ -7,11 +7,13 @@
 
 use std::cmp::Reverse;
 
+use rayon::prelude::*;
 use rod::{Body, Model};
 
 use super::geometry::{Contact, Shape};
 use super::key::{Feature, Key, Partner};
 use crate::kernel::math::Vec3;
+use crate::limits::PARALLEL_CONTACTS;
 
 /// Difference of gaps that is none \[radii\].
 const SAME: f64 = 1e-6;
@@ -40,29 +42,46 @@ pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
 /// Which contact holds what another one does, by its place, and whether it sees the two bodies the other way round.
 pub(super) type Holder = Option<(usize, bool)>;
 
+/// Memory for which contacts others hold: at the first and at the second segment, and in the end.
+#[derive(Default)]
+pub(super) struct Holders {
+    sides: Vec<[Holder; 2]>,
+    found: Vec<Holder>,
+}
+
 /// Marks contacts, in the order of their keys and evaluated, that others hold. Those leave what they press with from the step
-/// before to the others. `holders` is memory.
-pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], holders: &mut Vec<Holder>) {
-    holders.clear();
-    holders.resize(contacts.len(), None);
-    for index in 0..contacts.len() {
-        let Contact { key: (_, partner, feature), gap, target, radius, .. } = contacts[index];
+/// before to the others.
+pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Holders) {
+    let Holders { sides, found } = memory;
+    let of = |(index, contact): (usize, &Contact)| {
+        let Contact { key: (_, partner, feature), gap, target, radius, .. } = *contact;
         let is_near = gap < target + radius;
         // Edges of meshes have rules of their own.
         if !is_near || partner.whole() != partner || feature != Feature::Nearest {
-            continue;
+            return [None; 2];
         }
+        [0, 1].map(|side| holder(shapes, contacts, index, side))
+    };
+    if contacts.len() >= PARALLEL_CONTACTS && rayon::current_num_threads() > 1 {
+        contacts.par_iter().enumerate().with_min_len(64).map(of).collect_into_vec(sides);
+    } else {
+        sides.clear();
+        sides.extend(contacts.iter().enumerate().map(of));
+    }
+    found.clear();
+    found.resize(contacts.len(), None);
+    for (index, sides) in sides.iter().enumerate() {
         // What holds may be held itself, but not by this one.
-        let last = |side| {
-            let (mut place, mut swaps) = holder(shapes, contacts, index, side)?;
-            while let Some((next, swaps_again)) = holders[place] {
+        let last = |holder: Holder| {
+            let (mut place, mut swaps) = holder?;
+            while let Some((next, swaps_again)) = found[place] {
                 (place, swaps) = (next, swaps != swaps_again);
             }
             (place != index).then_some((place, swaps))
         };
-        let Some((place, swaps)) = [0, 1].into_iter().find_map(last) else { continue };
+        let Some((place, swaps)) = sides.iter().copied().find_map(last) else { continue };
         contacts[index].doubled = true;
-        holders[index] = Some((place, swaps));
+        found[index] = Some((place, swaps));
         let contact = contacts[index];
         if contact.guess != [0.0; 3] && contact.impulse == Vec3::zero() {
             contacts[index].guess = [0.0; 3];

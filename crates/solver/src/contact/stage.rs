@@ -20,7 +20,7 @@ use super::rest::Rest;
 use super::search::Search;
 use super::sets::Sets;
 use super::shared::Shared;
-use super::shared_ends::{self, Holder};
+use super::shared_ends::{self, Holders};
 use crate::component::Component;
 use crate::connected_set::{ConnectedSet, Touch};
 use crate::counters::Counters;
@@ -53,7 +53,7 @@ pub(crate) struct Stage {
     /// What pressed on meshes in the last step, in the order of keys.
     pressed: Vec<Pressed>,
     /// Memory for which contacts others hold.
-    holders: Vec<Holder>,
+    holders: Holders,
     /// Contacts that may press, in the order of the problem's unknowns.
     active: Vec<u32>,
     /// Contacts of a segment with meshes for which others wait.

@@ -14,6 +14,8 @@
 //! to press less (Coulomb's law is no minimum's): `s = w_n` there, and c is no less than what the normal gaps answer. Cones are convex:
 //! both stay in theirs. Where both stick then, the two tangents move to their minimum, too.
 
+use std::ops::Range;
+
 use super::cone::{Bound, length};
 use super::operator::{Block3, Row};
 use super::problem::{Problem, View};
@@ -31,11 +33,11 @@ pub(super) struct Twins {
     block: Block3,
 }
 
-/// Finds each contact's twin among those after it: the one whose response is most like its own.
-pub(super) fn find(problem: &Problem, twins: &mut Vec<Twins>) {
+/// Finds the twin of each of some contacts among those after it: the one whose response is most like its own.
+pub(super) fn find(problem: &Problem, contacts: Range<usize>, twins: &mut Vec<Twins>) {
     let matrix = problem.matrix();
     twins.clear();
-    for a in 0..problem.unknowns().len() {
+    for a in contacts {
         let own = matrix.diagonal(a)[0][0];
         let (mut best, mut most) = (None, TWINS * TWINS);
         for (b, places) in problem.operator.coupled(a, a + 1) {

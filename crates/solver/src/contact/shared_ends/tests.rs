@@ -16,7 +16,7 @@ fn crossing(x: f64, segments: [usize; 2]) -> Vec<Contact> {
     let (detector, search, mut contacts) = rods.find();
     let world = detector.world(&search);
     contacts.iter_mut().for_each(|contact| contact.evaluate(&world, &rods.all(), Poses::Now));
-    double(&rods.shapes, &mut contacts, &mut Vec::new());
+    double(&rods.shapes, &mut contacts, &mut Holders::default());
     contacts
 }
 
@@ -67,7 +67,7 @@ fn interleaved() -> (Vec<Shape>, [Contact; 2]) {
 fn what_pressed_before_goes_to_the_one_that_holds() {
     let (shapes, mut contacts) = interleaved();
     contacts[0].guess = contacts[0].local(Vec3([0.3, -0.2, 2.0]));
-    double(&shapes, &mut contacts, &mut Vec::new());
+    double(&shapes, &mut contacts, &mut Holders::default());
     assert_eq!(contacts.map(|contact| contact.doubled), [true, false]);
     assert_eq!(contacts[0].guess, [0.0; 3]);
     // Segment 1 is the first of that contact: what pushes it is the reaction.
@@ -79,11 +79,11 @@ fn a_contact_stays_where_the_other_is_farther_off_or_may_be_deeper() {
     // The joint gapes.
     let (shapes, mut contacts) = interleaved();
     contacts[1].gap = contacts[0].gap + 2.0 * SAME * contacts[0].radius;
-    double(&shapes, &mut contacts, &mut Vec::new());
+    double(&shapes, &mut contacts, &mut Holders::default());
     assert_eq!(contacts.map(|contact| contact.doubled), [false; 2]);
     // An overlap that is let out.
     let (shapes, mut contacts) = interleaved();
     contacts[1].target = -1e-4;
-    double(&shapes, &mut contacts, &mut Vec::new());
+    double(&shapes, &mut contacts, &mut Holders::default());
     assert_eq!(contacts.map(|contact| contact.doubled), [false; 2]);
 }
