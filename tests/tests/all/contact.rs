@@ -249,7 +249,7 @@ fn threads_do_not_change_a_bit_of_colliding_rods() {
     assert_eq!(one, two);
 }
 
-/// As many contacts as a heap must have for its halves to be solved side by side.
+/// As many contacts as a heap must have for threads to share W and what contacts are evaluated.
 #[test]
 fn threads_do_not_change_a_bit_of_a_heap() {
     let heap = scene::builtin("heap-20").unwrap();

@@ -10,8 +10,6 @@
 //! While contacts neither open nor close, stick nor slide anew, a round is linear, and this is a Krylov method on it. Where a round's
 //! change is much larger than the one before, what is known of earlier rounds is forgotten.
 
-use std::ops::Range;
-
 use super::operator::{Chunk, Row};
 use super::problem::{Matrix, Unknown, View};
 use crate::kernel::lane::Real;
@@ -24,12 +22,11 @@ const GROWTH: f64 = 4.0;
 /// Added to the diagonal of the least squares' matrix, relative to its largest: rounds that say the same make it singular.
 const SHIFT: f64 = 1e-12;
 
-/// One round: its change times the roots of diag(W), what it came to, three numbers a contact one after the other, and `W dz`
-/// there; or the differences of these between two rounds.
+/// One round: its change, what it came to, and `W dz` there; or the differences of these between two rounds.
 #[derive(Default)]
 struct Round {
-    change: Vec<Chunk>,
-    force: Vec<Chunk>,
+    change: Vec<Row>,
+    force: Vec<Row>,
     moved: Vec<Chunk>,
 }
 
@@ -40,7 +37,7 @@ pub(super) struct Share {
     before: Round,
     differences: Vec<Round>,
     /// Where the next round begins.
-    begins: Vec<Chunk>,
+    begins: Vec<Row>,
     /// This share of the square of the last change, and of products of the newest difference, and of the last change, with all
     /// differences.
     pub(super) square: f64,
@@ -109,40 +106,37 @@ impl Share {
     ) {
         let Self { now, before, .. } = self;
         std::mem::swap(now, before);
-        let chunks = (3 * unknowns.len()).div_ceil(Chunk::LANES);
-        for flat in [&mut now.change, &mut now.force] {
-            flat.clear();
-            flat.resize(chunks, Chunk::zero());
-        }
-        for (k, (unknown, start)) in unknowns.iter().zip(start).enumerate() {
-            let weight = matrix.diagonal(first + k);
-            for r in 0..3 {
-                let (chunk, lane) = place(k, r);
-                now.force[chunk].0[lane] = unknown.force[r];
-                now.change[chunk].0[lane] = (unknown.force[r] - start[r]) * weight[r][r].sqrt();
-            }
+        now.change.clear();
+        now.force.clear();
+        for (unknown, start) in unknowns.iter().zip(start) {
+            now.force.push(unknown.force);
+            now.change.push([0, 1, 2].map(|k| unknown.force[k] - start[k]));
         }
         now.moved.clear();
         now.moved.extend_from_slice(moved);
-        self.square = dot(&now.change, &now.change);
+        self.square = dot(matrix, first, &now.change, &now.change);
     }
 
     /// Keeps the difference between the last two rounds.
     #[inline(always)]
-    pub(super) fn differ(&mut self, anderson: &Anderson) {
+    pub(super) fn differ(&mut self, matrix: Matrix<'_>, first: usize, anderson: &Anderson) {
         let Self { now, before, differences, products, .. } = self;
         let Anderson { count, next, .. } = *anderson;
         if differences.len() <= next {
             differences.push(Round::default());
         }
         let difference = &mut differences[next];
-        subtract(&mut difference.change, &now.change, &before.change);
-        subtract(&mut difference.force, &now.force, &before.force);
-        subtract(&mut difference.moved, &now.moved, &before.moved);
-        let newest = &differences[next].change;
-        for (k, other) in differences.iter().enumerate().take((count + 1).min(MOST)) {
-            products[0][k] = dot(newest, &other.change);
-            products[1][k] = dot(&now.change, &other.change);
+        let rows = |out: &mut Vec<Row>, a: &[Row], b: &[Row]| {
+            out.clear();
+            out.extend(a.iter().zip(b).map(|(a, b)| [a[0] - b[0], a[1] - b[1], a[2] - b[2]]));
+        };
+        rows(&mut difference.change, &now.change, &before.change);
+        rows(&mut difference.force, &now.force, &before.force);
+        difference.moved.clear();
+        difference.moved.extend(now.moved.iter().zip(&before.moved).map(|(&a, &b)| a - b));
+        for k in 0..(count + 1).min(MOST) {
+            products[0][k] = dot(matrix, first, &differences[next].change, &differences[k].change);
+            products[1][k] = dot(matrix, first, &differences[k].change, &now.change);
         }
     }
 
@@ -151,70 +145,37 @@ impl Share {
     pub(super) fn extrapolate(&mut self, anderson: &Anderson, moved: &mut [Chunk]) {
         let Self { now, differences, begins, .. } = self;
         begins.clone_from(&now.force);
-        // Four at a time: memory is what takes the time.
-        for (four, gamma) in differences[..anderson.count].chunks(4).zip(anderson.gamma.chunks(4)) {
-            go_back(moved, [0, 1, 2, 3].map(|k| four.get(k).map(|difference| &*difference.moved)), gamma);
-            go_back(begins, [0, 1, 2, 3].map(|k| four.get(k).map(|difference| &*difference.force)), gamma);
+        for (difference, &gamma) in differences.iter().zip(&anderson.gamma).take(anderson.count) {
+            let by = Chunk::splat(gamma);
+            for (moved, difference) in moved.iter_mut().zip(&difference.moved) {
+                *moved -= *difference * by;
+            }
+            for (force, difference) in begins.iter_mut().zip(&difference.force) {
+                *force = [0, 1, 2].map(|k| force[k] - gamma * difference[k]);
+            }
         }
     }
 
-    /// Takes the impulses of these `contacts` where the next round begins, and back into their cones.
+    /// Takes the impulses of these contacts, the first of which is number `first`, where the next round begins, and back into their cones.
     #[inline(always)]
-    pub(super) fn begin_round(&self, view: &mut View<'_>, contacts: Range<usize>) {
-        for k in 0..contacts.len() {
-            let known = [0, 1, 2].map(|r| {
-                let (chunk, lane) = place(k, r);
-                self.begins[chunk].0[lane]
-            });
-            let contact = contacts.start + k;
-            let friction = view.unknown(contact).friction;
+    pub(super) fn begin_round(&self, view: &mut View<'_>, first: usize) {
+        for (k, &known) in self.begins.iter().enumerate() {
+            let friction = view.unknown(first + k).friction;
             let force = friction.within_rest([known[0].max(0.0), known[1], known[2]]);
-            view.set_force_from(contact, force, known);
+            view.set_force_from(first + k, force, known);
         }
     }
 }
 
-/// Where the number `r` of a contact's three is among chunks.
+/// `a^T diag(W) b`, of contacts from `first` on.
 #[inline(always)]
-fn place(contact: usize, r: usize) -> (usize, usize) {
-    ((3 * contact + r) / Chunk::LANES, (3 * contact + r) % Chunk::LANES)
-}
-
-/// `a - b`.
-#[inline(always)]
-fn subtract(out: &mut Vec<Chunk>, a: &[Chunk], b: &[Chunk]) {
-    out.clear();
-    out.extend_from_slice(a);
-    for (out, &b) in out.iter_mut().zip(b) {
-        *out -= b;
+fn dot(matrix: Matrix<'_>, first: usize, a: &[Row], b: &[Row]) -> f64 {
+    let mut sum = 0.0;
+    for (k, (a, b)) in a.iter().zip(b).enumerate() {
+        let d = matrix.diagonal(first + k);
+        sum += a[0] * d[0][0] * b[0] + a[1] * d[1][1] * b[1] + a[2] * d[2][2] * b[2];
     }
-}
-
-/// `out -= sum gamma d` over up to four differences.
-#[inline(always)]
-fn go_back(out: &mut [Chunk], differences: [Option<&[Chunk]>; 4], gamma: &[f64]) {
-    let by = [0, 1, 2, 3].map(|k| Chunk::splat(gamma[k]));
-    if let [Some(a), Some(b), Some(c), Some(d)] = differences {
-        for ((((out, &a), &b), &c), &d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-            *out -= a * by[0] + b * by[1] + (c * by[2] + d * by[3]);
-        }
-        return;
-    }
-    for (difference, &by) in differences.into_iter().flatten().zip(&by) {
-        for (out, &difference) in out.iter_mut().zip(difference) {
-            *out -= difference * by;
-        }
-    }
-}
-
-/// `a^T b`.
-#[inline(always)]
-fn dot(a: &[Chunk], b: &[Chunk]) -> f64 {
-    let mut sum = Chunk::zero();
-    for (&a, &b) in a.iter().zip(b) {
-        sum += a * b;
-    }
-    sum.0.iter().sum()
+    sum
 }
 
 /// Solves a symmetric positive system of `size` equations in place; returns whether it is one.

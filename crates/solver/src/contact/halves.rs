@@ -12,7 +12,7 @@ use super::operator::Operator;
 use crate::kernel::math::Vec3;
 
 /// Contacts to a leaf, at least: fewer are not worth a piece of work of their own.
-const LEAST: usize = 96;
+const LEAST: usize = 256;
 /// Levels below the root, at most.
 const DEEPEST: u32 = 6;
 

@@ -311,7 +311,7 @@ impl Field<'_> {
                     }
                 }
                 Work::Residual => share.worst = view.residual(own),
-                _ => share.rounds.begin_round(&mut view, own),
+                _ => share.rounds.begin_round(&mut view, own.start),
             },
         );
     }
@@ -329,7 +329,7 @@ impl Field<'_> {
                     let (unknowns, moved) = (self.unknowns.take(node..node + 1), self.moved.take(node..node + 1));
                     rounds.note(self.matrix, (&unknowns, first), start, &moved);
                 }
-                Work::Differ => rounds.differ(&anderson),
+                Work::Differ => rounds.differ(self.matrix, first, &anderson),
                 _ => rounds.extrapolate(&anderson, &mut self.moved.take(node..node + 1)),
             },
         );

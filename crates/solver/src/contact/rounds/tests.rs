@@ -90,12 +90,12 @@ fn solved(mut problem: Problem, threads: usize) -> (Vec<Row>, usize) {
 
 #[test]
 fn threads_do_not_change_a_bit_of_the_impulses() {
-    let problem = row(160, 0.4, true);
+    let problem = row(420, 0.4, true);
     assert_eq!(problem.halves.depth(), 3);
     let one = solved(problem, 1);
     for threads in [2, 3] {
         for _ in 0..5 {
-            assert_eq!(one, solved(row(160, 0.4, true), threads), "{threads} threads");
+            assert_eq!(one, solved(row(420, 0.4, true), threads), "{threads} threads");
         }
     }
 }
@@ -104,8 +104,8 @@ fn threads_do_not_change_a_bit_of_the_impulses() {
 #[test]
 fn halves_come_to_the_solution_of_the_whole_in_as_many_sweeps() {
     let sums = |(forces, sweeps): (Vec<Row>, usize)| (forces.iter().map(|force| force[0]).sum::<f64>(), sweeps);
-    let (halved, sweeps) = sums(solved(row(160, 0.0, true), 2));
-    let (whole, sweeps_of_the_whole) = sums(solved(row(160, 0.0, false), 1));
+    let (halved, sweeps) = sums(solved(row(420, 0.0, true), 2));
+    let (whole, sweeps_of_the_whole) = sums(solved(row(420, 0.0, false), 1));
     assert!((halved / whole - 1.0).abs() < 1e-9, "{halved} {whole}");
     assert!(2 * sweeps < 3 * sweeps_of_the_whole, "{sweeps} {sweeps_of_the_whole}");
 }
