@@ -8,7 +8,12 @@ pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 /// and take a tenth of a millisecond to wake.
 pub(crate) const PARALLEL_PIECE: usize = 4096;
 /// Below this many contacts of an island, threads cost more than they bring in what is done once an outer iteration.
-pub(crate) const PARALLEL_CONTACTS: usize = 256;
+const PARALLEL_CONTACTS: usize = 256;
 
 /// Gap of a joint in its lengths, or angle by which it is askew [rad], from which on the joint is apart.
 pub(crate) const APART: f64 = 0.1;
+
+/// Whether threads share what is done once an outer iteration for so many contacts.
+pub(crate) fn shares_contacts(contacts: usize) -> bool {
+    contacts >= PARALLEL_CONTACTS && rayon::current_num_threads() > 1
+}

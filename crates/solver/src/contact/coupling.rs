@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use super::TooManyContacts;
+use super::buckets;
 use super::geometry::{Contact, Shape};
 use super::halves::{self, Leaves, Pushed};
 use super::operator::Part;
@@ -13,7 +14,7 @@ use super::sets::Sets;
 use crate::component::BodyPose;
 use crate::connected_set::{ConnectedSet, Touch};
 use crate::kernel::math::Vec3;
-use crate::limits::PARALLEL_CONTACTS;
+use crate::limits::shares_contacts;
 use crate::linear::transfers::{self, Side};
 use crate::team::pieces::Pieces;
 
@@ -78,7 +79,7 @@ impl Coupling {
         taken.resize_with(taken.len().max(start.len()), AtomicBool::default);
         let (values, cuts) = problem.operator.values();
         let parts = Pieces::new(values, cuts, taken);
-        let is_shared = active.len() >= PARALLEL_CONTACTS;
+        let is_shared = shares_contacts(active.len());
         each(components.all(), is_shared, |seat, set| {
             let (group, ConnectedSet { component, touch: Some(touch), .. }) = (group_of[seat], set) else { return };
             if group == u32::MAX {
@@ -145,37 +146,18 @@ impl Coupling {
             active.extend(order.iter().map(|&k| before[k as usize]));
         }
         self.groups.clear();
-        self.start.clear();
-        self.start.resize(self.components.len() + 1, 0);
-        for &k in &*active {
+        self.groups.extend(active.iter().map(|&k| {
             let of = components_of(&contacts[k as usize], shapes);
-            let groups = of.map(|component| component.map_or(u32::MAX, |c| self.group_of[sets.seat(c)]));
-            for group in distinct(groups) {
-                self.start[group as usize + 1] += 1;
-            }
-            self.groups.push(groups);
-        }
-        for group in 0..self.components.len() {
-            self.start[group + 1] += self.start[group];
-        }
-        self.members.clear();
-        self.members.resize(self.start[self.components.len()], 0);
-        // Filled from the front; afterwards each start has moved to the next one's.
-        for (k, &groups) in self.groups.iter().enumerate() {
-            for group in distinct(groups) {
-                let at = &mut self.start[group as usize];
-                self.members[*at] = k as u32;
-                *at += 1;
-            }
-        }
-        self.start.rotate_right(1);
-        self.start[0] = 0;
+            of.map(|component| component.map_or(u32::MAX, |c| self.group_of[sets.seat(c)]))
+        }));
+        let items = (0..).zip(&self.groups).flat_map(|(k, &groups)| distinct(groups).map(move |g| (g as usize, k)));
+        buckets::sort(items, self.components.len(), &mut self.start, &mut self.members);
     }
 }
 
 /// Works on all sets with their seats, side by side if that is worth it.
 fn each(sets: &mut [Box<ConnectedSet>], is_shared: bool, work: impl Fn(usize, &mut ConnectedSet) + Sync) {
-    if is_shared && rayon::current_num_threads() > 1 {
+    if is_shared {
         sets.par_iter_mut().enumerate().for_each(|(seat, set)| work(seat, set));
     } else {
         sets.iter_mut().enumerate().for_each(|(seat, set)| work(seat, set));
@@ -188,7 +170,7 @@ fn centre(poses: &[BodyPose<f64>]) -> Vec3<f64> {
     sum * (1.0 / poses.len() as f64)
 }
 
-fn distinct([a, b]: [u32; 2]) -> impl Iterator<Item = u32> {
+fn distinct([a, b]: [u32; 2]) -> impl Iterator<Item = u32> + Clone {
     [a, if a == b { u32::MAX } else { b }].into_iter().filter(|&group| group != u32::MAX)
 }
 

@@ -8,6 +8,7 @@
 
 use std::ops::Range;
 
+use super::buckets;
 use super::operator::Operator;
 use crate::kernel::math::Vec3;
 
@@ -66,25 +67,9 @@ impl Halves {
     /// Puts contacts in the order of their nodes, where they were in another: `order[k]` is the k-th one's place there, and
     /// `leaves` has their nodes.
     pub(crate) fn sort(&mut self, leaves: &[Leaves], order: &mut Vec<u32>) {
-        let starts = &mut self.contacts;
-        starts.clear();
-        starts.resize(count(self.depth) + 1, 0);
-        for &leaves in leaves {
-            starts[node(leaves, self.depth) + 1] += 1;
-        }
-        for k in 1..starts.len() {
-            starts[k] += starts[k - 1];
-        }
-        order.clear();
-        order.resize(leaves.len(), 0);
-        for (k, &leaves) in leaves.iter().enumerate() {
-            let at = &mut starts[node(leaves, self.depth)];
-            order[*at] = k as u32;
-            *at += 1;
-        }
-        // Each start has moved to the next one's.
-        starts.rotate_right(1);
-        starts[0] = 0;
+        let depth = self.depth;
+        let items = (0..).zip(leaves).map(|(k, &leaves)| (node(leaves, depth), k));
+        buckets::sort(items, count(depth), &mut self.contacts, order);
     }
 
     /// Takes over the operator of so many contacts, in the order that it found.

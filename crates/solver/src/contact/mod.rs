@@ -3,6 +3,7 @@
 //! A simulation whose model has nothing to touch builds none of this.
 
 mod anderson;
+mod buckets;
 mod cone;
 mod convert;
 mod coupling;

@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use super::anderson::{Anderson, Share};
+use super::buckets;
 use super::halves::{self, Halves};
 use super::operator::{Chunk, Row};
 use super::problem::{Matrix, Problem, Unknown, View};
@@ -135,23 +136,8 @@ impl Rounds {
             let [a, b] = twins.pair().map(|contact| halves.leaves_of(contact));
             halves.node(halves::join(a, b))
         };
-        let found = || shares.iter().flat_map(|share| &share.twins);
-        twin_cuts.clear();
-        twin_cuts.resize(halves.nodes() + 1, 0);
-        found().for_each(|twins| twin_cuts[node(twins) + 1] += 1);
-        for k in 1..twin_cuts.len() {
-            twin_cuts[k] += twin_cuts[k - 1];
-        }
-        twins.clear();
-        twins.extend(found());
-        for of in found() {
-            let at = &mut twin_cuts[node(of)];
-            twins[*at] = *of;
-            *at += 1;
-        }
-        // Each start has moved to the next one's.
-        twin_cuts.rotate_right(1);
-        twin_cuts[0] = 0;
+        let found = shares.iter().flat_map(|share| &share.twins).map(|twins| (node(twins), *twins));
+        buckets::sort(found, halves.nodes(), twin_cuts, twins);
     }
 
     /// Does rounds until an end of the goal.

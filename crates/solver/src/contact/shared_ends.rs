@@ -13,7 +13,7 @@ use rod::{Body, Model};
 use super::geometry::{Contact, Shape};
 use super::key::{Feature, Key, Partner};
 use crate::kernel::math::Vec3;
-use crate::limits::PARALLEL_CONTACTS;
+use crate::limits::shares_contacts;
 
 /// Difference of gaps that is none \[radii\].
 const SAME: f64 = 1e-6;
@@ -62,7 +62,7 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Ho
         }
         [0, 1].map(|side| holder(shapes, contacts, index, side))
     };
-    if contacts.len() >= PARALLEL_CONTACTS && rayon::current_num_threads() > 1 {
+    if shares_contacts(contacts.len()) {
         contacts.par_iter().enumerate().with_min_len(64).map(of).collect_into_vec(sides);
     } else {
         sides.clear();

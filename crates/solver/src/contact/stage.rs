@@ -28,7 +28,7 @@ use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::math::Vec3;
-use crate::limits::PARALLEL_CONTACTS;
+use crate::limits::shares_contacts;
 use crate::step::Interval;
 
 pub(crate) use slopes::Touching;
@@ -223,7 +223,7 @@ impl Stage {
             }
             0
         };
-        let left_out: u64 = if self.contacts.len() >= PARALLEL_CONTACTS && rayon::current_num_threads() > 1 {
+        let left_out: u64 = if shares_contacts(self.contacts.len()) {
             self.contacts.par_iter_mut().with_min_len(64).map(evaluate).sum()
         } else {
             self.contacts.iter_mut().map(evaluate).sum()
