@@ -14,10 +14,10 @@ use super::operator::{Chunk, Row};
 use super::problem::{Matrix, Unknown, View};
 use crate::kernel::lane::Real;
 
-/// Rounds that are kept.
-const MOST: usize = 16;
+/// Rounds that are kept: more say nothing of contacts that open, close, stick or slide in between.
+const MOST: usize = 4;
 /// Growth of a round's change, squared, above which it begins anew.
-const GROWTH: f64 = 4.0;
+const GROWTH: f64 = 2.0;
 
 /// Added to the diagonal of the least squares' matrix, relative to its largest: rounds that say the same make it singular.
 const SHIFT: f64 = 1e-12;

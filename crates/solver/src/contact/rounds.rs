@@ -16,6 +16,8 @@ use crate::kernel::dispatch::vectorized;
 use crate::team::pieces::{Pieces, Taken};
 use crate::team::{self, Team};
 
+/// Sweeps up to which force moves between twins. What takes more is held up by more than they are: force would go to and fro between them.
+const MOVING: usize = 40;
 /// Rounds that do not halve the residual after which [`ENOUGH`] will do.
 const STALLED: usize = 6;
 /// What is good enough then, in tolerances: the next linearisation sees it, and goes on from there.
@@ -197,7 +199,9 @@ impl Field<'_> {
             if is_over(*sweeps, self.worst()) {
                 return End::Done;
             }
-            self.upwards(team, Work::Twins);
+            if *sweeps < MOVING {
+                self.upwards(team, Work::Twins);
+            }
             for level in (0..=self.halves.depth()).rev() {
                 team.all(Work::Backwards.on(level), self.halves.on_level(level));
             }
