@@ -226,8 +226,8 @@ impl Lockstep {
 
     /// Makes one island each of those that may have met; they are done again from the start of the step.
     fn join(&mut self) {
-        for island in 0..self.islands.sizes.len() {
-            self.rooms[island].joins = self.islands.is_joined(island);
+        for (room, joins) in self.rooms.iter_mut().zip(self.islands.joined()) {
+            room.joins = joins;
         }
         self.work(|room| room.joins, &|island| island.undo());
         let (stages, rooms) = (std::mem::take(&mut self.stages), std::mem::take(&mut self.rooms));

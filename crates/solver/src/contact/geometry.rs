@@ -372,6 +372,16 @@ impl Contact {
         self.slip -= normal * normal.dot(self.slip);
     }
 
+    /// Turns the impulse as the normal has turned since it was `before`, on the shortest way; what turns by more than a right angle
+    /// is another contact.
+    pub(crate) fn turn_impulse(&mut self, before: Vec3<f64>) {
+        let (axis, cosine) = (before.cross(self.normal), before.dot(self.normal));
+        let z = self.impulse;
+        if cosine > 0.0 && z != Vec3::zero() {
+            self.impulse = z * cosine + axis.cross(z) + axis * (axis.dot(z) / (1.0 + cosine));
+        }
+    }
+
     /// How the two bodies move against each other at the contact, with motions (dx, dphi) or (v, w) of segments.
     pub(crate) fn relative(&self, of: impl Fn(u32) -> Spatial<f64>) -> Vec3<f64> {
         let at = |i: u32, arm: Vec3<f64>| {

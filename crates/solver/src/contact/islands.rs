@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use super::geometry::Shape;
 use super::shared::Shared;
 use super::stage::Stage;
+use crate::component::BodyPose;
 use crate::connected_set::ConnectedSet;
 
 /// Which connected sets are of one island, and in which order.
@@ -46,11 +47,11 @@ impl Islands {
         &self.numbers
     }
 
-    /// Whether an island has become a part of another since they were numbered, or another of it.
-    pub(crate) fn is_joined(&self, island: usize) -> bool {
-        let first = self.first(self.leaders[island]);
-        let others = self.leaders.iter().enumerate().filter(|&(other, _)| other != island);
-        others.into_iter().any(|(_, &leader)| self.first(leader) == first)
+    /// Whether each island has become a part of another since they were numbered, or another of it.
+    pub(crate) fn joined(&self) -> impl Iterator<Item = bool> {
+        let mut parts = vec![0_u32; self.parents.len()];
+        self.leaders.iter().for_each(|&leader| parts[self.first(leader) as usize] += 1);
+        self.leaders.iter().map(move |&leader| parts[self.first(leader) as usize] > 1)
     }
 
     /// The first set of an island.
@@ -155,7 +156,18 @@ impl Islands {
                 let island = self.of(set) as usize;
                 &sets[(self.firsts[island] + self.seats[set as usize]) as usize].component
             };
-            if !(islands.into_iter().all(&is_whole) && shared.detector.are_apart(pair, component)) {
+            let stray = |segment: u32, at_end: &dyn Fn(&BodyPose<f64>) -> f64| {
+                let Shape { component: set, body, .. } = shapes[segment as usize];
+                let island = self.of(set);
+                if is_whole(island) {
+                    at_end(&component(set).poses[body as usize])
+                } else {
+                    stages[island as usize].search.stray(segment)
+                }
+            };
+            let is_straight = islands.into_iter().all(&is_whole);
+            let are_apart = is_straight && shared.detector.are_apart(pair, component);
+            if !are_apart && !shared.search.are_apart(pair, stray) {
                 met |= self.link(a, b);
             }
         }

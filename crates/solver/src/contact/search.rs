@@ -26,6 +26,8 @@ pub(crate) struct Search {
     reach: Vec<Aabb>,
     /// The same of the attempt under way, before these boxes.
     tried: Vec<Aabb>,
+    /// How far from the ways that were expected its segments were at the ends of parts of the step [m]; empty where there were none.
+    strays: Vec<f64>,
     /// Whether the boxes are those of an attempt that was taken back.
     is_taken_back: bool,
     /// Whether they have been searched again in the step.
@@ -68,6 +70,16 @@ impl Sight {
         Self { ends: shape.place(start), way, pose: *now, half, radius, room: room * radius + share * length }
     }
 
+    /// How far from its way, after such a share of the step, the ends of its axis are [m].
+    fn stray(&self, now: &BodyPose<f64>, share: f64) -> f64 {
+        let arms = [&self.pose, now].map(|pose| pose.q.axis() * self.half);
+        let off = |k: usize, side: f64| {
+            let [then, now] = [self.pose.x + arms[0] * side, now.x + arms[1] * side];
+            (now - self.ends[k] - (then - self.ends[k]) * share).norm_squared()
+        };
+        off(0, -1.0).max(off(1, 1.0)).sqrt()
+    }
+
     /// Whether it need not be looked for again.
     pub(super) fn holds(&self, now: &BodyPose<f64>) -> bool {
         Way::between(&self.pose, now, self.half).length() <= self.room
@@ -95,6 +107,7 @@ impl Search {
         self.sights.clear();
         self.reach.clear();
         self.tried.clear();
+        self.strays.clear();
         self.has_grown = false;
         self.is_taken_back = false;
         self.part = None;
@@ -125,6 +138,29 @@ impl Search {
             let before = [&self.reach, &self.tried].into_iter().filter_map(|boxes| boxes.get(k));
             all[i as usize] = before.fold(*own, |all, other| all.union(other));
         }
+    }
+
+    /// Notes where its segments are `now`, at the end of a part of the step, after such a share of it. `all`: the search among all segments
+    /// at its start.
+    pub(crate) fn note_strays(&mut self, all: &Search, share: f64, now: impl Fn(u32) -> BodyPose<f64>) {
+        self.strays.resize(self.segments.len(), 0.0);
+        for (&i, stray) in self.segments.iter().zip(&mut self.strays) {
+            *stray = stray.max(all.sights[i as usize].stray(&now(i), share));
+        }
+    }
+
+    /// How far from its way a segment has been in the parts of the step [m].
+    pub(super) fn stray(&self, segment: u32) -> f64 {
+        let place = self.segments.binary_search(&segment).ok();
+        place.and_then(|place| self.strays.get(place)).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Whether two segments cannot have met in the step, each no further than a stray from the way it was expected to take. This is the search
+    /// among all segments at its start.
+    pub(super) fn are_apart(&self, pair: [u32; 2], stray: impl Fn(u32, &dyn Fn(&BodyPose<f64>) -> f64) -> f64) -> bool {
+        let [a, b] = pair.map(|i| &self.sights[i as usize]);
+        let strays = pair.map(|i| stray(i, &|now| self.sights[i as usize].stray(now, 1.0)));
+        a.nearest(b) > strays[0] + strays[1]
     }
 
     /// Notes where the boxes have been before they are made anew; what was taken back does not count.

@@ -91,6 +91,15 @@ impl Stage {
         self.search.take_from(&shared.search);
     }
 
+    /// Notes where its segments are at the end of a part of the step, after such a share of it.
+    pub(crate) fn note_strays(&mut self, shared: &Shared, components: &Sets<'_>, share: f64) {
+        let pose = |i: u32| {
+            let Shape { component, body, .. } = shared.detector.shapes()[i as usize];
+            components[component as usize].component.poses[body as usize]
+        };
+        self.search.note_strays(&shared.search, share, pose);
+    }
+
     /// Takes over a contact.
     pub(crate) fn take(&mut self, contact: Contact) {
         self.contacts.push(contact);
@@ -124,7 +133,7 @@ impl Stage {
         let first = components.iter().next().map(|set| &set.component);
         self.effective_dt = first.map_or(0.0, Component::effective_dt);
         self.dt = first.map_or(0.0, Component::dt);
-        self.evaluate(shared, components, Poses::Start, counters);
+        self.evaluate(shared, components, (Poses::Start, false), counters);
         for contact in &mut self.contacts {
             let scale = if contact.span > 0.0 { (self.effective_dt / contact.span).powi(2) } else { 0.0 };
             contact.guess = contact.guess.map(|x| x * scale);
@@ -205,7 +214,14 @@ impl Stage {
         }
     }
 
-    fn evaluate(&mut self, shared: &Shared, components: &Sets<'_>, poses: Poses, counters: &mut Counters) {
+    /// Evaluates all contacts at such poses; `turns`: impulses turn as normals do.
+    fn evaluate(
+        &mut self,
+        shared: &Shared,
+        components: &Sets<'_>,
+        (poses, turns): (Poses, bool),
+        counters: &mut Counters,
+    ) {
         let world = shared.detector.world(&self.search);
         let (steady, unit) = (self.steady, self.unit);
         let evaluate = |contact: &mut Contact| {
@@ -217,7 +233,11 @@ impl Stage {
                 return 1;
             }
             contact.steady = steady * contact.radius.min(unit);
+            let before = contact.normal;
             contact.evaluate(&world, components, poses);
+            if turns {
+                contact.turn_impulse(before);
+            }
             if poses == Poses::Start {
                 contact.gap_at_start = contact.gap;
             }

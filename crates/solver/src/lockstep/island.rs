@@ -37,6 +37,9 @@ pub(super) struct Room {
     /// Outer iterations of a step that is done in parts, and the parts that were accepted.
     iterations: usize,
     parts: usize,
+    /// The step that is done in parts, if it is, and the end of the last one tried [s].
+    whole: Option<Interval>,
+    end: f64,
 }
 
 impl Room {
@@ -62,8 +65,7 @@ impl Island<'_> {
     /// Steps over `interval`, in parts at once where the last step needed them. A step that is done as a whole is still to be
     /// accepted.
     pub(super) fn advance(&mut self, interval: Interval, params: &StepParams) {
-        let touches = self.sets.iter().filter_map(|set| set.touch.as_ref());
-        let depth = touches.map(|touch| touch.halvings).max().unwrap_or(0).min(params.max_halvings);
+        let depth = self.halvings().min(params.max_halvings);
         let whole = if depth == 0 {
             retry::advance_whole(self, interval, 0, params)
         } else {
@@ -72,6 +74,7 @@ impl Island<'_> {
             None
         };
         self.room.is_open = whole.is_some();
+        self.room.whole = if self.room.is_open { None } else { Some(interval) };
         let status = whole.unwrap_or_else(|| {
             let Self { sets, room, .. } = &mut *self;
             room.start.write(|tape| sets.iter_mut().for_each(|set| set.tape(tape)));
@@ -82,10 +85,20 @@ impl Island<'_> {
         // take many iterations to come to rest.
         let is_solved = status <= Status::ConvergedInSubsteps && !self.room.is_open;
         let halvings = if is_solved && !params.formulation.momentum() { self.room.next_halvings(params) } else { 0 };
+        self.set_halvings(halvings);
+        self.room.status = Some(status);
+    }
+
+    /// How often the next step is halved before it is tried.
+    fn halvings(&self) -> u32 {
+        let touches = self.sets.iter().filter_map(|set| set.touch.as_ref());
+        touches.map(|touch| touch.halvings).max().unwrap_or(0)
+    }
+
+    fn set_halvings(&mut self, halvings: u32) {
         for touch in self.sets.iter_mut().filter_map(|set| set.touch.as_mut()) {
             touch.halvings = halvings;
         }
-        self.room.status = Some(status);
     }
 
     /// Accepts a step that was done as a whole.
@@ -108,8 +121,11 @@ impl Island<'_> {
         if std::mem::take(&mut self.room.is_open) {
             self.roll_back();
         } else {
-            let Self { sets, room, .. } = self;
+            let halvings = self.halvings();
+            let Self { sets, room, .. } = &mut *self;
             room.start.read(|tape| sets.iter_mut().for_each(|set| set.tape(tape)));
+            // It will not be tried as a whole in vain again.
+            self.set_halvings(halvings);
         }
         self.room.substeps.clear();
     }
@@ -313,6 +329,7 @@ pub(super) fn begin_set(
 
 impl Steps for Island<'_> {
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool, is_last: bool) -> Status {
+        self.room.end = interval.time + interval.dt;
         if !std::mem::take(&mut self.room.is_begun) {
             self.begin(interval, params, guessing);
         }
@@ -404,6 +421,9 @@ impl Steps for Island<'_> {
             return status;
         }
         let status = self.ended(status, params);
+        if let Some(whole) = self.room.whole {
+            self.stage.note_strays(self.shared, &self.sets, (self.room.end - whole.time) / whole.dt);
+        }
         let begins_anew = self.stage.end_step(self.shared) || status != Status::Converged;
         if let Some(whole) = self.whole {
             let touching = self.stage.slopes(self.shared, &mut self.sets, params.contact_tolerance);

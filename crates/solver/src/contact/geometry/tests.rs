@@ -309,3 +309,24 @@ fn nearest_places_of_nearly_parallel_axes_stay_unless_others_are_nearer() {
     // Axes that cross have one nearest place.
     assert_eq!(places(0.5, 2.5e-3, 1e-4), places(0.5, 2.5e-3, 0.0));
 }
+
+/// An impulse that turns with its normal keeps its share along it, its friction's size, and its length.
+#[test]
+fn an_impulse_turns_with_its_normal() {
+    let mut contact = Contact::new((0, Partner::Obstacle(0), Feature::Nearest), Friction::default(), 0.1);
+    let unit = |v: Vec3<f64>| v * (1.0 / v.norm_squared().sqrt());
+    let (before, after) = (unit(Vec3([0.1, -0.2, 1.0])), unit(Vec3([0.4, 0.1, 0.9])));
+    let impulse = Vec3([0.3, -0.7, 2.0]);
+    (contact.impulse, contact.normal) = (impulse, after);
+    contact.turn_impulse(before);
+    let size = |v: Vec3<f64>| v.norm_squared().sqrt();
+    assert!((size(contact.impulse) - size(impulse)).abs() < 1e-14);
+    assert!((contact.impulse.dot(after) - impulse.dot(before)).abs() < 1e-14);
+    // What is across both normals stays.
+    let across = before.cross(after);
+    assert!((contact.impulse.dot(across) - impulse.dot(across)).abs() < 1e-14);
+    // The other side of a body is another contact.
+    (contact.impulse, contact.normal) = (impulse, -before);
+    contact.turn_impulse(before);
+    assert_eq!(contact.impulse, impulse);
+}

@@ -27,7 +27,7 @@ impl Stage {
         if !shared.detector.covers(&self.search, components) {
             self.find(shared, components, counters);
             if shared.detector.allows_overlap() {
-                self.evaluate(shared, components, Poses::Start, counters);
+                self.evaluate(shared, components, (Poses::Start, false), counters);
                 self.let_overlaps_out(shared);
             }
         }
@@ -37,8 +37,10 @@ impl Stage {
         if !self.contacts.is_empty() {
             reach::note_moves(&self.search.segments, shared.detector.shapes(), components);
         }
+        // Nothing of an impulse is summed up again without a momentum residual; the first one is of bodies far off.
+        let turns = iteration > 0 && !formulation.momentum();
         let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
-            stage.evaluate(shared, components, poses, counters);
+            stage.evaluate(shared, components, (poses, turns), counters);
             stage.error(shared, components, formulation, tolerance, iteration)
         };
         if iteration < shared.params.settle_after {
