@@ -9,7 +9,6 @@ use nalgebra::Vector3;
 use super::geometry::Shape;
 use super::shared::Shared;
 use super::stage::Stage;
-use crate::component::BodyPose;
 use crate::connected_set::ConnectedSet;
 
 /// Which connected sets are of one island, and in which order.
@@ -156,18 +155,21 @@ impl Islands {
                 let island = self.of(set) as usize;
                 &sets[(self.firsts[island] + self.seats[set as usize]) as usize].component
             };
-            let stray = |segment: u32, at_end: &dyn Fn(&BodyPose<f64>) -> f64| {
+            let stray = |segment: u32| {
                 let Shape { component: set, body, .. } = shapes[segment as usize];
-                let island = self.of(set);
-                if is_whole(island) {
-                    at_end(&component(set).poses[body as usize])
-                } else {
-                    stages[island as usize].search.stray(segment)
+                match self.of(set) {
+                    island if is_whole(island) => {
+                        shared.search.sights[segment as usize].stray(&component(set).poses[body as usize], 1.0)
+                    }
+                    island => stages[island as usize].search.stray(segment),
                 }
             };
-            let is_straight = islands.into_iter().all(&is_whole);
-            let are_apart = is_straight && shared.detector.are_apart(pair, component);
-            if !are_apart && !shared.search.are_apart(pair, stray) {
+            let are_apart = if islands.into_iter().all(&is_whole) {
+                shared.detector.are_apart(pair, component)
+            } else {
+                shared.search.are_apart(pair, pair.map(stray))
+            };
+            if !are_apart {
                 met |= self.link(a, b);
             }
         }

@@ -71,7 +71,7 @@ impl Sight {
     }
 
     /// How far from its way, after such a share of the step, the ends of its axis are [m].
-    fn stray(&self, now: &BodyPose<f64>, share: f64) -> f64 {
+    pub(super) fn stray(&self, now: &BodyPose<f64>, share: f64) -> f64 {
         let arms = [&self.pose, now].map(|pose| pose.q.axis() * self.half);
         let off = |k: usize, side: f64| {
             let [then, now] = [self.pose.x + arms[0] * side, now.x + arms[1] * side];
@@ -155,11 +155,10 @@ impl Search {
         place.and_then(|place| self.strays.get(place)).copied().unwrap_or(f64::INFINITY)
     }
 
-    /// Whether two segments cannot have met in the step, each no further than a stray from the way it was expected to take. This is the search
+    /// Whether two segments cannot have met in the step, each no further than its stray from the way it was expected to take. This is the search
     /// among all segments at its start.
-    pub(super) fn are_apart(&self, pair: [u32; 2], stray: impl Fn(u32, &dyn Fn(&BodyPose<f64>) -> f64) -> f64) -> bool {
+    pub(super) fn are_apart(&self, pair: [u32; 2], strays: [f64; 2]) -> bool {
         let [a, b] = pair.map(|i| &self.sights[i as usize]);
-        let strays = pair.map(|i| stray(i, &|now| self.sights[i as usize].stray(now, 1.0)));
         a.nearest(b) > strays[0] + strays[1]
     }
 

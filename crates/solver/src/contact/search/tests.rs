@@ -83,7 +83,7 @@ proptest! {
             }
             ends
         });
-        if all.are_apart([0, 1], |i, _| own[i as usize].stray(i)) {
+        if all.are_apart([0, 1], [0, 1].map(|i| own[i as usize].stray(i))) {
             for part in 0..4 {
                 for tenth in 0..=10 {
                     let at = |k: usize| [0, 1].map(|end| {
