@@ -1,6 +1,6 @@
 //! The impulses of all contacts: rounds of sweeps and Newton's method in turns, on one problem.
 //!
-//! A round (`rounds.rs`) is a sweep forwards, moves of force between twins (`twins.rs`), and a sweep backwards; rounds are
+//! A round (`rounds.rs`) is a sweep forwards, at first moves of force between twins (`twins.rs`), and a sweep backwards; rounds are
 //! accelerated (`anderson.rs`). What an extrapolation takes out of a friction cone is brought back into it, and solves end with a sweep.
 //! Now and then Newton iterations on those that press take out what sweeps are slow at.
 

@@ -37,7 +37,7 @@ impl Stage {
         if !self.contacts.is_empty() {
             reach::note_moves(&self.search.segments, shared.detector.shapes(), components);
         }
-        // What turns is seen by a momentum residual alone; in the first iteration bodies are far from where they will be.
+        // A momentum residual would see the turn and take it back; in the first iteration bodies are far from where they will be.
         let turns = iteration > 0 && !formulation.momentum();
         let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
             stage.evaluate(shared, components, (poses, turns), counters);
