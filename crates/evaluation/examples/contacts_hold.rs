@@ -1,5 +1,5 @@
 //! Whether contacts hold: `cargo run -p evaluation --example contacts_hold -- heap-320 300` runs 300 steps of a builtin scene
-//! or of a scene file, with `newton` after the steps in that formulation.
+//! or of a scene file, with `newton` after the steps in that formulation, and with a number after that with that contact tolerance [radii].
 //!
 //! Each row is about a tenth of the steps: the time at its end, wall time and the processor time of a step, outer iterations of a segment and sweeps
 //! over contacts' problems a step, the upward force of obstacles over the weight of what moves (mean), the largest speed of a segment at the end, the
@@ -25,15 +25,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let formulation: Formulation = arguments.next().map_or(Ok(Formulation::default()), |name| name.parse())?;
     let scene = if name.ends_with(".toml") { scene::load(&name)? } else { scene::builtin(&name)? };
     let model = &scene.model;
-    let step = StepParams { formulation, ..StepParams::default() };
+    let mut step = StepParams { formulation, ..StepParams::default() };
+    if let Some(tolerance) = arguments.next() {
+        step.contact_tolerance = tolerance.parse()?;
+    }
     let mut simulation = Simulation::new(model, &scene.state, &Settings { step, ..Settings::default() }, None)?;
     let weight = model.gravity.norm() * model.segments.iter().filter(|s| !s.fixed).map(|s| s.mass()).sum::<f64>();
     println!(
-        "{name}: {} segments, {} steps of {} s, {}",
+        "{name}: {} segments, {} steps of {} s, {}, contact tolerance {:e}",
         model.segments.len(),
         steps,
         scene.run.dt,
-        formulation.name()
+        formulation.name(),
+        step.contact_tolerance
     );
     println!(
         "time [s]  ms        outer  sweeps  force/weight  fastest [m/s]  deepest [radii]  halved  unconverged  passed"
