@@ -8,31 +8,45 @@ use super::TooManyContacts;
 use super::buckets;
 use super::geometry::{Contact, Shape};
 use super::halves::{self, Leaves, Pushed};
-use super::operator::Part;
+use super::operator::{Chunk, Part};
 use super::problem::Problem;
 use super::sets::Sets;
 use crate::component::BodyPose;
 use crate::connected_set::{ConnectedSet, Touch};
 use crate::kernel::math::Vec3;
+use crate::kernel::transfer::{Row, Rows};
 use crate::limits::shares_contacts;
-use crate::linear::transfers::{self, Side};
+use crate::linear::response::Response;
+use crate::linear::transfers::{self, Blocks, Side};
 use crate::team::pieces::Pieces;
+
+/// Contacts of a set whose bodies form chains, above which they are put in blocks, and contacts of a block, at most: of many more, the
+/// matrix would not fit the processor's caches; of fewer, what goes from block to block takes longer than it.
+const LONG: usize = 64;
+const BLOCK: usize = 32;
 
 /// Memory to put the operator together.
 #[derive(Default)]
 pub(crate) struct Coupling {
-    /// Components that active contacts push, a group each, in the order of leaves of the problem's halves.
+    /// Components that active contacts push, in the order of leaves of the problem's halves.
     components: Vec<Pushed>,
     /// Nodes of the halves that hold the contacts, their new order, and memory to put them in it.
     leaves: Vec<Leaves>,
     order: Vec<u32>,
     before: Vec<u32>,
-    /// Group of each component of the island, `u32::MAX` where none pushes it.
-    group_of: Vec<u32>,
-    groups: Vec<[u32; 2]>,
-    start: Vec<usize>,
+    /// Number of each component of the island among `components`, `u32::MAX` where none pushes it.
+    number_of: Vec<u32>,
+    /// The same of the two sides of each contact.
+    pushed: Vec<[u32; 2]>,
+    /// Contacts by component, and where those of each begin, and the end.
     members: Vec<u32>,
-    /// Memory for which groups' parts of the operator are in use.
+    start: Vec<usize>,
+    /// Contacts of a component with their places along it.
+    places: Vec<(u32, u32)>,
+    /// Where those of each group begin, and the end; the first group of each component, and the end.
+    groups: Vec<usize>,
+    first_groups: Vec<usize>,
+    /// Memory for which components' parts of the operator are in use.
     taken: Vec<AtomicBool>,
 }
 
@@ -71,35 +85,49 @@ impl Coupling {
     ) -> Result<(), TooManyContacts> {
         self.group(contacts, active, shapes, components, problem);
         let blocks = |group: &[usize]| (group[1] - group[0]).pow(2);
-        if self.start.windows(2).map(blocks).sum::<usize>() > most_blocks {
+        if self.groups.windows(2).map(blocks).sum::<usize>() > most_blocks {
             return Err(TooManyContacts);
         }
-        let Self { start, members, group_of, taken, .. } = self;
-        problem.operator.reset(active.len(), start, members);
-        taken.resize_with(taken.len().max(start.len()), AtomicBool::default);
+        let Self { members, groups, first_groups, number_of, taken, .. } = self;
+        problem.operator.reset(active.len(), groups, members, first_groups);
+        taken.resize_with(taken.len().max(first_groups.len()), AtomicBool::default);
         let (values, cuts) = problem.operator.values();
         let parts = Pieces::new(values, cuts, taken);
         let is_shared = shares_contacts(active.len());
         each(components.all(), is_shared, |seat, set| {
-            let (group, ConnectedSet { component, touch: Some(touch), .. }) = (group_of[seat], set) else { return };
-            if group == u32::MAX {
+            let (number, ConnectedSet { component, touch: Some(touch), .. }) = (number_of[seat], set) else { return };
+            if number == u32::MAX {
                 return;
             }
-            let group = group as usize;
+            let set = number as usize;
+            let own_groups = &groups[first_groups[set]..=first_groups[set + 1]];
+            let mut values = parts.take(set..set + 1);
             let Touch { number, response, sides: own, .. } = &mut **touch;
             own.clear();
-            let members = &members[start[group]..start[group + 1]];
-            for (index, &k) in members.iter().enumerate() {
-                own.extend(sides(&contacts[active[k as usize] as usize], index as u32, shapes, *number));
+            for group in own_groups.windows(2) {
+                for (index, &k) in members[group[0]..group[1]].iter().enumerate() {
+                    own.extend(sides(&contacts[active[k as usize] as usize], index as u32, shapes, *number));
+                }
             }
-            let mut values = parts.take(group..group + 1);
-            let mut part = Part::new(members.len(), &mut values);
-            response.couple(
-                &component.system,
-                own,
-                #[inline(always)]
-                |s, t, block| part.add((own[s].contact as usize, own[t].contact as usize), &block, s != t),
-            );
+            match (own_groups, response) {
+                ([first, ..], Response::Tree(transfers)) if own_groups.len() > 2 => {
+                    for ends in own_groups.windows(2) {
+                        let sides = &mut own[ends[0] - first..ends[1] - first];
+                        sides.sort_unstable_by_key(|side| (transfers.place(side.body), side.contact));
+                    }
+                    let mut chain = Chain::new(own, own_groups, &mut values);
+                    transfers.couple_blocks(&component.system, (own, own_groups), &mut chain);
+                }
+                (_, response) => {
+                    let (mut part, _) = Part::new(own_groups[1] - own_groups[0], false, &mut values);
+                    response.couple(
+                        &component.system,
+                        own,
+                        #[inline(always)]
+                        |s, t, block| part.add((own[s].contact as usize, own[t].contact as usize), &block, s != t),
+                    );
+                }
+            }
         });
         problem.close();
         Ok(())
@@ -115,11 +143,11 @@ impl Coupling {
         problem: &mut Problem,
     ) {
         let pushes = |k: u32| components_of(&contacts[k as usize], shapes).into_iter().flatten();
-        self.group_of.clear();
-        self.group_of.resize(sets.len(), u32::MAX);
+        self.number_of.clear();
+        self.number_of.resize(sets.len(), u32::MAX);
         self.components.clear();
         for component in active.iter().flat_map(|&k| pushes(k)) {
-            let group = &mut self.group_of[sets.seat(component)];
+            let group = &mut self.number_of[sets.seat(component)];
             if *group == u32::MAX {
                 *group = self.components.len() as u32;
                 let centre = centre(&sets[component as usize].component.poses);
@@ -129,11 +157,11 @@ impl Coupling {
         }
         problem.halves.deal(active.len(), &mut self.components);
         for (group, set) in self.components.iter().enumerate() {
-            self.group_of[sets.seat(set.component)] = group as u32;
+            self.number_of[sets.seat(set.component)] = group as u32;
         }
         if problem.halves.depth() > 0 {
-            let Self { components, group_of, leaves, order, before, .. } = self;
-            let leaf = |component: u32| components[group_of[sets.seat(component)] as usize].leaf;
+            let Self { components, number_of, leaves, order, before, .. } = self;
+            let leaf = |component: u32| components[number_of[sets.seat(component)] as usize].leaf;
             leaves.clear();
             leaves.extend(active.iter().map(|&k| {
                 let of = pushes(k).map(|component| [leaf(component); 2]);
@@ -145,13 +173,90 @@ impl Coupling {
             active.clear();
             active.extend(order.iter().map(|&k| before[k as usize]));
         }
-        self.groups.clear();
-        self.groups.extend(active.iter().map(|&k| {
+        self.pushed.clear();
+        self.pushed.extend(active.iter().map(|&k| {
             let of = components_of(&contacts[k as usize], shapes);
-            of.map(|component| component.map_or(u32::MAX, |c| self.group_of[sets.seat(c)]))
+            of.map(|component| component.map_or(u32::MAX, |c| self.number_of[sets.seat(c)]))
         }));
-        let items = (0..).zip(&self.groups).flat_map(|(k, &groups)| distinct(groups).map(move |g| (g as usize, k)));
+        let items = (0..).zip(&self.pushed).flat_map(|(k, &pushed)| distinct(pushed).map(move |g| (g as usize, k)));
         buckets::sort(items, self.components.len(), &mut self.start, &mut self.members);
+        self.split(|k| &contacts[active[k as usize] as usize], shapes, sets);
+    }
+
+    /// Splits the contacts of sets that have many, and whose bodies form chains, into groups of neighbours along these, where
+    /// each has just one side in the set.
+    fn split<'a>(&mut self, contact: impl Fn(u32) -> &'a Contact, shapes: &[Shape], sets: &Sets<'_>) {
+        let Self { components, pushed, members, start, places, groups, first_groups, .. } = self;
+        groups.clear();
+        first_groups.clear();
+        for (ends, &Pushed { component, .. }) in start.windows(2).zip(&*components) {
+            first_groups.push(groups.len());
+            let members = &mut members[ends[0]..ends[1]];
+            let is_long =
+                members.len() > LONG && members.iter().all(|&k| pushed[k as usize][0] != pushed[k as usize][1]);
+            let touch = if is_long { sets[component as usize].touch.as_deref() } else { None };
+            let Some(Response::Tree(transfers)) = touch.map(|touch| &touch.response) else {
+                groups.push(ends[0]);
+                continue;
+            };
+            if !transfers.are_chains() {
+                groups.push(ends[0]);
+                continue;
+            }
+            places.clear();
+            places.extend(members.iter().map(|&k| {
+                let side = sides(contact(k), 0, shapes, component).next();
+                (side.map_or(u32::MAX, |side| transfers.place(side.body)), k)
+            }));
+            places.sort_unstable();
+            members.iter_mut().zip(&*places).for_each(|(member, &(_, k))| *member = k);
+            let (count, size) = (members.len().div_ceil(BLOCK), members.len());
+            for block in 0..count {
+                let [from, to] = [block, block + 1].map(|block| size * block / count);
+                members[from..to].sort_unstable();
+                groups.push(ends[0] + from);
+            }
+        }
+        first_groups.push(groups.len());
+        groups.push(members.len());
+    }
+}
+
+/// Puts the parts of the operator of a chain together, group by group.
+struct Chain<'a> {
+    sides: &'a [Side],
+    /// Where the contacts of the group under way begin and end, and those after it.
+    cuts: &'a [usize],
+    part: Part<'a>,
+    /// Memory of the groups after it.
+    rest: &'a mut [Chunk],
+}
+
+impl<'a> Chain<'a> {
+    /// Of `sides` in blocks, whose contacts are a group each, in memory that is zero.
+    fn new(sides: &'a [Side], cuts: &'a [usize], values: &'a mut [Chunk]) -> Self {
+        let (part, rest) = Part::new(cuts[1] - cuts[0], true, values);
+        Self { sides, cuts, part, rest }
+    }
+}
+
+impl Blocks for Chain<'_> {
+    #[inline(always)]
+    fn pair(&mut self, [one, other]: [usize; 2], work: [[f64; 3]; 3]) {
+        let [row, column] = [one, other].map(|side| self.sides[side].contact as usize);
+        self.part.add((row, column), &work, one != other);
+    }
+
+    fn side(&mut self, side: usize, to_last: [Row; 3], from_before: [Row; 3]) {
+        self.part.links().set_contact(self.sides[side].contact as usize, to_last, from_before);
+    }
+
+    fn end(&mut self, passage: &Rows) {
+        self.part.links().set_passage(&passage.0);
+        self.cuts = &self.cuts[1..];
+        if let [from, to, ..] = *self.cuts {
+            (self.part, self.rest) = Part::new(to - from, true, std::mem::take(&mut self.rest));
+        }
     }
 }
 

@@ -15,6 +15,7 @@ mod halves;
 mod impulses;
 mod islands;
 mod key;
+mod linked;
 mod memory;
 mod newton;
 mod obstacles;

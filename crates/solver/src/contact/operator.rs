@@ -4,7 +4,11 @@
 //! matrix. A contact between two sets is in two groups, and W is the sum of both parts. Each group's part of `W dz` is kept
 //! up to date: a change of one contact's impulse adds three rows of the matrix (W is symmetric), eight numbers to a vector
 //! register; contacts whose impulses do not change cost nothing.
+//!
+//! Where many contacts push a set whose bodies form chains, blocks of neighbours along it are a group each, and what groups do to
+//! each other goes through the bodies between them (`linked.rs`).
 
+use super::linked::{Linked, Links};
 use crate::kernel::lane::{Lanes, Real};
 
 pub(crate) type Row = [f64; 3];
@@ -26,6 +30,16 @@ struct Group {
     matrix: usize,
     /// First chunk of its part of `W dz`.
     moved: usize,
+    /// The groups of the same set: the first, and the one after the last.
+    chain: [u32; 2],
+}
+
+impl Group {
+    /// Whether the set has other groups.
+    #[inline(always)]
+    fn is_linked(&self) -> bool {
+        self.chain[1] - self.chain[0] > 1
+    }
 }
 
 /// A contact's place in a group.
@@ -48,7 +62,8 @@ pub(crate) struct Operator {
     /// Up to two a contact.
     seats: Vec<[Seat; 2]>,
     values: Vec<Chunk>,
-    /// Where each group's begin, and the end.
+    /// First group of each set, and the end; where each set's `values` begin, and the end.
+    sets: Vec<usize>,
     cuts: Vec<usize>,
     /// Chunks of `W dz`.
     moved: usize,
@@ -59,19 +74,29 @@ pub(crate) struct Operator {
 pub(crate) struct Part<'a> {
     width: usize,
     values: &'a mut [Chunk],
+    /// What it does to other groups of its set, if there are any.
+    links: Links<'a>,
 }
 
 impl<'a> Part<'a> {
-    /// Of so many contacts, in memory that is zero.
-    pub(crate) fn new(contacts: usize, values: &'a mut [Chunk]) -> Self {
-        Self { width: width(contacts), values }
+    /// Of so many contacts, in the first of these chunks, which are zero; and the rest of them.
+    pub(crate) fn new(contacts: usize, is_linked: bool, values: &'a mut [Chunk]) -> (Self, &'a mut [Chunk]) {
+        let width = width(contacts);
+        let (values, rest) = values.split_at_mut(3 * contacts * width);
+        let (links, rest) = rest.split_at_mut(if is_linked { Linked::len(contacts) } else { 0 });
+        (Self { width, values, links: Links(links) }, rest)
+    }
+
+    /// What it does to other groups of its set.
+    pub(crate) fn links(&mut self) -> &mut Links<'a> {
+        &mut self.links
     }
 
     /// Adds to the block of two of the group's contacts, by their indices in it, and its transpose to the block on the other side
     /// of the diagonal; where the two are one, `twice` says whether it adds both.
     #[inline(always)]
     pub(crate) fn add(&mut self, (row, column): (usize, usize), block: &Block3, twice: bool) {
-        let Self { width, values } = self;
+        let Self { width, values, .. } = self;
         for r in 0..3 {
             for c in 0..3 {
                 let place = 3 * column + c;
@@ -109,26 +134,32 @@ fn three(chunks: &[Chunk], index: usize) -> Row {
 
 impl Operator {
     /// Prepares a matrix of zeros for `contacts` contacts, of which those of each group, ascending in `members` between two
-    /// numbers of `start`, are coupled.
-    pub(crate) fn reset(&mut self, contacts: usize, start: &[usize], members: &[u32]) {
+    /// numbers of `start`, are coupled, and those of all groups of a set: from one number of `sets` on to the next. A contact is
+    /// in two groups at most, and in no two of the same set.
+    pub(crate) fn reset(&mut self, contacts: usize, start: &[usize], members: &[u32], sets: &[usize]) {
         self.groups.clear();
         self.members.clear();
         self.members.extend_from_slice(members);
         self.seats.clear();
         self.seats.resize(contacts, [NOWHERE; 2]);
+        self.sets.clear();
+        self.sets.extend_from_slice(sets);
         self.cuts.clear();
         let (mut matrix, mut moved) = (0, 0);
-        for (group, ends) in start.windows(2).enumerate() {
-            let count = ends[1] - ends[0];
-            let width = width(count);
+        for set in sets.windows(2) {
             self.cuts.push(matrix);
-            self.groups.push(Group { first: ends[0], count, width, matrix, moved });
-            matrix += 3 * count * width;
-            moved += width;
-            for (index, &contact) in members[ends[0]..ends[1]].iter().enumerate() {
-                let seats = &mut self.seats[contact as usize];
-                let free = usize::from(seats[0].group != NONE);
-                seats[free] = Seat { group: group as u32, index: index as u32 };
+            for group in set[0]..set[1] {
+                let (first, count) = (start[group], start[group + 1] - start[group]);
+                let width = width(count);
+                let own = Group { first, count, width, matrix, moved, chain: [set[0] as u32, set[1] as u32] };
+                matrix += 3 * count * width + if own.is_linked() { Linked::len(count) } else { 0 };
+                moved += width + if own.is_linked() { Linked::STATE } else { 0 };
+                self.groups.push(own);
+                for (index, &contact) in members[first..first + count].iter().enumerate() {
+                    let seats = &mut self.seats[contact as usize];
+                    let free = usize::from(seats[0].group != NONE);
+                    seats[free] = Seat { group: group as u32, index: index as u32 };
+                }
             }
         }
         self.cuts.push(matrix);
@@ -139,7 +170,7 @@ impl Operator {
         self.diagonal.resize(contacts, [[0.0; 3]; 3]);
     }
 
-    /// Memory of the groups' parts, which are to be put together, and where each begins, and the end.
+    /// Memory of the sets' parts, group by group, which are to be put together, and where each set's begins, and the end.
     pub(crate) fn values(&mut self) -> (&mut [Chunk], &[usize]) {
         (&mut self.values, &self.cuts)
     }
@@ -149,9 +180,17 @@ impl Operator {
         self.moved
     }
 
-    /// The first chunk of `W dz` of a group, or of those after it.
-    pub(crate) fn moved_from(&self, group: usize) -> usize {
-        self.groups.get(group).map_or(self.moved, |group| group.moved)
+    /// The first chunk of `W dz` of a set, or of those after it.
+    pub(crate) fn moved_from(&self, set: usize) -> usize {
+        self.sets.get(set).and_then(|&group| self.groups.get(group)).map_or(self.moved, |group| group.moved)
+    }
+
+    /// What a group of a set that has several does to the others.
+    #[inline(always)]
+    fn linked(&self, group: usize) -> Linked<'_> {
+        let Group { count, width, matrix, moved, .. } = self.groups[group];
+        let first = matrix + 3 * count * width;
+        Linked { chunks: &self.values[first..first + Linked::len(count)], state: moved + width }
     }
 
     /// Sums the blocks of contacts' own impulses, after all entries are there.
@@ -180,9 +219,14 @@ impl Operator {
         let mut sum = [0.0; 3];
         for &Seat { group, index } in &self.seats[contact] {
             if group != NONE {
-                let Group { width, moved, .. } = self.groups[group as usize];
-                let own = three(&chunks[moved - first..moved - first + width], index as usize);
-                sum = [sum[0] + own[0], sum[1] + own[1], sum[2] + own[2]];
+                let own = &self.groups[group as usize];
+                let Group { width, moved, .. } = *own;
+                let from = three(&chunks[moved - first..moved - first + width], index as usize);
+                sum = [sum[0] + from[0], sum[1] + from[1], sum[2] + from[2]];
+                if own.is_linked() {
+                    let far = self.linked(group as usize).moved(index as usize, chunks, first);
+                    sum = [sum[0] + far[0], sum[1] + far[1], sum[2] + far[2]];
+                }
             }
         }
         sum
@@ -195,7 +239,8 @@ impl Operator {
             if seat.group == NONE {
                 continue;
             }
-            let Group { width, matrix, moved: own, .. } = self.groups[seat.group as usize];
+            let group = &self.groups[seat.group as usize];
+            let Group { width, matrix, moved: own, .. } = *group;
             let first = matrix + 3 * seat.index as usize * width;
             let rows = &self.values[first..first + 3 * width];
             let (a, rest) = rows.split_at(width);
@@ -204,6 +249,33 @@ impl Operator {
             let out = &mut moved.chunks[own - moved.first..own - moved.first + width];
             for (((out, a), b), c) in out.iter_mut().zip(a).zip(b).zip(c) {
                 *out += *a * x + *b * y + *c * z;
+            }
+            if group.is_linked() {
+                self.change_far(moved, seat, [x, y, z]);
+            }
+        }
+    }
+
+    /// Takes a change into what the other groups of its set see of it.
+    #[inline(always)]
+    fn change_far(&self, moved: &mut Moved<'_>, Seat { group, index }: Seat, by: [Chunk; 3]) {
+        let [first, end] = self.groups[group as usize].chain.map(|group| group as usize);
+        let (own, index) = (group as usize, index as usize);
+        let linked = self.linked(own);
+        let mut goes_on = linked.to_last(index, by);
+        for group in own + 1..end {
+            let other = self.linked(group);
+            moved.chunks[other.state - moved.first] += goes_on;
+            if group + 1 < end {
+                goes_on = other.follow(goes_on);
+            }
+        }
+        let mut goes_back = linked.to_before(index, by);
+        for group in (first..own).rev() {
+            let other = self.linked(group);
+            moved.chunks[other.state + 1 - moved.first] += goes_back;
+            if group > first {
+                goes_back = other.pass(goes_back);
             }
         }
     }
@@ -224,10 +296,35 @@ impl Operator {
             for (column, &other) in self.members[first..first + count].iter().enumerate() {
                 take(other as usize, &self.block_of(group as usize, index as usize, column));
             }
+            if self.groups[group as usize].is_linked() {
+                self.each_far_block(Seat { group, index }, &mut take);
+            }
         }
     }
 
-    /// The contacts coupled to one, ascending from the contact `from` on, with their places in its groups.
+    /// The blocks of a contact and those of other groups of its set.
+    fn each_far_block(&self, Seat { group, index }: Seat, take: &mut impl FnMut(usize, &Block3)) {
+        let [first, end] = self.groups[group as usize].chain.map(|group| group as usize);
+        let own = group as usize;
+        let mut each = |group: usize, of: &dyn Fn(&Linked<'_>, usize) -> Block3| {
+            let Group { first, count, .. } = self.groups[group];
+            for (index, &other) in self.members[first..first + count].iter().enumerate() {
+                take(other as usize, &of(&self.linked(group), index));
+            }
+        };
+        let mut columns = self.linked(own).columns_to_last(index as usize);
+        for group in own + 1..end {
+            each(group, &|linked, index| linked.block_from_before(index, &columns));
+            columns = columns.map(|column| self.linked(group).follow(column));
+        }
+        let mut columns = self.linked(own).columns_to_before(index as usize);
+        for group in (first..own).rev() {
+            each(group, &|linked, index| linked.block_to_last(index, &columns));
+            columns = columns.map(|column| self.linked(group).pass(column));
+        }
+    }
+
+    /// The contacts of the groups of one, ascending from the contact `from` on, with their places in these.
     pub(crate) fn coupled(&self, contact: usize, from: usize) -> Coupled<'_> {
         let list = |Seat { group, .. }: Seat| match group {
             NONE => (&[][..], 0),

@@ -14,6 +14,8 @@
 //! it does against them is read off: one entry of `G^T P G` for each pair. That is one half of a symmetric matrix; nothing is
 //! solved for, and what lies beyond the last force of a branch is never visited. Fixed bodies cut a tree.
 
+mod blocks;
+
 use std::sync::Arc;
 
 use crate::kernel::Spatial;
@@ -23,6 +25,8 @@ use crate::kernel::math::Vec3;
 use crate::kernel::transfer::{Link, Row, Rows, Transfer, eliminate, transfer};
 use crate::system::System;
 use crate::topology::Topology;
+
+pub(crate) use blocks::Blocks;
 
 /// No body, no joint.
 const NONE: u32 = u32::MAX;
@@ -85,6 +89,8 @@ pub(crate) struct Transfers {
     saved: Vec<Rows>,
     /// Those branches, and where their answers begin in `saved`.
     branches: Vec<(u32, usize)>,
+    /// What the sides of a block of a chain see of what comes before the block.
+    nears: Vec<[Row; 3]>,
 }
 
 impl Transfers {
@@ -104,6 +110,7 @@ impl Transfers {
             forces: Vec::new(),
             saved: Vec::new(),
             branches: Vec::new(),
+            nears: Vec::new(),
         };
         if with_joints {
             own.order_tree()?;

@@ -1,9 +1,10 @@
 //! The operator of free segments in closed form.
 
 use super::super::geometry::Poses;
-use super::super::operator::Block3;
+use super::super::operator::{Block3, Moved};
 use super::super::testing::Rods;
 use super::*;
+use crate::kernel::lane::Real;
 
 const STILL: [f64; 3] = [0.0; 3];
 
@@ -70,4 +71,62 @@ fn contacts_are_coupled_by_the_segment_that_both_push() {
     }
     // Each of the four segments has its contacts, 1, 2, 2 and 1, coupled with each other.
     assert!(stack(&[0.02, 0.03, 0.02, 0.02], 10).is_ok() && stack(&[0.02, 0.03, 0.02, 0.02], 9).is_err());
+}
+
+/// A long rod across 70 short ones, in three groups: W is what transfers say of all pairs.
+#[test]
+fn a_long_chain_answers_in_blocks_as_it_does_in_one() {
+    let count = LONG + 6;
+    let across = |k: usize| ([0.1 * k as f64 - 3.47, 0.0, -0.04], [0.0, 0.3, 0.0], 1, 0.02, STILL);
+    let long = ([0.0; 3], [7.0, 0.2, 0.0], 35, 0.02, STILL);
+    let mut rods = Rods::new(&(0..count).map(across).chain([long]).collect::<Vec<_>>());
+    rods.predict(0.01);
+    let (detector, search, mut contacts) = rods.find();
+    let Rods { sets, seats, shapes, .. } = &mut rods;
+    let mut sets = Sets::new(sets, seats);
+    contacts.iter_mut().for_each(|contact| contact.evaluate(&detector.world(&search), &sets, Poses::Now));
+    // In another order than along the rod.
+    let mut active: Vec<u32> = (0..contacts.len() as u32).rev().collect();
+    active.sort_by_key(|k| k % 5);
+    let (mut coupling, mut problem) = (Coupling::default(), Problem::default());
+    coupling.assemble((&contacts, &mut active), shapes, &mut sets, &mut problem, 10_000).unwrap();
+    let size = active.len();
+    assert!(size >= count && coupling.groups.len() > count + 3, "{size} contacts");
+    let mut expected = vec![vec![[[0.0; 3]; 3]; size]; size];
+    for set in sets.iter_mut() {
+        let ConnectedSet { component, touch: Some(touch), .. } = set else { continue };
+        let of = |(k, &index): (usize, &u32)| sides(&contacts[index as usize], k as u32, shapes, touch.number);
+        let own: Vec<Side> = active.iter().enumerate().flat_map(of).collect();
+        touch.response.couple(&component.system, &own, |s, t, block| {
+            let [row, column] = [s, t].map(|side| own[side].contact as usize);
+            for (r, c) in (0..9).map(|k| (k / 3, k % 3)) {
+                expected[row][column][r][c] += block[r][c];
+                if s != t {
+                    expected[column][row][c][r] += block[r][c];
+                }
+            }
+        });
+    }
+    let operator = &problem.operator;
+    for column in 0..size {
+        let mut blocks = vec![[[0.0; 3]; 3]; size];
+        operator.each_block(column, |row, block| {
+            for (r, c) in (0..9).map(|k| (k / 3, k % 3)) {
+                blocks[row][c][r] += block[r][c];
+            }
+        });
+        let most = operator.diagonal(column)[1][1];
+        for c in 0..3 {
+            let mut chunks = vec![Chunk::zero(); operator.moved_len()];
+            operator.change(&mut Moved { chunks: &mut chunks, first: 0 }, column, [0, 1, 2].map(|k| f64::from(k == c)));
+            for row in 0..size {
+                let moved = operator.moved(row, &chunks, 0);
+                for r in 0..3 {
+                    let (moved, listed, expected) = (moved[r], blocks[row][r][c], expected[row][column][r][c]);
+                    assert!((moved - expected).abs() < 1e-11 * most, "{row} {column}: {moved} {expected}");
+                    assert!((listed - expected).abs() < 1e-11 * most, "{row} {column}: {listed} {expected}");
+                }
+            }
+        }
+    }
 }

@@ -36,8 +36,8 @@ fn random(count: usize, friction: Bound, seed: u64) -> Problem {
 fn fill(problem: &mut Problem, block: impl Fn(usize, usize) -> Block3) {
     let count = problem.unknowns().len();
     let members: Vec<u32> = (0..count as u32).collect();
-    problem.operator.reset(count, &[0, count], &members);
-    let mut part = Part::new(count, problem.operator.values().0);
+    problem.operator.reset(count, &[0, count], &members, &[0, 1]);
+    let (mut part, _) = Part::new(count, false, problem.operator.values().0);
     for (row, column) in (0..count).flat_map(|row| (0..=row).map(move |column| (row, column))) {
         part.add((row, column), &block(row, column), false);
     }

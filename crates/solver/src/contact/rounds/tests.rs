@@ -51,7 +51,8 @@ fn row(sets: u32, friction: f64, is_halved: bool) -> Problem {
         members.extend((0..contacts.len() as u32).filter(|&k| contacts[k as usize].contains(&set)));
         start.push(members.len());
     }
-    problem.operator.reset(contacts.len(), &start, &members);
+    let each: Vec<usize> = (0..=sets as usize).collect();
+    problem.operator.reset(contacts.len(), &start, &members, &each);
     let (values, cuts) = problem.operator.values();
     for group in 0..sets as usize {
         let own = &members[start[group]..start[group + 1]];
@@ -60,7 +61,7 @@ fn row(sets: u32, friction: f64, is_halved: bool) -> Problem {
         let in_row: Vec<&u32> = first.iter().filter(|&k| own.contains(k)).collect();
         let place = |index: usize| in_row.iter().position(|&&k| k == own[index]).unwrap();
         let factor: Vec<f64> = (0..9 * count * count).map(|_| random.random_range(-1.0..1.0)).collect();
-        let mut part = Part::new(count, &mut values[cuts[group]..cuts[group + 1]]);
+        let (mut part, _) = Part::new(count, false, &mut values[cuts[group]..cuts[group + 1]]);
         let size = 3 * count;
         for (r, c) in (0..count).flat_map(|r| (0..=r).map(move |c| (r, c))) {
             let entry = |i: usize, j: usize| {

@@ -12,9 +12,11 @@ use crate::component::{Component, split};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
+use crate::kernel::transfer::{Row, Rows};
 use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
 use crate::linear::looped::Looped;
+use crate::linear::transfers::Blocks;
 
 const MATERIAL: Material = Material { youngs_modulus: 1e5, torsion_modulus: 3e4, density: 300.0 };
 
@@ -143,6 +145,89 @@ fn answers_know_all_of_the_joints() {
     let system = &component.system;
     assert!(!system.frames.is_empty() && !system.bend_extra.is_empty() && !system.shear_extra.is_empty());
     check(&mut component, is_tree, "a clamped rod");
+}
+
+/// What [`Transfers::couple_blocks`] gives, for one block after another.
+#[derive(Default)]
+struct Found {
+    block: usize,
+    /// Of sides: their block, pairs within it, E's columns and R's rows; M of each block.
+    blocks: Vec<usize>,
+    pairs: Vec<([usize; 2], [[f64; 3]; 3])>,
+    ends: Vec<[[Row; 3]; 2]>,
+    passages: Vec<Rows>,
+}
+
+impl Blocks for Found {
+    fn pair(&mut self, sides: [usize; 2], work: [[f64; 3]; 3]) {
+        self.pairs.push((sides, work));
+    }
+
+    fn side(&mut self, side: usize, to_last: [Row; 3], from_before: [Row; 3]) {
+        assert_eq!(side, self.ends.len());
+        self.blocks.push(self.block);
+        self.ends.push([to_last, from_before]);
+    }
+
+    fn end(&mut self, passage: &Rows) {
+        self.passages.push(*passage);
+        self.block += 1;
+    }
+}
+
+/// A chain that a fixed segment may cut, in blocks: what sides of one and of two blocks do to each other.
+#[test]
+fn blocks_of_a_chain_are_what_solves_say() {
+    for (is_cut, seed) in [(false, 0), (false, 1), (true, 2), (true, 3)] {
+        let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        let rod = assembly.rod(&helix(14));
+        assembly.clamp_start(&rod);
+        if is_cut {
+            assembly.fix(rod.start + 6);
+        }
+        let mut component = component(assembly, |_| {});
+        let system = &mut component.system;
+        let Response::Tree(mut transfers) = Response::new(system, true).unwrap() else { panic!("a chain is a tree") };
+        assert!(transfers.are_chains());
+        let mut sides = sides(system, 11, seed);
+        sides.sort_by_key(|side| transfers.place(side.body));
+        let mut found = Found::default();
+        transfers.couple_blocks(system, (&sides, &[5, 8, 9, 13, 16]), &mut found);
+        assert_eq!(found.blocks, [0, 0, 0, 1, 2, 2, 2, 2, 3, 3, 3]);
+        let times = |m: &Rows, x: [f64; 6]| [0, 1, 2, 3, 4, 5].map(|r| dot(&m.0[r], x));
+        let work = |s: usize, t: usize, c: usize| -> [f64; 3] {
+            let (first, last) = (found.blocks[t], found.blocks[s]);
+            let six = |row: &Row| [0, 1, 2, 3, 4, 5].map(|k| row.0[k]);
+            let at_last = (first + 1..last).fold(six(&found.ends[t][0][c]), |x, b| times(&found.passages[b], x));
+            [0, 1, 2].map(|r| dot(&found.ends[s][1][r], at_last))
+        };
+        let mut pairs = 0;
+        for t in 0..sides.len() {
+            for c in 0..3 {
+                let answer = solved(system, sides[t].body as usize, sides[t].forces[c]);
+                let size = sides[t].forces[c].dot(answer[sides[t].body as usize]).abs();
+                for s in t..sides.len() {
+                    let found = if found.blocks[s] == found.blocks[t] {
+                        let own = found.pairs.iter().find(|(sides, _)| *sides == [s, t]).expect("a pair");
+                        pairs += 1;
+                        [0, 1, 2].map(|r| own.1[r][c])
+                    } else {
+                        work(s, t, c)
+                    };
+                    for r in 0..3 {
+                        let expected = sides[s].forces[r].dot(answer[sides[s].body as usize]);
+                        assert!((found[r] - expected).abs() < 1e-10 * size, "{s} {t}: {} {expected}", found[r]);
+                    }
+                }
+            }
+        }
+        assert_eq!(pairs, 3 * (6 + 1 + 10 + 6));
+        assert_eq!(found.pairs.len(), 6 + 1 + 10 + 6);
+    }
+}
+
+fn dot(row: &Row, x: [f64; 6]) -> f64 {
+    (0..6).map(|k| row.0[k] * x[k]).sum()
 }
 
 /// Branches off the middle of other branches, a clamp, and a fixed segment that cuts the tree.
