@@ -12,7 +12,7 @@
 
 use super::operator::{Chunk, Row};
 use super::problem::{Matrix, Unknown, View};
-use crate::kernel::lane::Real;
+use crate::kernel::flat::{flat, flat_mut};
 
 /// Rounds that are kept: more say nothing of contacts that open, close, stick or slide in between.
 const MOST: usize = 4;
@@ -146,9 +146,8 @@ impl Share {
         let Self { now, differences, begins, .. } = self;
         begins.clone_from(&now.force);
         for (difference, &gamma) in differences.iter().zip(&anderson.gamma).take(anderson.count) {
-            let by = Chunk::splat(gamma);
-            for (moved, difference) in moved.iter_mut().zip(&difference.moved) {
-                *moved -= *difference * by;
+            for (moved, difference) in flat_mut(moved).iter_mut().zip(flat(&difference.moved)) {
+                *moved -= difference * gamma;
             }
             for (force, difference) in begins.iter_mut().zip(&difference.force) {
                 *force = [0, 1, 2].map(|k| force[k] - gamma * difference[k]);

@@ -5,10 +5,11 @@
 //! to group, 36 products each, and a contact reads its gap and slip off its group's state.
 
 use super::operator::{Block3, Chunk, Row};
-use crate::kernel::lane::Real;
+use crate::kernel::lane::{Lanes, Real};
 
-/// Chunks of a contact: three columns of E, three rows of R.
-const CONTACT: usize = 6;
+/// Chunks of a contact: three columns of E, three rows of R; then, to read off, for each of the six numbers of a state what R
+/// and E make of it, in the lower and the upper half of a chunk.
+const CONTACT: usize = 12;
 /// Chunks of M: its columns, then its rows.
 const PASSAGE: usize = 12;
 
@@ -27,7 +28,12 @@ impl Links<'_> {
     pub(crate) fn set_contact(&mut self, index: usize, to_last: [Chunk; 3], from_before: [Chunk; 3]) {
         let own = &mut self.0[CONTACT * index..CONTACT * (index + 1)];
         own[..3].copy_from_slice(&to_last);
-        own[3..].copy_from_slice(&from_before);
+        own[3..6].copy_from_slice(&from_before);
+        for (k, read) in own[6..].iter_mut().enumerate() {
+            let [a, b, c] = from_before.map(|row| row.0[k]);
+            let [d, e, f] = to_last.map(|column| column.0[k]);
+            read.0 = [a, b, c, 0.0, d, e, f, 0.0];
+        }
     }
 
     /// Sets M by its rows.
@@ -86,8 +92,14 @@ impl Linked<'_> {
     /// What other groups' impulses do to gap and slip of a contact, by the states in `chunks`, whose first one's place among all is `first`.
     #[inline(always)]
     pub(super) fn moved(&self, index: usize, chunks: &[Chunk], first: usize) -> Row {
-        let (own, state) = (self.of(index), &chunks[self.state - first..][..Self::STATE]);
-        [0, 1, 2].map(|k| sum(own[3 + k] * state[0] + own[k] * state[1]))
+        let (read, state) = (&self.of(index)[6..], &chunks[self.state - first..][..Self::STATE]);
+        let mut sum = Chunk::zero();
+        for (k, read) in read.iter().enumerate() {
+            let (a, b) = (state[0].0[k], state[1].0[k]);
+            sum += *read * Lanes([a, a, a, a, b, b, b, b]);
+        }
+        let [a, b, c, _, d, e, f, _] = sum.0;
+        [a + d, b + e, c + f]
     }
 
     /// What unit impulses of a contact do to the last body of the group, a column each.

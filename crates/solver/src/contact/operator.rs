@@ -9,6 +9,7 @@
 //! each other goes through the bodies between them (`linked.rs`).
 
 use super::linked::{Linked, Links};
+use crate::kernel::flat::{flat, flat_mut};
 use crate::kernel::lane::{Lanes, Real};
 
 pub(crate) type Row = [f64; 3];
@@ -242,16 +243,15 @@ impl Operator {
             let group = &self.groups[seat.group as usize];
             let Group { width, matrix, moved: own, .. } = *group;
             let first = matrix + 3 * seat.index as usize * width;
-            let rows = &self.values[first..first + 3 * width];
-            let (a, rest) = rows.split_at(width);
-            let (b, c) = rest.split_at(width);
-            let [x, y, z] = by.map(Chunk::splat);
-            let out = &mut moved.chunks[own - moved.first..own - moved.first + width];
+            let rows = flat(&self.values[first..first + 3 * width]);
+            let (a, rest) = rows.split_at(LANES * width);
+            let (b, c) = rest.split_at(LANES * width);
+            let out = flat_mut(&mut moved.chunks[own - moved.first..own - moved.first + width]);
             for (((out, a), b), c) in out.iter_mut().zip(a).zip(b).zip(c) {
-                *out += *a * x + *b * y + *c * z;
+                *out += a * by[0] + b * by[1] + c * by[2];
             }
             if group.is_linked() {
-                self.change_far(moved, seat, [x, y, z]);
+                self.change_far(moved, seat, by.map(Chunk::splat));
             }
         }
     }

@@ -3,6 +3,7 @@
 pub(crate) mod block;
 pub mod dispatch;
 pub mod dual;
+pub(crate) mod flat;
 pub mod lane;
 pub mod math;
 mod spatial;

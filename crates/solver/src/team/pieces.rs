@@ -1,4 +1,4 @@
-//! Arrays of which several threads change pieces at once: the one place in this crate that needs `unsafe`.
+//! Arrays of which several threads change pieces at once.
 #![allow(unsafe_code)]
 
 use std::marker::PhantomData;
