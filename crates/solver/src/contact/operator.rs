@@ -97,14 +97,18 @@ impl<'a> Part<'a> {
     /// of the diagonal; where the two are one, `twice` says whether it adds both.
     #[inline(always)]
     pub(crate) fn add(&mut self, (row, column): (usize, usize), block: &Block3, twice: bool) {
-        let Self { width, values, .. } = self;
-        for r in 0..3 {
+        let (width, values) = (LANES * self.width, flat_mut(self.values));
+        for (r, entries) in block.iter().enumerate() {
+            let first = (3 * row + r) * width + 3 * column;
+            for (value, entry) in values[first..first + 3].iter_mut().zip(entries) {
+                *value += entry;
+            }
+        }
+        if row != column || twice {
             for c in 0..3 {
-                let place = 3 * column + c;
-                values[(3 * row + r) * *width + place / LANES].0[place % LANES] += block[r][c];
-                if row != column || twice {
-                    let place = 3 * row + r;
-                    values[(3 * column + c) * *width + place / LANES].0[place % LANES] += block[r][c];
+                let first = (3 * column + c) * width + 3 * row;
+                for (value, entries) in values[first..first + 3].iter_mut().zip(block) {
+                    *value += entries[c];
                 }
             }
         }
@@ -123,14 +127,11 @@ pub(crate) struct Moved<'a> {
     pub(crate) first: usize,
 }
 
-#[inline(always)]
-fn at(chunks: &[Chunk], place: usize) -> f64 {
-    chunks[place / LANES].0[place % LANES]
-}
-
+/// Three of the numbers of some chunks.
 #[inline(always)]
 fn three(chunks: &[Chunk], index: usize) -> Row {
-    [at(chunks, 3 * index), at(chunks, 3 * index + 1), at(chunks, 3 * index + 2)]
+    let numbers = &flat(chunks)[3 * index..3 * index + 3];
+    [numbers[0], numbers[1], numbers[2]]
 }
 
 impl Operator {
@@ -358,7 +359,7 @@ impl Operator {
         for (seat, place) in self.seats[contact].iter().zip(places) {
             if let Some(place) = place {
                 let Group { width, matrix, .. } = self.groups[seat.group as usize];
-                sum += at(&self.values[matrix + 3 * seat.index as usize * width..], 3 * place);
+                sum += three(&self.values[matrix + 3 * seat.index as usize * width..][..width], place)[0];
             }
         }
         sum

@@ -99,7 +99,7 @@ impl Columnwise {
                                 let answers = [0, 1, 2].map(|c| &columns[(3 * column + c) * joints + *joint as usize]);
                                 for (work, row) in work.iter_mut().zip(rows) {
                                     for (work, answer) in work.iter_mut().zip(answers) {
-                                        *work -= (0..6).map(|k| row[k] * answer[k]).sum::<f64>();
+                                        *work -= dot(row, answer);
                                     }
                                 }
                             }
@@ -148,6 +148,12 @@ fn alone(system: &System<f64>, own: &[Side], others: &[Side]) -> [[f64; 3]; 3] {
         }
     }
     work
+}
+
+/// The sum of products, in pairs.
+#[inline(always)]
+fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
 }
 
 #[inline(always)]
