@@ -98,6 +98,8 @@ pub(crate) struct Contact {
     places: [f64; 2],
     /// By how much other places on axes that are nearly parallel must be nearer to take the place of those before [m].
     pub(crate) steady: f64,
+    /// By how much other places are nearer \[m\].
+    pub(crate) nearer: f64,
     /// Whether another contact holds the same places apart.
     pub(crate) doubled: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
@@ -201,6 +203,7 @@ impl Contact {
             is_left_out: false,
             places: [0.5; 2],
             steady: 0.0,
+            nearer: 0.0,
             doubled: false,
             waits: false,
         }
@@ -297,8 +300,7 @@ impl Contact {
             Feature::Own(end) => [f64::from(end), nearest_to(other.ends, own.ends[end as usize])],
             Feature::Partners(end) => [nearest_to(own.ends, other.ends[end as usize]), f64::from(end)],
         };
-        let stays = poses != Poses::Start && self.stays(own, other, [s, t]);
-        let [s, t] = if stays { self.places } else { [s, t] };
+        let [s, t] = if poses == Poses::Start { [s, t] } else { self.steadied(own, other, [s, t], poses) };
         self.places = [s, t];
         self.ends = match feature {
             Feature::Nearest => [s, t].map(end_at),
@@ -341,15 +343,27 @@ impl Contact {
         direction
     }
 
-    /// Whether the places of the evaluation before stay, though others are `nearest`. On axes that are nearly parallel a turn too small
-    /// to matter takes the nearest places from one end to the other, and with them the torques of the contact's force: what solves for
-    /// the balance of torques would follow them to and fro.
-    fn stays(&self, own: &Side, other: &Side, nearest: [f64; 2]) -> bool {
-        if self.steady <= 0.0 || self.normal == Vec3::zero() || self.places == nearest {
-            return false;
+    /// The places where the two touch, where others are `nearest`: on axes that are nearly parallel those of the evaluation before while
+    /// others are no nearer to speak of, and half-way to these once places settle. There a turn too small to matter takes the nearest
+    /// places from one end to the other, and with them the torques of the contact's force: what solves for the balance of torques would
+    /// follow them to and fro.
+    fn steadied(&mut self, own: &Side, other: &Side, nearest: [f64; 2], poses: Poses) -> [f64; 2] {
+        self.nearer = 0.0;
+        let before = self.places;
+        let moves = self.steady > 0.0 && self.normal != Vec3::zero() && before != nearest;
+        if !moves || !are_parallel(own.ends, other.ends, NEARLY_PARALLEL) {
+            return nearest;
         }
         let distance = |[s, t]: [f64; 2]| (own.at(s) - other.at(t)).norm_squared().sqrt();
-        are_parallel(own.ends, other.ends, NEARLY_PARALLEL) && distance(self.places) - distance(nearest) <= self.steady
+        if distance(before) - distance(nearest) <= self.steady {
+            return before;
+        }
+        if poses != Poses::Settling {
+            return nearest;
+        }
+        let between = [0, 1].map(|k| 0.5 * (before[k] + nearest[k]));
+        self.nearer = distance(between) - distance(nearest);
+        between
     }
 
     /// Sets what is between two capsules that meet at `a` and `b` on their axes.

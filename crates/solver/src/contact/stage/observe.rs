@@ -98,7 +98,8 @@ impl Stage {
                 let [normal, across] = natural_residual(contact.compliance, force, w, bound);
                 // Where surfaces slide far, the direction of friction need not be nearer than this.
                 let slip = contact.slip.norm_squared().sqrt() * (shared.params.sliding / tolerance);
-                normal.max(across / (slip / contact.radius).max(1.0))
+                // Where other places are nearer, bodies are deeper in each other there.
+                normal.max(across / (slip / contact.radius).max(1.0)).max(contact.nearer - short)
             } else {
                 (-short).max(0.0)
             } / contact.radius.min(self.unit);
