@@ -39,13 +39,16 @@ pub(crate) struct Coupling {
     /// The same of the two sides of each contact.
     pushed: Vec<[u32; 2]>,
     /// Contacts by component, and where those of each begin, and the end.
-    members: Vec<u32>,
+    by_set: Vec<u32>,
     start: Vec<usize>,
-    /// Contacts of a component with their places along it.
-    places: Vec<(u32, u32)>,
-    /// Where those of each group begin, and the end; the first group of each component, and the end.
+    /// The same by groups, and the first group of each component, and the end.
+    members: Vec<u32>,
     groups: Vec<usize>,
     first_groups: Vec<usize>,
+    /// Of components that have several groups: places of sides along them, with their contacts, and where those of each group begin, and
+    /// the end.
+    places: Vec<(u32, u32)>,
+    cuts: Vec<usize>,
     /// Memory for which components' parts of the operator are in use.
     taken: Vec<AtomicBool>,
 }
@@ -88,7 +91,7 @@ impl Coupling {
         if self.groups.windows(2).map(blocks).sum::<usize>() > most_blocks {
             return Err(TooManyContacts);
         }
-        let Self { members, groups, first_groups, number_of, taken, .. } = self;
+        let Self { members, groups, first_groups, places, cuts: side_cuts, number_of, taken, .. } = self;
         problem.operator.reset(active.len(), groups, members, first_groups);
         taken.resize_with(taken.len().max(first_groups.len()), AtomicBool::default);
         let (values, cuts) = problem.operator.values();
@@ -104,21 +107,25 @@ impl Coupling {
             let mut values = parts.take(set..set + 1);
             let Touch { number, response, sides: own, .. } = &mut **touch;
             own.clear();
-            for group in own_groups.windows(2) {
-                for (index, &k) in members[group[0]..group[1]].iter().enumerate() {
-                    own.extend(sides(&contacts[active[k as usize] as usize], index as u32, shapes, *number));
-                }
-            }
-            match (own_groups, response) {
-                ([first, ..], Response::Tree(transfers)) if own_groups.len() > 2 => {
-                    for ends in own_groups.windows(2) {
-                        let sides = &mut own[ends[0] - first..ends[1] - first];
-                        sides.sort_unstable_by_key(|side| (transfers.place(side.body), side.contact));
+            let contact = |k: u32| &contacts[active[k as usize] as usize];
+            match response {
+                Response::Tree(transfers) if own_groups.len() > 2 => {
+                    let own_cuts = &side_cuts[first_groups[set]..=first_groups[set + 1]];
+                    for (group, ends) in own_groups.windows(2).zip(own_cuts.windows(2)) {
+                        let members = &members[group[0]..group[1]];
+                        for &(place, k) in &places[ends[0]..ends[1]] {
+                            let index = members.partition_point(|&member| member < k) as u32;
+                            let here = sides(contact(k), index, shapes, *number);
+                            own.extend(here.filter(|side| transfers.place(side.body) == place));
+                        }
                     }
                     let mut chain = Chain::new(own, own_groups, &mut values);
-                    transfers.couple_blocks(&component.system, (own, own_groups), &mut chain);
+                    transfers.couple_blocks(&component.system, (own, own_cuts), &mut chain);
                 }
-                (_, response) => {
+                response => {
+                    for (index, &k) in members[own_groups[0]..own_groups[1]].iter().enumerate() {
+                        own.extend(sides(contact(k), index as u32, shapes, *number));
+                    }
                     let (mut part, _) = Part::new(own_groups[1] - own_groups[0], false, &mut values);
                     response.couple(
                         &component.system,
@@ -179,54 +186,70 @@ impl Coupling {
             of.map(|component| component.map_or(u32::MAX, |c| self.number_of[sets.seat(c)]))
         }));
         let items = (0..).zip(&self.pushed).flat_map(|(k, &pushed)| distinct(pushed).map(move |g| (g as usize, k)));
-        buckets::sort(items, self.components.len(), &mut self.start, &mut self.members);
+        buckets::sort(items, self.components.len(), &mut self.start, &mut self.by_set);
         self.split(|k| &contacts[active[k as usize] as usize], shapes, sets);
     }
 
-    /// Splits the contacts of sets that have many, and whose bodies form chains, into groups of neighbours along these, where
-    /// each has just one side in the set.
+    /// Splits the contacts of sets that have many, and whose bodies form chains, into groups by neighbouring sides along these.
     fn split<'a>(&mut self, contact: impl Fn(u32) -> &'a Contact, shapes: &[Shape], sets: &Sets<'_>) {
-        let Self { components, pushed, members, start, places, groups, first_groups, .. } = self;
+        let Self { components, by_set, start, members, places, cuts, groups, first_groups, .. } = self;
+        members.clear();
+        places.clear();
+        cuts.clear();
         groups.clear();
         first_groups.clear();
         for (ends, &Pushed { component, .. }) in start.windows(2).zip(&*components) {
             first_groups.push(groups.len());
-            let members = &mut members[ends[0]..ends[1]];
-            let is_long =
-                members.len() > LONG && members.iter().all(|&k| pushed[k as usize][0] != pushed[k as usize][1]);
-            let touch = if is_long { sets[component as usize].touch.as_deref() } else { None };
-            let Some(Response::Tree(transfers)) = touch.map(|touch| &touch.response) else {
-                groups.push(ends[0]);
-                continue;
+            let own = &by_set[ends[0]..ends[1]];
+            let touch = if own.len() > LONG { sets[component as usize].touch.as_deref() } else { None };
+            let transfers = match touch.map(|touch| &touch.response) {
+                Some(Response::Tree(transfers)) if transfers.are_chains() => transfers,
+                _ => {
+                    groups.push(members.len());
+                    cuts.push(places.len());
+                    members.extend_from_slice(own);
+                    continue;
+                }
             };
-            if !transfers.are_chains() {
-                groups.push(ends[0]);
-                continue;
-            }
-            places.clear();
-            places.extend(members.iter().map(|&k| {
-                let side = sides(contact(k), 0, shapes, component).next();
-                (side.map_or(u32::MAX, |side| transfers.place(side.body)), k)
-            }));
-            places.sort_unstable();
-            members.iter_mut().zip(&*places).for_each(|(member, &(_, k))| *member = k);
-            let (count, size) = (members.len().div_ceil(BLOCK), members.len());
-            for block in 0..count {
-                let [from, to] = [block, block + 1].map(|block| size * block / count);
-                members[from..to].sort_unstable();
-                groups.push(ends[0] + from);
+            let first = places.len();
+            let place = |side: Side| (transfers.place(side.body), side.contact);
+            places.extend(own.iter().flat_map(|&k| sides(contact(k), k, shapes, component)).map(place));
+            places[first..].sort_unstable();
+            let size = places.len() - first;
+            let blocks = size.div_ceil(BLOCK);
+            for block in 0..blocks {
+                let [from, to] = [block, block + 1].map(|block| first + size * block / blocks);
+                groups.push(members.len());
+                cuts.push(from);
+                extend_distinct(members, places[from..to].iter().map(|&(_, k)| k));
             }
         }
         first_groups.push(groups.len());
         groups.push(members.len());
+        cuts.push(places.len());
     }
+}
+
+/// Adds the distinct ones of some numbers, ascending.
+fn extend_distinct(members: &mut Vec<u32>, numbers: impl Iterator<Item = u32>) {
+    let first = members.len();
+    members.extend(numbers);
+    members[first..].sort_unstable();
+    let mut end = first;
+    for k in first..members.len() {
+        if end == first || members[end - 1] != members[k] {
+            members[end] = members[k];
+            end += 1;
+        }
+    }
+    members.truncate(end);
 }
 
 /// Puts the parts of the operator of a chain together, group by group.
 struct Chain<'a> {
     sides: &'a [Side],
     /// Where the contacts of the group under way begin and end, and those after it.
-    cuts: &'a [usize],
+    groups: &'a [usize],
     part: Part<'a>,
     /// Memory of the groups after it.
     rest: &'a mut [Chunk],
@@ -234,9 +257,9 @@ struct Chain<'a> {
 
 impl<'a> Chain<'a> {
     /// Of `sides` in blocks, whose contacts are a group each, in memory that is zero.
-    fn new(sides: &'a [Side], cuts: &'a [usize], values: &'a mut [Chunk]) -> Self {
-        let (part, rest) = Part::new(cuts[1] - cuts[0], true, values);
-        Self { sides, cuts, part, rest }
+    fn new(sides: &'a [Side], groups: &'a [usize], values: &'a mut [Chunk]) -> Self {
+        let (part, rest) = Part::new(groups[1] - groups[0], true, values);
+        Self { sides, groups, part, rest }
     }
 }
 
@@ -248,13 +271,13 @@ impl Blocks for Chain<'_> {
     }
 
     fn side(&mut self, side: usize, to_last: [Row; 3], from_before: [Row; 3]) {
-        self.part.links().set_contact(self.sides[side].contact as usize, to_last, from_before);
+        self.part.links().add_side(self.sides[side].contact as usize, to_last, from_before);
     }
 
     fn end(&mut self, passage: &Rows) {
         self.part.links().set_passage(&passage.0);
-        self.cuts = &self.cuts[1..];
-        if let [from, to, ..] = *self.cuts {
+        self.groups = &self.groups[1..];
+        if let [from, to, ..] = *self.groups {
             (self.part, self.rest) = Part::new(to - from, true, std::mem::take(&mut self.rest));
         }
     }

@@ -24,15 +24,16 @@ pub(super) struct Linked<'a> {
 pub(crate) struct Links<'a>(pub(super) &'a mut [Chunk]);
 
 impl Links<'_> {
-    /// Sets the columns of E and the rows of R of one of its contacts.
-    pub(crate) fn set_contact(&mut self, index: usize, to_last: [Chunk; 3], from_before: [Chunk; 3]) {
+    /// Adds the columns of E and the rows of R of a side of one of its contacts.
+    pub(crate) fn add_side(&mut self, index: usize, to_last: [Chunk; 3], from_before: [Chunk; 3]) {
         let own = &mut self.0[CONTACT * index..CONTACT * (index + 1)];
-        own[..3].copy_from_slice(&to_last);
-        own[3..6].copy_from_slice(&from_before);
+        for (own, &side) in own.iter_mut().zip(to_last.iter().chain(&from_before)) {
+            *own += side;
+        }
         for (k, read) in own[6..].iter_mut().enumerate() {
             let [a, b, c] = from_before.map(|row| row.0[k]);
             let [d, e, f] = to_last.map(|column| column.0[k]);
-            read.0 = [a, b, c, 0.0, d, e, f, 0.0];
+            *read += Lanes([a, b, c, 0.0, d, e, f, 0.0]);
         }
     }
 

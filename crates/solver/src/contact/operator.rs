@@ -137,7 +137,7 @@ fn three(chunks: &[Chunk], index: usize) -> Row {
 impl Operator {
     /// Prepares a matrix of zeros for `contacts` contacts, of which those of each group, ascending in `members` between two
     /// numbers of `start`, are coupled, and those of all groups of a set: from one number of `sets` on to the next. A contact is
-    /// in two groups at most, and in no two of the same set.
+    /// in two groups at most.
     pub(crate) fn reset(&mut self, contacts: usize, start: &[usize], members: &[u32], sets: &[usize]) {
         self.groups.clear();
         self.members.clear();
@@ -205,8 +205,32 @@ impl Operator {
                     *sum += x;
                 }
             }
+            let [one, other] = self.seats[contact];
+            if let Some(block) = self.far_block(one, other) {
+                for (r, c) in (0..9).map(|k| (k / 3, k % 3)) {
+                    sum[r][c] += block[r][c] + block[c][r];
+                }
+            }
             self.diagonal[contact] = sum;
         }
+    }
+
+    /// The block of two seats in different groups of one set.
+    fn far_block(&self, one: Seat, other: Seat) -> Option<Block3> {
+        if one.group == NONE || other.group == NONE || one.group == other.group {
+            return None;
+        }
+        let [first, end] = self.groups[one.group as usize].chain;
+        if !(first..end).contains(&other.group) {
+            return None;
+        }
+        let (early, late) = if one.group < other.group { (one, other) } else { (other, one) };
+        let mut columns = self.linked(early.group as usize).columns_to_last(early.index as usize);
+        for group in early.group + 1..late.group {
+            columns = columns.map(|column| self.linked(group as usize).follow(column));
+        }
+        let block = self.linked(late.group as usize).block_from_before(late.index as usize, &columns);
+        Some(if one.group < other.group { block } else { transposed(&block) })
     }
 
     /// The block of a contact's own impulse.
@@ -325,69 +349,83 @@ impl Operator {
         }
     }
 
-    /// The contacts of the groups of one, ascending from the contact `from` on, with their places in these.
+    /// The contacts of the groups of one, ascending from the contact `from` on.
     pub(crate) fn coupled(&self, contact: usize, from: usize) -> Coupled<'_> {
         let list = |Seat { group, .. }: Seat| match group {
-            NONE => (&[][..], 0),
+            NONE => &[][..],
             group => {
                 let Group { first, count, .. } = self.groups[group as usize];
                 let members = &self.members[first..first + count];
-                (members, members.partition_point(|&other| (other as usize) < from))
+                &members[members.partition_point(|&other| (other as usize) < from)..]
             }
         };
         Coupled { lists: self.seats[contact].map(list) }
     }
 
-    /// The block of a contact and one that [`Operator::coupled`] names.
-    #[inline]
-    pub(crate) fn block(&self, contact: usize, places: [Option<usize>; 2]) -> Block3 {
+    /// The block of two contacts.
+    pub(crate) fn block(&self, contact: usize, other: usize) -> Block3 {
         let mut sum = [[0.0; 3]; 3];
-        for (seat, place) in self.seats[contact].iter().zip(places) {
-            if let Some(place) = place {
-                let block = self.block_of(seat.group as usize, seat.index as usize, place);
-                for (sum, x) in sum.iter_mut().flatten().zip(block.iter().flatten()) {
-                    *sum += x;
-                }
+        let mut add = |block: &Block3| {
+            for (sum, x) in sum.iter_mut().flatten().zip(block.iter().flatten()) {
+                *sum += x;
             }
-        }
+        };
+        self.each_pair(contact, other, |one, other| match other.group == one.group {
+            true => add(&self.block_of(one.group as usize, one.index as usize, other.index as usize)),
+            false => _ = self.far_block(one, other).map(|block| add(&block)),
+        });
         sum
     }
 
     /// The response of the two along both normals.
-    pub(crate) fn normals(&self, contact: usize, places: [Option<usize>; 2]) -> f64 {
+    pub(crate) fn normals(&self, contact: usize, other: usize) -> f64 {
         let mut sum = 0.0;
-        for (seat, place) in self.seats[contact].iter().zip(places) {
-            if let Some(place) = place {
-                let Group { width, matrix, .. } = self.groups[seat.group as usize];
-                sum += three(&self.values[matrix + 3 * seat.index as usize * width..][..width], place)[0];
+        self.each_pair(contact, other, |one, other| {
+            let Group { width, matrix, .. } = self.groups[one.group as usize];
+            sum += match other.group == one.group {
+                true => {
+                    three(&self.values[matrix + 3 * one.index as usize * width..][..width], other.index as usize)[0]
+                }
+                false => self.far_block(one, other).map_or(0.0, |block| block[0][0]),
+            };
+        });
+        sum
+    }
+
+    /// Pairs of seats of two contacts.
+    #[inline(always)]
+    fn each_pair(&self, contact: usize, other: usize, mut take: impl FnMut(Seat, Seat)) {
+        for &one in self.seats[contact].iter().filter(|seat| seat.group != NONE) {
+            for &other in self.seats[other].iter().filter(|seat| seat.group != NONE) {
+                take(one, other);
             }
         }
-        sum
     }
 }
 
-/// Contacts coupled to one: their numbers and their places in its two groups.
+fn transposed(block: &Block3) -> Block3 {
+    [0, 1, 2].map(|r| [0, 1, 2].map(|c| block[c][r]))
+}
+
+/// Contacts coupled to one.
 pub(crate) struct Coupled<'a> {
-    lists: [(&'a [u32], usize); 2],
+    lists: [&'a [u32]; 2],
 }
 
 impl Iterator for Coupled<'_> {
-    type Item = (usize, [Option<usize>; 2]);
+    type Item = usize;
 
-    fn next(&mut self) -> Option<Self::Item> {
-        let heads = self.lists.map(|(members, place)| members.get(place).copied());
-        let next = match heads {
+    fn next(&mut self) -> Option<usize> {
+        let next = match self.lists.map(|list| list.first().copied()) {
             [Some(a), Some(b)] => a.min(b),
             [Some(a), None] | [None, Some(a)] => a,
             [None, None] => return None,
         };
-        let mut places = [None; 2];
-        for ((place, head), (_, at)) in places.iter_mut().zip(heads).zip(&mut self.lists) {
-            if head == Some(next) {
-                *place = Some(*at);
-                *at += 1;
+        for list in &mut self.lists {
+            if list.first() == Some(&next) {
+                *list = &list[1..];
             }
         }
-        Some((next as usize, places))
+        Some(next as usize)
     }
 }

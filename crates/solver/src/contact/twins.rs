@@ -40,15 +40,15 @@ pub(super) fn find(problem: &Problem, contacts: Range<usize>, twins: &mut Vec<Tw
     for a in contacts {
         let own = matrix.diagonal(a)[0][0];
         let (mut best, mut most) = (None, TWINS * TWINS);
-        for (b, places) in problem.operator.coupled(a, a + 1) {
-            let normal = problem.operator.normals(a, places);
+        for b in problem.operator.coupled(a, a + 1) {
+            let normal = problem.operator.normals(a, b);
             let square = normal * normal / (own * matrix.diagonal(b)[0][0]);
             if normal > 0.0 && square > most {
-                (best, most) = (Some((b, places)), square);
+                (best, most) = (Some(b), square);
             }
         }
-        if let Some((b, places)) = best {
-            twins.push(Twins { pair: [a, b], block: problem.operator.block(a, places) });
+        if let Some(b) = best {
+            twins.push(Twins { pair: [a, b], block: problem.operator.block(a, b) });
         }
     }
 }

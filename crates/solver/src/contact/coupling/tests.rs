@@ -1,6 +1,9 @@
 //! The operator of free segments in closed form.
 
+use rod::Friction;
+
 use super::super::geometry::Poses;
+use super::super::key::{Feature, Partner};
 use super::super::operator::{Block3, Moved};
 use super::super::testing::Rods;
 use super::*;
@@ -73,7 +76,8 @@ fn contacts_are_coupled_by_the_segment_that_both_push() {
     assert!(stack(&[0.02, 0.03, 0.02, 0.02], 10).is_ok() && stack(&[0.02, 0.03, 0.02, 0.02], 9).is_err());
 }
 
-/// A long rod across 70 short ones, in three groups: W is what transfers say of all pairs.
+/// A long rod across 70 short ones, in three groups, that also touches itself within a group and between two: W is what transfers say of
+/// all pairs.
 #[test]
 fn a_long_chain_answers_in_blocks_as_it_does_in_one() {
     let count = LONG + 6;
@@ -83,6 +87,10 @@ fn a_long_chain_answers_in_blocks_as_it_does_in_one() {
     rods.predict(0.01);
     let (detector, search, mut contacts) = rods.find();
     let Rods { sets, seats, shapes, .. } = &mut rods;
+    let first = count as u32;
+    contacts.extend([[1, 4], [2, 15], [20, 3], [16, 17], [0, 34]].map(|[one, other]| {
+        Contact::new((first + one, Partner::Segment(first + other), Feature::Nearest), Friction::default(), 0.02)
+    }));
     let mut sets = Sets::new(sets, seats);
     contacts.iter_mut().for_each(|contact| contact.evaluate(&detector.world(&search), &sets, Poses::Now));
     // In another order than along the rod.
@@ -108,6 +116,7 @@ fn a_long_chain_answers_in_blocks_as_it_does_in_one() {
         });
     }
     let operator = &problem.operator;
+    let most = expected.iter().flatten().flatten().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
     for column in 0..size {
         let mut blocks = vec![[[0.0; 3]; 3]; size];
         operator.each_block(column, |row, block| {
@@ -115,7 +124,15 @@ fn a_long_chain_answers_in_blocks_as_it_does_in_one() {
                 blocks[row][c][r] += block[r][c];
             }
         });
-        let most = operator.diagonal(column)[1][1];
+        for row in 0..size {
+            let block = operator.block(row, column);
+            assert!((operator.normals(row, column) - block[0][0]).abs() < 1e-12 * most);
+            for (r, c) in (0..9).map(|k| (k / 3, k % 3)) {
+                let (block, expected) = (block[r][c], expected[row][column][r][c]);
+                assert!((block - expected).abs() < 1e-11 * most, "{row} {column}: {block} {expected}");
+            }
+        }
+        assert!((operator.diagonal(column)[2][0] - expected[column][column][2][0]).abs() < 1e-11 * most);
         for c in 0..3 {
             let mut chunks = vec![Chunk::zero(); operator.moved_len()];
             operator.change(&mut Moved { chunks: &mut chunks, first: 0 }, column, [0, 1, 2].map(|k| f64::from(k == c)));
