@@ -20,9 +20,9 @@ use crate::linear::response::Response;
 use crate::linear::transfers::{self, Blocks, Side};
 use crate::team::pieces::Pieces;
 
-/// Contacts of a set whose bodies form chains, above which they are put in blocks, and contacts of a block, at most: of many more, the
-/// matrix would not fit the processor's caches; of fewer, what goes from block to block takes longer than it.
-const LONG: usize = 64;
+/// Contacts of a set whose bodies form chains, above which these are split, and sides in a group then, at most. More of these: the matrix
+/// does not fit the processor's caches. Fewer: what goes from group to group takes longer than what it saves.
+const LONG: usize = 128;
 const BLOCK: usize = 32;
 
 /// Memory to put the operator together.

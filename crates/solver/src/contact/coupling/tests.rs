@@ -76,12 +76,12 @@ fn contacts_are_coupled_by_the_segment_that_both_push() {
     assert!(stack(&[0.02, 0.03, 0.02, 0.02], 10).is_ok() && stack(&[0.02, 0.03, 0.02, 0.02], 9).is_err());
 }
 
-/// A long rod across 70 short ones, in three groups, that also touches itself within a group and between two: W is what transfers say of
+/// A long rod across 134 short ones, in five groups, that also touches itself within a group and between two: W is what transfers say of
 /// all pairs.
 #[test]
 fn a_long_chain_answers_in_blocks_as_it_does_in_one() {
     let count = LONG + 6;
-    let across = |k: usize| ([0.1 * k as f64 - 3.47, 0.0, -0.04], [0.0, 0.3, 0.0], 1, 0.02, STILL);
+    let across = |k: usize| ([0.05 * k as f64 - 3.34, 0.0, -0.03], [0.0, 0.3, 0.0], 1, 0.01, STILL);
     let long = ([0.0; 3], [7.0, 0.2, 0.0], 35, 0.02, STILL);
     let mut rods = Rods::new(&(0..count).map(across).chain([long]).collect::<Vec<_>>());
     rods.predict(0.01);
