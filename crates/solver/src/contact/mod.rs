@@ -15,7 +15,6 @@ mod halves;
 mod impulses;
 mod islands;
 mod key;
-mod linked;
 mod memory;
 mod newton;
 mod obstacles;

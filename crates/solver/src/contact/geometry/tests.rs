@@ -310,6 +310,29 @@ fn nearest_places_of_nearly_parallel_axes_stay_unless_others_are_nearer() {
     assert_eq!(places(0.5, 2.5e-3, 1e-4), places(0.5, 2.5e-3, 0.0));
 }
 
+#[test]
+fn places_that_settle_go_half_way_and_say_how_much_nearer_others_are() {
+    let [own, before, after] = tilted(0.1, 1e-2);
+    let mut contact = nearest_contact(&own, &before);
+    let start = contact.arms[0].0[0];
+    contact.between(&own, &after, Feature::Nearest, Poses::Now);
+    let (least, nearest) = (contact.gap, contact.arms[0].0[0]);
+    let mut contact = nearest_contact(&own, &before);
+    contact.steady = 1e-5;
+    contact.between(&own, &after, Feature::Nearest, Poses::Settling);
+    assert!((contact.arms[0].0[0] - 0.5 * (start + nearest)).abs() < 1e-3, "{start} {nearest}");
+    // Distances grow with the square of the way from the nearest places.
+    let all = (own.at(0.5) - after.at(0.5)).norm_squared().sqrt() - (least + 0.2);
+    assert!((contact.nearer - 0.25 * all).abs() < 1e-5, "{} {all}", contact.nearer);
+    // A quarter of it is left each time, up to where places stay.
+    while contact.nearer > 0.0 {
+        let before = contact.nearer;
+        contact.between(&own, &after, Feature::Nearest, Poses::Settling);
+        assert!(contact.nearer < 0.3 * before, "{} {before}", contact.nearer);
+    }
+    assert!((contact.arms[0].0[0] - nearest).abs() < 0.03);
+}
+
 /// An impulse that turns with its normal keeps its share along it, its friction's size, and its length.
 #[test]
 fn an_impulse_turns_with_its_normal() {

@@ -214,9 +214,9 @@ fn blocks_of_a_chain_are_what_solves_say() {
                     } else {
                         work(s, t, c)
                     };
-                    for r in 0..3 {
-                        let expected = sides[s].forces[r].dot(answer[sides[s].body as usize]);
-                        assert!((found[r] - expected).abs() < 1e-10 * size, "{s} {t}: {} {expected}", found[r]);
+                    for (found, force) in found.into_iter().zip(sides[s].forces) {
+                        let expected = force.dot(answer[sides[s].body as usize]);
+                        assert!((found - expected).abs() < 1e-10 * size, "{s} {t}: {found} {expected}");
                     }
                 }
             }

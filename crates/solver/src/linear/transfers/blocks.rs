@@ -124,9 +124,9 @@ fn unit() -> Rows {
 /// `x M`.
 #[inline(always)]
 fn row_times(x: &[f64; 6], m: &Rows) -> Row {
-    let mut sum = m.0[0] * Row::splat(x[0]);
-    for k in 1..6 {
-        sum += m.0[k] * Row::splat(x[k]);
+    let mut sum = Row::zero();
+    for (&row, &x) in m.0.iter().zip(x) {
+        sum += row * Row::splat(x);
     }
     sum
 }
