@@ -154,17 +154,17 @@ impl Coupling {
         self.number_of.resize(sets.len(), u32::MAX);
         self.components.clear();
         for component in active.iter().flat_map(|&k| pushes(k)) {
-            let group = &mut self.number_of[sets.seat(component)];
-            if *group == u32::MAX {
-                *group = self.components.len() as u32;
+            let number = &mut self.number_of[sets.seat(component)];
+            if *number == u32::MAX {
+                *number = self.components.len() as u32;
                 let centre = centre(&sets[component as usize].component.poses);
                 self.components.push(Pushed { component, centre, contacts: 0, leaf: 0 });
             }
-            self.components[*group as usize].contacts += 1;
+            self.components[*number as usize].contacts += 1;
         }
         problem.halves.deal(active.len(), &mut self.components);
-        for (group, set) in self.components.iter().enumerate() {
-            self.number_of[sets.seat(set.component)] = group as u32;
+        for (number, set) in self.components.iter().enumerate() {
+            self.number_of[sets.seat(set.component)] = number as u32;
         }
         if problem.halves.depth() > 0 {
             let Self { components, number_of, leaves, order, before, .. } = self;
