@@ -68,8 +68,10 @@ pub(crate) struct Contact {
     pub(crate) frame: [Vec3<f64>; 3],
     /// From the centres of segment and partner to the place of contact [m].
     pub(crate) arms: [Vec3<f64>; 2],
-    /// Distance of the surfaces [m].
+    /// Distance of the surfaces along the normal [m].
     pub(crate) gap: f64,
+    /// That of the nearest places, which may be more where the normal settles, and less where places do [m].
+    pub(crate) distance: f64,
     /// How far the surfaces have slipped past each other since the start of the step [m].
     pub(crate) slip: Vec3<f64>,
     /// Gap to keep at least [m]: above 0 where the bodies bounce, below where an overlap at the start is let out.
@@ -189,6 +191,7 @@ impl Contact {
             frame: [zero; 3],
             arms: [zero; 2],
             gap: 0.0,
+            distance: 0.0,
             slip: zero,
             target: 0.0,
             impulse: zero,
@@ -340,6 +343,9 @@ impl Contact {
             }
         }
         self.meet(own, other, [a, b], normal);
+        if poses == Poses::Settling && direction.is_some() {
+            self.distance = distance - self.nearer - reach;
+        }
         direction
     }
 
@@ -374,7 +380,7 @@ impl Contact {
     }
 
     pub(super) fn set(&mut self, own: &Side, other: Option<&Side>, normal: Vec3<f64>, gap: f64, place: Vec3<f64>) {
-        self.gap = gap;
+        (self.gap, self.distance) = (gap, gap);
         self.normal = normal;
         self.frame = frame(normal);
         self.arms[0] = place - own.now.x;

@@ -229,7 +229,8 @@ impl Stage {
             contact.is_left_out =
                 poses != Poses::Start && contact.is_out_of_reach(world.shapes, components, |ways| ways.moved, room);
             if contact.is_left_out {
-                (contact.normal, contact.gap) = (Vec3::zero(), contact.gap_at_start);
+                contact.normal = Vec3::zero();
+                (contact.gap, contact.distance) = (contact.gap_at_start, contact.gap_at_start);
                 return 1;
             }
             contact.steady = steady * contact.radius.min(unit);
@@ -395,7 +396,7 @@ impl Stage {
     /// The deepest penetration of any contact at the poses evaluated last, relative to the smaller radius.
     pub(crate) fn deepest(&self) -> f64 {
         let true_gaps = self.contacts.iter().filter(|contact| !contact.doubled);
-        true_gaps.map(|contact| -contact.gap / contact.radius).fold(0.0, f64::max)
+        true_gaps.map(|contact| -contact.distance / contact.radius).fold(0.0, f64::max)
     }
 
     /// The largest error of any contact at the poses evaluated last, relative to the smaller radius.

@@ -317,10 +317,13 @@ fn places_that_settle_go_half_way_and_say_how_much_nearer_others_are() {
     let start = contact.arms[0].0[0];
     contact.between(&own, &after, Feature::Nearest, Poses::Now);
     let (least, nearest) = (contact.gap, contact.arms[0].0[0]);
+    assert_eq!(contact.distance, least);
     let mut contact = nearest_contact(&own, &before);
     contact.steady = 1e-5;
     contact.between(&own, &after, Feature::Nearest, Poses::Settling);
     assert!((contact.arms[0].0[0] - 0.5 * (start + nearest)).abs() < 1e-3, "{start} {nearest}");
+    // Penetration is that of the nearest places.
+    assert!((contact.distance - least).abs() < 1e-13, "{} {least}", contact.distance);
     // Distances grow with the square of the way from the nearest places.
     let all = (own.at(0.5) - after.at(0.5)).norm_squared().sqrt() - (least + 0.2);
     assert!((contact.nearer - 0.25 * all).abs() < 1e-5, "{} {all}", contact.nearer);
