@@ -23,10 +23,10 @@ pub(crate) struct Halves {
     depth: u32,
     /// Where each node's own contacts begin, and the end.
     contacts: Vec<usize>,
-    /// The same of `W dz`: of groups, which are all of leaves.
+    /// The same of `W dz`: of sets, which are all of leaves.
     moved: Vec<usize>,
-    /// First group of each leaf, and their number.
-    groups: Vec<usize>,
+    /// First set of each leaf, and their number.
+    sets: Vec<usize>,
     /// Each node's leaves.
     leaves: Vec<Leaves>,
 }
@@ -60,8 +60,8 @@ impl Halves {
         self.depth = (contacts / LEAST).max(1).ilog2().min(most);
         halve(pushed, 0, self.depth);
         pushed.sort_unstable_by_key(|set| (set.leaf, set.component));
-        self.groups.clear();
-        self.groups.extend((0..=1 << self.depth).map(|leaf| pushed.partition_point(|set| set.leaf < leaf)));
+        self.sets.clear();
+        self.sets.extend((0..=1 << self.depth).map(|leaf| pushed.partition_point(|set| set.leaf < leaf)));
     }
 
     /// Puts contacts in the order of their nodes, where they were in another: `order[k]` is the k-th one's place there, and
@@ -83,9 +83,9 @@ impl Halves {
             return;
         }
         for leaf in 0..1_u32 << self.depth {
-            self.moved.push(operator.moved_from(self.groups[leaf as usize]));
+            self.moved.push(operator.moved_from(self.sets[leaf as usize]));
             let above = (leaf + 1).trailing_zeros().min(self.depth);
-            let end = operator.moved_from(self.groups[leaf as usize + 1]);
+            let end = operator.moved_from(self.sets[leaf as usize + 1]);
             self.moved.extend((0..above).map(|_| end));
             self.leaves.extend((0..=above).map(|level| [leaf + 1 - (1 << level), leaf]));
         }
