@@ -152,10 +152,21 @@ pub(crate) fn solve<T: Real>(
         counters.guesses_used += u64::from(!info.start_dropped);
         counters.guesses_dropped += u64::from(info.start_dropped);
     }
+    count_iteration(component, &info, lanes, solver.uses_start(), counters);
+}
+
+/// Counts an outer iteration with its linear solve.
+pub(crate) fn count_iteration<T: Real>(
+    component: &mut Component<T>,
+    info: &LinearInfo,
+    lanes: u64,
+    iterative: bool,
+    counters: &mut Counters,
+) {
     component.solves += 1;
     counters.iterations += lanes;
     counters.segment_iterations += lanes * component.segments() as u64;
-    count_solve(component, &info, lanes, solver.uses_start(), counters);
+    count_solve(component, info, lanes, iterative, counters);
 }
 
 /// Lines 10 and 11 of Algorithm 1, in the lanes where `active` >= 0.

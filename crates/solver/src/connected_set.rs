@@ -79,6 +79,10 @@ pub(crate) struct ConnectedSet {
     pub(crate) attempt: Attempt<f64>,
     /// Whether contacts pushed it in the last outer iteration, so that it takes part in the next.
     pub(crate) takes_part: bool,
+    /// Whether the first linear solve of the step under way is done, and the corrections that come of it are kept.
+    pub(crate) is_ahead: bool,
+    /// Which sets it is alike with, where it may begin steps side by side with them.
+    pub(crate) kind: Option<u32>,
     /// How the last step ended.
     pub(crate) status: Status,
     /// What contacts need of it; `None` where nothing can touch.
@@ -100,6 +104,8 @@ impl ConnectedSet {
             counters: Counters::default(),
             attempt,
             takes_part: true,
+            is_ahead: false,
+            kind: None,
             status: Status::Converged,
             touch: None,
             substeps: None,
@@ -215,6 +221,7 @@ impl ConnectedSet {
                 self.tangents = self.tangents.take().filter(|_| self.exact.is_some());
             }
             self.component.system.topology = Arc::new(topology);
+            self.kind = None;
         }
         self.component.change(0, own, change);
         Ok(true)

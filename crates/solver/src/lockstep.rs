@@ -4,10 +4,11 @@
 //! itself (`island.rs`), on its own thread where there is enough to share. Where nothing is found between two islands at the
 //! start of a step, but sets leave the rooms of that search, it is made sure at the end that none of them could have met.
 
+mod alike;
 mod island;
 
 use nalgebra::Vector3;
-use rod::{Body, Carried, Model};
+use rod::{Body, Carried, Model, State};
 
 use crate::component::{Change, Members};
 use crate::connected_set::{ConnectedSet, Touch};
@@ -19,13 +20,15 @@ use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::{SolverError, SolverKind};
 use crate::snapshot::Tape;
 use crate::step::{Interval, Status, StepParams};
-use island::{Island, Room, begin_set, each};
+use alike::Kinds;
+use island::{Island, Room, begin_set};
 
 /// All connected sets of a model with contacts.
 pub(crate) struct Lockstep {
     /// Boxed: in each step those of an island are put side by side.
     #[allow(clippy::vec_box)]
     pub(crate) sets: Vec<Box<ConnectedSet>>,
+    kinds: Kinds,
     shared: Shared,
     islands: Islands,
     /// Contacts of each island, and what else it keeps.
@@ -38,13 +41,15 @@ pub(crate) struct Lockstep {
 }
 
 impl Lockstep {
-    /// Sets of `model`, whose contacts must not be empty.
+    /// Sets of `model`, whose contacts must not be empty, from `state`. `fills_lanes`: alike ones, which are solved directly, begin
+    /// their steps side by side.
     ///
     /// # Errors
     /// If a set's factor would be too large.
     pub(crate) fn new(
-        model: &Model,
+        (model, state): (&Model, &State),
         sets: Vec<ConnectedSet>,
+        fills_lanes: bool,
         filter: PairFilter,
         params: &StepParams,
     ) -> Result<Self, SolverError> {
@@ -82,8 +87,10 @@ impl Lockstep {
             let (number, response) = (number as u32, shared.response(set)?);
             set.touch = Some(Box::new(Touch::new(number, response)));
         }
+        let kinds = if fills_lanes { Kinds::of(model, state, &mut sets) } else { Kinds::default() };
         Ok(Self {
             sets,
+            kinds,
             shared,
             islands: Islands::default(),
             stages: Vec::new(),
@@ -185,7 +192,7 @@ impl Lockstep {
 
     /// Predicts all sets, each by itself, and finds the contacts between them.
     fn begin(&mut self, interval: Interval, params: &StepParams) {
-        each(&mut self.sets, self.segments, |set| {
+        self.kinds.begin(&mut self.sets, self.segments, (interval, params), |set| {
             let held_back = !set.component.can_go_on();
             begin_set(set, held_back, interval, params, true);
         });

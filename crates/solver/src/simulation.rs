@@ -309,7 +309,9 @@ impl Simulation {
         } else {
             let filter = PairFilter::new(model);
             refuse_overlaps(model, state, &filter, params.contact_tolerance)?;
-            pieces.push(Piece::Lockstep(Box::new(Lockstep::new(model, singles, filter, &params)?)));
+            let fills_lanes = solver == SolverKind::Direct;
+            let sets = Lockstep::new((model, state), singles, fills_lanes, filter, &params)?;
+            pieces.push(Piece::Lockstep(Box::new(sets)));
         }
         let held = model.segments.iter().map(|segment| segment.fixed).collect();
         let changes = |of: &[Changing]| model.changes.iter().any(|change| of.contains(&change.of));

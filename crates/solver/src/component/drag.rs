@@ -62,6 +62,18 @@ impl<T: Real> Drag<T> {
         Self { air: air.clone(), bodies, breeze: Vec3::zero(), impulses: vec![Spatial::zero(); count] }
     }
 
+    /// Takes the drag of a component of its own into a lane.
+    pub(super) fn put(&mut self, lane: usize, from: &Drag<f64>) {
+        for (body, own) in self.bodies.iter_mut().zip(&from.bodies) {
+            let Exposed { mass, transverse, normal, tangential } = *own;
+            body.mass.set_lane(lane, mass);
+            body.transverse.set_lane(lane, transverse);
+            body.normal.set_lane(lane, normal);
+            body.tangential.set_lane(lane, tangential);
+        }
+        put(&mut self.breeze, lane, from.breeze.0);
+    }
+
     pub(super) fn pick(&self, lane: usize) -> Drag<f64> {
         let exposed = |body: &Exposed<T>| Exposed {
             mass: body.mass.lane(lane),

@@ -5,6 +5,7 @@
 
 mod adjoint;
 mod adjoint_joints;
+mod alike;
 mod apart;
 mod begin;
 mod beyond;

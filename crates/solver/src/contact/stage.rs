@@ -173,12 +173,20 @@ impl Stage {
     }
 
     /// Keeps the corrections of the rods' own solution in `dlambda`, for [`Stage::is_far`] and [`Stage::solve`].
-    pub(crate) fn keep_corrections(&mut self, shared: &Shared, components: &mut Sets<'_>, formulation: Formulation) {
+    pub(crate) fn keep_corrections(
+        &mut self,
+        shared: &Shared,
+        components: &mut Sets<'_>,
+        formulation: Formulation,
+        iteration: usize,
+    ) {
         if self.contacts.is_empty() {
             return;
         }
-        for ConnectedSet { component, touch, .. } in components.iter_mut() {
-            if let Some(touch) = touch {
+        for ConnectedSet { component, touch, is_ahead, .. } in components.iter_mut() {
+            if let Some(touch) = touch
+                && !(*is_ahead && iteration == 0)
+            {
                 vectorized(
                     #[inline(always)]
                     || component.corrections(formulation, &mut touch.corrections),

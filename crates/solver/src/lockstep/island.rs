@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::attempt::{begin, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
+use crate::attempt::{begin, count_iteration, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
 use crate::component::Members;
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{Sets, Shared, Stage, TooManyContacts};
@@ -12,6 +12,7 @@ use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::limits::PARALLEL_PIECE;
+use crate::linear::LinearInfo;
 use crate::retry::{self, Steps};
 use crate::snapshot::Snapshot;
 use crate::start::NoGuess;
@@ -150,7 +151,7 @@ impl Island<'_> {
         let formulation = params.formulation;
         self.project(iteration, formulation);
         let solved = self.with_stage(|stage, shared, sets, counters| {
-            stage.keep_corrections(shared, sets, formulation);
+            stage.keep_corrections(shared, sets, formulation, iteration);
             if iteration == 0 && !guessed && stage.is_far(shared, sets) {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
@@ -191,7 +192,7 @@ impl Island<'_> {
         });
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, shared, sets, counters| {
-            stage.keep_corrections(shared, sets, Formulation::Xpbd);
+            stage.keep_corrections(shared, sets, Formulation::Xpbd, iteration);
             stage.solve(shared, sets, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
@@ -208,6 +209,10 @@ impl Island<'_> {
     fn project(&mut self, iteration: usize, formulation: Formulation) {
         self.each(|set| {
             let ConnectedSet { component, projector, counters, .. } = set;
+            if set.is_ahead && iteration == 0 {
+                count_iteration(component, &LinearInfo::default(), 1, false, counters);
+                return;
+            }
             if !set.takes_part && set.attempt.residuals.worst() <= set.attempt.target {
                 component.rest(formulation);
                 return;
@@ -324,7 +329,7 @@ pub(super) fn begin_set(
         Projector::Solve { guess: Some(guess), .. } if guessing => begin(component, interval, params, guess, counters),
         _ => begin(component, interval, params, &mut NoGuess, counters),
     };
-    set.takes_part = true;
+    (set.takes_part, set.is_ahead) = (true, false);
 }
 
 impl Steps for Island<'_> {
