@@ -14,6 +14,7 @@ use super::cone::{Bound, length, natural_residual};
 use super::operator::{Chunk, Row};
 use super::problem::{Problem, Unknown};
 use crate::contact_params::ContactParams;
+use crate::kernel::dispatch::vectorized;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -27,7 +28,10 @@ pub(crate) struct Newton {
     before: Vec<Row>,
     moved_before: Vec<Chunk>,
     step: Vec<Row>,
+    /// Row by row.
     matrix: Vec<f64>,
+    /// A contact's rows of W as they enter its equations, of one group.
+    products: Vec<f64>,
     rhs: Vec<f64>,
     /// The pivots' order and its inverse.
     orders: [Vec<u32>; 2],
@@ -50,6 +54,7 @@ impl Default for Newton {
             moved_before: Vec::new(),
             step: Vec::new(),
             matrix: Vec::new(),
+            products: Vec::new(),
             rhs: Vec::new(),
             orders: Default::default(),
             scratch: MemBuffer::new(StackReq::empty()),
@@ -179,7 +184,10 @@ impl Newton {
         if size == 0 || size > most {
             return false;
         }
-        self.linearise(problem, size);
+        vectorized(
+            #[inline(always)]
+            || self.linearise(problem, size),
+        );
         self.factor_and_solve(size);
         for (step, &k) in self.rhs.chunks_exact(3).zip(&self.pressing) {
             self.step[k as usize].copy_from_slice(step);
@@ -187,51 +195,38 @@ impl Newton {
         self.rhs.iter().all(|x| x.is_finite())
     }
 
-    /// Fills matrix (column by column) and right-hand side.
+    /// Fills matrix (row by row) and right-hand side.
+    #[inline(always)]
     fn linearise(&mut self, problem: &Problem, size: usize) {
-        let Self { pressing, place, w, step, matrix, rhs, damping, .. } = self;
+        let Self { pressing, place, w, step, matrix, rhs, products, damping, .. } = self;
         matrix.clear();
         matrix.resize(size * size, 0.0);
         rhs.clear();
         rhs.resize(size, 0.0);
-        for (i, &k) in pressing.iter().enumerate() {
+        let equations = matrix.chunks_exact_mut(3 * size).zip(rhs.chunks_exact_mut(3));
+        for (i, (&k, (matrix, rhs))) in pressing.iter().zip(equations).enumerate() {
             let rows = Rows::new(problem, k as usize, w[k as usize], *damping);
-            let rhs = &mut rhs[3 * i..3 * i + 3];
             rhs.copy_from_slice(&rows.rhs);
-            problem.operator.each_block(
+            problem.operator.each_product(
                 k as usize,
+                &rows.through,
+                products,
                 #[inline(always)]
-                |other, block| {
-                    // The normal row goes through W as it is, or not at all.
-                    let product = |r: usize, c: usize| match r {
-                        0 => rows.through[0][0] * block[0][c],
-                        _ => {
-                            rows.through[r][0] * block[0][c]
-                                + rows.through[r][1] * block[1][c]
-                                + rows.through[r][2] * block[2][c]
+                |other, block| match place[other] {
+                    u32::MAX => {
+                        for (rhs, row) in rhs.iter_mut().zip(&block) {
+                            *rhs -= row[0] * step[other][0] + row[1] * step[other][1] + row[2] * step[other][2];
                         }
-                    };
-                    match place[other] {
-                        u32::MAX => {
-                            for (r, rhs) in rhs.iter_mut().enumerate() {
-                                *rhs -= (0..3).map(|c| product(r, c) * step[other][c]).sum::<f64>();
-                            }
-                        }
-                        j => {
-                            for c in 0..3 {
-                                let first = (3 * j as usize + c) * size + 3 * i;
-                                for (r, entry) in matrix[first..first + 3].iter_mut().enumerate() {
-                                    *entry += product(r, c);
-                                }
-                            }
+                    }
+                    j => {
+                        for (row, own) in matrix.chunks_exact_mut(size).zip(&block) {
+                            add(row, j as usize, own);
                         }
                     }
                 },
             );
-            for c in 0..3 {
-                for r in 0..3 {
-                    matrix[(3 * i + c) * size + 3 * i + r] += rows.own[r][c];
-                }
+            for (row, own) in matrix.chunks_exact_mut(size).zip(&rows.own) {
+                add(row, i, own);
             }
         }
     }
@@ -242,16 +237,25 @@ impl Newton {
         inverse.resize(size, 0);
         let need = StackReq::or(
             factor::lu_in_place_scratch::<u32, f64>(size, size, Par::Seq, Default::default()),
-            solve::solve_in_place_scratch::<u32, f64>(size, 1, Par::Seq),
+            solve::solve_transpose_in_place_scratch::<u32, f64>(size, 1, Par::Seq),
         );
         if scratch.len() < need.unaligned_bytes_required() {
             *scratch = MemBuffer::new(need);
         }
+        // The rows are the columns of its transpose.
         let mut matrix = MatMut::from_column_major_slice_mut(matrix, size, size);
         let stack = MemStack::new(scratch);
         let (_, order) = factor::lu_in_place(matrix.as_mut(), order, inverse, Par::Seq, stack, Default::default());
         let rhs = MatMut::from_column_major_slice_mut(rhs, size, 1);
-        solve::solve_in_place(matrix.as_ref(), matrix.as_ref(), order, rhs, Par::Seq, MemStack::new(scratch));
+        solve::solve_transpose_in_place(matrix.as_ref(), matrix.as_ref(), order, rhs, Par::Seq, MemStack::new(scratch));
+    }
+}
+
+/// Adds three numbers to those of a row.
+#[inline(always)]
+fn add(row: &mut [f64], index: usize, by: &Row) {
+    for (sum, x) in row[3 * index..3 * index + 3].iter_mut().zip(by) {
+        *sum += x;
     }
 }
 

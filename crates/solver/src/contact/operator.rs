@@ -132,8 +132,19 @@ pub(crate) struct Moved<'a> {
 /// Three of the numbers of some chunks.
 #[inline(always)]
 fn three(chunks: &[Chunk], index: usize) -> Row {
-    let numbers = &flat(chunks)[3 * index..3 * index + 3];
+    row(flat(chunks), index)
+}
+
+/// Three of some numbers.
+#[inline(always)]
+fn row(numbers: &[f64], index: usize) -> Row {
+    let numbers = &numbers[3 * index..3 * index + 3];
     [numbers[0], numbers[1], numbers[2]]
+}
+
+/// The product of two blocks.
+fn product(a: &Block3, b: &Block3) -> Block3 {
+    a.map(|row| [0, 1, 2].map(|c| row[0] * b[0][c] + row[1] * b[1][c] + row[2] * b[2][c]))
 }
 
 impl Operator {
@@ -264,17 +275,31 @@ impl Operator {
         [three(&rows[..width], column), three(&rows[width..2 * width], column), three(&rows[2 * width..], column)]
     }
 
-    /// The blocks of a contact's block row with their columns, group by group: a column that is in both groups comes twice, and
-    /// its block is the sum.
+    /// `by` times the blocks of a contact's block row, with their columns, group by group: a column that is in both groups comes
+    /// twice, and its block is the sum. `memory` holds the products of a group.
     #[inline(always)]
-    pub(crate) fn each_block(&self, contact: usize, mut take: impl FnMut(usize, &Block3)) {
+    pub(crate) fn each_product(
+        &self,
+        contact: usize,
+        by: &Block3,
+        memory: &mut Vec<f64>,
+        mut take: impl FnMut(usize, Block3),
+    ) {
         for &Seat { group, index } in self.seats[contact].iter().filter(|seat| seat.group != NONE) {
-            let Group { first, count, .. } = self.groups[group as usize];
+            let Group { first, count, width, matrix, .. } = self.groups[group as usize];
+            let rows = flat(&self.values[matrix + 3 * index as usize * width..][..3 * width]);
+            let ([a, b, c], length) = ([0, 1, 2].map(|r| &rows[r * LANES * width..][..3 * count]), 3 * count);
+            memory.resize(3 * length, 0.0);
+            for (out, by) in memory.chunks_exact_mut(length).zip(by) {
+                for (((out, a), b), c) in out.iter_mut().zip(a).zip(b).zip(c) {
+                    *out = a * by[0] + b * by[1] + c * by[2];
+                }
+            }
             for (column, &other) in self.members[first..first + count].iter().enumerate() {
-                take(other as usize, &self.block_of(group as usize, index as usize, column));
+                take(other as usize, [0, 1, 2].map(|r| row(&memory[r * length..], column)));
             }
             if self.groups[group as usize].is_linked() {
-                self.each_far_block(Seat { group, index }, &mut take);
+                self.each_far_block(Seat { group, index }, &mut |other, block| take(other, product(by, block)));
             }
         }
     }
