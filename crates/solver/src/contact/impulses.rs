@@ -4,7 +4,7 @@
 //! accelerated (`anderson.rs`). What an extrapolation takes out of a friction cone is brought back into it, and solves end with a sweep.
 //! Now and then Newton iterations on those that press take out what sweeps are slow at.
 
-use super::newton::Newton;
+use super::newton::{Newton, Tried};
 use super::problem::Problem;
 use super::rounds::{End, Goal, Rounds};
 use crate::contact_params::ContactParams;
@@ -28,17 +28,19 @@ impl Impulses {
     pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> usize {
         // Sweeps between two tries of Newton's method; more where it does not help.
         let few = params.sweeps_before_newton.max(3 * problem.unknowns().len() / params.unknowns_a_sweep);
-        let (mut round, mut best) = (few, f64::INFINITY);
+        let mut round = few;
         let mut goal = Goal { tolerance, pause: few, most: params.most_sweeps };
         self.rounds.begin(problem);
-        while let End::Pause { change } = self.rounds.go(problem, goal) {
-            if self.newton.solve(problem, tolerance, params) {
-                // Newton's impulses are in their cones but for the tolerance; a sweep takes them there.
-                problem.sweep(false);
-                return self.rounds.sweeps() + 1;
-            }
-            round = if change < 0.5 * best { few } else { 2 * round };
-            best = best.min(change);
+        while let End::Pause = self.rounds.go(problem, goal) {
+            round = match self.newton.solve(problem, tolerance, params) {
+                Tried::Solved => {
+                    // Newton's impulses are in their cones but for the tolerance; a sweep takes them there.
+                    problem.sweep(false);
+                    return self.rounds.sweeps() + 1;
+                }
+                Tried::Helped => few,
+                Tried::InVain => 2 * round,
+            };
             goal.pause = self.rounds.sweeps() + round;
         }
         self.rounds.sweeps()

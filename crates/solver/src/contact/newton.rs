@@ -40,6 +40,20 @@ pub(crate) struct Newton {
     damping: f64,
 }
 
+/// What a try came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tried {
+    /// Errors are within the tolerance.
+    Solved,
+    /// They are a tenth of what they were.
+    Helped,
+    /// They are more, or no contact presses, or too many do.
+    InVain,
+}
+
+/// What a try that helps leaves of the sum of squares.
+const HELPFUL: f64 = 0.01;
+
 /// By how much a step must lower the sum of squares, relative to it and to the part of the step taken.
 const SUFFICIENT: f64 = 0.1;
 
@@ -76,20 +90,18 @@ impl Newton {
         self.damping = 0.0;
     }
 
-    /// Improves the problem's impulses as long as an iteration helps. Returns whether they are within `tolerance`.
-    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> bool {
+    /// Improves the problem's impulses as long as an iteration helps, until they are within `tolerance`.
+    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> Tried {
         if self.damping == 0.0 {
             self.damping = params.newton_damping_start;
         }
         let is_minimum = problem.unknowns().iter().any(|unknown| matches!(unknown.friction, Bound::Lagged(_)));
         problem.refresh();
         let mut now = self.measure(problem);
+        let first = now.squares;
         for _ in 0..params.newton_iterations {
-            if now.largest <= tolerance {
-                return true;
-            }
-            if !self.find_step(problem, params.newton_unknowns) {
-                return false;
+            if now.largest <= tolerance || !self.find_step(problem, params.newton_unknowns) {
+                break;
             }
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
@@ -126,7 +138,7 @@ impl Newton {
                 problem.restore(&self.before, &self.moved_before);
                 if self.damping > params.newton_damping_most {
                     self.damping = params.newton_damping_most;
-                    return false;
+                    break;
                 }
                 now = self.measure(problem);
                 continue;
@@ -136,7 +148,11 @@ impl Newton {
             }
             now = merit;
         }
-        now.largest <= tolerance
+        match now.largest <= tolerance {
+            true => Tried::Solved,
+            false if now.squares < HELPFUL * first => Tried::Helped,
+            false => Tried::InVain,
+        }
     }
 
     /// By how much the energy `c z + z W z / 2` has changed in this iteration: its slope is w.

@@ -39,8 +39,8 @@ pub(super) struct Goal {
 pub(super) enum End {
     /// It is good enough, or there were as many sweeps as there may be.
     Done,
-    /// There were as many as were asked for, and the last one changed so much.
-    Pause { change: f64 },
+    /// There were as many as were asked for.
+    Pause,
 }
 
 /// Memory of the rounds, and how far they have come.
@@ -206,8 +206,7 @@ impl Field<'_> {
                 team.all(Work::Backwards.on(level), self.halves.on_level(level));
             }
             *sweeps += 1;
-            let change = self.worst();
-            if is_over(*sweeps, change) {
+            if is_over(*sweeps, self.worst()) {
                 return End::Done;
             }
             self.upwards(team, Work::Residual);
@@ -222,7 +221,7 @@ impl Field<'_> {
                 return End::Done;
             }
             if *sweeps >= goal.pause {
-                return End::Pause { change };
+                return End::Pause;
             }
             self.extrapolate(team);
         }
