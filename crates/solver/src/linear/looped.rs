@@ -69,24 +69,18 @@ impl Looped {
         rhs: impl Fn(usize) -> Spatial<f64>,
         mut take: impl FnMut(usize, Spatial<f64>),
     ) {
-        let fill = |column: &mut [[f64; 6]]| {
-            for (joint, own) in column.iter_mut().enumerate() {
-                *own = rhs(joint).to_array();
-            }
-        };
-        for (joint, x) in self.solve_columns(1, fill).iter().enumerate() {
+        for (joint, own) in self.rhs.iter_mut().enumerate() {
+            *own = rhs(joint).to_array();
+        }
+        self.cholesky.solve(&mut self.rhs);
+        for (joint, x) in self.rhs.iter().enumerate() {
             take(joint, Spatial::from_array(*x));
         }
     }
 
-    /// The same for several right-hand sides, one after the other, an entry a joint each: `fill` gets them as zeros.
-    #[inline(always)]
-    pub(crate) fn solve_columns(&mut self, columns: usize, fill: impl FnOnce(&mut [[f64; 6]])) -> &[[f64; 6]] {
-        self.rhs.clear();
-        self.rhs.resize(columns * self.diagonal.len(), [0.0; 6]);
-        fill(&mut self.rhs);
-        self.cholesky.solve(&mut self.rhs);
-        &self.rhs
+    /// The factor made last.
+    pub(crate) fn cholesky(&self) -> &SparseCholesky {
+        &self.cholesky
     }
 
     fn assemble(&mut self, system: &System<f64>) {

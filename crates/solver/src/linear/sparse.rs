@@ -11,6 +11,8 @@
 //! workspace for each thread. `new` sees to the one of its own thread; the first `factor` on another thread makes that
 //! thread's.
 
+mod products;
+
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -21,6 +23,8 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par, Side};
 use thiserror::Error;
+
+pub use products::{Entries, Products};
 
 /// Rows of a block: three of stretch-shear, three of bend-twist.
 const B: usize = 6;
@@ -216,40 +220,26 @@ impl SparseCholesky {
         }
     }
 
-    /// Solves `A x = rhs` in place, `rhs` being [columns, blocks, 6]: several right-hand sides one after the other, which
-    /// together take less time than alone. The first solve of more columns than ever before allocates.
+    /// Solves `A x = rhs` in place, `rhs` being [blocks, 6].
     ///
     /// The solution is NaN as long as no factorisation has succeeded, or if the last one has failed.
     ///
     /// # Panics
-    /// If `rhs` does not have one entry for each block row of each column.
+    /// If `rhs` does not have one entry for each block row.
     pub fn solve(&mut self, rhs: &mut [[f64; B]]) {
-        let blocks = self.order.len();
-        assert_eq!(rhs.len() % blocks.max(1), 0, "a right-hand side needs one entry for each block row");
-        let (n, columns) = (blocks * B, rhs.len() / blocks.max(1));
-        if self.permuted.len() < n * columns {
-            self.permuted.resize(n * columns, 0.0);
-            let need = self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
-            if self.scratch.len() < need.unaligned_bytes_required() {
-                self.scratch = MemBuffer::new(need);
-            }
+        assert_eq!(rhs.len(), self.order.len(), "a right-hand side needs one entry for each block row");
+        for (x, &i) in self.permuted.chunks_exact_mut(B).zip(&self.order) {
+            x.copy_from_slice(&rhs[i as usize]);
         }
-        let permuted = &mut self.permuted[..n * columns];
-        for (permuted, rhs) in permuted.chunks_exact_mut(n.max(1)).zip(rhs.chunks_exact(blocks.max(1))) {
-            for (x, &i) in permuted.chunks_exact_mut(B).zip(&self.order) {
-                x.copy_from_slice(&rhs[i as usize]);
-            }
-        }
+        let size = self.permuted.len();
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
             Conj::No,
-            MatMut::from_column_major_slice_mut(permuted, n, columns),
+            MatMut::from_column_major_slice_mut(&mut self.permuted, size, 1),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
-        for (permuted, rhs) in permuted.chunks_exact(n.max(1)).zip(rhs.chunks_exact_mut(blocks.max(1))) {
-            for (x, &i) in permuted.chunks_exact(B).zip(&self.order) {
-                rhs[i as usize].copy_from_slice(x);
-            }
+        for (x, &i) in self.permuted.chunks_exact(B).zip(&self.order) {
+            rhs[i as usize].copy_from_slice(x);
         }
     }
 
@@ -293,10 +283,10 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    type Block = [[f64; B]; B];
+    pub(super) type Block = [[f64; B]; B];
 
     /// Blocks of a random matrix G G^T + I, where G has a block row for each pair (of two blocks) and each block.
-    fn random_spd(blocks: usize, pairs: &[(u32, u32)], rng: &mut ChaCha8Rng) -> (Vec<Block>, Vec<Block>) {
+    pub(super) fn random_spd(blocks: usize, pairs: &[(u32, u32)], rng: &mut ChaCha8Rng) -> (Vec<Block>, Vec<Block>) {
         let mut random = || DMatrix::from_fn(B, B, |_, _| rng.random_range(-1.0..1.0));
         let mut diag = vec![DMatrix::identity(B, B); blocks];
         let mut off = Vec::new();
@@ -310,7 +300,7 @@ mod tests {
         (diag.iter().map(rows).collect(), off.iter().map(rows).collect())
     }
 
-    fn dense(pairs: &[(u32, u32)], diag: &[Block], off: &[Block]) -> DMatrix<f64> {
+    pub(super) fn dense(pairs: &[(u32, u32)], diag: &[Block], off: &[Block]) -> DMatrix<f64> {
         let mut a = DMatrix::zeros(diag.len() * B, diag.len() * B);
         let blocks = diag.iter().enumerate().map(|(i, block)| (i, i, block));
         let off = pairs.iter().zip(off).map(|(&(i, j), block)| (i as usize, j as usize, block));
@@ -325,17 +315,17 @@ mod tests {
         a
     }
 
-    fn ring(n: u32) -> Vec<(u32, u32)> {
+    pub(super) fn ring(n: u32) -> Vec<(u32, u32)> {
         (1..n).map(|i| (i, i - 1)).chain([(n - 1, 0)]).collect()
     }
 
-    fn net(width: u32, height: u32) -> Vec<(u32, u32)> {
+    pub(super) fn net(width: u32, height: u32) -> Vec<(u32, u32)> {
         let right = (0..width * height).filter(|i| i % width > 0).map(|i| (i, i - 1));
         let up = (width..width * height).map(|i| (i, i - width));
         right.chain(up).collect()
     }
 
-    fn tree_with_chords(n: u32, rng: &mut ChaCha8Rng) -> Vec<(u32, u32)> {
+    pub(super) fn tree_with_chords(n: u32, rng: &mut ChaCha8Rng) -> Vec<(u32, u32)> {
         let mut pairs: Vec<_> = (1..n).map(|i| (i, rng.random_range(0..i))).collect();
         for _ in 0..n / 3 {
             let i = rng.random_range(1..n);

@@ -1,44 +1,29 @@
-//! Answers where joints form loops: columns of back-substitutions with the sparse factor, several at once.
+//! Answers where joints form loops, from products with the sparse factor.
 //!
 //! With b_t = J M^-1 f_t, what a force does to the joints' constraints, two forces do the work `f_s M^-1 f_t - b_s A^-1 b_t` on each
-//! other's answers. A force on a body is seen by its joints alone, so that b has few entries, and of the columns `A^-1 b_t` few are read.
+//! other's answers. A force on a body is seen by its joints alone, so that b has few entries.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::kernel::dispatch::vectorized;
 use crate::linear::looped::Looped;
-use crate::linear::sparse::SparseError;
+use crate::linear::sparse::{Entries, Products, SparseError};
 use crate::linear::transfers::Side;
 use crate::system::System;
 use crate::topology::Topology;
 
-/// Columns that are solved for at once.
-const COLUMNS: usize = 24;
-
-/// What the three forces of a side do to a joint of its body, in world rows.
-#[derive(Clone, Copy, Debug)]
-struct Seen {
-    joint: u32,
-    rows: [[f64; 6]; 3],
-}
-
-/// A contact: its sides, and what joints see of them.
-#[derive(Clone, Debug)]
-struct Pushes {
-    sides: Range<usize>,
-    seen: Range<usize>,
-}
-
-/// Solves for answers, with the memory for it.
+/// Finds answers, with the memory for it.
 pub(crate) struct Columnwise {
     topology: Arc<Topology>,
     /// Joints by body, and where those of each begin.
     joints: Vec<u32>,
     starts: Vec<usize>,
     factor: Looped,
-    contacts: Vec<Pushes>,
-    seen: Vec<Seen>,
+    products: Products,
+    /// Sides of each contact.
+    contacts: Vec<Range<usize>>,
+    /// What joints see of the contacts' forces, in world rows.
+    seen: Vec<Entries>,
 }
 
 impl Columnwise {
@@ -51,11 +36,13 @@ impl Columnwise {
         let mut ends: Vec<(u32, u32)> = ends.collect();
         ends.sort_unstable();
         let start = |body: usize| ends.partition_point(|&(other, _)| (other as usize) < body);
+        let factor = Looped::new(topology)?;
         Ok(Self {
             topology: topology.clone(),
             starts: (0..=topology.bodies()).map(start).collect(),
             joints: ends.iter().map(|&(_, joint)| joint).collect(),
-            factor: Looped::new(topology)?,
+            products: Products::new(factor.cholesky()),
+            factor,
             contacts: Vec::new(),
             seen: Vec::new(),
         })
@@ -76,38 +63,17 @@ impl Columnwise {
         // What cannot be factored answers as if there were no joints; the solve beside it says so.
         let is_factored = self.factor.factor(system).is_ok();
         self.see(system, sides);
-        let Self { factor, contacts, seen, topology, .. } = self;
-        let joints = topology.joints.len();
-        for (batch, others) in contacts.chunks(COLUMNS / 3).enumerate() {
-            let columns = factor.solve_columns(3 * others.len(), |columns| {
-                for (column, other) in others.iter().enumerate() {
-                    for Seen { joint, rows } in seen[other.seen.clone()].iter().filter(|_| is_factored) {
-                        for (d, row) in rows.iter().enumerate() {
-                            add(&mut columns[(3 * column + d) * joints + *joint as usize], row);
-                        }
-                    }
+        let Self { factor, products, contacts, seen, .. } = self;
+        products.find(factor.cholesky(), contacts.len(), if is_factored { seen } else { &[] });
+        for (nth, own) in contacts.iter().enumerate() {
+            for (k, other) in contacts[..=nth].iter().enumerate() {
+                let (mut work, product) =
+                    (alone(system, &sides[own.clone()], &sides[other.clone()]), products.block(nth, k));
+                for (work, product) in work.iter_mut().flatten().zip(product.iter().flatten()) {
+                    *work -= product;
                 }
-            });
-            let first = batch * (COLUMNS / 3);
-            vectorized(
-                #[inline(always)]
-                || {
-                    for (nth, own) in contacts.iter().enumerate().skip(first) {
-                        for (column, other) in others.iter().enumerate().take(nth + 1 - first) {
-                            let mut work = alone(system, &sides[own.sides.clone()], &sides[other.sides.clone()]);
-                            for Seen { joint, rows } in &seen[own.seen.clone()] {
-                                let answers = [0, 1, 2].map(|c| &columns[(3 * column + c) * joints + *joint as usize]);
-                                for (work, row) in work.iter_mut().zip(rows) {
-                                    for (work, answer) in work.iter_mut().zip(answers) {
-                                        *work -= dot(row, answer);
-                                    }
-                                }
-                            }
-                            block(own.sides.start, other.sides.start, work);
-                        }
-                    }
-                },
-            );
+                block(own.start, other.start, work);
+            }
         }
     }
 
@@ -118,16 +84,16 @@ impl Columnwise {
         seen.clear();
         let mut side = 0;
         for own in sides.chunk_by(|a, b| a.contact == b.contact) {
-            let first = seen.len();
+            let group = contacts.len() as u32;
             for Side { body, forces, .. } in own {
                 let body = *body as usize;
                 let answers = forces.map(|force| system.correction(body, force));
                 seen.extend(joints[starts[body]..starts[body + 1]].iter().map(|&joint| {
-                    let rows = answers.map(|dp| system.constraint_change_by(joint as usize, body, dp).to_array());
-                    Seen { joint, rows }
+                    let columns = answers.map(|dp| system.constraint_change_by(joint as usize, body, dp).to_array());
+                    Entries { group, block: joint, columns }
                 }));
             }
-            contacts.push(Pushes { sides: side..side + own.len(), seen: first..seen.len() });
+            contacts.push(side..side + own.len());
             side += own.len();
         }
     }
@@ -148,17 +114,4 @@ fn alone(system: &System<f64>, own: &[Side], others: &[Side]) -> [[f64; 3]; 3] {
         }
     }
     work
-}
-
-/// The sum of products, in pairs.
-#[inline(always)]
-fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
-}
-
-#[inline(always)]
-fn add(sum: &mut [f64; 6], row: &[f64; 6]) {
-    for (sum, x) in sum.iter_mut().zip(row) {
-        *sum += x;
-    }
 }
