@@ -12,7 +12,7 @@ use super::operator::{Chunk, Part};
 use super::problem::Problem;
 use super::sets::Sets;
 use crate::component::BodyPose;
-use crate::connected_set::{ConnectedSet, Touch};
+use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::kernel::math::Vec3;
 use crate::kernel::transfer::{Row, Rows};
 use crate::limits::shares_contacts;
@@ -98,10 +98,16 @@ impl Coupling {
         let parts = Pieces::new(values, cuts, taken);
         let is_shared = shares_contacts(active.len());
         each(components.all(), is_shared, |seat, set| {
-            let (number, ConnectedSet { component, touch: Some(touch), .. }) = (number_of[seat], set) else { return };
+            let (number, ConnectedSet { component, projector, touch: Some(touch), .. }) = (number_of[seat], set) else {
+                return;
+            };
             if number == u32::MAX {
                 return;
             }
+            let solver = match projector {
+                Projector::Solve { solver, .. } => solver.looped(),
+                Projector::Predict(_) => None,
+            };
             let set = number as usize;
             let own_groups = &groups[first_groups[set]..=first_groups[set + 1]];
             let mut values = parts.take(set..set + 1);
@@ -129,6 +135,7 @@ impl Coupling {
                     let (mut part, _) = Part::new(own_groups[1] - own_groups[0], false, &mut values);
                     response.couple(
                         &component.system,
+                        solver,
                         own,
                         #[inline(always)]
                         |s, t, block| part.add((own[s].contact as usize, own[t].contact as usize), &block, s != t),

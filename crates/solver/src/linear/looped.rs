@@ -16,6 +16,9 @@ pub struct Looped {
     couplings: Vec<Coupling>,
     diagonal: Vec<Block>,
     off_diagonal: Vec<Block>,
+    /// The blocks of which the factor is, and how factoring them ended; `None` before.
+    factored: [Vec<Block>; 2],
+    result: Option<Result<(), SparseError>>,
     rhs: Vec<[f64; 6]>,
 }
 
@@ -52,14 +55,24 @@ impl Looped {
             couplings,
             diagonal: vec![zero; joints],
             off_diagonal: vec![zero; pairs.len()],
+            factored: [vec![zero; joints], vec![zero; pairs.len()]],
+            result: None,
             rhs: vec![[0.0; 6]; joints],
         })
     }
 
-    /// Factors a system's matrix, in world rows.
+    /// Factors a system's matrix, in world rows, unless it is that of the last time.
     pub(crate) fn factor(&mut self, system: &System<f64>) -> Result<(), SparseError> {
         self.assemble(system);
-        self.cholesky.factor(&self.diagonal, &self.off_diagonal)
+        let Self { cholesky, diagonal, off_diagonal, factored, result, .. } = self;
+        match result {
+            Some(result) if [&*diagonal, &*off_diagonal] == [&factored[0], &factored[1]] => result.clone(),
+            _ => {
+                factored[0].copy_from_slice(diagonal);
+                factored[1].copy_from_slice(off_diagonal);
+                result.insert(cholesky.factor(diagonal, off_diagonal)).clone()
+            }
+        }
     }
 
     /// Solves with the factor made last: `rhs(joint)` in world rows, `take(joint, x)` gets the multipliers of these.
@@ -114,5 +127,9 @@ impl LinearSolver for Looped {
 
     fn uses_start(&self) -> bool {
         false
+    }
+
+    fn looped(&mut self) -> Option<&mut Looped> {
+        Some(self)
     }
 }

@@ -10,6 +10,7 @@ pub mod solvers;
 pub mod sparse;
 pub(crate) mod transfers;
 
+use self::looped::Looped;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::system::System;
@@ -51,4 +52,9 @@ pub trait LinearSolver<T: Real = f64>: Send + Sync {
 
     /// Whether a start makes a difference.
     fn uses_start(&self) -> bool;
+
+    /// The sparse factor that it solves with, if it does.
+    fn looped(&mut self) -> Option<&mut Looped> {
+        None
+    }
 }

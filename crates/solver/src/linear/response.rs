@@ -6,6 +6,7 @@ mod columns;
 use std::sync::Arc;
 
 use self::columns::Columnwise;
+use crate::linear::looped::Looped;
 use crate::linear::sparse::SparseError;
 use crate::linear::transfers::{Side, Transfers};
 use crate::system::System;
@@ -41,16 +42,17 @@ impl Response {
 
     /// The work that unit forces of the `sides` do on each other's answers, with a system's matrix: for each pair that is
     /// coupled, `block(s, t, b)` gets `b[r][c] = f_s,r . P f_t,c`, for one of its two orders. Two sides of one contact may
-    /// come as one, under the number of the first.
+    /// come as one, under the number of the first. `solver` is that of the system, if it has a sparse factor: it need not be made twice.
     pub(crate) fn couple(
         &mut self,
         system: &System<f64>,
+        solver: Option<&mut Looped>,
         sides: &[Side],
         block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
         match self {
             Response::Tree(transfers) => transfers.couple(system, sides, block),
-            Response::Looped(columns) => columns.couple(system, sides, block),
+            Response::Looped(columns) => columns.couple(system, solver, sides, block),
         }
     }
 }

@@ -105,7 +105,7 @@ fn a_long_chain_answers_in_blocks_as_it_does_in_one() {
         let ConnectedSet { component, touch: Some(touch), .. } = set else { continue };
         let of = |(k, &index): (usize, &u32)| sides(&contacts[index as usize], k as u32, shapes, touch.number);
         let own: Vec<Side> = active.iter().enumerate().flat_map(of).collect();
-        touch.response.couple(&component.system, &own, |s, t, block| {
+        touch.response.couple(&component.system, None, &own, |s, t, block| {
             let [row, column] = [s, t].map(|side| own[side].contact as usize);
             for (r, c) in (0..9).map(|k| (k / 3, k % 3)) {
                 expected[row][column][r][c] += block[r][c];

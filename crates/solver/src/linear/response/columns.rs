@@ -18,7 +18,8 @@ pub(crate) struct Columnwise {
     /// Joints by body, and where those of each begin.
     joints: Vec<u32>,
     starts: Vec<usize>,
-    factor: Looped,
+    /// The factor, where the system's solver has none.
+    own: Looped,
     products: Products,
     /// Sides of each contact.
     contacts: Vec<Range<usize>>,
@@ -36,13 +37,13 @@ impl Columnwise {
         let mut ends: Vec<(u32, u32)> = ends.collect();
         ends.sort_unstable();
         let start = |body: usize| ends.partition_point(|&(other, _)| (other as usize) < body);
-        let factor = Looped::new(topology)?;
+        let own = Looped::new(topology)?;
         Ok(Self {
             topology: topology.clone(),
             starts: (0..=topology.bodies()).map(start).collect(),
             joints: ends.iter().map(|&(_, joint)| joint).collect(),
-            products: Products::new(factor.cholesky()),
-            factor,
+            products: Products::new(own.cholesky()),
+            own,
             contacts: Vec::new(),
             seen: Vec::new(),
         })
@@ -57,13 +58,15 @@ impl Columnwise {
     pub(super) fn couple(
         &mut self,
         system: &System<f64>,
+        solver: Option<&mut Looped>,
         sides: &[Side],
         mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
         // What cannot be factored answers as if there were no joints; the solve beside it says so.
-        let is_factored = self.factor.factor(system).is_ok();
         self.see(system, sides);
-        let Self { factor, products, contacts, seen, .. } = self;
+        let Self { own, products, contacts, seen, .. } = self;
+        let factor = solver.unwrap_or(own);
+        let is_factored = factor.factor(system).is_ok();
         products.find(factor.cholesky(), contacts.len(), if is_factored { seen } else { &[] });
         for (nth, own) in contacts.iter().enumerate() {
             for (k, other) in contacts[..=nth].iter().enumerate() {

@@ -81,7 +81,7 @@ fn check(component: &mut Component<f64>, kind: fn(&Response) -> bool, what: &str
         };
         let mut response = Response::new(system, true).unwrap();
         assert!(kind(&response) && response.is_of(&system.topology), "{what}");
-        response.couple(system, &sides, |s, t, block| {
+        response.couple(system, None, &sides, |s, t, block| {
             let (row, column) = (sides[s].contact as usize, sides[t].contact as usize);
             add(row, column, &|r, c| block[r][c]);
             if s != t {
@@ -273,7 +273,7 @@ fn bodies_without_joints_answer_for_themselves() {
     let force = Spatial { linear: Vec3([1.0, -2.0, 0.5]), angular: Vec3([0.1, 0.2, -0.3]) };
     let sides = [1, 3, 3].map(|body| Side { contact: body, body, forces: [force; 3] });
     let mut pairs = Vec::new();
-    Response::new(system, false).unwrap().couple(system, &sides, |s, t, block| {
+    Response::new(system, false).unwrap().couple(system, None, &sides, |s, t, block| {
         let expected = force.dot(system.correction(sides[s].body as usize, force));
         assert!(block.iter().flatten().all(|x| (x - expected).abs() < 1e-12 * expected.abs()), "{block:?} {expected}");
         pairs.push((s, t));

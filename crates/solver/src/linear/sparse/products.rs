@@ -145,7 +145,8 @@ impl Products {
     #[inline(always)]
     fn solve(&mut self, k: usize, symbolic: &SymbolicSupernodalCholesky<u32>, factor: &[f64]) {
         let Self { nodes, node_of, row, seats, .. } = self;
-        let (node, above) = nodes[k..].split_first_mut().map_or_else(|| unreachable!(), |split| split);
+        let (below, above) = nodes.split_at_mut(k + 1);
+        let node = &mut below[k];
         let (size, width) = (node.rows[1] - node.rows[0], node.width());
         let pattern = symbolic.supernode(k).pattern();
         let height = size + pattern.len();
@@ -165,8 +166,8 @@ impl Products {
         }
         row.resize(width, 0.0);
         let mut at = usize::MAX;
-        for (i, &below) in (size..).zip(pattern) {
-            let target = node_of[below as usize / B] as usize;
+        for (i, &target_row) in (size..).zip(pattern) {
+            let target = node_of[target_row as usize / B] as usize;
             let other = &mut above[target - k - 1];
             if target != at {
                 at = target;
@@ -178,7 +179,7 @@ impl Products {
                 subtract(row, [0, 1, 2, 3, 4, 5].map(|c| l[(B * j + c) * height + i]), rows);
             }
             let other_width = other.width();
-            let out = &mut other.y[(below as usize - other.rows[0]) * other_width..][..other_width];
+            let out = &mut other.y[(target_row as usize - other.rows[0]) * other_width..][..other_width];
             for (&seat, x) in seats.iter().zip(row.chunks_exact(C)) {
                 out[C * seat..C * seat + C].iter_mut().zip(x).for_each(|(out, x)| *out += x);
             }
