@@ -17,7 +17,7 @@
 //! - `derivative`: derivatives of whole runs.
 //! - `snapshot`: what of all this the steps to come depend on.
 //! - `connected_set`: a component with its solver, its guess and its counters. `group`: alike sets in lanes. `contact`,
-//!   `lockstep`: contacts, and the sets that can touch. `piece`: any of the three, as `simulation` steps it. `batch`: many simulations
+//!   `lockstep`: contacts, and the sets that can touch, of which alike ones begin steps in lanes. `piece`: any of the three, as `simulation` steps it. `batch`: many simulations
 //!   as one.
 
 pub mod attempt;

@@ -28,10 +28,10 @@ impl Impulses {
     pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> usize {
         // Sweeps between two tries of Newton's method; more where it does not help.
         let few = params.sweeps_before_newton.max(3 * problem.unknowns().len() / params.unknowns_a_sweep);
-        let mut round = few;
+        let (mut round, mut best) = (few, f64::INFINITY);
         let mut goal = Goal { tolerance, pause: few, most: params.most_sweeps };
         self.rounds.begin(problem);
-        while let End::Pause = self.rounds.go(problem, goal) {
+        while let End::Pause { change } = self.rounds.go(problem, goal) {
             round = match self.newton.solve(problem, tolerance, params) {
                 Tried::Solved => {
                     // Newton's impulses are in their cones but for the tolerance; a sweep takes them there.
@@ -39,8 +39,11 @@ impl Impulses {
                     return self.rounds.sweeps() + 1;
                 }
                 Tried::Helped => few,
+                // Sweeps get on by themselves, and may have found which contacts press.
+                Tried::InVain if change < 0.5 * best => few.max(round / 2),
                 Tried::InVain => 2 * round,
             };
+            best = best.min(change);
             goal.pause = self.rounds.sweeps() + round;
         }
         self.rounds.sweeps()

@@ -39,8 +39,8 @@ pub(super) struct Goal {
 pub(super) enum End {
     /// It is good enough, or there were as many sweeps as there may be.
     Done,
-    /// There were as many as were asked for.
-    Pause,
+    /// There were as many as were asked for, and the last one changed so much.
+    Pause { change: f64 },
 }
 
 /// Memory of the rounds, and how far they have come.
@@ -206,7 +206,8 @@ impl Field<'_> {
                 team.all(Work::Backwards.on(level), self.halves.on_level(level));
             }
             *sweeps += 1;
-            if is_over(*sweeps, self.worst()) {
+            let change = self.worst();
+            if is_over(*sweeps, change) {
                 return End::Done;
             }
             self.upwards(team, Work::Residual);
@@ -221,7 +222,7 @@ impl Field<'_> {
                 return End::Done;
             }
             if *sweeps >= goal.pause {
-                return End::Pause;
+                return End::Pause { change };
             }
             self.extrapolate(team);
         }

@@ -1,5 +1,5 @@
-//! How a connected set's bodies answer forces from outside: by transfers along chains and trees, by columns of
-//! back-substitutions where joints form loops.
+//! How a connected set's bodies answer forces from outside: by transfers along chains and trees, by products with a sparse factor
+//! where joints form loops.
 
 mod columns;
 
