@@ -1,11 +1,11 @@
 //! How a connected set's bodies answer forces from outside: by transfers along chains and trees, by products with a sparse factor
 //! where joints form loops.
 
-mod columns;
+mod loops;
 
 use std::sync::Arc;
 
-use self::columns::Columnwise;
+use self::loops::Loops;
 use crate::linear::looped::Looped;
 use crate::linear::sparse::SparseError;
 use crate::linear::transfers::{Side, Transfers};
@@ -17,7 +17,7 @@ pub(crate) enum Response {
     /// Bodies that move form chains and trees, or answer each for itself.
     Tree(Box<Transfers>),
     /// They form loops.
-    Looped(Box<Columnwise>),
+    Looped(Box<Loops>),
 }
 
 impl Response {
@@ -28,7 +28,7 @@ impl Response {
     pub(crate) fn new(system: &System<f64>, with_joints: bool) -> Result<Self, SparseError> {
         Ok(match Transfers::new(&system.topology, with_joints) {
             Some(transfers) => Response::Tree(Box::new(transfers)),
-            None => Response::Looped(Box::new(Columnwise::new(&system.topology)?)),
+            None => Response::Looped(Box::new(Loops::new(&system.topology)?)),
         })
     }
 
@@ -36,7 +36,7 @@ impl Response {
     pub(crate) fn is_of(&self, topology: &Arc<Topology>) -> bool {
         match self {
             Response::Tree(transfers) => transfers.is_of(topology),
-            Response::Looped(columns) => columns.is_of(topology),
+            Response::Looped(loops) => loops.is_of(topology),
         }
     }
 
@@ -52,7 +52,7 @@ impl Response {
     ) {
         match self {
             Response::Tree(transfers) => transfers.couple(system, sides, block),
-            Response::Looped(columns) => columns.couple(system, solver, sides, block),
+            Response::Looped(loops) => loops.couple(system, solver, sides, block),
         }
     }
 }

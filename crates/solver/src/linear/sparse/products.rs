@@ -1,7 +1,8 @@
 //! Products `B^T A^-1 B` of columns with few entries each, by the forward half of the solves alone.
 //!
 //! With `A = L L^T` they are `Y^T Y`, where `Y = L^-1 B`. A column fills Y from its own block rows up the elimination tree to the root and
-//! nowhere else (Liu 1990, "The role of elimination trees in sparse factorization"), so that a supernode holds rows of Y for the columns that come through it and for no others. Columns come in groups of three.
+//! nowhere else (Liu 1990, "The role of elimination trees in sparse factorization"), so that a supernode holds rows of Y for the columns
+//! that come through it and for no others. Columns come in groups of three.
 
 use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
@@ -57,7 +58,6 @@ pub struct Products {
     row: Vec<f64>,
     /// Where the groups of one supernode are among those of another.
     seats: Vec<usize>,
-    groups: usize,
     /// Lower triangle, row by row.
     values: Vec<f64>,
 }
@@ -82,9 +82,8 @@ impl Products {
     /// Finds the products of `groups` groups of columns, whose `entries` come group by group, ascending, with the factor made
     /// last; without one they are not numbers.
     pub fn find(&mut self, cholesky: &SparseCholesky, groups: usize, entries: &[Entries]) {
-        self.groups = groups;
         self.values.clear();
-        self.values.resize((C * groups).pow(2), 0.0);
+        self.values.resize(start(groups, 0), 0.0);
         let SymbolicCholeskyRaw::Supernodal(symbolic) = cholesky.symbolic.raw() else { return };
         self.begin(entries);
         for k in 0..self.nodes.len() {
@@ -95,7 +94,7 @@ impl Products {
                 #[inline(always)]
                 || {
                     self.solve(k, symbolic, &cholesky.factor);
-                    self.multiply(k);
+                    self.multiply(k, groups);
                 },
             );
         }
@@ -103,9 +102,8 @@ impl Products {
 
     /// The product of two groups: rows by the columns of `group`, of which `other` must be no later one.
     pub fn block(&self, group: usize, other: usize) -> [[f64; C]; C] {
-        let width = C * self.groups;
         [0, 1, 2].map(|r| {
-            let first = (C * group + r) * width + C * other;
+            let first = start(group, r) + C * other;
             [0, 1, 2].map(|c| self.values[first + c])
         })
     }
@@ -155,7 +153,7 @@ impl Products {
             let (before, own) = node.y.split_at_mut(i * width);
             let own = &mut own[..width];
             for (j, rows) in before.chunks_exact(B * width).enumerate() {
-                subtract(own, [0, 1, 2, 3, 4, 5].map(|c| l[(B * j + c) * height + i]), rows);
+                subtract(own, [0, 1, 2, 3, 4, 5].map(|c| l[(B * j + c) * height + i]), rows, width);
             }
             for j in i / B * B..i {
                 let x = l[j * height + i];
@@ -176,7 +174,7 @@ impl Products {
             }
             row.fill(0.0);
             for (j, rows) in node.y.chunks_exact(B * width).enumerate() {
-                subtract(row, [0, 1, 2, 3, 4, 5].map(|c| l[(B * j + c) * height + i]), rows);
+                subtract(row, [0, 1, 2, 3, 4, 5].map(|c| l[(B * j + c) * height + i]), rows, width);
             }
             let other_width = other.width();
             let out = &mut other.y[(target_row as usize - other.rows[0]) * other_width..][..other_width];
@@ -188,19 +186,19 @@ impl Products {
 
     /// Adds the products of a supernode's rows of Y.
     #[inline(always)]
-    fn multiply(&mut self, k: usize) {
-        let Self { nodes, row, groups, values, .. } = self;
+    fn multiply(&mut self, k: usize, groups: usize) {
+        let Self { nodes, row, values, .. } = self;
         let (Node { groups: own, y, .. }, width) = (&nodes[k], nodes[k].width());
-        let all = C * *groups;
         for i in 0..width {
             let length = (i / C + 1) * C;
             row.clear();
             row.resize(length, 0.0);
             for rows in y.chunks_exact(B * width) {
-                subtract_rows(row, [0, 1, 2, 3, 4, 5].map(|r| -rows[r * width + i]), rows, width);
+                subtract(row, [0, 1, 2, 3, 4, 5].map(|r| -rows[r * width + i]), rows, width);
             }
-            let out = &mut values[(C * own[i / C] as usize + i % C) * all..][..all];
-            if own.len() == *groups {
+            let out = &mut values[start(own[i / C] as usize, i % C)..];
+            // Where all groups come through, as at a root.
+            if own.len() == groups {
                 out.iter_mut().zip(&*row).for_each(|(out, x)| *out += x);
                 continue;
             }
@@ -212,16 +210,14 @@ impl Products {
     }
 }
 
-/// Subtracts six rows that lie one after the other, each as long as `from` is, times a number each.
-#[inline(always)]
-fn subtract(from: &mut [f64], by: [f64; B], rows: &[f64]) {
-    let width = from.len();
-    subtract_rows(from, by, rows, width);
+/// Where a row of the lower triangle begins, by its group and its place there: with all columns up to those of its own group.
+fn start(group: usize, row: usize) -> usize {
+    C * C * group * (group + 1) / 2 + C * (group + 1) * row
 }
 
-/// The same of rows that may be longer, `width` numbers each.
+/// Subtracts the first numbers of six rows, `width` numbers each, times a number each.
 #[inline(always)]
-fn subtract_rows(from: &mut [f64], by: [f64; B], rows: &[f64], width: usize) {
+fn subtract(from: &mut [f64], by: [f64; B], rows: &[f64], width: usize) {
     let length = from.len();
     let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|r| &rows[r * width..r * width + length]);
     for (k, from) in from.iter_mut().enumerate() {

@@ -13,7 +13,7 @@ use crate::system::System;
 use crate::topology::Topology;
 
 /// Finds answers, with the memory for it.
-pub(crate) struct Columnwise {
+pub(crate) struct Loops {
     topology: Arc<Topology>,
     /// Joints by body, and where those of each begin.
     joints: Vec<u32>,
@@ -27,7 +27,7 @@ pub(crate) struct Columnwise {
     seen: Vec<Entries>,
 }
 
-impl Columnwise {
+impl Loops {
     /// Memory for systems of this connectivity.
     ///
     /// # Errors
