@@ -2,7 +2,7 @@
 //!
 //! Constants go in, too, so that one such component serves all that have its connectivity.
 
-use super::lanes::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put};
+use super::lanes::{pick, pick_pose, pick_spatial, put};
 use super::{BodyConstants, Component, JointConstants};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -22,17 +22,7 @@ impl Component<f64> {
 impl<T: Real> Component<T> {
     /// Takes what `from`, which is plain and alike, begins a step with into a lane.
     pub(crate) fn take_begin(&mut self, lane: usize, from: &Component<f64>) {
-        for (pose, own) in self.poses.iter_mut().zip(&from.poses) {
-            copy_pose(pose, lane, own, 0);
-        }
-        for (velocity, own) in self.velocities.iter_mut().zip(&from.velocities) {
-            copy_spatial(velocity, lane, own, 0);
-        }
-        for (held, own) in self.held.iter_mut().zip(&from.held) {
-            put(held, lane, own.0);
-        }
-        self.last_dt.set_lane(lane, from.last_dt);
-        self.last_effective.set_lane(lane, from.last_effective);
+        self.put_motion(lane, from);
         put(&mut self.gravity, lane, from.gravity.0);
         for (rate, own) in self.damping.iter_mut().zip(from.damping) {
             rate.set_lane(lane, own);

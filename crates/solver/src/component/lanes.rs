@@ -194,27 +194,33 @@ impl<T: Real> Component<T> {
 
     /// Puts poses and velocities of a component of its own back into its lane.
     pub(crate) fn insert_lane(&mut self, lane: usize, from: &Component<f64>) {
-        for (pose, own) in self.poses.iter_mut().zip(&from.poses) {
-            copy_pose(pose, lane, own, 0);
-        }
-        for (velocity, own) in self.velocities.iter_mut().zip(&from.velocities) {
-            copy_spatial(velocity, lane, own, 0);
-        }
+        self.put_motion(lane, from);
         for (lambda, own) in self.lambda.iter_mut().zip(&from.lambda) {
             copy_spatial(lambda, lane, own, 0);
-        }
-        for (held, own) in self.held.iter_mut().zip(&from.held) {
-            put(held, lane, own.0);
         }
         for (given, own) in self.given.iter_mut().zip(&from.given) {
             given.set_lane(lane, *own);
         }
         self.insert_rigid(lane, &from.rigid);
         self.has_given |= from.has_given;
-        self.last_dt.set_lane(lane, from.last_dt);
-        self.last_effective.set_lane(lane, from.last_effective);
         if let (Some(steps), Some(from)) = (&mut self.multistep, &from.multistep) {
             steps.put(lane, from);
         }
+    }
+
+    /// Puts poses, velocities and pulls of a component of its own into its lane, and how long its last step was.
+    #[inline(always)]
+    pub(super) fn put_motion(&mut self, lane: usize, from: &Component<f64>) {
+        for (pose, own) in self.poses.iter_mut().zip(&from.poses) {
+            copy_pose(pose, lane, own, 0);
+        }
+        for (velocity, own) in self.velocities.iter_mut().zip(&from.velocities) {
+            copy_spatial(velocity, lane, own, 0);
+        }
+        for (held, own) in self.held.iter_mut().zip(&from.held) {
+            put(held, lane, own.0);
+        }
+        self.last_dt.set_lane(lane, from.last_dt);
+        self.last_effective.set_lane(lane, from.last_effective);
     }
 }

@@ -24,13 +24,13 @@ use crate::step::{Interval, StepParams};
 
 /// Memory to begin the steps of alike sets in.
 #[derive(Clone)]
-struct Bench {
+struct SideBySide {
     component: Component<Lanes<GROUP>>,
     solver: Direct<Lanes<GROUP>>,
     corrections: Vec<Spatial<Lanes<GROUP>>>,
 }
 
-impl Bench {
+impl SideBySide {
     /// Begins a step of these sets over `interval`.
     fn begin(&mut self, sets: &mut [Box<ConnectedSet>], interval: Interval, params: &StepParams) {
         let Self { component, solver, corrections } = self;
@@ -72,9 +72,9 @@ impl Bench {
 
 /// Sets that are alike.
 struct Kind {
-    pattern: Bench,
+    pattern: SideBySide,
     /// Memory that no thread uses now.
-    free: Mutex<Vec<Bench>>,
+    free: Mutex<Vec<SideBySide>>,
 }
 
 /// The kinds of sets that are begun side by side.
@@ -95,7 +95,7 @@ impl Kinds {
             }
             let members: Vec<&Members> = sets.iter().take(GROUP).map(|set| &set.members).collect();
             let component = Component::new(model, state, topology.clone(), &members);
-            let pattern = Bench { component, solver: Direct::for_tree(&topology), corrections: Vec::new() };
+            let pattern = SideBySide { component, solver: Direct::for_tree(&topology), corrections: Vec::new() };
             for set in sets.iter_mut() {
                 set.kind = Some(kinds.len() as u32);
             }
