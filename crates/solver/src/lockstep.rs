@@ -190,7 +190,7 @@ impl Lockstep {
         self.end()
     }
 
-    /// Predicts all sets, each by itself, and finds the contacts between them.
+    /// Predicts all sets, alike ones side by side, and finds the contacts between them.
     fn begin(&mut self, interval: Interval, params: &StepParams) {
         self.kinds.begin(&mut self.sets, self.segments, (interval, params), |set| {
             let held_back = !set.component.can_go_on();

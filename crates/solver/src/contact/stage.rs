@@ -173,19 +173,13 @@ impl Stage {
     }
 
     /// Keeps the corrections of the rods' own solution in `dlambda`, for [`Stage::is_far`] and [`Stage::solve`].
-    pub(crate) fn keep_corrections(
-        &mut self,
-        shared: &Shared,
-        components: &mut Sets<'_>,
-        formulation: Formulation,
-        iteration: usize,
-    ) {
+    pub(crate) fn keep_corrections(&mut self, shared: &Shared, components: &mut Sets<'_>, formulation: Formulation) {
         if self.contacts.is_empty() {
             return;
         }
         for ConnectedSet { component, touch, is_ahead, .. } in components.iter_mut() {
             if let Some(touch) = touch
-                && !(*is_ahead && iteration == 0)
+                && !*is_ahead
             {
                 vectorized(
                     #[inline(always)]

@@ -16,7 +16,7 @@ use crate::formulation::ContactProjection;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Lanes;
-use crate::limits::{GROUP, PARALLEL_PIECE};
+use crate::limits::{GROUP, shares_piece};
 use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
 use crate::start::NoGuess;
@@ -127,7 +127,7 @@ impl Kinds {
                 _ => sets.iter_mut().for_each(|set| alone(set)),
             }
         };
-        if sets.len() > 1 && segments >= PARALLEL_PIECE && rayon::current_num_threads() > 1 {
+        if shares_piece(sets.len(), segments) {
             let kinds = sets.par_chunk_by_mut(|a, b| a.kind == b.kind);
             kinds.flat_map(|kind| kind.par_chunks_mut(GROUP)).for_each(begin);
         } else {

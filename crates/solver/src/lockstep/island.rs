@@ -11,7 +11,7 @@ use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
-use crate::limits::PARALLEL_PIECE;
+use crate::limits::shares_piece;
 use crate::linear::LinearInfo;
 use crate::retry::{self, Steps};
 use crate::snapshot::Snapshot;
@@ -151,7 +151,7 @@ impl Island<'_> {
         let formulation = params.formulation;
         self.project(iteration, formulation);
         let solved = self.with_stage(|stage, shared, sets, counters| {
-            stage.keep_corrections(shared, sets, formulation, iteration);
+            stage.keep_corrections(shared, sets, formulation);
             if iteration == 0 && !guessed && stage.is_far(shared, sets) {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
@@ -176,6 +176,7 @@ impl Island<'_> {
                 count_solve(component, &info, 1, has_start, counters);
             }
             update(component, formulation, 1.0, counters);
+            set.is_ahead = false;
         });
         solved
     }
@@ -192,7 +193,7 @@ impl Island<'_> {
         });
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, shared, sets, counters| {
-            stage.keep_corrections(shared, sets, Formulation::Xpbd, iteration);
+            stage.keep_corrections(shared, sets, Formulation::Xpbd);
             stage.solve(shared, sets, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
@@ -209,7 +210,7 @@ impl Island<'_> {
     fn project(&mut self, iteration: usize, formulation: Formulation) {
         self.each(|set| {
             let ConnectedSet { component, projector, counters, .. } = set;
-            if set.is_ahead && iteration == 0 {
+            if set.is_ahead {
                 count_iteration(component, &LinearInfo::default(), 1, false, counters);
                 return;
             }
@@ -306,8 +307,8 @@ impl Island<'_> {
 }
 
 /// Works on all sets, side by side where there is enough to share: so many segments.
-pub(super) fn each(sets: &mut [Box<ConnectedSet>], segments: usize, work: impl Fn(&mut ConnectedSet) + Send + Sync) {
-    if sets.len() > 1 && segments >= PARALLEL_PIECE && rayon::current_num_threads() > 1 {
+fn each(sets: &mut [Box<ConnectedSet>], segments: usize, work: impl Fn(&mut ConnectedSet) + Send + Sync) {
+    if shares_piece(sets.len(), segments) {
         sets.par_iter_mut().for_each(|set| work(set));
     } else {
         sets.iter_mut().for_each(|set| work(set));

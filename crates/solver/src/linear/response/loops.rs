@@ -62,10 +62,10 @@ impl Loops {
         sides: &[Side],
         mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
-        // What cannot be factored answers as if there were no joints; the solve beside it says so.
         self.see(system, sides);
         let Self { own, products, contacts, seen, .. } = self;
         let factor = solver.unwrap_or(own);
+        // What cannot be factored answers as if there were no joints; the solve beside it says so.
         let is_factored = factor.factor(system).is_ok();
         products.find(factor.cholesky(), contacts.len(), if is_factored { seen } else { &[] });
         for (nth, own) in contacts.iter().enumerate() {
