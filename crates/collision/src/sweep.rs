@@ -1,4 +1,4 @@
-//! First touch of moving capsules, by conservative advancement.
+//! First touch of moving capsules, by conservative advancement, and whether their centre lines pass through each other.
 //!
 //! Mirtich 1996, "Impulse-based Dynamic Simulation of Rigid Body Systems", advances to the time before which
 //! the bodies' distance and the bound of their relative speed allow no touch. The bound along the direction of the closest
@@ -12,6 +12,8 @@ use crate::shape::{Aabb, Capsule};
 
 /// Capsules touch when their centre lines come within the sum of radii times one plus this.
 pub const TOLERANCE: f64 = 1e-3;
+/// Lines meet where they are no farther apart than this share of their lengths.
+const MEETING: f64 = 1e-6;
 /// Most advances of a pair. A few do for random motions; a rod that turns while it passes close by takes more.
 const ADVANCES: usize = 1000;
 
@@ -113,6 +115,49 @@ pub fn first_touch(a: &MovingCapsule, b: &MovingCapsule) -> Option<Touch> {
         }
         advances += 1;
     }
+}
+
+/// Whether the centre lines of two capsules pass through each other: whether they meet, to a millionth of their lengths, at a time at
+/// which the volume that their four ends span changes its sign. Lines that lie in one plane all the time do not.
+///
+/// The volume is a polynomial of the third degree in time. It is followed from one of its turning points to the next, between
+/// which it is zero once at most: where the lines meet, would meet if they were longer, or are parallel.
+pub fn crosses(a: &MovingCapsule, b: &MovingCapsule) -> bool {
+    let volume = |time: f64| {
+        let (a, b) = (a.ends(time), b.ends(time));
+        (b[0] - a[0]).dot(&(a[1] - a[0]).cross(&(b[1] - b[0])))
+    };
+    let [first, second] = turning_points([0.0, 0.5, 1.0, -1.0].map(volume));
+    let mut times = [0.0, first, second, 1.0];
+    times.sort_unstable_by(f64::total_cmp);
+    times.windows(2).any(|times| {
+        let (mut from, mut to) = (times[0], times[1]);
+        let before = volume(from);
+        if before * volume(to) > 0.0 || before == volume(to) {
+            return false;
+        }
+        // As near as doubles are.
+        while from < 0.5 * (from + to) && 0.5 * (from + to) < to {
+            let middle = 0.5 * (from + to);
+            if volume(middle) * before > 0.0 { from = middle } else { to = middle }
+        }
+        let (a, b) = (a.ends(to), b.ends(to));
+        let size = (a[1] - a[0]).norm() + (b[1] - b[0]).norm();
+        closest::segments(&a, &b).distance <= MEETING * size
+    })
+}
+
+/// Where a polynomial of the third degree with such values at 0, 1/2, 1 and -1 turns between 0 and 1; 1 where it does not.
+fn turning_points([start, middle, end, earlier]: [f64; 4]) -> [f64; 2] {
+    // c0 + c1 t + c2 t^2 + c3 t^3
+    let c2 = 0.5 * (end + earlier) - start;
+    let odd = 0.5 * (end - earlier);
+    let c3 = (odd - 2.0 * (middle - start - 0.25 * c2)) / 0.75;
+    let c1 = odd - c3;
+    let root = (c2 * c2 - 3.0 * c3 * c1).sqrt();
+    // The root that cancels nothing, and the other one from the product of both.
+    let far = -(c2 + root.copysign(c2));
+    [far / (3.0 * c3), c1 / far].map(|time| if time > 0.0 && time < 1.0 { time } else { 1.0 })
 }
 
 /// Greatest relative speed of any two points of the lines [m per step]: that of two ends, as speeds are convex along lines.

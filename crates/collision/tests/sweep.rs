@@ -1,6 +1,6 @@
-//! The first touch of moving capsules against dense sampling in time.
+//! The first touch of moving capsules against dense sampling in time, and whether they pass through each other against the same.
 
-use collision::sweep::{TOLERANCE, Touch, first_touch};
+use collision::sweep::{TOLERANCE, Touch, crosses, first_touch};
 use collision::{Capsule, MovingCapsule, closest};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -135,4 +135,58 @@ fn swept_boxes_hold_the_motion() {
             assert!((swept.min - aabb.min).max() < 1e-15 && (aabb.max - swept.max).max() < 1e-15);
         }
     }
+}
+
+/// The least distance of two centre lines over the step, by dense samples, and denser ones about the nearest.
+fn nearest(a: &MovingCapsule, b: &MovingCapsule) -> f64 {
+    const SAMPLES: usize = 400;
+    let (mut from, mut to, mut least) = (0.0_f64, 1.0_f64, f64::INFINITY);
+    for _ in 0..5 {
+        let step = (to - from) / SAMPLES as f64;
+        let times = (0..=SAMPLES).map(|k| from + step * k as f64);
+        let (time, found) =
+            times.map(|time| (time, distance(a, b, time))).min_by(|one, other| one.1.total_cmp(&other.1)).unwrap();
+        least = least.min(found);
+        (from, to) = ((time - step).max(0.0), (time + step).min(1.0));
+    }
+    least
+}
+
+#[test]
+fn lines_cross_where_they_come_to_meet() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut crossed = 0;
+    for k in 0..1500 {
+        let mut next = || vector(&mut random);
+        let a = MovingCapsule { from: [next(), next()], to: [next(), next()], radius: 0.02 };
+        let mut b = MovingCapsule { from: [next(), next()], to: [next(), next()], radius: 0.03 };
+        if k % 2 == 0 {
+            b.to = b.from;
+        }
+        let least = nearest(&a, &b);
+        let found = crosses(&a, &b);
+        assert_eq!(found, least < 1e-6, "{least}: {a:?} {b:?}");
+        assert_eq!(crosses(&b, &a), found);
+        crossed += usize::from(found);
+    }
+    assert!((150..1350).contains(&crossed), "{crossed}");
+}
+
+#[test]
+fn known_crossings() {
+    let rod = |x: f64, z: f64| [Vector3::new(x - 1.0, 0.0, z), Vector3::new(x + 1.0, 0.0, z)];
+    let moving = |from, to| MovingCapsule { from, to, radius: 0.1 };
+    let across = [Vector3::new(0.0, -1.0, 0.0), Vector3::new(0.0, 1.0, 0.0)];
+    let fixed = moving(across, across);
+    // Through it, however fast; past its end; up to it; and past the end of the one that falls.
+    assert!(crosses(&moving(rod(0.0, 1.0), rod(0.0, -1.0)), &fixed));
+    assert!(crosses(&moving(rod(0.9, 1000.0), rod(0.9, -1000.0)), &fixed));
+    assert!(!crosses(&moving(rod(0.0, 1.0), rod(0.0, 1e-9)), &fixed));
+    assert!(!crosses(&moving(rod(1.1, 1.0), rod(1.1, -1.0)), &fixed));
+    // Half a turn about its middle, beside the other one, and a turn within one plane.
+    let [near, far] = [0.5, 1.5].map(|x| [Vector3::new(-x, 0.0, 0.2), Vector3::new(x, 0.0, 0.2)]);
+    let turned = |[a, b]: [Vector3<f64>; 2]| [b, a];
+    assert!(!crosses(&moving(near, turned(near)), &fixed));
+    assert!(!crosses(&moving(far, far), &fixed));
+    assert!(!crosses(&moving(rod(0.0, 0.0), across), &fixed));
 }

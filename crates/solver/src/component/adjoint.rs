@@ -208,6 +208,7 @@ impl<T: Real> Component<T> {
         }
         let of_world = begin.q.rotate(of_w);
         start.pose.angular += of_world.cross(variable);
+        let of_world = if self.is_of_another_length() { self.length_back(i, of_world) } else { of_world };
         if self.has_given {
             start.velocity.angular += self.rate_back(i, of_world);
             self.given_back(i, &mut start, &mut gradient);
@@ -229,9 +230,22 @@ impl<T: Real> Component<T> {
     /// The solver's variable of a body's rotation before the step under way, and half the length of the step that it is of.
     #[inline(always)]
     fn variable_of(&self, i: usize) -> (Vec3<T>, T) {
+        let half = self.last_half();
+        let is_other = self.has_given || self.is_of_another_length();
+        if is_other { self.variable(i, half) } else { (self.velocities[i].angular, half) }
+    }
+
+    /// Half the length of the last step; of the one under way before the first.
+    #[inline(always)]
+    fn last_half(&self) -> T {
         let dt = T::splat(self.dt);
-        let half = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt, dt) * T::splat(0.5);
-        if self.has_given { self.variable(i, half) } else { (self.velocities[i].angular, half) }
+        (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt, dt) * T::splat(0.5)
+    }
+
+    /// Whether the last step was longer or shorter than the one under way.
+    #[inline(always)]
+    fn is_of_another_length(&self) -> bool {
+        self.last_half() != T::splat(0.5 * self.dt)
     }
 
     /// Back over the free rotation, of which `s I u + u x I u = (dt / 2) m`: from the derivative with respect to a turn in the
@@ -286,6 +300,27 @@ impl<T: Real> Component<T> {
             Some(drag) => momentum + drag.impulses[i].angular * share,
             None => momentum,
         }
+    }
+
+    /// From the derivative with respect to the solver's variable of the step under way to that of the last step's, in the lanes
+    /// where that was of another length and no rate was given since: the rate goes on.
+    #[cold]
+    fn length_back(&self, i: usize, bar: Vec3<T>) -> Vec3<T> {
+        let mut out = bar;
+        let (own, last_half) = (0.5 * self.dt, self.last_half());
+        let is_other = |lane: &usize| last_half.lane(*lane) != own && self.given[i].lane(*lane) < 0.0;
+        for lane in (0..T::LANES).filter(is_other) {
+            let (w, bar, last) = (pick(self.velocities[i].angular, lane), pick(bar, lane), last_half.lane(lane));
+            let size = w.norm_squared().sqrt();
+            let sine = size * last;
+            if (1e-9..1.0).contains(&sine) {
+                let turn = sine.asin() / last * own;
+                let (ratio, slope) = (turn.sin() / (own * size), turn.cos() / (1.0 - sine * sine).sqrt());
+                let along = w * (w.dot(bar) / (size * size));
+                put(&mut out, lane, (bar * ratio + along * (slope - ratio)).0);
+            }
+        }
+        out
     }
 
     /// From the derivative with respect to the solver's variable to that with respect to the rate, in the lanes where that was

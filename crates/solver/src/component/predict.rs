@@ -13,8 +13,9 @@ impl<T: Real> Component<T> {
     /// The rotation is the discrete free motion of a symmetric top (the gyroscopic term included): with the relative
     /// rotation (s, u) of a step in the body's frame, `s I u + u x I u = (dt / 2) m`, where m is the body's angular
     /// momentum, `(2 / dt)(s I u - u x I u)` of the step before. It keeps the angular momentum to rounding and gives
-    /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). Torques of loads come in with the first linear system,
-    /// which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
+    /// back `w = 2 Im(q' conj(q)) / dt` (Moser and Veselov 1991). After a step of another length the rate goes on instead, with
+    /// Euler's rule: the momentum of a shorter step may be that of no turn of a longer one. Torques of loads come in with the first
+    /// linear system, which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
     /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose shows it, and
     /// the step is not converged. What moves by itself is placed where it is to be at `time + dt` [s]. Where the integrator
     /// builds on several steps, velocity and momentum are those that the `multistep` module says.
@@ -31,6 +32,7 @@ impl<T: Real> Component<T> {
         let half = T::splat(0.5 * dt);
         // Before the first step there is none: velocities are taken as those of a step like this one.
         let last_half = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt * T::splat(0.5), half);
+        let is_other = self.has_given || last_half != half;
         let one = T::splat(1.0);
         let decay = self.damping.map(|rate| if rate == T::zero() { one } else { (-rate * h).exp() });
         // Forces act for this long on the velocity over the step; dt with Euler's rule.
@@ -51,7 +53,7 @@ impl<T: Real> Component<T> {
             let old = self.velocities[i];
             let free = constants.free;
             let kept = [one + (decay[0] - one) * free, one + (decay[1] - one) * free];
-            let (rate, last_half) = if self.has_given { self.variable(i, last_half) } else { (old.angular, last_half) };
+            let (rate, last_half) = if is_other { self.variable(i, last_half) } else { (old.angular, last_half) };
             let w = pose.q.rotate_back(rate);
             let (mut v, mut m) = match &self.multistep {
                 None => (old.linear * kept[0], angular_momentum(constants.inertia(w), w * last_half) * kept[1]),

@@ -112,10 +112,17 @@ impl<T: Real> Component<T> {
     }
 
     /// The solver's variable of a segment's rotation, and half the length of the step that it is of: the last one, or the
-    /// one under way where the rate was given since.
+    /// one under way where the rate was given since, or where the last one was of another length and its rate goes on.
     pub(super) fn variable(&self, body: usize, last_half: T) -> (Vec3<T>, T) {
         let (mut w, mut half) = (self.velocities[body].angular, last_half);
         let given = variable(w, self.dt);
+        let own_half = T::splat(0.5 * self.dt);
+        if last_half != own_half {
+            let is_same = -(last_half - own_half).abs();
+            let goes_on = variable(rate(w, last_half + last_half), self.dt);
+            w = Vec3([0, 1, 2].map(|k| is_same.select(w.0[k], goes_on.0[k])));
+            half = own_half;
+        }
         for lane in 0..T::LANES {
             if self.given[body].lane(lane) >= 0.0 {
                 copy_lane(&mut w, lane, given);

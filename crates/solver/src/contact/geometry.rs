@@ -1,6 +1,6 @@
 //! Where two bodies touch: normal, gap, slip and lever arms of a contact at the current poses.
 
-use collision::sweep::{MovingCapsule, crossing_normal, first_touch};
+use collision::sweep::{MovingCapsule, crosses, crossing_normal, first_touch};
 use collision::{TriangleMesh, closest};
 use nalgebra::Vector3;
 use rod::{Friction, ObstacleShape};
@@ -324,9 +324,15 @@ impl Contact {
         let moved = |side: &Side, k: usize| side.ends[k] - side.ends_before[k];
         let apart = |i: usize, j: usize| (moved(own, i) - moved(other, j)).norm_squared();
         let travel = apart(0, 0).max(apart(0, 1)).max(apart(1, 0)).max(apart(1, 1));
+        let mut has_crossed = false;
         if travel > 0.25 * reach * reach
-            && let Some(hit) = first_touch(&own.way(), &other.way())
-            && (to_kernel(&hit.normal).dot(normal) < 0.0 || distance == 0.0)
+            && let ways = [own.way(), other.way()]
+            && let Some(hit) = first_touch(&ways[0], &ways[1])
+            && {
+                // Where one has turned far since, normals need not tell.
+                has_crossed = self.target >= 0.0 && crosses(&ways[0], &ways[1]);
+                has_crossed || to_kernel(&hit.normal).dot(normal) < 0.0 || distance == 0.0
+            }
         {
             // Ends follow when the nearest places are back where they belong.
             self.doubled |= feature != Feature::Nearest;
@@ -343,6 +349,10 @@ impl Contact {
             }
         }
         self.meet(own, other, [a, b], normal);
+        if has_crossed {
+            self.gap = self.gap.min(-distance - reach);
+            self.distance = self.gap;
+        }
         if poses == Poses::Settling && direction.is_some() {
             self.distance = distance - self.nearer - reach;
         }

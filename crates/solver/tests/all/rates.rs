@@ -59,6 +59,31 @@ fn a_free_segment_turns_at_the_rate_that_it_was_given_and_says_so() {
     }
 }
 
+/// A discrete momentum of a short step, `I sin(angle) / dt`, may be that of no turn of a long one: what rolls fast would turn faster
+/// after each step that was done in parts.
+#[test]
+fn the_rate_goes_on_in_steps_of_another_length() {
+    for rods in [1, 3] {
+        for rate in RATES {
+            for formulation in Formulation::ALL {
+                let (model, state) = spinning(rods, rate);
+                let mut simulation = simulation(&model, &state, (formulation, Integrator::Euler));
+                let (mut now, mut time) = (state.clone(), 0.0);
+                for share in [0.5, 0.5, 1.0, 1.0, 0.25, 0.25, 0.5, 1.0, 0.125, 1.0] {
+                    simulation.step(share * DT).unwrap();
+                    simulation.store(&mut now);
+                    time += share * DT;
+                    let turn = UnitQuaternion::from_scaled_axis(rate * time);
+                    let expected =
+                        State { orientations: state.orientations.iter().map(|q| turn * q).collect(), ..state.clone() };
+                    let error = apart(&now, &expected);
+                    assert!(error < 1e-9, "{formulation:?}, {rate}, {time} s: {error:e}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_stored_state_goes_on_as_if_it_had_not_been_stored() {
     for rods in [1, 3] {

@@ -138,6 +138,27 @@ fn a_fast_body_keeps_to_the_side_it_came_from() {
     assert_near(slow.normal, [0.0, 0.0, -1.0]);
 }
 
+/// A rod that falls over another one and turns by more than a right angle from the normal of its first touch: normals alone would
+/// say that it is on its side.
+#[test]
+fn a_body_that_turns_far_as_it_passes_has_passed() {
+    let start = pose(Vector3::new(0.0, 0.0, 0.3), Vector3::x(), 0.0);
+    let tilted = Vector3::new(-0.5, 0.0, 0.75_f64.sqrt());
+    let now = pose(Vector3::new(0.8, 0.0, 0.3), tilted, 0.0);
+    let other = still(Vector3::zeros(), Vector3::y(), 1.0, 0.1);
+    let passed = nearest_contact(&moving(start, now, 1.0, 0.1), &other);
+    // As deep as it is beyond, and both radii.
+    let distance = 0.8 * 0.75_f64.sqrt() + 0.3 * 0.5;
+    assert!((passed.gap + distance + 0.2).abs() < 1e-12, "{}", passed.gap);
+    // The same turn further up meets nothing.
+    let up = |mut pose: BodyPose<f64>| {
+        pose.x.0[2] += 1.5;
+        pose
+    };
+    let above = nearest_contact(&moving(up(start), up(now), 1.0, 0.1), &other);
+    assert!(above.gap > 0.0, "{}", above.gap);
+}
+
 #[test]
 fn settling_normals_lie_between_the_last_and_the_new() {
     let other = still(Vector3::zeros(), Vector3::y(), 1.0, 0.1);
