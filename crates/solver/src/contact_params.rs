@@ -42,13 +42,13 @@ pub struct ContactParams {
     pub sharper: f64,
     /// The same relative to the largest error before the solve, where that is more: the next linearisation leaves as much.
     pub share_left: f64,
-    /// Takes the place of the two before in a formulation with momentum residual, which sees what the sweeps leave.
+    /// Takes the place of [`ContactParams::sharper`] in a formulation with momentum residual, which sees what the sweeps leave.
     pub momentum_sharper: f64,
     /// Sweeps between two tries of Newton's method, at first; twice as many after each try that did not help, or half as many, but no
     /// fewer, where sweeps have halved their change since.
     pub sweeps_before_newton: usize,
     /// The first try comes no earlier than after one sweep for so many unknowns: the larger a problem is, the more sweeps an
-    /// iteration of Newton's method costs. Larger: sooner. With a momentum residual this does not count.
+    /// iteration of Newton's method costs. Larger: sooner.
     pub unknowns_a_sweep: usize,
     /// Unknowns of Newton's method, at most; its cost grows with their cube, and beyond this sweeps alone are faster.
     pub newton_unknowns: usize,

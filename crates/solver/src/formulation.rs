@@ -39,8 +39,8 @@ pub enum Tangent {
     Auto,
     /// Positive definite: how the torques of joints change as segments turn is left out, but for the stiffness of pulls.
     Positive,
-    /// The exact one ([`crate::tangent`]), on chains, trees and rings without contacts: fewer iterations, each of which costs
-    /// about a third more.
+    /// The exact one ([`crate::tangent`]), on chains and trees, and on rings that nothing can touch: fewer iterations, each of which
+    /// costs about a third more.
     Exact,
 }
 

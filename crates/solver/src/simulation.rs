@@ -175,7 +175,10 @@ fn exact_tangent_of(model: &Model, settings: &Settings) -> Result<(), Simulation
     if !settings.step.formulation.momentum() {
         return Err(SimulationError::Tangent("formulation newton"));
     }
-    without_contacts(model, "tangent exact")
+    if settings.step.contact_projection != ContactProjection::Coupled && !model.contacts.is_empty() {
+        return Err(SimulationError::Tangent("contacts that are coupled"));
+    }
+    Ok(())
 }
 
 /// A model in motion.
@@ -226,11 +229,14 @@ impl Simulation {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }
         let touches = !model.contacts.is_empty();
+        let is_coupled = settings.step.contact_projection == ContactProjection::Coupled;
         let exact = settings.step.tangent == Tangent::Exact;
         if exact {
             exact_tangent_of(model, settings)?;
         }
-        let may_be_exact = settings.step.may_be_exact() && !touches && (exact || settings.solver == SolverKind::Direct);
+        let may_be_exact = settings.step.may_be_exact()
+            && (!touches || is_coupled)
+            && (exact || settings.solver == SolverKind::Direct);
         let grouping = settings.solver == SolverKind::Direct && !touches;
         let mut pieces = Vec::new();
         let mut singles = Vec::new();
@@ -257,6 +263,9 @@ impl Simulation {
                 }
                 if exact && set.exact.is_none() {
                     return Err(SimulationError::Tangent("rods with at most one loop a set"));
+                }
+                if exact && touches && alike.topology.elimination.is_none() {
+                    return Err(SimulationError::Tangent("rods without loops where something can touch them"));
                 }
                 singles.push(set);
             }

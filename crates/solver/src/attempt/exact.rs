@@ -3,6 +3,10 @@
 //! An iteration tries the whole step of [`crate::tangent`], then halves of it, and takes the first that leaves less of the
 //! residual. What the tangent leaves out of a step is put right by a second solve with the same factor (deferred correction),
 //! where it would be felt. The last iteration takes the factor of the one before, where that is enough (Shamanskii 1967). Where none does, and where joints transmit nothing yet, the iteration is that of the positive matrix.
+//!
+//! Where bodies can touch, an iteration has more parts (`exact/touching.rs`).
+
+mod touching;
 
 use super::{Attempt, TangentChoice, begin, evaluate, may_go_on, solve, update};
 use crate::component::{BodyPose, Component, Residuals};
@@ -18,6 +22,7 @@ use crate::step::{Interval, StepParams};
 use crate::tangent::Equations;
 use crate::tangent::elimination::Elimination;
 use crate::topology::Topology;
+use touching::Touching;
 
 /// What the tangent leaves out is put right where it would leave more than this share of the square of the residual: Newton's
 /// method itself leaves about as much.
@@ -44,7 +49,6 @@ fn lanes<T: Real>(of: Lanes, holds: impl Fn(usize) -> bool) -> Lanes {
 }
 
 /// Memory for steps with the exact tangent, of one connected set or of alike ones in lanes.
-#[derive(Clone, Debug)]
 pub(crate) struct Exact<T> {
     equations: Equations<T>,
     elimination: Elimination<T>,
@@ -55,6 +59,7 @@ pub(crate) struct Exact<T> {
     dp: Vec<Spatial<T>>,
     poses: Vec<BodyPose<T>>,
     lambda: Vec<Spatial<T>>,
+    touching: Touching,
 }
 
 impl<T: Real> Exact<T> {
@@ -73,6 +78,7 @@ impl<T: Real> Exact<T> {
             dp: vec![Spatial::zero(); bodies],
             poses: Vec::with_capacity(bodies),
             lambda: Vec::with_capacity(joints),
+            touching: Touching::default(),
         }))
     }
 

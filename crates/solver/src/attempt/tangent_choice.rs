@@ -3,8 +3,8 @@
 //! What the exact tangent saves depends on the motion: four iterations of five of a tree that swings, none of a rod that hangs
 //! nearly straight. So the work of steps with either is averaged, and the cheaper one is taken. The other one is tried now and
 //! then, less and less often as long as it stays the dearer one. A trial that has taken more work than the usual way
-//! goes on with that, so that it costs less than one step more. Iterations are counted, no time is measured: the same motion
-//! takes the same way on every machine.
+//! goes on with that, so that it costs less than one step more. Iterations are counted, and sweeps over contacts; no time is
+//! measured: the same motion takes the same way on every machine.
 
 use crate::snapshot::Tape;
 use crate::topology::Topology;
@@ -13,6 +13,8 @@ use crate::topology::Topology;
 const EXACT: f64 = 1.35;
 /// The same where the positive matrix goes round a ring, and so takes a sparse factor.
 const EXACT_OF_RINGS: f64 = 1.0;
+/// Work of a sweep over as many contacts as there are segments.
+const SWEEP: f64 = 0.2;
 /// Weight of a step in the average of the way that is taken.
 const WEIGHT: f64 = 0.25;
 /// Weight of a trial in the average of the other one.
@@ -52,6 +54,11 @@ impl TangentChoice {
     /// Counts an iteration.
     pub(crate) fn count(&mut self, is_exact: bool) {
         self.work += if is_exact { self.exact } else { 1.0 };
+    }
+
+    /// Counts sweeps over contacts, so many in all, in an island of `segments`.
+    pub(crate) fn count_sweeps(&mut self, contacts: u64, segments: usize) {
+        self.work += SWEEP * contacts as f64 / segments as f64;
     }
 
     /// Ends a step, with all attempts at it.

@@ -98,7 +98,8 @@ impl Coupling {
         let parts = Pieces::new(values, cuts, taken);
         let is_shared = shares_contacts(active.len());
         each(components.all(), is_shared, |seat, set| {
-            let (number, ConnectedSet { component, projector, touch: Some(touch), .. }) = (number_of[seat], set) else {
+            let (number, ConnectedSet { component, projector, exact, touch: Some(touch), .. }) = (number_of[seat], set)
+            else {
                 return;
             };
             if number == u32::MAX {
@@ -114,33 +115,38 @@ impl Coupling {
             let Touch { number, response, sides: own, .. } = &mut **touch;
             own.clear();
             let contact = |k: u32| &contacts[active[k as usize] as usize];
-            match response {
-                Response::Tree(transfers) if own_groups.len() > 2 => {
-                    let own_cuts = &side_cuts[first_groups[set]..=first_groups[set + 1]];
-                    for (group, ends) in own_groups.windows(2).zip(own_cuts.windows(2)) {
-                        let members = &members[group[0]..group[1]];
-                        for &(place, k) in &places[ends[0]..ends[1]] {
-                            let index = members.partition_point(|&member| member < k) as u32;
-                            let here = sides(contact(k), index, shapes, *number);
-                            own.extend(here.filter(|side| transfers.place(side.body) == place));
-                        }
+            if own_groups.len() > 2
+                && let Response::Tree(transfers) = response
+            {
+                let own_cuts = &side_cuts[first_groups[set]..=first_groups[set + 1]];
+                for (group, ends) in own_groups.windows(2).zip(own_cuts.windows(2)) {
+                    let members = &members[group[0]..group[1]];
+                    for &(place, k) in &places[ends[0]..ends[1]] {
+                        let index = members.partition_point(|&member| member < k) as u32;
+                        let here = sides(contact(k), index, shapes, *number);
+                        own.extend(here.filter(|side| transfers.place(side.body) == place));
                     }
-                    let mut chain = Chain::new(own, own_groups, &mut values);
-                    transfers.couple_blocks(&component.system, (own, own_cuts), &mut chain);
                 }
-                response => {
-                    for (index, &k) in members[own_groups[0]..own_groups[1]].iter().enumerate() {
-                        own.extend(sides(contact(k), index as u32, shapes, *number));
-                    }
-                    let (mut part, _) = Part::new(own_groups[1] - own_groups[0], false, &mut values);
-                    response.couple(
-                        &component.system,
-                        solver,
-                        own,
-                        #[inline(always)]
-                        |s, t, block| part.add((own[s].contact as usize, own[t].contact as usize), &block, s != t),
-                    );
+                let mut chain = Chain::new(own, own_groups, &mut values);
+                transfers.couple_blocks(&component.system, (own, own_cuts), &mut chain);
+                return;
+            }
+            for (index, &k) in members[own_groups[0]..own_groups[1]].iter().enumerate() {
+                own.extend(sides(contact(k), index as u32, shapes, *number));
+            }
+            let (mut part, _) = Part::new(own_groups[1] - own_groups[0], false, &mut values);
+            let pair = |s: usize, t: usize| (own[s].contact as usize, own[t].contact as usize);
+            match exact.as_mut().filter(|exact| exact.is_taken()) {
+                Some(exact) => {
+                    exact.couple(&component.system.topology, own, |s, t, block| part.add(pair(s, t), &block, s != t));
                 }
+                None => response.couple(
+                    &component.system,
+                    solver,
+                    own,
+                    #[inline(always)]
+                    |s, t, block| part.add(pair(s, t), &block, s != t),
+                ),
             }
         });
         problem.close();
@@ -208,7 +214,9 @@ impl Coupling {
         for (ends, &Pushed { component, .. }) in start.windows(2).zip(&*components) {
             first_groups.push(groups.len());
             let own = &by_set[ends[0]..ends[1]];
-            let touch = if own.len() > LONG { sets[component as usize].touch.as_deref() } else { None };
+            let set = &sets[component as usize];
+            let is_long = own.len() > LONG && !set.exact.as_ref().is_some_and(|exact| exact.is_taken());
+            let touch = if is_long { set.touch.as_deref() } else { None };
             let transfers = match touch.map(|touch| &touch.response) {
                 Some(Response::Tree(transfers)) if transfers.are_chains() => transfers,
                 _ => {

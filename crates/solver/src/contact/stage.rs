@@ -177,10 +177,12 @@ impl Stage {
         if self.contacts.is_empty() {
             return;
         }
-        for ConnectedSet { component, touch, is_ahead, .. } in components.iter_mut() {
-            if let Some(touch) = touch
-                && !*is_ahead
-            {
+        for ConnectedSet { component, touch, is_ahead, exact, .. } in components.iter_mut() {
+            let Some(touch) = touch else { continue };
+            if let Some(exact) = exact.as_ref().filter(|exact| exact.is_taken()) {
+                touch.corrections.clear();
+                touch.corrections.extend_from_slice(exact.corrections());
+            } else if !*is_ahead {
                 vectorized(
                     #[inline(always)]
                     || component.corrections(formulation, &mut touch.corrections),
@@ -284,7 +286,8 @@ impl Stage {
     }
 
     /// Finds the impulses that the contacts add in this iteration, beside the rods' own solution, and writes them to the
-    /// components' `pushes`. `worst` is the largest error now, `tolerance` the one that is good enough.
+    /// components' `pushes`. `worst` is the largest error now, `tolerance` the one that is good enough. Returns how many contacts
+    /// were swept, all sweeps together.
     ///
     /// # Errors
     /// If so many contacts press that their matrix would have more blocks than [`ContactParams::most_blocks`].
@@ -295,30 +298,31 @@ impl Stage {
         formulation: Formulation,
         (worst, tolerance): (f64, f64),
         counters: &mut Counters,
-    ) -> Result<(), TooManyContacts> {
+    ) -> Result<u64, TooManyContacts> {
         for component in components.iter_mut() {
             component.component.pushes.fill(Spatial::zero());
         }
         self.active.clear();
         if self.contacts.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         self.choose(shared, components);
         if self.active.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         let shapes = shared.detector.shapes();
         let contacts = (&*self.contacts, &mut self.active);
         let problem = &mut self.problem;
         self.coupling.assemble(contacts, shapes, components, problem, shared.params.most_blocks)?;
-        let mut params = shared.params;
-        if formulation.momentum() {
-            (params.sharper, params.share_left) = (params.momentum_sharper, params.momentum_sharper);
-            params.unknowns_a_sweep = usize::MAX;
-        }
-        let tolerance = (tolerance * params.sharper).max(worst * params.share_left);
-        counters.contact_sweeps += self.impulses.solve(problem, tolerance, &params) as u64;
-        counters.contact_solves += self.active.len() as u64;
+        let params = &shared.params;
+        let sharper = if formulation.momentum() { params.momentum_sharper } else { params.sharper };
+        let tolerance = (tolerance * sharper).max(worst * params.share_left);
+        // The momentum residual sees each move.
+        let moves = !formulation.momentum();
+        let sweeps = self.impulses.solve(problem, (tolerance, moves), params) as u64;
+        let contacts = self.active.len() as u64;
+        counters.contact_sweeps += sweeps;
+        counters.contact_solves += contacts;
         for (k, &index) in self.active.iter().enumerate() {
             let contact = &mut self.contacts[index as usize];
             let force = self.problem.unknowns()[k].force;
@@ -329,7 +333,7 @@ impl Stage {
             contact.compliance = self.problem.compliance(k);
             push(contact, shapes, components, change, |component| &mut component.pushes);
         }
-        Ok(())
+        Ok(sweeps * contacts)
     }
 
     /// Chooses the contacts that may press and sets up their unknowns.

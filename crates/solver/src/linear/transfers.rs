@@ -97,7 +97,31 @@ impl Transfers {
     /// Memory for systems of this connectivity, whose bodies answer `with_joints` or each for itself; `None` where bodies that
     /// move form a loop.
     pub(crate) fn new(topology: &Arc<Topology>, with_joints: bool) -> Option<Self> {
-        let mut own = Self {
+        let mut own = Self::empty(topology);
+        if with_joints {
+            own.order_tree(|_| true)?;
+        } else {
+            own.order_alone();
+        }
+        own.make_room();
+        Some(own)
+    }
+
+    /// Memory for systems of this connectivity, whose trees have the roots of their elimination; `None` where bodies that move form a
+    /// loop.
+    pub(crate) fn rooted(topology: &Arc<Topology>) -> Option<Self> {
+        let mut follows = vec![false; topology.bodies()];
+        for node in topology.elimination.as_deref()? {
+            follows[node.outer as usize] |= !topology.fixed[node.inner as usize];
+        }
+        let mut own = Self::empty(topology);
+        own.order_tree(|body| !follows[body])?;
+        own.make_room();
+        Some(own)
+    }
+
+    fn empty(topology: &Arc<Topology>) -> Self {
+        Self {
             topology: topology.clone(),
             visits: Vec::new(),
             places: vec![NONE; topology.bodies()],
@@ -111,17 +135,14 @@ impl Transfers {
             saved: Vec::new(),
             branches: Vec::new(),
             nears: Vec::new(),
-        };
-        if with_joints {
-            own.order_tree()?;
-        } else {
-            own.order_alone();
         }
-        let count = own.visits.len();
-        own.left = vec![Rows::zero(); count];
-        own.transfers = vec![Transfer { transposed: Rows::zero(), held: Rows::zero() }; count];
-        own.marks = vec![Mark::default(); count];
-        Some(own)
+    }
+
+    fn make_room(&mut self) {
+        let count = self.visits.len();
+        self.left = vec![Rows::zero(); count];
+        self.transfers = vec![Transfer { transposed: Rows::zero(), held: Rows::zero() }; count];
+        self.marks = vec![Mark::default(); count];
     }
 
     /// Whether it is of this connectivity.
@@ -138,8 +159,8 @@ impl Transfers {
         }
     }
 
-    /// Trees from their ends; `None` if there is a loop.
-    fn order_tree(&mut self) -> Option<()> {
+    /// Trees from their ends that may be roots, else from any body that may; `None` if there is a loop.
+    fn order_tree(&mut self, is_root: impl Fn(usize) -> bool) -> Option<()> {
         let Topology { joints, fixed, .. } = &*self.topology;
         let mut neighbours: Vec<Vec<(u32, u32)>> = vec![Vec::new(); fixed.len()];
         for (joint, &[a, b]) in joints.iter().enumerate() {
@@ -150,7 +171,7 @@ impl Transfers {
         }
         let ends = (0..fixed.len()).filter(|&body| neighbours[body].len() <= 1);
         let mut open = Vec::new();
-        for root in ends.chain(0..fixed.len()) {
+        for root in ends.chain(0..fixed.len()).filter(|&root| is_root(root)) {
             if fixed[root] || self.places[root] != NONE {
                 continue;
             }
@@ -196,6 +217,43 @@ impl Transfers {
             #[inline(always)]
             || {
                 self.eliminate(system);
+                self.walk(sides, &mut block);
+            },
+        );
+    }
+
+    /// [`Self::couple`] where `answers` says how bodies answer, instead of a system: the answer of each root, column by column, and how
+    /// each other body follows the one before it, and answers where that is held.
+    pub(crate) fn couple_following(
+        &mut self,
+        answers: impl FnOnce(&mut dyn FnMut(u32, Follows<'_>)),
+        sides: &[Side],
+        mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
+    ) {
+        self.mark(sides);
+        let Self { places, left, transfers, .. } = self;
+        answers(&mut |body, follows| {
+            let place = places[body as usize] as usize;
+            match follows {
+                Follows::Nothing(answer) => left[place] = rows(answer),
+                Follows::Before([follows, held]) => {
+                    let mut transposed = Rows::zero();
+                    for (row, column) in transposed.0.iter_mut().zip(follows) {
+                        row.0[..6].copy_from_slice(&column.to_array());
+                    }
+                    transfers[place] = Transfer { transposed, held: rows(held) };
+                }
+            }
+        });
+        vectorized(
+            #[inline(always)]
+            || {
+                for place in 0..self.visits.len() {
+                    let before = self.visits[place].before;
+                    if before != NONE && self.marks[place].needed {
+                        self.left[place] = self.left[before as usize].carried(&self.transfers[place]);
+                    }
+                }
                 self.walk(sides, &mut block);
             },
         );
@@ -409,6 +467,25 @@ impl Transfers {
             (place as usize + 1..self.visits[place as usize].end as usize).find(|&place| self.marks[place].needed);
         next.map_or(columns, |next| self.marks[next].first as usize)
     }
+}
+
+/// How a body answers forces.
+pub(crate) enum Follows<'a> {
+    /// By itself.
+    Nothing(&'a [Spatial<f64>; 6]),
+    /// As it follows the body before it, and as it answers where that is held.
+    Before(&'a [[Spatial<f64>; 6]; 2]),
+}
+
+/// A matrix with these columns.
+fn rows(columns: &[Spatial<f64>; 6]) -> Rows {
+    let mut out = Rows::zero();
+    for (c, column) in columns.iter().enumerate() {
+        for (row, x) in out.0.iter_mut().zip(column.to_array()) {
+            row.0[c] = x;
+        }
+    }
+    out
 }
 
 /// Replaces some columns of chunks by `change` of their chunk.

@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::attempt::{begin, count_iteration, count_solve, count_step, evaluate, finish, may_go_on, solve, update};
+use crate::attempt::{
+    TangentChoice, begin, count_iteration, count_solve, count_step, evaluate, finish, may_go_on, solve, update,
+};
 use crate::component::Members;
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{Sets, Shared, Stage, TooManyContacts};
@@ -156,13 +158,25 @@ impl Island<'_> {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
                 stage.press_as_before(shared, sets);
-                return Ok(());
+                return Ok(0);
             }
             stage.solve(shared, sets, formulation, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
+        let (swept, segments) = (solved.unwrap_or(0), self.room.segments);
         self.each(|set| {
-            let ConnectedSet { component, projector, counters, .. } = set;
+            let ConnectedSet { component, projector, exact, tangents, counters, .. } = set;
+            if let Some(tangents) = tangents {
+                tangents.count_sweeps(swept, segments);
+            }
+            if let Some(exact) = exact.as_mut().filter(|exact| exact.is_taken()) {
+                if set.takes_part {
+                    exact.answer_pushes(component, counters);
+                }
+                exact.go_on(component, counters);
+                set.is_ahead = false;
+                return;
+            }
             if let (true, Projector::Solve { solver, .. }) = (set.takes_part, projector) {
                 let mut watch = Stopwatch::start();
                 vectorized(
@@ -178,7 +192,7 @@ impl Island<'_> {
             update(component, formulation, 1.0, counters);
             set.is_ahead = false;
         });
-        solved
+        solved.map(|_| ())
     }
 
     /// An outer iteration as in Algorithm 1: the rods, then (line 11) the contacts with the bodies' own masses alone.
@@ -202,20 +216,32 @@ impl Island<'_> {
                 set.component.push();
             }
         });
-        solved
+        solved.map(|_| ())
     }
 
     /// The rods' own linear solves, of those that have not converged or that contacts have pushed; predictions in their
     /// place move the rods at once.
     fn project(&mut self, iteration: usize, formulation: Formulation) {
         self.each(|set| {
-            let ConnectedSet { component, projector, counters, .. } = set;
+            let ConnectedSet { component, projector, exact, tangents, counters, .. } = set;
+            if let Some(exact) = exact {
+                exact.leave();
+            }
             if set.is_ahead {
                 count_iteration(component, &LinearInfo::default(), 1, false, counters);
                 return;
             }
             if !set.takes_part && set.attempt.residuals.worst() <= set.attempt.target {
                 component.rest(formulation);
+                return;
+            }
+            let is_asked = tangents.as_ref().is_none_or(TangentChoice::is_exact);
+            let is_exact =
+                is_asked && exact.as_mut().is_some_and(|exact| exact.project(component, &set.attempt, counters));
+            if let Some(tangents) = tangents {
+                tangents.count(is_exact);
+            }
+            if is_exact {
                 return;
             }
             match projector {
@@ -340,6 +366,7 @@ impl Steps for Island<'_> {
             self.begin(interval, params, guessing);
         }
         let guessed = self.is_guessed();
+        self.sets.iter_mut().filter_map(|set| set.exact.as_mut()).for_each(|exact| exact.begin_attempt());
         self.with_stage(|stage, shared, sets, counters| stage.begin(shared, sets, guessed, counters));
         let mut contact = self.observe(params, 0);
         self.each(|set| {
@@ -372,6 +399,9 @@ impl Steps for Island<'_> {
             }
             if is_lost || !may_go_on(iteration, now, before, params) {
                 return Status::OutOfIterations;
+            }
+            if now >= before {
+                self.sets.iter_mut().filter_map(|set| set.exact.as_mut()).for_each(|exact| exact.give_up());
             }
             before = now;
             self.room.iterations += 1;

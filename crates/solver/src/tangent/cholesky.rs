@@ -4,6 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::stiffness::Stiffness;
+use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 
 /// A factor.
@@ -48,6 +49,15 @@ impl<T: Real> Cholesky<T> {
             }
         }
         (Self { lower, pivots }, exists)
+    }
+
+    /// The inverse, column by column.
+    pub(super) fn inverse(&self) -> [Spatial<T>; 6] {
+        let mut identity = [[T::zero(); 6]; 6];
+        (0..6).for_each(|k| identity[k][k] = T::splat(1.0));
+        let inverse = self.backward(self.forward(&identity).0);
+        // It is symmetric.
+        inverse.map(Spatial::from_array)
     }
 
     /// `L^-1 B`, and the pivots.

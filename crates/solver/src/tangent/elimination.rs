@@ -97,6 +97,11 @@ impl<T: Real> Elimination<T> {
         true
     }
 
+    /// Whether bodies form chains and trees, so that other right-hand sides can be solved for by the last factor.
+    pub(crate) fn is_of_tree(&self) -> bool {
+        matches!(self.memory, Memory::Tree(..))
+    }
+
     /// Returns a number that is not negative where it could be solved, and how many eigenvalues have wrong signs.
     fn solve_with(&mut self, equations: &Equations<T>, is_left: bool) -> (T, usize) {
         let Self { topology, memory, corrections, multipliers, mended } = self;
@@ -124,6 +129,24 @@ impl<T: Real> Elimination<T> {
 }
 
 impl Elimination {
+    /// How the bodies that move answer forces, by the factor of the last solve, of these equations: `root` gets the answer of a body
+    /// that no other one comes before, and `follower` how one follows another that comes before it, and its answer where that
+    /// is held, column by column. Rings have no such order.
+    pub(crate) fn each_answer(
+        &self,
+        equations: &Equations,
+        mut root: impl FnMut(u32, &[Spatial<f64>; 6]),
+        mut follower: impl FnMut(u32, &[[Spatial<f64>; 6]; 2]),
+    ) {
+        let Memory::Tree(sweep, halves) = &self.memory else { return };
+        let problem = Problem { topology: &self.topology, far: None, equations };
+        sweep.each_root(&problem, &mut |body, answer| root(body, &answer));
+        halves.each_follower(sweep, &problem, &mut |node, columns| match problem.is_held(node.inner) {
+            true => root(node.outer, &columns[1]),
+            false => follower(node.outer, &columns),
+        });
+    }
+
     /// Solves the equations; returns whether it could: see [`Self::solve_lanes`].
     pub fn solve(&mut self, equations: &Equations) -> bool {
         self.solve_lanes(equations) >= 0.0

@@ -175,6 +175,34 @@ impl<T: Real> Halves<T> {
         }
     }
 
+    /// How bodies follow each other in the system that has been solved: see [`Sweep::each_follower`].
+    #[inline(always)]
+    pub(super) fn each_follower(
+        &self,
+        sweep: &Sweep<T, 1>,
+        problem: &Problem<'_, T>,
+        see: &mut impl FnMut(&Node, [[Spatial<T>; 6]; 2]),
+    ) {
+        let (count, fold, first) = self.places(problem);
+        let nodes = problem.nodes();
+        sweep.each_follower(problem, 0..first, see);
+        for k in 0..fold {
+            let pair = [first + k, first + fold + k];
+            if let Some(place) = self.apart[k] {
+                for (side, k) in pair.into_iter().enumerate() {
+                    sweep.follower(problem, k, place + side, see);
+                }
+                continue;
+            }
+            let [a, b] = pair.map(|k| &nodes[k]);
+            let columns = self.factors[k].follows(&Terms::both(&problem.terms(a), &problem.terms(b)));
+            for (side, node) in [a, b].into_iter().enumerate() {
+                see(node, columns.map(|columns| columns.map(|column| column.one(side))));
+            }
+        }
+        sweep.each_follower(problem, first + 2 * fold..count, see);
+    }
+
     /// Substitutes in both halves.
     #[inline(always)]
     fn down(

@@ -280,6 +280,26 @@ impl<T: Real> Factor<T> {
     }
 }
 
+impl<T: Real> Factor<T> {
+    /// How the outer body follows the inner one, and how it answers forces on itself and beyond where that is held: a column for
+    /// each unit movement, and for each unit force.
+    #[inline(always)]
+    pub(super) fn follows(&self, terms: &Terms<T>) -> [[Spatial<T>; 6]; 2] {
+        let terms = Terms { rhs: Spatial::zero(), ..*terms };
+        let (nothing, numbers) = ([[[T::zero(); 1]; 3]; 2], [T::splat(1.0)]);
+        let mut columns = [[Spatial::zero(); 6]; 2];
+        for k in 0..6 {
+            let mut unit = [T::zero(); 6];
+            unit[k] = T::splat(1.0);
+            let unit = Spatial::from_array(unit);
+            [columns[0][k], _] = self.solve(&terms, &nothing, unit, &numbers);
+            let (sides, _) = self.carry(&terms, unit);
+            [columns[1][k], _] = self.solve(&terms, &sides, Spatial::zero(), &numbers);
+        }
+        columns
+    }
+}
+
 #[inline(always)]
 fn beside<T: Real>([a, b, c]: [T; 3], [d, e, f]: [T; 3]) -> [T; 6] {
     [a, b, c, d, e, f]

@@ -379,6 +379,45 @@ impl<T: Real> Sweep<T, 1> {
         }
     }
 
+    /// How bodies follow each other in the system that has been solved, node by node.
+    #[inline(always)]
+    pub(super) fn each_follower(
+        &self,
+        problem: &Problem<'_, T>,
+        nodes: std::ops::Range<usize>,
+        see: &mut impl FnMut(&Node, [[Spatial<T>; 6]; 2]),
+    ) {
+        for k in nodes {
+            self.follower(problem, k, self.place(k), see);
+        }
+    }
+
+    /// The same of a node whose factor has its place.
+    #[inline(always)]
+    pub(super) fn follower(
+        &self,
+        problem: &Problem<'_, T>,
+        k: usize,
+        place: usize,
+        see: &mut impl FnMut(&Node, [[Spatial<T>; 6]; 2]),
+    ) {
+        let node = &problem.nodes()[k];
+        if !problem.is_held(node.outer) {
+            see(node, self.factors[place].0.follows(&problem.terms(node)));
+        }
+    }
+
+    /// The bodies that are left alone and move, and how they answer forces on themselves and beyond.
+    pub(super) fn each_root(&self, problem: &Problem<'_, T>, see: &mut impl FnMut(u32, [Spatial<T>; 6])) {
+        let ends = problem.nodes().iter().filter(|node| node.leaves == Leaves::Nothing).map(|node| node.inner);
+        let single = problem.nodes().is_empty().then_some(0);
+        for (body, root) in ends.chain(single).zip(&self.roots) {
+            if let Some(factor) = &root.factor {
+                see(body, factor.inverse());
+            }
+        }
+    }
+
     /// Ends that: a single body has no node.
     pub(super) fn end_carrying(&mut self, problem: &Problem<'_, T>) {
         if problem.nodes().is_empty() {

@@ -3,9 +3,9 @@
 use crate::common::*;
 use nalgebra::Vector3;
 use rod::{Assembly, Contacts, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
-use solver::formulation::Formulation;
+use solver::formulation::{ContactProjection, Formulation, Tangent};
 use solver::linear::solvers::SolverKind;
-use solver::simulation::Simulation;
+use solver::simulation::{Simulation, SimulationError};
 use solver::step::Status;
 
 /// Two cantilevers side by side, one much softer than the other.
@@ -86,4 +86,52 @@ fn a_helix_at_rest_takes_few_iterations() {
     step(60);
     let at_rest = step(40);
     assert!(at_rest < 6.0, "{at_rest}");
+}
+
+/// A cantilever swings down onto a stiffer one across it, without friction.
+fn crossed_cantilevers() -> (Model, State) {
+    let mut assembly = Assembly::new(GRAVITY);
+    let [soft, stiff] = [2e6, 2e9].map(|modulus| material(modulus, 1000.0));
+    let upper = assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 20), 0.01, soft));
+    let start = Vector3::new(0.675, -0.425, -0.15);
+    let lower = assembly.rod(&RodSpec::new(shape::straight(start, Vector3::y(), 0.8, 16), 0.01, stiff));
+    assembly.fix(upper.start).fix(lower.start);
+    let (mut model, state) = assembly.finish();
+    model.contacts.between_segments = Some(Surface::default());
+    (model, state)
+}
+
+/// Contacts are solved with the exact tangent's own operator: the same motion in fewer iterations.
+#[test]
+fn exact_steps_with_contacts_are_those_of_the_positive_matrix_in_fewer_iterations() {
+    let (model, state) = crossed_cantilevers();
+    let run = |tangent| {
+        let mut settings = settings(Formulation::Newton, SolverKind::Direct);
+        settings.step.tangent = tangent;
+        settings.step.contact_tolerance = 1e-5;
+        let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+        for step in 0..60 {
+            let status = simulation.step(0.01).unwrap().status;
+            assert!(status <= Status::ConvergedInSubsteps, "step {step}: {status:?}");
+        }
+        let mut end = state.clone();
+        simulation.store(&mut end);
+        (end, simulation.counters())
+    };
+    let [(positive, slow), (exact, fast), (_, auto)] = [Tangent::Positive, Tangent::Exact, Tangent::Auto].map(run);
+    for (a, b) in positive.positions.iter().zip(&exact.positions) {
+        assert!((a - b).norm() < 1e-4, "{a} {b}");
+    }
+    assert!(fast.contact_solves > 100, "{fast:?}");
+    let [slow, fast, auto] = [slow, fast, auto].map(|counters| counters.iterations as f64);
+    assert!(fast < 0.6 * slow && auto < 0.75 * slow, "{fast} and {auto} iterations, {slow} with the positive matrix");
+}
+
+#[test]
+fn contacts_that_alternate_know_no_exact_tangent() {
+    let (model, state) = crossed_cantilevers();
+    let mut settings = settings(Formulation::Newton, SolverKind::Direct);
+    (settings.step.tangent, settings.step.contact_projection) = (Tangent::Exact, ContactProjection::Alternating);
+    let error = Simulation::new(&model, &state, &settings, None).err();
+    assert!(matches!(error, Some(SimulationError::Tangent(_))), "{error:?}");
 }

@@ -80,7 +80,7 @@ fn row(sets: u32, friction: f64, is_halved: bool) -> Problem {
 fn solved(mut problem: Problem, threads: usize) -> (Vec<Row>, usize) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut rounds = Rounds::default();
-    rounds.begin(&problem);
+    rounds.begin(&problem, true);
     let goal = Goal { tolerance: 1e-12, pause: usize::MAX, most: 10_000 };
     let end = pool.install(|| rounds.go(&mut problem, goal));
     assert_eq!(end, End::Done);
