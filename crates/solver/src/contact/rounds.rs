@@ -16,8 +16,9 @@ use crate::kernel::dispatch::vectorized;
 use crate::team::pieces::{Pieces, Taken};
 use crate::team::{self, Team};
 
-/// Sweeps up to which force moves between twins. What takes more is held up by more than they are: force would go to and fro between them.
-const MOVING: usize = 40;
+/// Sweeps up to which force moves between twins, in a problem that is one piece, and in one that has halves. What takes more is held
+/// up by more than they are: force would go to and fro between them.
+const MOVING: [usize; 2] = [6, 40];
 /// Rounds that do not halve the residual after which [`ENOUGH`] will do.
 const STALLED: usize = 6;
 /// What is good enough then, in tolerances: the next linearisation sees it, and goes on from there.
@@ -205,7 +206,7 @@ impl Field<'_> {
             if is_over(*sweeps, self.worst()) {
                 return End::Done;
             }
-            if *sweeps < MOVING {
+            if *sweeps < MOVING[usize::from(self.halves.depth() > 0)] {
                 self.upwards(team, Work::Twins);
             }
             for level in (0..=self.halves.depth()).rev() {
