@@ -2,11 +2,11 @@
 
 use crate::common::{integrated, material};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Model, RodSpec, State, shape};
+use rod::{Assembly, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
-use solver::step::StepParams;
+use solver::step::{Status, StepParams};
 
 const DT: f64 = 0.02;
 /// 2 rad a step about the axis, and about one across it.
@@ -82,6 +82,28 @@ fn the_rate_goes_on_in_steps_of_another_length() {
             }
         }
     }
+}
+
+/// A rod that rolls on the ground by more than a radian a step wins nothing where steps become shorter or longer, and none is halved.
+#[test]
+fn what_rolls_fast_is_not_halved_as_steps_change_their_length() {
+    const RADIUS: f64 = 0.005;
+    let mut assembly = Assembly::new(Vector3::z() * -9.81);
+    let nodes = shape::straight(Vector3::z() * RADIUS, Vector3::y(), 0.5, 1);
+    assembly.rod(&RodSpec::new(nodes, RADIUS, material(1e6, 1000.0)));
+    let (mut model, mut state) = assembly.finish();
+    let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    let surface = Surface { friction: Friction::new(0.4), ..Surface::default() };
+    model.contacts.obstacles.push(Obstacle::new(ground, surface));
+    let speed = 0.56;
+    (state.velocities[0], state.angular_velocities[0]) = (Vector3::x() * speed, Vector3::y() * (speed / RADIUS));
+    let mut simulation = simulation(&model, &state, (Formulation::XpbdGeometric, Integrator::Euler));
+    for share in [1.0, 1.0, 0.5, 0.5, 1.0, 0.25, 0.25, 0.5, 1.0, 0.125, 1.0, 1.0] {
+        assert_eq!(simulation.step(0.01 * share).unwrap().status, Status::Converged, "{share}");
+    }
+    simulation.store(&mut state);
+    let [v, w] = [state.velocities[0].x, state.angular_velocities[0].y * RADIUS];
+    assert!((v - speed).abs() < 1e-3 * speed && (w - speed).abs() < 1e-3 * speed, "{v} {w}");
 }
 
 #[test]
