@@ -32,6 +32,8 @@ pub(crate) use blocks::Blocks;
 const NONE: u32 = u32::MAX;
 /// Columns in a vector register.
 const LANES: usize = Row::LANES;
+/// Sides whose columns fill three of them.
+const SIDES: usize = LANES;
 
 /// A body in pre-order.
 #[derive(Clone, Copy, Debug)]
@@ -406,29 +408,26 @@ impl Transfers {
     fn read(&self, begin: usize, own: usize, sides: &[Side], block: &mut impl FnMut(usize, usize, [[f64; 3]; 3])) {
         let side = self.order[own] as usize;
         let forces = [0, 1, 2].map(|d| sides[side].forces[d].to_array());
-        let mut work = [[0.0; 3]; 3];
-        for chunk in begin / LANES..(3 * own + 3).div_ceil(LANES) {
-            let answers = &self.answers[chunk].0;
-            let mut rows = [Row::zero(); 3];
-            for (row, force) in rows.iter_mut().zip(&forces) {
-                let mut sum = answers[0] * Row::splat(force[0]);
-                for k in 1..6 {
-                    sum += answers[k] * Row::splat(force[k]);
-                }
-                *row = sum;
-            }
-            for lane in 0..LANES {
-                let column = chunk * LANES + lane;
-                if column < begin || column >= 3 * own + 3 {
-                    continue;
-                }
-                for r in 0..3 {
-                    work[r][column % 3] = rows[r].0[lane];
-                }
-                if column % 3 == 2 {
-                    block(side, self.order[column / 3] as usize, work);
+        let end = 3 * own + 3;
+        let mut rows = [[0.0; SIDES * 3]; 3];
+        let mut first = begin - begin % (SIDES * 3);
+        while first < end {
+            let chunks = first / LANES..(first + SIDES * 3).min(end).div_ceil(LANES);
+            for (place, answers) in self.answers[chunks].iter().enumerate() {
+                for (row, force) in rows.iter_mut().zip(&forces) {
+                    let mut sum = answers.0[0] * Row::splat(force[0]);
+                    for k in 1..6 {
+                        sum += answers.0[k] * Row::splat(force[k]);
+                    }
+                    row[place * LANES..(place + 1) * LANES].copy_from_slice(&sum.0);
                 }
             }
+            for column in (first.max(begin)..end.min(first + SIDES * 3)).step_by(3) {
+                let at = column - first;
+                let work = rows.each_ref().map(|row| [row[at], row[at + 1], row[at + 2]]);
+                block(side, self.order[column / 3] as usize, work);
+            }
+            first += SIDES * 3;
         }
     }
 
