@@ -416,8 +416,8 @@ impl Transfers {
             for (place, answers) in self.answers[chunks].iter().enumerate() {
                 for (row, force) in rows.iter_mut().zip(&forces) {
                     let mut sum = answers.0[0] * Row::splat(force[0]);
-                    for k in 1..6 {
-                        sum += answers.0[k] * Row::splat(force[k]);
+                    for (&answer, &force) in answers.0[1..].iter().zip(&force[1..]) {
+                        sum += answer * Row::splat(force);
                     }
                     row[place * LANES..(place + 1) * LANES].copy_from_slice(&sum.0);
                 }
