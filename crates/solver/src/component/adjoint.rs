@@ -235,13 +235,6 @@ impl<T: Real> Component<T> {
         if is_other { self.variable(i, half) } else { (self.velocities[i].angular, half) }
     }
 
-    /// Half the length of the last step; of the one under way before the first.
-    #[inline(always)]
-    fn last_half(&self) -> T {
-        let dt = T::splat(self.dt);
-        (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt, dt) * T::splat(0.5)
-    }
-
     /// Whether the last step was longer or shorter than the one under way.
     #[inline(always)]
     fn is_of_another_length(&self) -> bool {

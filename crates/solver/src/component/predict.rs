@@ -30,8 +30,7 @@ impl<T: Real> Component<T> {
         }
         let h = T::splat(dt);
         let half = T::splat(0.5 * dt);
-        // Before the first step there is none: velocities are taken as those of a step like this one.
-        let last_half = (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt * T::splat(0.5), half);
+        let last_half = self.last_half();
         let is_other = self.has_given || last_half != half;
         let one = T::splat(1.0);
         let decay = self.damping.map(|rate| if rate == T::zero() { one } else { (-rate * h).exp() });

@@ -111,6 +111,13 @@ impl<T: Real> Component<T> {
         if self.multistep.is_some() { over_step + self.beyond(body, lane) } else { over_step }
     }
 
+    /// Half the length of the last step; of the one under way before the first, whose velocities are taken as those of a step like it.
+    #[inline(always)]
+    pub(super) fn last_half(&self) -> T {
+        let dt = T::splat(self.dt);
+        (self.last_dt - T::splat(f64::MIN_POSITIVE)).select(self.last_dt, dt) * T::splat(0.5)
+    }
+
     /// The solver's variable of a segment's rotation, and half the length of the step that it is of: the last one, or the
     /// one under way where the rate was given since, or where the last one was of another length and its rate goes on.
     pub(super) fn variable(&self, body: usize, last_half: T) -> (Vec3<T>, T) {

@@ -324,15 +324,11 @@ impl Contact {
         let moved = |side: &Side, k: usize| side.ends[k] - side.ends_before[k];
         let apart = |i: usize, j: usize| (moved(own, i) - moved(other, j)).norm_squared();
         let travel = apart(0, 0).max(apart(0, 1)).max(apart(1, 0)).max(apart(1, 1));
-        let mut has_crossed = false;
-        if travel > 0.25 * reach * reach
-            && let ways = [own.way(), other.way()]
-            && let Some(hit) = first_touch(&ways[0], &ways[1])
-            && {
-                // Where one has turned far since, normals need not tell.
-                has_crossed = self.target >= 0.0 && crosses(&ways[0], &ways[1]);
-                has_crossed || to_kernel(&hit.normal).dot(normal) < 0.0 || distance == 0.0
-            }
+        let hit = (travel > 0.25 * reach * reach).then(|| first_touch(&own.way(), &other.way())).flatten();
+        // Where one has turned far since, normals need not tell.
+        let has_crossed = hit.is_some() && self.target >= 0.0 && crosses(&own.way(), &other.way());
+        if let Some(hit) = hit
+            && (has_crossed || to_kernel(&hit.normal).dot(normal) < 0.0 || distance == 0.0)
         {
             // Ends follow when the nearest places are back where they belong.
             self.doubled |= feature != Feature::Nearest;

@@ -5,6 +5,7 @@
 // Rows and columns are numbered as in the formulas.
 #![allow(clippy::needless_range_loop)]
 
+use super::Spatial;
 use super::lane::{Lanes, Real};
 use super::math::{Sym3, Vec3};
 
@@ -14,6 +15,9 @@ pub(crate) type Row = Lanes<8>;
 /// A 6 x 6 matrix, row by row, or eight spatial vectors side by side: linear parts first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rows(pub(crate) [Row; 6]);
+
+/// A 6 x 6 matrix column by column.
+pub(crate) type Columns = [Spatial<f64>; 6];
 
 /// A joint between a body and the one before it in the tree, as the elimination sees it: arms of the two connectors in world
 /// axes \[m\], and alpha~ of stretch-shear and of bend-twist in world rows.

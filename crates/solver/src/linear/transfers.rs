@@ -22,7 +22,7 @@ use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
-use crate::kernel::transfer::{Link, Row, Rows, Transfer, eliminate, transfer};
+use crate::kernel::transfer::{Columns, Link, Row, Rows, Transfer, eliminate, transfer};
 use crate::system::System;
 use crate::topology::Topology;
 
@@ -224,28 +224,27 @@ impl Transfers {
         );
     }
 
-    /// [`Self::couple`] where `answers` says how bodies answer, instead of a system: the answer of each root, column by column, and how
-    /// each other body follows the one before it, and answers where that is held.
+    /// [`Self::couple`] where `answers` says how bodies answer, instead of a system: of each body, how it follows the one before it,
+    /// if there is one, and its answer where that is held, column by column.
     pub(crate) fn couple_following(
         &mut self,
-        answers: impl FnOnce(&mut dyn FnMut(u32, Follows<'_>)),
+        answers: impl FnOnce(&mut dyn FnMut(u32, Option<&Columns>, &Columns)),
         sides: &[Side],
         mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
         self.mark(sides);
         let Self { places, left, transfers, .. } = self;
-        answers(&mut |body, follows| {
+        answers(&mut |body, follows, answer| {
             let place = places[body as usize] as usize;
-            match follows {
-                Follows::Nothing(answer) => left[place] = rows(answer),
-                Follows::Before([follows, held]) => {
-                    let mut transposed = Rows::zero();
-                    for (row, column) in transposed.0.iter_mut().zip(follows) {
-                        row.0[..6].copy_from_slice(&column.to_array());
-                    }
-                    transfers[place] = Transfer { transposed, held: rows(held) };
-                }
+            let Some(follows) = follows else {
+                left[place] = rows(answer);
+                return;
+            };
+            let mut transposed = Rows::zero();
+            for (row, column) in transposed.0.iter_mut().zip(follows) {
+                row.0[..6].copy_from_slice(&column.to_array());
             }
+            transfers[place] = Transfer { transposed, held: rows(answer) };
         });
         vectorized(
             #[inline(always)]
@@ -468,16 +467,8 @@ impl Transfers {
     }
 }
 
-/// How a body answers forces.
-pub(crate) enum Follows<'a> {
-    /// By itself.
-    Nothing(&'a [Spatial<f64>; 6]),
-    /// As it follows the body before it, and as it answers where that is held.
-    Before(&'a [[Spatial<f64>; 6]; 2]),
-}
-
 /// A matrix with these columns.
-fn rows(columns: &[Spatial<f64>; 6]) -> Rows {
+fn rows(columns: &Columns) -> Rows {
     let mut out = Rows::zero();
     for (c, column) in columns.iter().enumerate() {
         for (row, x) in out.0.iter_mut().zip(column.to_array()) {

@@ -26,6 +26,7 @@ use super::sweep::Sweep;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
+use crate::kernel::transfer::Columns;
 use crate::topology::Topology;
 
 #[cfg(test)]
@@ -129,22 +130,21 @@ impl<T: Real> Elimination<T> {
 }
 
 impl Elimination {
-    /// How the bodies that move answer forces, by the factor of the last solve, of these equations: `root` gets the answer of a body
-    /// that no other one comes before, and `follower` how one follows another that comes before it, and its answer where that
-    /// is held, column by column. Rings have no such order.
-    pub(crate) fn each_answer(
-        &self,
-        equations: &Equations,
-        mut root: impl FnMut(u32, &[Spatial<f64>; 6]),
-        mut follower: impl FnMut(u32, &[[Spatial<f64>; 6]; 2]),
-    ) {
+    /// How the bodies that move answer forces, by the factor of the last solve, of these equations: `see` gets each body, how it
+    /// follows the one that comes before it, if one does, and its answer where that is held, column by column. Rings have no such order.
+    pub(crate) fn each_answer(&self, equations: &Equations, see: &mut dyn FnMut(u32, Option<&Columns>, &Columns)) {
         let Memory::Tree(sweep, halves) = &self.memory else { return };
         let problem = Problem { topology: &self.topology, far: None, equations };
-        sweep.each_root(&problem, &mut |body, answer| root(body, &answer));
-        halves.each_follower(sweep, &problem, &mut |node, columns| match problem.is_held(node.inner) {
-            true => root(node.outer, &columns[1]),
-            false => follower(node.outer, &columns),
-        });
+        sweep.each_root(&problem, &mut |body, answer| see(body, None, &answer));
+        vectorized(
+            #[inline(always)]
+            || {
+                halves.each_follower(sweep, &problem, &mut |node, [follows, answer]| {
+                    let follows = (!problem.is_held(node.inner)).then_some(&follows);
+                    see(node.outer, follows, &answer);
+                });
+            },
+        );
     }
 
     /// Solves the equations; returns whether it could: see [`Self::solve_lanes`].

@@ -29,6 +29,12 @@ fn simulation(model: &Model, state: &State, (formulation, integrator): (Formulat
     Simulation::new(model, state, &settings, None).unwrap()
 }
 
+/// The state once all segments have turned by a rotation vector [rad].
+fn turned(state: &State, by: Vector3<f64>) -> State {
+    let turn = UnitQuaternion::from_scaled_axis(by);
+    State { orientations: state.orientations.iter().map(|q| turn * q).collect(), ..state.clone() }
+}
+
 fn apart(a: &State, b: &State) -> f64 {
     let spins = a.angular_velocities.iter().zip(&b.angular_velocities).map(|(a, b)| (a - b).norm() / b.norm());
     let turns = a.orientations.iter().zip(&b.orientations).map(|(a, b)| (a * b.inverse()).imag().norm());
@@ -48,10 +54,7 @@ fn a_free_segment_turns_at_the_rate_that_it_was_given_and_says_so() {
                 for step in 1..=100 {
                     simulation.step(DT).unwrap();
                     simulation.store(&mut now);
-                    let turn = UnitQuaternion::from_scaled_axis(rate * (f64::from(step) * DT));
-                    let expected =
-                        State { orientations: state.orientations.iter().map(|q| turn * q).collect(), ..state.clone() };
-                    let error = apart(&now, &expected);
+                    let error = apart(&now, &turned(&state, rate * (f64::from(step) * DT)));
                     assert!(error < 1e-9, "{way:?}, {rate}, step {step}: {error:e}");
                 }
             }
@@ -73,10 +76,7 @@ fn the_rate_goes_on_in_steps_of_another_length() {
                     simulation.step(share * DT).unwrap();
                     simulation.store(&mut now);
                     time += share * DT;
-                    let turn = UnitQuaternion::from_scaled_axis(rate * time);
-                    let expected =
-                        State { orientations: state.orientations.iter().map(|q| turn * q).collect(), ..state.clone() };
-                    let error = apart(&now, &expected);
+                    let error = apart(&now, &turned(&state, rate * time));
                     assert!(error < 1e-9, "{formulation:?}, {rate}, {time} s: {error:e}");
                 }
             }

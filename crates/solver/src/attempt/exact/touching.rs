@@ -1,14 +1,15 @@
 //! Iterations with the exact tangent of a set that contacts push: the rods' own step, the set's share of the contacts' operator, the
 //! step with their impulses, all from one factor.
 
-use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::{Attempt, Exact};
+use crate::attempt::count_iteration;
 use crate::component::Component;
 use crate::counters::{Counters, Stopwatch};
 use crate::kernel::Spatial;
-use crate::linear::transfers::{Follows, Side, Transfers};
+use crate::linear::LinearInfo;
+use crate::linear::transfers::{Side, Transfers};
 use crate::topology::Topology;
 
 /// What only sets that contacts can push need.
@@ -55,10 +56,7 @@ impl Exact<f64> {
         let worst = (attempt.residuals.worst(), attempt.target);
         self.touching.is_taken = may_be && self.find(component, 1, worst, counters) != 0;
         if self.touching.is_taken {
-            component.solves += 1;
-            counters.iterations += 1;
-            counters.segment_iterations += component.segments() as u64;
-            counters.branch_eliminations += component.system.topology.branches as u64;
+            count_iteration(component, &LinearInfo::default(), 1, false, counters);
         }
         self.touching.is_taken
     }
@@ -103,13 +101,7 @@ impl Exact<f64> {
             *transfers = Transfers::rooted(topology).map(Box::new);
         }
         let Some(transfers) = transfers else { return };
-        let answers = |take: &mut dyn FnMut(u32, Follows<'_>)| {
-            let take = RefCell::new(take);
-            let root = |body, answer: &_| (take.borrow_mut())(body, Follows::Nothing(answer));
-            let follower = |body, columns: &_| (take.borrow_mut())(body, Follows::Before(columns));
-            elimination.each_answer(equations, root, follower);
-        };
-        transfers.couple_following(answers, sides, block);
+        transfers.couple_following(|take| elimination.each_answer(equations, take), sides, block);
     }
 }
 
