@@ -229,7 +229,7 @@ impl<T: Real> Component<T> {
 
     /// The solver's variable of a body's rotation before the step under way, and half the length of the step that it is of.
     #[inline(always)]
-    fn variable_of(&self, i: usize) -> (Vec3<T>, T) {
+    pub(super) fn variable_of(&self, i: usize) -> (Vec3<T>, T) {
         let half = self.last_half();
         let is_other = self.has_given || self.is_of_another_length();
         if is_other { self.variable(i, half) } else { (self.velocities[i].angular, half) }

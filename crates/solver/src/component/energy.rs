@@ -1,6 +1,5 @@
 //! What energy a component gains in a step: contacts and joints can only take it.
 
-use super::state::rate;
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
@@ -29,7 +28,8 @@ impl Component<f64> {
     }
 
     /// Kinetic energy at the start of the step under way, and how much of it is won by its end beyond the work of gravity and
-    /// loads [J]. Rotations count by their rates: what stands for one rate in steps of two lengths is not the same.
+    /// loads [J]. Rotations count by what stands for their rates in a step of this length: in one of another it is not the same, and
+    /// a free rotation keeps it, not its rate, from step to step.
     pub(crate) fn kinetic_and_won(&self) -> [f64; 2] {
         let (mut kinetic, mut won) = (0.0, 0.0);
         for i in (0..self.segments).filter(|&i| self.bodies[i].free != 0.0) {
@@ -39,12 +39,10 @@ impl Component<f64> {
                 let turning: f64 = w.0.iter().zip(moments.0).map(|(w, moment)| moment * w * w).sum();
                 0.5 * (mass * velocity.linear.norm_squared() + turning)
             };
-            let Spatial { linear, angular } = self.over_step(i);
-            let after = Spatial { linear, angular: rate(angular, self.dt) };
-            let before = Spatial { linear: self.velocities[i].linear, angular: self.rate(i, 0) };
-            let before = of(before, &self.start[i]);
+            let (angular, _) = self.variable_of(i);
+            let before = of(Spatial { linear: self.velocities[i].linear, angular }, &self.start[i]);
             kinetic += before;
-            won += of(after, &self.poses[i]) - before;
+            won += of(self.over_step(i), &self.poses[i]) - before;
             won -= mass * self.gravity.dot(self.poses[i].x - self.start[i].x);
         }
         for load in &self.loads {

@@ -101,7 +101,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Angular velocity of a segment [rad/s].
-    pub(super) fn rate(&self, body: usize, lane: usize) -> Vec3<f64> {
+    fn rate(&self, body: usize, lane: usize) -> Vec3<f64> {
         let w = pick(self.velocities[body].angular, lane);
         let is_rate = self.given[body].lane(lane) >= 0.0 || self.is_fixed(body, lane);
         if is_rate {
