@@ -13,6 +13,7 @@ use super::problem::Problem;
 use super::sets::Sets;
 use crate::component::BodyPose;
 use crate::connected_set::{ConnectedSet, Projector, Touch};
+use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::kernel::transfer::{Row, Rows};
 use crate::limits::shares_contacts;
@@ -112,6 +113,7 @@ impl Coupling {
             let set = number as usize;
             let own_groups = &groups[first_groups[set]..=first_groups[set + 1]];
             let mut values = parts.take(set..set + 1);
+            values.fill(Chunk::zero());
             let Touch { number, response, sides: own, .. } = &mut **touch;
             own.clear();
             let contact = |k: u32| &contacts[active[k as usize] as usize];

@@ -148,7 +148,7 @@ fn product(a: &Block3, b: &Block3) -> Block3 {
 }
 
 impl Operator {
-    /// Prepares a matrix of zeros for `contacts` contacts, of which those of each group, ascending in `members` between two
+    /// Prepares a matrix for `contacts` contacts, of which those of each group, ascending in `members` between two
     /// numbers of `start`, are coupled, and those of all groups of a set: from one number of `sets` on to the next. A contact is
     /// in two groups at most.
     pub(crate) fn reset(&mut self, contacts: usize, start: &[usize], members: &[u32], sets: &[usize]) {
@@ -178,14 +178,13 @@ impl Operator {
             }
         }
         self.cuts.push(matrix);
-        self.values.clear();
         self.values.resize(matrix, Chunk::zero());
         self.moved = moved;
         self.diagonal.clear();
         self.diagonal.resize(contacts, [[0.0; 3]; 3]);
     }
 
-    /// Memory of the sets' parts, group by group, which are to be put together, and where each set's begins, and the end.
+    /// Memory of the sets' parts, group by group, which are to be put together from zeros, and where each set's begins, and the end.
     pub(crate) fn values(&mut self) -> (&mut [Chunk], &[usize]) {
         (&mut self.values, &self.cuts)
     }

@@ -42,31 +42,52 @@ pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
 /// Which contact holds what another one does, by its place, and whether it sees the two bodies the other way round.
 pub(super) type Holder = Option<(usize, bool)>;
 
+/// A contact of the segment across a joint.
+#[derive(Clone, Copy, Debug)]
+enum Across {
+    /// It has not been looked for.
+    Unknown,
+    /// There is none.
+    Nowhere,
+    /// Its place, and which of its two segments is the one across.
+    At(u32, u8),
+}
+
 /// Memory for which contacts others hold: at the first and at the second segment, and in the end.
 #[derive(Default)]
 pub(super) struct Holders {
+    /// Of each contact, across the ends of its first and of its second segment.
+    across: Vec<[[Across; 2]; 2]>,
     sides: Vec<[Holder; 2]>,
     found: Vec<Holder>,
+}
+
+impl Holders {
+    /// Forgets what it knows of contacts, as there are others.
+    pub(super) fn forget(&mut self) {
+        self.across.clear();
+    }
 }
 
 /// Marks contacts, in the order of their keys and evaluated, that others hold. Those leave what they press with from the step
 /// before to the others.
 pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Holders) {
-    let Holders { sides, found } = memory;
-    let of = |(index, contact): (usize, &Contact)| {
+    let Holders { across, sides, found } = memory;
+    across.resize(contacts.len(), [[Across::Unknown; 2]; 2]);
+    let of = |(index, (contact, across)): (usize, (&Contact, &mut [[Across; 2]; 2]))| {
         let Contact { key: (_, partner, feature), gap, target, radius, .. } = *contact;
         let is_near = gap < target + radius;
         // Edges of meshes have rules of their own.
         if !is_near || partner.whole() != partner || feature != Feature::Nearest {
             return [None; 2];
         }
-        [0, 1].map(|side| holder(shapes, contacts, index, side))
+        [0, 1].map(|side| holder(shapes, contacts, (index, side), &mut across[side]))
     };
     if shares_contacts(contacts.len()) {
-        contacts.par_iter().enumerate().with_min_len(64).map(of).collect_into_vec(sides);
+        contacts.par_iter().zip(across).enumerate().with_min_len(64).map(of).collect_into_vec(sides);
     } else {
         sides.clear();
-        sides.extend(contacts.iter().enumerate().map(of));
+        sides.extend(contacts.iter().zip(across).enumerate().map(of));
     }
     found.clear();
     found.resize(contacts.len(), None);
@@ -95,26 +116,46 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Ho
 }
 
 /// The place of a contact that holds what another one does at the end of its first or second segment, if one does, and whether it
-/// sees the two bodies the other way round.
-fn holder(shapes: &[Shape], contacts: &[Contact], index: usize, side: usize) -> Holder {
+/// sees the two bodies the other way round. `known` are the contacts across that segment's ends.
+fn holder(
+    shapes: &[Shape],
+    contacts: &[Contact],
+    (index, side): (usize, usize),
+    known: &mut [Across; 2],
+) -> Holder {
     let contact = &contacts[index];
     let (first, partner, _) = contact.key;
-    let pair = [Some(first), partner.segment()];
-    let own = pair[side]?;
+    let own = [Some(first), partner.segment()][side]?;
     let beyond = |segment: u32, end: u8| shapes[segment as usize].beyond[end as usize];
-    let across = beyond(own, contact.ends[side]?)?;
-    let (key, seat): (Key, usize) = match pair[1 - side] {
-        None => ((across, partner, Feature::Nearest), 0),
-        Some(other) if across < other => ((across, Partner::Segment(other), Feature::Nearest), 0),
-        Some(other) => ((other, Partner::Segment(across), Feature::Nearest), 1),
-    };
-    let place = contacts.binary_search_by_key(&key, |contact| contact.key).ok()?;
+    let end = contact.ends[side]?;
+    let across = beyond(own, end)?;
+    let known = &mut known[end as usize];
+    if let Across::Unknown = known {
+        *known = find_across(contacts, contact, side, across);
+    }
+    let Across::At(place, seat) = *known else { return None };
+    let (place, seat) = (place as usize, seat as usize);
     let other = &contacts[place];
     let is_at_joint = other.ends[seat].is_some_and(|end| beyond(across, end) == Some(own));
     let nearer = (contact.gap - other.gap) / contact.radius;
     let holds =
         nearer >= -SAME && other.target >= contact.target && (!is_at_joint || nearer > SAME || other.key < contact.key);
     holds.then_some((place, seat != side))
+}
+
+/// The contact of segment `across` with the partner of a contact's first or second segment.
+fn find_across(contacts: &[Contact], contact: &Contact, side: usize, across: u32) -> Across {
+    let (first, partner, _) = contact.key;
+    let other = if side == 0 { partner.segment() } else { Some(first) };
+    let (key, seat): (Key, u8) = match other {
+        None => ((across, partner, Feature::Nearest), 0),
+        Some(other) if across < other => ((across, Partner::Segment(other), Feature::Nearest), 0),
+        Some(other) => ((other, Partner::Segment(across), Feature::Nearest), 1),
+    };
+    match contacts.binary_search_by_key(&key, |contact| contact.key) {
+        Ok(place) => Across::At(place as u32, seat),
+        Err(_) => Across::Nowhere,
+    }
 }
 
 #[cfg(test)]

@@ -78,6 +78,7 @@ impl Stage {
     pub(crate) fn start(&mut self, shared: &Shared, segments: impl Iterator<Item = u32>) {
         self.search.of(segments);
         self.contacts.clear();
+        self.holders.forget();
         self.rests.clear();
         self.active.clear();
         self.pressed.clone_from(&shared.pressed);
@@ -212,6 +213,7 @@ impl Stage {
     fn find(&mut self, shared: &Shared, components: &Sets<'_>, counters: &mut Counters) {
         let Self { search, contacts, remembered, .. } = self;
         memory::find(&shared.detector, search, true, components, contacts, remembered, counters);
+        self.holders.forget();
         self.rests.clear();
         if self.effective_dt > 0.0 {
             self.contacts.iter_mut().for_each(|contact| contact.span = self.effective_dt);
