@@ -12,7 +12,8 @@ use super::buckets;
 use super::operator::Operator;
 use crate::kernel::math::Vec3;
 
-/// Contacts to a leaf, at least: fewer are not worth a piece of work of their own.
+/// Contacts from which on there are two leaves, and to a leaf where there are more, at least: fewer are not worth a piece of work of
+/// their own.
 const LEAST: usize = 256;
 /// Levels below the root, at most.
 const DEEPEST: u32 = 6;
@@ -57,7 +58,7 @@ impl Halves {
     /// Deals sets out to leaves for so many contacts, and puts them in the order of leaves and numbers.
     pub(crate) fn deal(&mut self, contacts: usize, pushed: &mut [Pushed]) {
         let most = pushed.len().max(1).ilog2().min(DEEPEST);
-        self.depth = (contacts / LEAST).max(1).ilog2().min(most);
+        self.depth = if contacts < LEAST { 0 } else { (contacts / LEAST).ilog2().max(1).min(most) };
         halve(pushed, 0, self.depth);
         pushed.sort_unstable_by_key(|set| (set.leaf, set.component));
         self.sets.clear();
@@ -129,6 +130,11 @@ impl Halves {
     #[inline(always)]
     pub(crate) fn own(&self, node: usize) -> Range<usize> {
         self.contacts[node]..self.contacts[node + 1]
+    }
+
+    /// How many contacts there are.
+    pub(crate) fn contacts(&self) -> usize {
+        self.contacts.last().copied().unwrap_or(0)
     }
 
     /// Where each node's own contacts begin, and the end.

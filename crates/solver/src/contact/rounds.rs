@@ -16,9 +16,10 @@ use crate::kernel::dispatch::vectorized;
 use crate::team::pieces::{Pieces, Taken};
 use crate::team::{self, Team};
 
-/// Sweeps up to which force moves between twins, in a problem that is one piece, and in one that has halves. What takes more is held
-/// up by more than they are: force would go to and fro between them.
+/// Sweeps up to which force moves between twins, in a problem of few contacts and in a large one, which has so many or more. What
+/// takes more is held up by more than they are: force would go to and fro between them.
 const MOVING: [usize; 2] = [6, 40];
+const LARGE: usize = 512;
 /// Rounds that do not halve the residual after which [`ENOUGH`] will do.
 const STALLED: usize = 6;
 /// What is good enough then, in tolerances: the next linearisation sees it, and goes on from there.
@@ -199,6 +200,7 @@ impl Field<'_> {
         sweeps: &mut usize,
         (mark, rounds_since): (&mut f64, &mut usize),
     ) -> End {
+        let moving = MOVING[usize::from(self.halves.contacts() >= LARGE)];
         let is_over = |sweeps: usize, change: f64| change <= goal.tolerance || sweeps >= goal.most;
         loop {
             self.upwards(team, Work::Forwards);
@@ -206,7 +208,7 @@ impl Field<'_> {
             if is_over(*sweeps, self.worst()) {
                 return End::Done;
             }
-            if *sweeps < MOVING[usize::from(self.halves.depth() > 0)] {
+            if *sweeps < moving {
                 self.upwards(team, Work::Twins);
             }
             for level in (0..=self.halves.depth()).rev() {
