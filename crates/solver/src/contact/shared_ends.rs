@@ -117,12 +117,7 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Ho
 
 /// The place of a contact that holds what another one does at the end of its first or second segment, if one does, and whether it
 /// sees the two bodies the other way round. `known` are the contacts across that segment's ends.
-fn holder(
-    shapes: &[Shape],
-    contacts: &[Contact],
-    (index, side): (usize, usize),
-    known: &mut [Across; 2],
-) -> Holder {
+fn holder(shapes: &[Shape], contacts: &[Contact], (index, side): (usize, usize), known: &mut [Across; 2]) -> Holder {
     let contact = &contacts[index];
     let (first, partner, _) = contact.key;
     let own = [Some(first), partner.segment()][side]?;
