@@ -87,3 +87,24 @@ fn a_contact_stays_where_the_other_is_farther_off_or_may_be_deeper() {
     double(&shapes, &mut contacts, &mut Holders::default());
     assert_eq!(contacts.map(|contact| contact.doubled), [false; 2]);
 }
+
+#[test]
+fn what_is_known_of_a_search_is_used_again_and_forgotten_with_it() {
+    let (shapes, mut contacts) = interleaved();
+    let mut memory = Holders::default();
+    let doubled = |contacts: &mut [Contact], memory: &mut Holders| {
+        contacts.iter_mut().for_each(|contact| contact.doubled = false);
+        double(&shapes, contacts, memory);
+        contacts.iter().map(|contact| contact.doubled).collect::<Vec<_>>()
+    };
+    assert_eq!(doubled(&mut contacts, &mut memory), [true, false]);
+    // The other one is farther off, and then nearer again.
+    contacts[1].gap += 1e-3;
+    assert_eq!(doubled(&mut contacts, &mut memory), [false; 2]);
+    contacts[1].gap -= 1e-3;
+    assert_eq!(doubled(&mut contacts, &mut memory), [true, false]);
+    memory.forget();
+    assert_eq!(doubled(&mut contacts[..1], &mut memory), [false]);
+    memory.forget();
+    assert_eq!(doubled(&mut contacts, &mut memory), [true, false]);
+}
