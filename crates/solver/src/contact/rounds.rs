@@ -16,9 +16,10 @@ use crate::kernel::dispatch::vectorized;
 use crate::team::pieces::{Pieces, Taken};
 use crate::team::{self, Team};
 
-/// Sweeps up to which force moves between twins, in a problem of few contacts and in a large one, which has so many or more. What
-/// takes more is held up by more than they are: force would go to and fro between them.
+/// Sweeps up to which force moves between twins, in a problem of few contacts and in a large one. What takes more is held up by more
+/// than they are: force would go to and fro between them.
 const MOVING: [usize; 2] = [6, 40];
+/// Contacts from which on a problem is large.
 const LARGE: usize = 512;
 /// Rounds that do not halve the residual after which [`ENOUGH`] will do.
 const STALLED: usize = 6;

@@ -42,22 +42,16 @@ pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
 /// Which contact holds what another one does, by its place, and whether it sees the two bodies the other way round.
 pub(super) type Holder = Option<(usize, bool)>;
 
-/// A contact of the segment across a joint.
-#[derive(Clone, Copy, Debug)]
-enum Across {
-    /// It has not been looked for.
-    Unknown,
-    /// There is none.
-    Nowhere,
-    /// Its place, and which of its two segments is the one across.
-    At(u32, u8),
-}
+/// The contact of the segment across a joint, if there is one: its place, and which of its two segments is the one across.
+type Across = Option<(u32, u8)>;
+/// Those across the two ends of a segment; `None` where it has not been looked for.
+type Known = [Option<Across>; 2];
 
 /// Memory for which contacts others hold: at the first and at the second segment, and in the end.
 #[derive(Default)]
 pub(super) struct Holders {
     /// Of each contact, across the ends of its first and of its second segment.
-    across: Vec<[[Across; 2]; 2]>,
+    across: Vec<[Known; 2]>,
     sides: Vec<[Holder; 2]>,
     found: Vec<Holder>,
 }
@@ -73,8 +67,8 @@ impl Holders {
 /// before to the others.
 pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Holders) {
     let Holders { across, sides, found } = memory;
-    across.resize(contacts.len(), [[Across::Unknown; 2]; 2]);
-    let of = |(index, (contact, across)): (usize, (&Contact, &mut [[Across; 2]; 2]))| {
+    across.resize(contacts.len(), [[None; 2]; 2]);
+    let of = |(index, (contact, across)): (usize, (&Contact, &mut [Known; 2]))| {
         let Contact { key: (_, partner, feature), gap, target, radius, .. } = *contact;
         let is_near = gap < target + radius;
         // Edges of meshes have rules of their own.
@@ -117,18 +111,19 @@ pub(super) fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Ho
 
 /// The place of a contact that holds what another one does at the end of its first or second segment, if one does, and whether it
 /// sees the two bodies the other way round. `known` are the contacts across that segment's ends.
-fn holder(shapes: &[Shape], contacts: &[Contact], (index, side): (usize, usize), known: &mut [Across; 2]) -> Holder {
+fn holder(
+    shapes: &[Shape],
+    contacts: &[Contact],
+    (index, side): (usize, usize),
+    known: &mut [Option<Across>; 2],
+) -> Holder {
     let contact = &contacts[index];
     let (first, partner, _) = contact.key;
     let own = [Some(first), partner.segment()][side]?;
     let beyond = |segment: u32, end: u8| shapes[segment as usize].beyond[end as usize];
     let end = contact.ends[side]?;
     let across = beyond(own, end)?;
-    let known = &mut known[end as usize];
-    if let Across::Unknown = known {
-        *known = find_across(contacts, contact, side, across);
-    }
-    let Across::At(place, seat) = *known else { return None };
+    let (place, seat) = (*known[end as usize].get_or_insert_with(|| find_across(contacts, contact, side, across)))?;
     let (place, seat) = (place as usize, seat as usize);
     let other = &contacts[place];
     let is_at_joint = other.ends[seat].is_some_and(|end| beyond(across, end) == Some(own));
@@ -147,10 +142,8 @@ fn find_across(contacts: &[Contact], contact: &Contact, side: usize, across: u32
         Some(other) if across < other => ((across, Partner::Segment(other), Feature::Nearest), 0),
         Some(other) => ((other, Partner::Segment(across), Feature::Nearest), 1),
     };
-    match contacts.binary_search_by_key(&key, |contact| contact.key) {
-        Ok(place) => Across::At(place as u32, seat),
-        Err(_) => Across::Nowhere,
-    }
+    let place = contacts.binary_search_by_key(&key, |contact| contact.key).ok()?;
+    Some((place as u32, seat))
 }
 
 #[cfg(test)]
