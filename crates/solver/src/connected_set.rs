@@ -17,6 +17,7 @@ use crate::linear::LinearSolver;
 use crate::linear::response::Response;
 use crate::linear::solvers::{SolverError, SolverKind};
 use crate::linear::transfers::Side;
+use crate::lockstep::Pace;
 use crate::projection::Predictor;
 use crate::retry::{self, Steps};
 use crate::snapshot::Tape;
@@ -46,8 +47,8 @@ pub(crate) struct Touch {
     pub(crate) ways: Vec<Ways>,
     /// Energy in its joints at the end of the last step [J]; not a number where it is not known.
     pub(crate) stored: f64,
-    /// How often the next step is halved before it is tried.
-    pub(crate) halvings: u32,
+    /// In how many parts the next step begins.
+    pub(crate) pace: Pace,
 }
 
 impl Touch {
@@ -60,7 +61,7 @@ impl Touch {
             corrections: Vec::new(),
             ways: Vec::new(),
             stored: f64::NAN,
-            halvings: 0,
+            pace: Pace::default(),
         }
     }
 }
@@ -171,11 +172,9 @@ impl ConnectedSet {
         self.component.tape(tape);
         if let Some(touch) = &mut self.touch {
             // Tells its snapshots from those without what follows.
-            tape.size(4);
+            tape.size(5);
             tape.number(&mut touch.stored);
-            let mut halvings = touch.halvings as usize;
-            tape.count(&mut halvings);
-            touch.halvings = halvings as u32;
+            touch.pace.tape(tape);
         }
         tape.size(usize::from(self.tangents.is_some()));
         if let Some(tangents) = &mut self.tangents {

@@ -6,6 +6,7 @@
 
 mod alike;
 mod island;
+mod pace;
 
 use nalgebra::Vector3;
 use rod::{Body, Carried, Model, State};
@@ -22,6 +23,8 @@ use crate::snapshot::Tape;
 use crate::step::{Interval, Status, StepParams};
 use alike::Kinds;
 use island::{Island, Room, begin_set};
+
+pub(crate) use pace::Pace;
 
 /// All connected sets of a model with contacts.
 pub(crate) struct Lockstep {

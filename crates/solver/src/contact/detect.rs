@@ -200,26 +200,18 @@ impl Detector {
             around(ends.as_flattened(), radius)
         }));
         if self.filter.has_pairs(self.bounded.len()) {
-            let Search { segments, boxes, sights, hash, pairs, .. } = search;
+            let Search { segments, boxes, sights, hash, pairs, .. } = &mut *search;
             hash.rebuild(boxes);
             let mut found = std::mem::take(pairs);
             found.clear();
-            // Obstacles have the numbers after all segments.
-            let number = |k: u32| match segments.get(k as usize) {
-                Some(&i) => i,
-                None => (self.shapes.len() + k as usize - segments.len()) as u32,
-            };
+            let number = |k: u32| self.number(segments, k);
             let may_meet = |a: u32, b: u32| match (sights.get(a as usize), sights.get(b as usize)) {
                 (Some(a), Some(b)) => !a.is_apart_from(b),
                 _ => true,
             };
             hash.pairs(|a, b| self.filter.contains(number(a), number(b)) && may_meet(a, b), &mut found);
-            for pair in &mut found {
-                *pair = pair.map(number);
-            }
-            let obstacles = self.obstacles(search);
-            for &[a, b] in &found {
-                self.add_pair(a, b, obstacles, components, out);
+            for &pair in &found {
+                self.add_pair(pair, search, components, out);
             }
             search.pairs = found;
         }
@@ -341,7 +333,22 @@ impl Detector {
         (partner.whole() != partner).then(|| u8::from(pose().q.axis().dot(contact.arms[0]) > 0.0))
     }
 
-    fn add_pair(&self, a: u32, b: u32, obstacles: &[Placed], components: &Sets<'_>, out: &mut Vec<Contact>) {
+    /// The number of the k-th of these segments, then of bounded obstacles: those come after all segments.
+    fn number(&self, segments: &[u32], k: u32) -> u32 {
+        match segments.get(k as usize) {
+            Some(&i) => i,
+            None => (self.shapes.len() + k as usize - segments.len()) as u32,
+        }
+    }
+
+    /// Adds the contacts of a pair, by places among the search's boxes.
+    fn add_pair(&self, pair: [u32; 2], search: &Search, components: &Sets<'_>, out: &mut Vec<Contact>) {
+        let obstacles = self.obstacles(search);
+        let gap_at_start = match pair.map(|k| search.sights.get(k as usize)) {
+            [Some(a), Some(b)] => a.gap_at_start(b),
+            _ => f64::NEG_INFINITY,
+        };
+        let [a, b] = pair.map(|k| self.number(&search.segments, k));
         let ends = |i: u32| {
             let shape = &self.shapes[i as usize];
             shape.place(&components[shape.component as usize].component.start[shape.body as usize])
@@ -366,7 +373,11 @@ impl Detector {
                 _ => true,
             },
         };
-        let contact = |&feature: &Feature| Contact::new((a, partner, feature), friction, radius);
+        let contact = |&feature: &Feature| {
+            let mut contact = Contact::new((a, partner, feature), friction, radius);
+            contact.gap_at_start = gap_at_start;
+            contact
+        };
         out.extend(features.iter().filter(stands).map(contact));
     }
 

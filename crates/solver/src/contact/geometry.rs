@@ -92,7 +92,7 @@ pub(crate) struct Contact {
     pub(crate) radius: f64,
     /// The ends of the two axes at which the places of contact are, 0 or 1, where it is the nearest places of both that touch.
     pub(crate) ends: [Option<u8>; 2],
-    /// Its gap at the start of the step [m]; below all where that is not known.
+    /// Its gap at the start of the step, at least [m]; below all where that is not known.
     pub(crate) gap_at_start: f64,
     /// Whether it was left out of the last evaluation, as it could not touch.
     pub(crate) is_left_out: bool,

@@ -303,19 +303,6 @@ impl Operator {
         }
     }
 
-    /// The contacts of the groups of one, ascending from the contact `from` on.
-    pub(crate) fn coupled(&self, contact: usize, from: usize) -> Coupled<'_> {
-        let list = |Seat { group, .. }: Seat| match group {
-            NONE => &[][..],
-            group => {
-                let Group { first, count, .. } = self.groups[group as usize];
-                let members = &self.members[first..first + count];
-                &members[members.partition_point(|&other| (other as usize) < from)..]
-            }
-        };
-        Coupled { lists: self.seats[contact].map(list) }
-    }
-
     /// The block of two contacts.
     pub(crate) fn block(&self, contact: usize, other: usize) -> Block3 {
         let mut sum = [[0.0; 3]; 3];
@@ -331,19 +318,34 @@ impl Operator {
         sum
     }
 
-    /// The response of the two along both normals.
-    pub(crate) fn normals(&self, contact: usize, other: usize) -> f64 {
-        let mut sum = 0.0;
-        self.each_pair(contact, other, |one, other| {
-            let Group { width, matrix, .. } = self.groups[one.group as usize];
-            sum += match other.group == one.group {
-                true => {
-                    three(&self.values[matrix + 3 * one.index as usize * width..][..width], other.index as usize)[0]
-                }
-                false => self.far_block(one, other).map_or(0.0, |block| block[0][0]),
-            };
-        });
-        sum
+    /// The contacts after one in its groups, ascending, with the response of the two along both normals.
+    pub(crate) fn normals(&self, contact: usize) -> impl Iterator<Item = (usize, f64)> {
+        let after = |Seat { group, index }: Seat| match group {
+            NONE => (&[][..], &[][..]),
+            group => {
+                let Group { first, count, width, matrix, .. } = self.groups[group as usize];
+                let (index, next) = (index as usize, index as usize + 1);
+                let row = flat(&self.values[matrix + 3 * index * width..][..width]);
+                (&self.members[first + next..first + count], &row[3 * next..])
+            }
+        };
+        let mut lists = self.seats[contact].map(after);
+        let is_linked = |seat: &Seat| seat.group != NONE && self.groups[seat.group as usize].is_linked();
+        let is_linked = self.seats[contact].iter().any(is_linked);
+        std::iter::from_fn(move || {
+            let next = lists.iter().filter_map(|(members, _)| members.first()).min().copied()?;
+            let mut sum = 0.0;
+            for (members, row) in lists.iter_mut().filter(|(members, _)| members.first() == Some(&next)) {
+                sum += row[0];
+                (*members, *row) = (&members[1..], &row[3..]);
+            }
+            if is_linked {
+                self.each_pair(contact, next as usize, |one, other| {
+                    sum += self.far_block(one, other).map_or(0.0, |block| block[0][0]);
+                });
+            }
+            Some((next as usize, sum))
+        })
     }
 
     /// Pairs of seats of two contacts.
@@ -354,28 +356,5 @@ impl Operator {
                 take(one, other);
             }
         }
-    }
-}
-
-/// Contacts coupled to one.
-pub(crate) struct Coupled<'a> {
-    lists: [&'a [u32]; 2],
-}
-
-impl Iterator for Coupled<'_> {
-    type Item = usize;
-
-    fn next(&mut self) -> Option<usize> {
-        let next = match self.lists.map(|list| list.first().copied()) {
-            [Some(a), Some(b)] => a.min(b),
-            [Some(a), None] | [None, Some(a)] => a,
-            [None, None] => return None,
-        };
-        for list in &mut self.lists {
-            if list.first() == Some(&next) {
-                *list = &list[1..];
-            }
-        }
-        Some(next as usize)
     }
 }

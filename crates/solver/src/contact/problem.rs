@@ -126,12 +126,6 @@ impl Problem {
         )
     }
 
-    /// Blocks of a block row with their columns.
-    #[cfg(test)]
-    pub(crate) fn row(&self, row: usize) -> impl Iterator<Item = (usize, Block3)> {
-        self.operator.coupled(row, 0).map(move |column| (column, self.operator.block(row, column)))
-    }
-
     /// Gap less its target and slip of a contact with all impulses as they are [m].
     #[inline(always)]
     pub(crate) fn gap_and_slip(&self, contact: usize) -> Row {

@@ -91,12 +91,20 @@ pub(super) fn note_corrections(segments: &[u32], shapes: &[Shape], components: &
     }
 }
 
+/// Gap at the start of the step from which on a contact that does not press says nothing of others \[radii\].
+const FAR: f64 = 2.0;
+
 impl Contact {
     /// Segments whose contact need not be evaluated where they stay apart.
     fn between_segments(&self) -> Option<[u32; 2]> {
         let is_idle = self.impulse == Vec3::zero() && self.guess == [0.0; 3];
         let other = self.key.1.segment().filter(|_| is_idle && !self.is_of_mesh() && !self.is_of_solid())?;
         Some([self.key.0, other])
+    }
+
+    /// Whether it does not press, and was so far off at the start of the step that it says nothing of others.
+    pub(super) fn is_far_at_start(&self) -> bool {
+        self.between_segments().is_some() && self.gap_at_start - self.target.max(0.0) > FAR * self.radius
     }
 
     /// Whether it cannot touch where the axis of each segment moves so, with `room` to spare [m].

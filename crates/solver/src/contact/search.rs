@@ -92,8 +92,13 @@ impl Sight {
 
     /// The least gap that their ways may leave between two segments where they are [m]: that at the start, less what they may have come nearer.
     pub(super) fn nearest(&self, other: &Self) -> f64 {
+        self.gap_at_start(other) - self.way.towards(other.way)
+    }
+
+    /// The gap between two segments at the start of the step [m].
+    pub(super) fn gap_at_start(&self, other: &Self) -> f64 {
         let distance = closest::segments(&self.ends.map(to_nalgebra), &other.ends.map(to_nalgebra)).distance;
-        distance - self.radius - other.radius - self.way.towards(other.way)
+        distance - self.radius - other.radius
     }
 }
 

@@ -230,10 +230,14 @@ impl Stage {
     ) {
         let world = shared.detector.world(&self.search);
         let (steady, unit) = (self.steady, self.unit);
+        // What bounces and what is let out of others asks for more.
+        let skips = !(shared.detector.bounces() || shared.detector.allows_overlap());
         let evaluate = |contact: &mut Contact| {
             let room = 2.0 * shared.params.near * contact.radius;
-            contact.is_left_out =
-                poses != Poses::Start && contact.is_out_of_reach(world.shapes, components, |ways| ways.moved, room);
+            contact.is_left_out = match poses {
+                Poses::Start => skips && contact.is_far_at_start(),
+                _ => contact.is_out_of_reach(world.shapes, components, |ways| ways.moved, room),
+            };
             if contact.is_left_out {
                 contact.normal = Vec3::zero();
                 (contact.gap, contact.distance) = (contact.gap_at_start, contact.gap_at_start);

@@ -40,8 +40,7 @@ pub(super) fn find(problem: &Problem, contacts: Range<usize>, twins: &mut Vec<Tw
     for a in contacts {
         let own = matrix.diagonal(a)[0][0];
         let (mut best, mut most) = (None, TWINS * TWINS);
-        for b in problem.operator.coupled(a, a + 1) {
-            let normal = problem.operator.normals(a, b);
+        for (b, normal) in problem.operator.normals(a) {
             let square = normal * normal / (own * matrix.diagonal(b)[0][0]);
             if normal > 0.0 && square > most {
                 (best, most) = (Some(b), square);

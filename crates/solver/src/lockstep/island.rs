@@ -15,6 +15,7 @@ use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::limits::shares_piece;
 use crate::linear::LinearInfo;
+use crate::lockstep::Pace;
 use crate::retry::{self, Steps};
 use crate::snapshot::Snapshot;
 use crate::start::NoGuess;
@@ -45,15 +46,6 @@ pub(super) struct Room {
     end: f64,
 }
 
-impl Room {
-    /// How often to halve the next step before it is tried: as often as the last one was, about, and once less where its parts took
-    /// few iterations.
-    fn next_halvings(&self, params: &StepParams) -> u32 {
-        let is_easy = self.iterations <= params.contact.easy * self.parts;
-        self.parts.max(1).ilog2().saturating_sub(u32::from(is_easy))
-    }
-}
-
 /// An island in a step.
 pub(super) struct Island<'a> {
     pub(super) shared: &'a Shared,
@@ -68,7 +60,8 @@ impl Island<'_> {
     /// Steps over `interval`, in parts at once where the last step needed them. A step that is done as a whole is still to be
     /// accepted.
     pub(super) fn advance(&mut self, interval: Interval, params: &StepParams) {
-        let depth = self.halvings().min(params.max_halvings);
+        let (pace, retries) = (self.pace(), self.room.counters.retries);
+        let depth = pace.halvings.min(params.max_halvings);
         let whole = if depth == 0 {
             retry::advance_whole(self, interval, 0, params)
         } else {
@@ -86,21 +79,26 @@ impl Island<'_> {
         });
         // What does not converge is tried from the whole step on again, and so is each step with a momentum residual, whose contacts
         // take many iterations to come to rest.
-        let is_solved = status <= Status::ConvergedInSubsteps && !self.room.is_open;
-        let halvings = if is_solved && !params.formulation.momentum() { self.room.next_halvings(params) } else { 0 };
-        self.set_halvings(halvings);
+        let is_solved = status <= Status::ConvergedInSubsteps && !params.formulation.momentum();
+        let Room { is_open, iterations, parts, ref counters, .. } = *self.room;
+        let is_easy = iterations <= params.contact.easy * parts;
+        self.set_pace(match (is_solved, is_open) {
+            (false, _) => Pace::default(),
+            (true, true) => pace.after_whole(),
+            (true, false) => pace.after_parts(parts, counters.retries > retries, is_easy),
+        });
         self.room.status = Some(status);
     }
 
-    /// How often the next step is halved before it is tried.
-    fn halvings(&self) -> u32 {
+    /// In how many parts the next step begins.
+    fn pace(&self) -> Pace {
         let touches = self.sets.iter().filter_map(|set| set.touch.as_ref());
-        touches.map(|touch| touch.halvings).max().unwrap_or(0)
+        touches.map(|touch| touch.pace).fold(Pace::default(), Pace::and)
     }
 
-    fn set_halvings(&mut self, halvings: u32) {
+    fn set_pace(&mut self, pace: Pace) {
         for touch in self.sets.iter_mut().filter_map(|set| set.touch.as_mut()) {
-            touch.halvings = halvings;
+            touch.pace = pace;
         }
     }
 
@@ -124,11 +122,11 @@ impl Island<'_> {
         if std::mem::take(&mut self.room.is_open) {
             self.roll_back();
         } else {
-            let halvings = self.halvings();
+            let pace = self.pace();
             let Self { sets, room, .. } = &mut *self;
             room.start.read(|tape| sets.iter_mut().for_each(|set| set.tape(tape)));
             // It will not be tried as a whole in vain again.
-            self.set_halvings(halvings);
+            self.set_pace(pace);
         }
         self.room.substeps.clear();
     }
