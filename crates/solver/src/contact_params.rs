@@ -88,7 +88,8 @@ pub struct ContactParams {
     /// What [`ContactParams::patience`] iterations may leave of the least error. Larger: steps are halved later.
     pub slow: f64,
     /// A step after one that was done in parts begins in as many, but for half as many where these took no more than so many outer
-    /// iterations each, and no attempt was taken back in the last 1, 2, 4 or 8 steps: more of them where that went on. Larger: whole steps are tried sooner, some in vain. Smaller: small parts are kept longer than is needed.
+    /// iterations each, and no attempt was taken back in the last 1, 2, 4 or 8 steps: more of them where that went on. Larger: whole
+    /// steps are tried sooner, some in vain. Smaller: small parts are kept longer than is needed.
     pub easy: usize,
     /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
     /// explains, by so much of their kinetic energy at its start: no more than gravity and loads do work there. Larger:
