@@ -23,8 +23,10 @@ pub struct ContactParams {
     pub far: f64,
     /// Outer iterations after which contacts keep their normals and their places on both bodies, so that nearest places which
     /// jump to and fro come to rest; where all is solved so, nearest places are looked at again. Larger: steps with jumping
-    /// places take longer. Smaller: normals are those of earlier iterations. In a formulation with momentum residual friction's bounds, too, lag by an iteration from there on; from
-    /// twice as many on they stay, and contacts that are nearer than half their tolerance are taken as they are.
+    /// places take longer. Smaller: normals are those of earlier iterations.
+    /// In a formulation with momentum residual normals and places go half-way to the new ones from there on, and friction's bounds
+    /// lag by an iteration; from twice as many on they stay, and contacts that are nearer than half their tolerance are taken as
+    /// they are.
     pub settle_after: usize,
     /// In a formulation with momentum residual, by how much other places on axes that are nearly parallel must be nearer before a contact
     /// moves there, relative to the contact tolerance. Larger: fewer iterations, and gaps that are less by so much. Smaller: places
@@ -43,6 +45,7 @@ pub struct ContactParams {
     /// The same relative to the largest error before the solve, where that is more: the next linearisation leaves as much.
     pub share_left: f64,
     /// Takes the place of [`ContactParams::sharper`] in a formulation with momentum residual, which sees what the sweeps leave.
+    /// Smaller: more sweeps and fewer outer iterations.
     pub momentum_sharper: f64,
     /// Sweeps between two tries of Newton's method, at first; twice as many after each try that did not help, or half as many, but no
     /// fewer, where sweeps have halved their change since.
@@ -87,8 +90,8 @@ pub struct ContactParams {
     pub patience: usize,
     /// What [`ContactParams::patience`] iterations may leave of the least error. Larger: steps are halved later.
     pub slow: f64,
-    /// A step after one that was done in parts begins in as many, but for half as many where these took no more than so many outer
-    /// iterations each, and no attempt was taken back in the last 1, 2, 4 or 8 steps: more of them where that went on. Larger: whole
+    /// A step after one that was done in parts begins in as many (in the power of two below that), but for half as many where these took
+    /// no more than so many outer iterations on the mean, and no attempt was taken back in the last 1, 2, 4 or 8 steps: more of them where that went on. Larger: whole
     /// steps are tried sooner, some in vain. Smaller: small parts are kept longer than is needed.
     pub easy: usize,
     /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
