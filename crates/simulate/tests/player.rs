@@ -1,5 +1,6 @@
 //! The pages of runs in a headless Chromium. Without one these tests are ignored, unless REQUIRE_CHROMIUM is set.
 
+#[path = "all/common/mod.rs"]
 mod common;
 
 use browser::{Browser, Look};

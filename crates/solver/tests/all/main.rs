@@ -1,11 +1,12 @@
-//! All tests of the crate's public side but those that count allocations, as one program, which builds faster than one a file.
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
 
+mod allocation;
 mod apart;
 mod batch;
 mod cg;
-#[path = "../common/mod.rs"]
 mod common;
 mod contact_forces;
+mod derivative;
 mod driven;
 mod grips;
 mod guess;
@@ -23,8 +24,10 @@ mod own_forces;
 mod prescribed;
 mod projection;
 mod rates;
+mod recording;
 mod snapshots;
 mod solids;
+mod sparse_allocations;
 mod supports;
 mod tangent;
 mod validation;

@@ -1,0 +1,7 @@
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
+
+mod *;
+mod closest;
+mod hash;
+mod mesh;
+mod sweep;

@@ -1,0 +1,6 @@
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
+
+mod common;
+mod generation;
+mod mangled;
+mod samples;

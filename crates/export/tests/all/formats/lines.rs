@@ -1,0 +1,39 @@
+//! OBJ by a parser of its own.
+
+use std::fs;
+
+use export::Format;
+use nalgebra::Vector3;
+
+use super::runs::runs;
+
+#[test]
+fn vertices_and_polylines_are_read_back() {
+    for run in runs() {
+        let directory = tempfile::tempdir().unwrap();
+        let made = run.export(Format::Obj, directory.path());
+        assert_eq!(made, [directory.path().join("obj")]);
+        assert_eq!(fs::read_dir(&made[0]).unwrap().count(), run.times.len());
+        for (frame, state) in run.states.iter().enumerate() {
+            let text = fs::read_to_string(made[0].join(format!("frame_{frame:04}.obj"))).unwrap();
+            let (mut vertices, mut lines, mut objects) = (Vec::new(), Vec::new(), Vec::new());
+            for line in text.lines() {
+                let (element, rest) = line.split_once(' ').unwrap();
+                let mut words = rest.split(' ');
+                match element {
+                    "v" => vertices.push(Vector3::from_fn(|_, _| words.next().unwrap().parse::<f64>().unwrap())),
+                    "l" => lines.push(words.map(|word| word.parse::<usize>().unwrap() - 1).collect::<Vec<_>>()),
+                    "o" => objects.push(rest.to_owned()),
+                    "#" => {}
+                    other => panic!("{other}"),
+                }
+            }
+            assert_eq!(lines, run.lines, "{}, frame {frame}", run.name);
+            assert_eq!(objects, (0..lines.len()).map(|rod| format!("rod_{rod}")).collect::<Vec<_>>());
+            assert_eq!(vertices.len(), run.joints.len());
+            for (node, vertex) in vertices.iter().enumerate() {
+                assert!((vertex - run.node(state, node).0).norm() < 1e-12, "{}, frame {frame}, node {node}", run.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
+
+mod *;
+mod bodies;
+mod builtin;
+mod docs;
+mod errors;
+mod grips;
+mod mangled;
+mod meaning;
+mod meshes;
+mod motions;
+mod moving_obstacles;
+mod overlaps;
+mod probes;
+mod refined;
+mod shapes;
+mod weave;

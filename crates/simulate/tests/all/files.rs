@@ -1,0 +1,197 @@
+//! What `--out` writes, and what Ctrl-C leaves of it.
+
+
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+#[cfg(unix)]
+use crate::common::interrupt;
+use crate::common::{json, run, simulate, texts};
+use safetensors::{Dtype, SafeTensors};
+use serde_json::Value;
+
+const SEGMENTS: usize = 60;
+
+/// Values and shape of a tensor.
+fn tensor(file: &[u8], name: &str) -> (Vec<f64>, Vec<usize>) {
+    let tensors = SafeTensors::deserialize(file).expect("a safetensors file");
+    let view = tensors.tensor(name).expect(name);
+    assert_eq!(view.dtype(), Dtype::F64);
+    let values = view.data().chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().expect("8 bytes")));
+    (values.collect(), view.shape().to_vec())
+}
+
+/// Checks that the files are whole and agree with each other; returns the summary.
+fn check(folder: &Path, dt: f64) -> Value {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
+        .collect();
+    names.sort();
+    assert_eq!(
+        names,
+        ["centreline.csv", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"],
+        "and no temporary files"
+    );
+
+    let summary: Value =
+        serde_json::from_slice(&fs::read(folder.join("summary.json")).expect("a summary")).expect("JSON");
+    let frames = summary["steps"].as_u64().expect("steps") as usize + 1;
+    let file = fs::read(folder.join("trajectory.safetensors")).expect("a trajectory");
+    let mut frame = vec![0.0; 13 * SEGMENTS];
+    let parts = [("positions", 3), ("orientations", 4), ("velocities", 3), ("angular_velocities", 3)];
+    let mut column = 0;
+    let mut positions = Vec::new();
+    for (name, width) in parts {
+        let (values, shape) = tensor(&file, name);
+        assert_eq!(shape, [frames, SEGMENTS, width], "{name}");
+        assert!(values.iter().all(|x| x.is_finite()), "{name}");
+        let last = &values[(frames - 1) * SEGMENTS * width..];
+        for (i, value) in last.chunks_exact(width).enumerate() {
+            frame[13 * i + column..13 * i + column + width].copy_from_slice(value);
+        }
+        column += width;
+        if name == "positions" {
+            positions = values;
+        }
+    }
+    let bytes: Vec<u8> = frame.iter().flat_map(|x| x.to_le_bytes()).collect();
+    assert_eq!(summary["final_state_hash"], blake3::hash(&bytes).to_hex().as_str(), "the last frame is the summary's");
+
+    let (time, shape) = tensor(&file, "time");
+    assert_eq!(shape, [frames]);
+    assert!(time.iter().enumerate().all(|(k, t)| (t - k as f64 * dt).abs() < 1e-9 * (1.0 + t)));
+
+    let table = fs::read_to_string(folder.join("centreline.csv")).expect("a table");
+    let mut rows = table.lines();
+    assert_eq!(rows.next(), Some("frame,time_s,rod,segment,x_m,y_m,z_m"));
+    assert!(table.ends_with('\n') && table.lines().count() == 1 + frames * SEGMENTS);
+    for (row, position) in rows.zip(positions.chunks_exact(3)) {
+        let cells: Vec<f64> = row.split(',').skip(4).map(|cell| cell.parse().expect("a number")).collect();
+        assert_eq!(cells, position);
+    }
+    summary
+}
+
+#[test]
+fn files_agree_with_each_other_and_with_the_printed_summary() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("a").join("b");
+    let printed = json(&["helix", "--steps", "30", "--out", out.to_str().expect("UTF-8")]);
+    let mut summary = check(&out, 0.02);
+    assert_eq!(summary["steps"], 30);
+    assert_eq!(summary, printed);
+    // A second run takes the first one's place.
+    json(&["helix", "--steps", "7", "--out", out.to_str().expect("UTF-8")]);
+    summary = check(&out, 0.02);
+    assert_eq!(summary["steps"], 7);
+}
+
+/// Frames that are written do not change what the summary says.
+#[test]
+fn energy_and_length_mean_the_same_with_and_without_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arguments = ["helix", "--steps", "450", "--dt", "0.01"];
+    let without = json(&arguments);
+    let with = json(&[&arguments[..], &["--out", folder.path().to_str().expect("UTF-8")]].concat());
+    for key in
+        ["energy_start_j", "energy_end_j", "energy_highest_j", "length_drift", "frames_measured", "final_state_hash"]
+    {
+        assert_eq!(with[key], without[key], "{key}");
+    }
+    // Every third frame of 450, and the first.
+    assert_eq!(with["frames_measured"], 151);
+    let number = |key: &str| with[key].as_f64().expect("a number");
+    assert!(number("energy_highest_j") >= number("energy_start_j").max(number("energy_end_j")));
+    assert!((0.0..1e-5).contains(&number("length_drift")) && number("length_drift") > 0.0);
+}
+
+#[test]
+fn no_steps_write_the_first_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    json(&["helix", "--steps", "0", "--out", folder.path().to_str().expect("UTF-8")]);
+    assert_eq!(check(folder.path(), 0.02)["frames_measured"], 1);
+}
+
+/// Numbers that are not finite end the run with exit code 1, and none of them is written.
+#[test]
+fn a_run_that_fails_writes_finite_numbers_only() {
+    for dt in ["1e300", "1e10", "1e-300", "1e150"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().to_str().expect("UTF-8");
+        let output = run(&["helix", "--dt", dt, "--out", path, "--quiet"]);
+        let (code, out, err) = texts(&output);
+        assert_eq!((code, out), (Some(1), ""), "{dt}");
+        assert!(err.starts_with("error: numbers are not finite: helix stopped after step "), "{err}");
+        assert_eq!(err.lines().count(), 1, "{err}");
+        let summary = fs::read_to_string(folder.path().join("summary.json")).expect("a summary");
+        let summary: Value = serde_json::from_str(&summary).expect("JSON");
+        assert_eq!(summary["status"], "not finite");
+        assert_eq!(crate::common::nulls(&summary, ""), [".linear_tolerance"], "{dt}");
+        let file = fs::read(folder.path().join("trajectory.safetensors")).expect("a trajectory");
+        for name in ["positions", "orientations", "velocities", "angular_velocities", "time"] {
+            assert!(tensor(&file, name).0.iter().all(|x| x.is_finite()), "{dt}: {name}");
+        }
+        let table = fs::read_to_string(folder.path().join("centreline.csv")).expect("a table");
+        assert!(!table.contains("NaN") && !table.contains("inf"));
+        // With --json, the object is there all the same.
+        let output = run(&["helix", "--dt", dt, "--json"]);
+        let printed: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!((output.status.code(), &printed["status"]), (Some(1), &"not finite".into()));
+    }
+}
+
+/// Ctrl-C in the middle of a run: exit code 130, whole files, and the summary of what was done.
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_keeps_its_results() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let child = simulate(&["helix", "--steps", "1000000000", "--out", out, "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    // The folder is taken when the program listens to Ctrl-C already.
+    let begin = Instant::now();
+    while fs::read_dir(out).expect("a folder").next().is_none() && begin.elapsed() < Duration::from_secs(10) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(200));
+    // Pressed twice in a hurry, as people do.
+    interrupt(child.id());
+    interrupt(child.id());
+    let output = child.wait_with_output().expect("it ends");
+    let (code, printed, err) = texts(&output);
+    assert_eq!((code, err), (Some(130), ""));
+    let summary = check(Path::new(out), 0.02);
+    assert_eq!(serde_json::from_str::<Value>(printed).expect("one JSON object"), summary);
+    assert_eq!((&summary["interrupted"], &summary["status"]), (&true.into(), &"converged".into()));
+    assert_eq!(summary["steps_asked"], 1_000_000_000);
+    assert!(summary["steps"].as_u64().is_some_and(|steps| (1..1_000_000_000).contains(&steps)));
+}
+
+/// The equilibrium, then each shape as it swings once, and what the scene's damping of 7 / s takes of a swing.
+#[test]
+fn modes_write_their_shapes_and_the_page_that_plays_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_str().unwrap();
+    let report = json(&["modes", "heavy-cantilever", "--count", "3", "--view", "--out", path]);
+    let modes = report["modes"].as_array().unwrap();
+    assert_eq!(modes.len(), 3);
+    for mode in modes {
+        let of = |key: &str| mode[key].as_f64().unwrap();
+        let ratio = 7.0 / (2.0 * std::f64::consts::TAU * of("frequency_hz"));
+        assert!((of("damping_ratio") / ratio - 1.0).abs() < 1e-3, "{mode}: {ratio} expected");
+    }
+    let file = fs::read(folder.path().join("trajectory.safetensors")).unwrap();
+    let (positions, shape) = tensor(&file, "positions");
+    assert_eq!(shape, [1 + 3 * 24, 100, 3]);
+    let frame = |k: usize| &positions[300 * k..300 * (k + 1)];
+    let moved = |a: usize, b: usize| frame(a).iter().zip(frame(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(moved(0, 6) > 0.01, "a quarter of a swing");
+    assert!(moved(0, 12) < 1e-12, "half of it");
+    assert!(fs::read_to_string(folder.path().join("view.html")).unwrap().starts_with("<!doctype html>"));
+}

@@ -1,0 +1,32 @@
+//! Where `simulate static` begins.
+
+
+use crate::common::{CABLE_BETWEEN_GRIPS, json, run, texts};
+use serde_json::Value;
+
+fn number(report: &Value, key: &str) -> f64 {
+    report[key].as_f64().unwrap_or_else(|| panic!("{key}: {report}"))
+}
+
+#[test]
+fn a_cable_between_two_grips_begins_where_a_network_proposes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cable.toml");
+    std::fs::write(&file, CABLE_BETWEEN_GRIPS).unwrap();
+    let file = file.to_str().unwrap();
+    let [learned, drawn] = [&["static", file][..], &["static", file, "--start", "drawn"]].map(json);
+    for report in [&learned, &drawn] {
+        assert_eq!((&report["converged"], &report["stable"]), (&true.into(), &true.into()), "{report}");
+    }
+    assert!(learned["learned_start_solves"].is_u64() && drawn["learned_start_solves"].is_null());
+    // What is left to do is to see that it is at rest.
+    assert!(number(&learned, "linear_solves") <= 3.0, "{learned}");
+    assert!(number(&drawn, "linear_solves") > number(&learned, "linear_solves"), "{drawn}");
+    let [low, high] = [&learned, &drawn].map(|report| number(report, "energy_end_j"));
+    assert!(low <= high + 1e-9 * high.abs(), "{low} J, {high} J");
+    assert!(texts(&run(&["static", file])).1.contains("near the lowest equilibrium, which a network proposed"));
+    // What the network does not know begins as drawn.
+    for scene in ["heavy-cantilever", "hung-cable", "clamped-ends"] {
+        assert!(json(&["static", scene])["learned_start_solves"].is_null(), "{scene}");
+    }
+}

@@ -1,0 +1,20 @@
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
+
+mod common;
+mod docs;
+mod english;
+mod exports;
+mod files;
+mod folders;
+mod from;
+#[cfg(feature = "gn")]
+mod gn;
+mod going_on;
+mod learned;
+mod learned_start;
+mod mistakes;
+mod pictures;
+mod recipes;
+mod runs;
+#[cfg(feature = "gn")]
+mod steps;
