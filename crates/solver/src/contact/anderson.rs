@@ -160,7 +160,7 @@ impl Share {
     pub(super) fn begin_round(&self, view: &mut View<'_>, first: usize) {
         for (k, &known) in self.begins.iter().enumerate() {
             let friction = view.unknown(first + k).friction;
-            let force = friction.within_rest([known[0].max(0.0), known[1], known[2]]);
+            let force = friction.within([known[0].max(0.0), known[1], known[2]]);
             view.set_force_from(first + k, force, known);
         }
     }

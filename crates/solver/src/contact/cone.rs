@@ -1,16 +1,14 @@
 //! The law of one contact: it presses or is open, sticks or slides.
 
-use rod::Friction;
-
 use super::operator::{Block3, Row};
 
 /// What friction is at most.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Bound {
-    /// Coulomb's law: a share of the normal impulse, whatever it comes to.
-    Coulomb(Friction),
-    /// So much [N s^2], at rest and sliding: a share of an earlier normal impulse. The problem is that of a minimum then.
-    Lagged([f64; 2]),
+    /// Coulomb's law: this share of the normal impulse, whatever it comes to.
+    Coulomb(f64),
+    /// So much [N s^2]: a share of an earlier normal impulse. The problem is that of a minimum then.
+    Lagged(f64),
 }
 
 impl Bound {
@@ -18,50 +16,33 @@ impl Bound {
     #[inline(always)]
     pub(crate) fn exists(self, normal: f64) -> bool {
         match self {
-            Bound::Coulomb(friction) => friction.at_rest > 0.0 && normal > 0.0,
-            Bound::Lagged([at_rest, _]) => at_rest > 0.0,
+            Bound::Coulomb(friction) => friction > 0.0 && normal > 0.0,
+            Bound::Lagged(most) => most > 0.0,
         }
     }
 
-    /// At rest, at such a normal impulse.
+    /// The most friction at such a normal impulse.
     #[inline(always)]
-    pub(crate) fn at_rest(self, normal: f64) -> f64 {
+    pub(crate) fn most(self, normal: f64) -> f64 {
         match self {
-            Bound::Coulomb(friction) => friction.at_rest * normal,
-            Bound::Lagged([at_rest, _]) => at_rest,
-        }
-    }
-
-    /// While the surfaces slide, at such a normal impulse.
-    #[inline(always)]
-    pub(crate) fn sliding(self, normal: f64) -> f64 {
-        match self {
-            Bound::Coulomb(friction) => friction.sliding * normal,
-            Bound::Lagged([_, sliding]) => sliding,
+            Bound::Coulomb(friction) => friction * normal,
+            Bound::Lagged(most) => most,
         }
     }
 
     /// An impulse with no more friction than there may be.
     #[inline(always)]
     pub(crate) fn within(self, [normal, x, y]: Row) -> Row {
-        let (size, most) = (length([x, y]), self.sliding(normal));
+        let (size, most) = (length([x, y]), self.most(normal));
         let share = if size > most { most / size } else { 1.0 };
         [normal, x * share, y * share]
     }
 
-    /// An impulse with no more friction than there may be at rest.
-    #[inline(always)]
-    pub(crate) fn within_rest(self, [normal, x, y]: Row) -> Row {
-        let (size, most) = (length([x, y]), self.at_rest(normal));
-        let share = if size > most { most / size } else { 1.0 };
-        [normal, x * share, y * share]
-    }
-
-    /// The derivative of [`Bound::sliding`].
+    /// The derivative of [`Bound::most`].
     #[inline(always)]
     pub(crate) fn slope(self) -> f64 {
         match self {
-            Bound::Coulomb(friction) => friction.sliding,
+            Bound::Coulomb(friction) => friction,
             Bound::Lagged(_) => 0.0,
         }
     }
@@ -123,11 +104,11 @@ impl Own {
             old[1] - (self.stick[0][0] * slip[0] + self.stick[0][1] * slip[1]),
             old[2] - (self.stick[1][0] * slip[0] + self.stick[1][1] * slip[1]),
         ];
-        if length(stuck) <= friction.at_rest(normal) {
+        if length(stuck) <= friction.most(normal) {
             return [normal, stuck[0], stuck[1]];
         }
         let [x, y] = [old[1] - slip[0] * self.per_across, old[2] - slip[1] * self.per_across];
-        let (size, most) = (length([x, y]), friction.sliding(normal));
+        let (size, most) = (length([x, y]), friction.most(normal));
         // Smaller than the cone of sliding: it is about to stick.
         let k = if size > most { most / size } else { 1.0 };
         [normal, x * k, y * k]
@@ -157,7 +138,7 @@ pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, frictio
     let across = if ct > 0.0 && friction.exists(f64::INFINITY) {
         let [x, y] = [force[1] - w[1] / ct, force[2] - w[2] / ct];
         let size = length([x, y]);
-        let most = if size <= friction.at_rest(normal) { size } else { friction.sliding(normal).min(size) };
+        let most = if size <= friction.most(normal) { size } else { friction.most(normal).min(size) };
         let k = if size > most { most / size } else { 1.0 };
         length([x * k - force[1], y * k - force[2]]) * ct
     } else {

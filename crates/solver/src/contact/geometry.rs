@@ -61,7 +61,11 @@ impl Shape {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
     pub(crate) key: Key,
+    /// The law of its friction.
     pub(crate) friction: Friction,
+    /// Coefficient of friction in this step, once it is chosen: see [`Contact::choose_coefficient`].
+    pub(crate) coefficient: f64,
+    pub(crate) has_coefficient: bool,
     /// From the partner to the segment.
     pub(crate) normal: Vec3<f64>,
     /// Normal and two tangents.
@@ -187,6 +191,8 @@ impl Contact {
         Self {
             key,
             friction,
+            coefficient: friction.at_rest,
+            has_coefficient: friction.sliding == friction.at_rest,
             normal: zero,
             frame: [zero; 3],
             arms: [zero; 2],
@@ -419,6 +425,16 @@ impl Contact {
             Some(other) => own - at(other, self.arms[1]),
             None => own,
         }
+    }
+
+    /// Chooses the coefficient of friction of a step from how fast the surfaces move past each other at its start [m/s]: that of
+    /// sliding above `creep` [m/s], which is what a contact that sticks may slip within the tolerance, else that at rest. Within a
+    /// step it stays, so that each step's law is Coulomb's with one coefficient.
+    pub(crate) fn choose_coefficient(&mut self, meeting: Vec3<f64>, creep: f64) {
+        let across = meeting - self.normal * meeting.dot(self.normal);
+        let slides = across.norm_squared() > creep * creep;
+        self.coefficient = if slides { self.friction.sliding } else { self.friction.at_rest };
+        self.has_coefficient = true;
     }
 
     /// A world vector in the contact's frame.

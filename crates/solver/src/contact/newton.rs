@@ -304,7 +304,7 @@ impl Rows {
         // The normal impulse at which the cone is taken is the one that the contact itself would answer with.
         let q = [z[1] - w[1] / across, z[2] - w[2] / across];
         let length = length(q);
-        if length <= friction.at_rest(pressed) {
+        if length <= friction.most(pressed) {
             rows.through = [rows.through[0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
             rows.own[1][1] = damping * across;
             rows.own[2][2] = damping * across;
@@ -312,7 +312,7 @@ impl Rows {
             return rows;
         }
         let d = [q[0] / length, q[1] / length];
-        let radius = friction.sliding(pressed).min(length);
+        let radius = friction.most(pressed).min(length);
         for a in 0..2 {
             for b in 0..2 {
                 let unit = if a == b { 1.0 } else { 0.0 };

@@ -38,6 +38,8 @@ pub(crate) struct Shared {
     pub(super) with_joints: bool,
     /// Twice the gravitational acceleration [m/s^2]: meetings slower than what it gives in a step do not bounce.
     pub(super) slow: f64,
+    /// What a contact may be off by, in its radius: see [`StepParams::contact_tolerance`].
+    pub(super) tolerance: f64,
     pub(super) params: ContactParams,
 }
 
@@ -55,6 +57,7 @@ impl Shared {
             remembered: Vec::new(),
             with_joints: params.contact_projection == ContactProjection::Coupled,
             slow: slow(&model.gravity),
+            tolerance: params.contact_tolerance,
             params: params.contact,
         }
     }

@@ -10,7 +10,7 @@ use rod::Surface;
 use super::TooManyContacts;
 use super::cone::Bound;
 use super::coupling::{Coupling, components_of};
-use super::geometry::{Contact, Poses, Shape};
+use super::geometry::{Contact, Poses, Shape, World};
 use super::impulses::Impulses;
 use super::memory::{self, Pressed, Remembered};
 use super::parts::{Deepest, let_wait};
@@ -26,7 +26,6 @@ use crate::connected_set::{ConnectedSet, Touch};
 use crate::counters::Counters;
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::math::Vec3;
 use crate::limits::shares_contacts;
 use crate::step::Interval;
@@ -141,12 +140,24 @@ impl Stage {
             contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
             contact.target = 0.0;
             contact.span = self.effective_dt;
+            contact.has_coefficient = contact.friction.sliding == contact.friction.at_rest;
         }
         if shared.detector.allows_overlap() {
             self.let_overlaps_out(shared);
         }
         if shared.detector.bounces() {
             self.bounce(shared, components);
+        }
+    }
+
+    /// Chooses the coefficients of friction of a step for contacts that have none yet.
+    fn choose_coefficients(&mut self, shared: &Shared, components: &Sets<'_>) {
+        let world = shared.detector.world(&self.search);
+        let fall = 0.5 * shared.slow * self.dt.powi(2);
+        for contact in self.contacts.iter_mut().filter(|contact| !contact.has_coefficient && !contact.is_left_out) {
+            let slip = shared.tolerance * contact.radius;
+            let slip = if fall > 0.0 { slip.min(fall) } else { slip };
+            contact.choose_coefficient(meeting(contact, &world, components), slip / self.dt);
         }
     }
 
@@ -184,10 +195,7 @@ impl Stage {
                 touch.corrections.clear();
                 touch.corrections.extend_from_slice(exact.corrections());
             } else if !*is_ahead {
-                vectorized(
-                    #[inline(always)]
-                    || component.corrections(formulation, &mut touch.corrections),
-                );
+                component.corrections(formulation, &mut touch.corrections);
             }
         }
         reach::note_corrections(&self.search.segments, shared.detector.shapes(), components);
@@ -272,17 +280,7 @@ impl Stage {
             if restitution == 0.0 {
                 continue;
             }
-            let velocity = |i: u32| {
-                let shape = &world.shapes[i as usize];
-                components[shape.component as usize].component.velocities[shape.body as usize]
-            };
-            let mut meeting = contact.relative(velocity);
-            if let Some(i) = contact.key.1.obstacle()
-                && let Some(surface) = world.obstacles[i as usize].velocity_at(contact.arms[1])
-            {
-                meeting -= surface;
-            }
-            let speed = -meeting.dot(contact.normal);
+            let speed = -meeting(contact, &world, components).dot(contact.normal);
             if speed > shared.slow * self.dt && contact.gap < speed * self.dt {
                 // An overlap that is let out must not leave at once.
                 let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };
@@ -354,6 +352,9 @@ impl Stage {
                 contact.is_left_out = false;
             }
         }
+        self.choose_coefficients(shared, components);
+        let world = shared.detector.world(&self.search);
+        let shapes = world.shapes;
         let rests = &self.rests;
         let free = |index: usize, contact: &Contact| {
             let correction = |i: u32| correction(components, &shapes[i as usize]);
@@ -374,7 +375,7 @@ impl Stage {
             let before = contact.local(contact.impulse);
             let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
             self.active.push(index as u32);
-            let friction = rests.get(index).map_or(Bound::Coulomb(contact.friction), |rest| rest.bound(contact));
+            let friction = rests.get(index).map_or(Bound::Coulomb(contact.coefficient), |rest| rest.bound(contact));
             let scale = contact.radius.min(self.unit);
             self.problem.push(Unknown { force, before, free, friction, scale });
         }
@@ -437,6 +438,17 @@ impl Stage {
             contact.impulse = Vec3::zero();
         }
     }
+}
+
+/// Velocity of the segment's surface relative to the partner's at the start of the step [m/s].
+fn meeting(contact: &Contact, world: &World<'_>, components: &Sets<'_>) -> Vec3<f64> {
+    let velocity = |i: u32| {
+        let shape = &world.shapes[i as usize];
+        components[shape.component as usize].component.velocities[shape.body as usize]
+    };
+    let own = contact.relative(velocity);
+    let obstacle = contact.key.1.obstacle().map(|i| &world.obstacles[i as usize]);
+    obstacle.and_then(|obstacle| obstacle.velocity_at(contact.arms[1])).map_or(own, |surface| own - surface)
 }
 
 /// What the rods' own solution does to a segment.

@@ -91,7 +91,7 @@ impl State<'_> {
     #[inline(always)]
     fn slides(&self, k: usize) -> bool {
         let ([n, x, y], bound) = (self.z[k], self.bounds[k]);
-        n > 0.0 && matches!(bound, Bound::Coulomb(_)) && length([x, y]) >= SLIDES * bound.sliding(n)
+        n > 0.0 && matches!(bound, Bound::Coulomb(_)) && length([x, y]) >= SLIDES * bound.most(n)
     }
 
     /// An impulse with the normal one, along the contact's own.
@@ -152,7 +152,7 @@ impl State<'_> {
     /// Moves tangential force where both stick; returns whether any.
     #[inline(always)]
     fn share_tangents(&mut self) -> bool {
-        let one = |k: usize, z: Row| length([z[1], z[2]]) < self.bounds[k].sliding(z[0]);
+        let one = |k: usize, z: Row| length([z[1], z[2]]) < self.bounds[k].most(z[0]);
         let sticks = |z: &[Row; 2]| one(0, z[0]) && one(1, z[1]);
         // Tangents that point elsewhere are no twins.
         if self.block[1][1] <= 0.0 || self.block[2][2] <= 0.0 || !sticks(&self.z) {

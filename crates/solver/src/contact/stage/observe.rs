@@ -94,7 +94,7 @@ impl Stage {
             };
             contact.residual = if contact.compliance[0] > 0.0 {
                 let (force, w) = (contact.local(contact.impulse), gap_and_slip(contact));
-                let bound = rest.as_ref().map_or(Bound::Coulomb(contact.friction), |rest| rest.bound(contact));
+                let bound = rest.as_ref().map_or(Bound::Coulomb(contact.coefficient), |rest| rest.bound(contact));
                 let [normal, across] = natural_residual(contact.compliance, force, w, bound);
                 // Where surfaces slide far, the direction of friction need not be nearer than this.
                 let slip = contact.slip.norm_squared().sqrt() * (shared.params.sliding / tolerance);

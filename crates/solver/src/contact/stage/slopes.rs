@@ -179,7 +179,7 @@ impl Touching {
     /// Puts the equations of sliding in the place of those of sticking, where the contact slides.
     fn let_slide(&mut self, contact: &Contact, [normal, ..]: [f64; 3], tolerance: f64) {
         let [_, x, y] = contact.local(contact.slip);
-        let (slip, mu) = (Vector2::new(x, y), contact.friction.sliding);
+        let (slip, mu) = (Vector2::new(x, y), contact.coefficient);
         let size = slip.norm();
         if mu > 0.0 && size <= SLIDES * tolerance * contact.radius {
             return;
